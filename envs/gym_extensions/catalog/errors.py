@@ -1,0 +1,51 @@
+"""The one error that a user's mistake raises."""
+
+from __future__ import annotations
+
+import difflib
+import functools
+import sys
+from collections.abc import Callable, Iterable
+
+
+class BenchError(Exception):
+    """A mistake in what the user gave: what is wrong, where, and what to do.
+
+    Args:
+        code: short stable name of the kind of mistake, in kebab case (``unknown-group``).
+        message: what was found, in one sentence.
+        where: the file, row, option or argument that holds the mistake; may be empty.
+        hint: what to do about it; may be empty.
+    """
+
+    def __init__(self, code: str, message: str, where: str = "", hint: str = "") -> None:
+        self.code, self.message, self.where, self.hint = code, message, where, hint
+        super().__init__(code, message, where, hint)
+
+    def __str__(self) -> str:
+        first = f"{self.where}: {self.message}" if self.where else self.message
+        return f"{first} {self.hint}".rstrip()
+
+
+def did_you_mean(word: str, choices: Iterable[str]) -> str:
+    """A hint naming the closest choice, or all of them when few, or nothing."""
+    known = sorted(choices)
+    lowered = {choice.lower(): choice for choice in known}
+    close = difflib.get_close_matches(word.lower(), lowered, n=1, cutoff=0.6)
+    if close:
+        return f"Did you mean {lowered[close[0]]!r}?"
+    return f"Choose one of: {', '.join(known)}." if 0 < len(known) <= 25 else ""
+
+
+def reports_mistakes(main: Callable[[list[str] | None], int]) -> Callable[[list[str] | None], int]:
+    """The same command, with a ``BenchError`` told on standard error and exit status 2 in place of a traceback."""
+
+    @functools.wraps(main)
+    def command(argv: list[str] | None = None) -> int:
+        try:
+            return main(argv)
+        except BenchError as mistake:
+            print(f"error: {mistake}", file=sys.stderr)  # noqa: T201
+            return 2
+
+    return command

@@ -1,0 +1,52 @@
+"""Every group: an ordered, versioned list of tasks, named one by one; the order is the training order."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from gym_extensions.catalog.errors import BenchError, did_you_mean
+from gym_extensions.catalog.tasks import RUNNING_BODIES, Task, task
+
+GRAVITY_ORDER = ("{B}GravityHalf", "{B}GravityThreeQuarters", "{B}", "{B}GravityOneAndQuarter", "{B}GravityOneAndHalf")
+
+
+@dataclass(frozen=True)
+class TaskGroup:
+    """Tasks that are trained in order and scored together."""
+
+    name: str
+    tasks: tuple[Task, ...]
+    version: int = 0
+
+    @property
+    def id(self) -> str:
+        """The published name, for example ``hopper-gravity-v0``."""
+        return f"{self.name}-v{self.version}"
+
+    @property
+    def task_ids(self) -> tuple[str, ...]:
+        """The ids of its tasks, in training order."""
+        return tuple(member.id for member in self.tasks)
+
+
+def _rows(kind: str, bodies: tuple[str, ...], names: tuple[str, ...]) -> list[TaskGroup]:
+    return [
+        TaskGroup(f"{body.lower()}-{kind}", tuple(task(name.format(B=body)) for name in names)) for body in bodies
+    ]
+
+
+GROUPS: dict[str, TaskGroup] = {row.name: row for row in _rows("gravity", RUNNING_BODIES, GRAVITY_ORDER)}
+"""Every published group by its name without the version."""
+
+
+def group(name: str) -> TaskGroup:
+    """The group of that name, with or without its version (``hopper-gravity``, ``hopper-gravity-v0``).
+
+    Raises:
+        BenchError: there is no such group; the hint names the closest.
+    """
+    by_id = {known.id: known for known in GROUPS.values()}
+    found = GROUPS.get(name) or by_id.get(name)
+    if found is None:
+        raise BenchError("unknown-group", f"There is no group {name!r}.", hint=did_you_mean(name, GROUPS))
+    return found
