@@ -38,7 +38,7 @@ def did_you_mean(word: str, choices: Iterable[str]) -> str:
 
 
 def reports_mistakes(main: Callable[[list[str] | None], int]) -> Callable[[list[str] | None], int]:
-    """The same command, with a ``BenchError`` told on standard error and exit status 2 in place of a traceback."""
+    """The same command, with a ``BenchError`` told on standard error and exit status 2, no traceback."""
 
     @functools.wraps(main)
     def command(argv: list[str] | None = None) -> int:

@@ -7,7 +7,13 @@ from dataclasses import dataclass
 from gym_extensions.catalog.errors import BenchError, did_you_mean
 from gym_extensions.catalog.tasks import RUNNING_BODIES, Task, task
 
-GRAVITY_ORDER = ("{B}GravityHalf", "{B}GravityThreeQuarters", "{B}", "{B}GravityOneAndQuarter", "{B}GravityOneAndHalf")
+GRAVITY_ORDER = (
+    "{B}GravityHalf",
+    "{B}GravityThreeQuarters",
+    "{B}",
+    "{B}GravityOneAndQuarter",
+    "{B}GravityOneAndHalf",
+)
 
 
 @dataclass(frozen=True)
@@ -31,7 +37,8 @@ class TaskGroup:
 
 def _rows(kind: str, bodies: tuple[str, ...], names: tuple[str, ...]) -> list[TaskGroup]:
     return [
-        TaskGroup(f"{body.lower()}-{kind}", tuple(task(name.format(B=body)) for name in names)) for body in bodies
+        TaskGroup(f"{body.lower()}-{kind}", tuple(task(name.format(B=body)) for name in names))
+        for body in bodies
     ]
 
 

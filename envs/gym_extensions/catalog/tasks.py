@@ -27,7 +27,12 @@ class Task:
 
 
 RUNNING_BODIES = ("Hopper", "Walker2d", "HalfCheetah", "Humanoid")
-GRAVITIES = {"GravityHalf": 0.5, "GravityThreeQuarters": 0.75, "GravityOneAndQuarter": 1.25, "GravityOneAndHalf": 1.5}
+GRAVITIES = {
+    "GravityHalf": 0.5,
+    "GravityThreeQuarters": 0.75,
+    "GravityOneAndQuarter": 1.25,
+    "GravityOneAndHalf": 1.5,
+}
 
 
 def _running() -> list[Task]:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from decimal import Decimal
+from numbers import Real
 from typing import TYPE_CHECKING, Protocol
 
 from gym_extensions.catalog.errors import BenchError
@@ -21,13 +23,13 @@ class Variation(Protocol):
 
 def positive(name: str, value: float) -> None:
     """Raises ``BenchError`` unless the value is a finite number above zero."""
-    if not (math.isfinite(value) and value > 0):
+    if not (isinstance(value, Real) and math.isfinite(value) and value > 0):
         raise BenchError("bad-factor", f"{name} is {value!r}.", hint="Give a finite number above 0.")
 
 
 @dataclass(frozen=True)
 class Gravity:
-    """Gravity times a factor: 9.81 m/s² × factor, straight down. Nothing else changes (paper, section 3.1)."""
+    """Gravity times a factor: 9.81 m/s² × factor, straight down; nothing else changes (paper, the gravity groups)."""
 
     factor: float
 
@@ -35,6 +37,6 @@ class Gravity:
         positive("Gravity's factor", self.factor)
 
     def apply(self, spec: mujoco.MjSpec) -> None:
-        """Multiplies the model's z-gravity."""
+        """Multiplies the model's z-gravity; in decimals, so that 9.81 × 1.25 is the float nearest 12.2625."""
         x, y, z = spec.option.gravity
-        spec.option.gravity = [x, y, z * self.factor]
+        spec.option.gravity = [x, y, float(Decimal(repr(float(z))) * Decimal(repr(float(self.factor))))]

@@ -1,0 +1,1 @@
+"""The base bodies: Gymnasium's MuJoCo classes, and what a body adds to them."""

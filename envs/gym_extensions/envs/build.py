@@ -1,0 +1,70 @@
+"""Task -> gymnasium.Env."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import gymnasium as gym
+from gymnasium.envs.registration import EnvSpec
+
+from gym_extensions.catalog.free import varied
+from gym_extensions.catalog.tasks import TASKS, Task
+from gym_extensions.catalog.tasks import task as published
+from gym_extensions.catalog.variations import Variation
+from gym_extensions.envs.bodies import running
+from gym_extensions.envs.task_env import TaskEnv
+
+BODIES: dict[str, type[TaskEnv]] = {
+    "Hopper": running.Hopper,
+    "Walker2d": running.Walker2d,
+    "HalfCheetah": running.HalfCheetah,
+    "Humanoid": running.Humanoid,
+}
+"""The class of every MuJoCo base body."""
+
+ENTRY_POINT = "gym_extensions.envs.build:construct"
+
+
+def construct(task: str | Task, **rendering: Any) -> gym.Env[Any, Any]:
+    """The task's environment without wrappers; this is what Gymnasium's registry calls.
+
+    Args:
+        task: an id, a bare name, or a Task.
+        rendering: ``render_mode`` and the camera arguments of Gymnasium's MuJoCo bodies.
+
+    Raises:
+        BenchError: there is no such task.
+    """
+    row = task if isinstance(task, Task) else published(task)
+    if row.base == "Navigation":
+        from gym_extensions.envs.navigation.build import construct as navigation
+
+        built: gym.Env[Any, Any] = navigation(row, **rendering)
+        return built
+    return BODIES[row.base](row, **rendering)
+
+
+def make(
+    task: str | Task,
+    variations: Sequence[Variation] = (),
+    *,
+    render_mode: str | None = None,
+    max_steps: int | None = None,
+) -> gym.Env[Any, Any]:
+    """The environment of a task, published or free, with its time limit.
+
+    Args:
+        task: an id (``gym_extensions/HopperGravityHalf-v0``), a bare name (``HopperGravityHalf``), or a Task.
+        variations: added to the task's own. If the result is a published task, it is that task.
+        render_mode: as in ``gymnasium.make``.
+        max_steps: steps after which an episode is cut off; the task's own limit if None.
+
+    Raises:
+        BenchError: there is no such task, or a limit below 1.
+    """
+    row = varied(task if isinstance(task, Task) else published(task), tuple(variations), max_steps)
+    if TASKS.get(row.id) == row:
+        return gym.make(row.id, render_mode=render_mode, disable_env_checker=True)
+    spec = EnvSpec(row.id, entry_point=ENTRY_POINT, max_episode_steps=row.max_steps, kwargs={"task": row})
+    return gym.make(spec, render_mode=render_mode, disable_env_checker=True)

@@ -1,0 +1,64 @@
+"""What a policy can feel of a task, in few numbers: rewards and observations of short seeded episodes."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from numpy.typing import NDArray
+
+from gym_extensions.catalog.tasks import Task
+from gym_extensions.envs.build import construct
+
+SEEDS = (0, 1)
+STEPS = 8
+DIGITS = 12
+"""Significant digits that are written: three more than the tolerance reads."""
+TOLERANCE = 1e-9
+"""Largest honest difference, absolute for values below 1, relative above; another CPU moves them by less."""
+
+GOLDEN = 0.6180339887498949
+
+
+def actions(space: gym.spaces.Box) -> Iterator[NDArray[np.float32]]:
+    """Actions spread evenly over the space by multiples of the golden ratio: no generator, no libm."""
+    low, high = space.low.astype(np.float64), space.high.astype(np.float64)
+    size = low.size
+    for step in range(STEPS):
+        spread = np.modf((step * size + np.arange(size) + 1) * GOLDEN)[0]
+        yield (low + (high - low) * spread.reshape(low.shape)).astype(np.float32)
+
+
+def sing(task: Task) -> list[dict[str, Any]]:
+    """One entry a seed: the seed, the reward of every step, the last observation, whether it terminated."""
+    env = construct(task)
+    try:
+        return [_episode(env, seed) for seed in SEEDS]
+    finally:
+        env.close()
+
+
+def _episode(env: gym.Env[Any, Any], seed: int) -> dict[str, Any]:
+    assert isinstance(env.action_space, gym.spaces.Box)
+    observation, _ = env.reset(seed=seed)
+    rewards, terminated = [], False
+    for action in actions(env.action_space):
+        observation, reward, terminated, _, _ = env.step(action)
+        rewards.append(_rounded(float(reward)))
+        if terminated:
+            break
+    return {"seed": seed, "rewards": rewards, "observation": _observed(observation), "terminated": terminated}
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.{DIGITS}g}")
+
+
+def _observed(observation: NDArray[Any]) -> Any:
+    """The numbers of an observation; the digest of one that is a picture, whose integers are exact."""
+    if observation.dtype.kind in "iu":
+        return {"sha256": hashlib.sha256(observation.tobytes()).hexdigest(), "shape": list(observation.shape)}
+    return [_rounded(float(value)) for value in observation]

@@ -1,0 +1,80 @@
+"""``gym-extensions envs``: lists, shows and checks the environments."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+from gym_extensions.catalog import fingerprints
+from gym_extensions.catalog.errors import reports_mistakes
+from gym_extensions.catalog.groups import GROUPS, group
+from gym_extensions.catalog.tasks import TASKS, Task, task
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="gym-extensions envs", description=__doc__)
+    commands = parser.add_subparsers(dest="command", required=True)
+    listing = commands.add_parser("list", help="every group with its tasks, in training order")
+    listing.add_argument("group", nargs="*", help="only these groups")
+    showing = commands.add_parser("show", help="what a task is, in numbers")
+    showing.add_argument("task", help="an id or a bare name")
+    checking = commands.add_parser("check", help="compares every task with its published fingerprint")
+    checking.add_argument("task", nargs="*", help="only these tasks")
+    writing = commands.add_parser("fingerprint", help="publishes the fingerprints of new tasks")
+    writing.add_argument("--replace", action="store_true", help="also of tasks that no longer hold theirs")
+    return parser
+
+
+def _list(names: list[str]) -> int:
+    for row in [group(name) for name in names] or list(GROUPS.values()):
+        print(f"{row.id} ({len(row.tasks)} tasks)")
+        for member in row.tasks:
+            print(f"  {member.id}")
+    return 0
+
+
+def _show(row: Task) -> int:
+    from gym_extensions.envs.describe import facts
+
+    print(facts(row))
+    return 0
+
+
+def _check(names: list[str]) -> int:
+    from gym_extensions.envs import fingerprint
+
+    chosen = [task(name) for name in names]
+    differences = fingerprint.check(chosen or None)
+    for difference in differences:
+        print(difference, file=sys.stderr)
+    count = len(chosen or TASKS)
+    if differences:
+        tasks = len({difference.task for difference in differences})
+        print(f"{len(differences)} differences in {tasks} of {count} tasks.", file=sys.stderr)
+        print("A task that changes needs a new version number.", file=sys.stderr)
+        return 1
+    print(f"{count} tasks are as published.")
+    return 0
+
+
+def _write(replace: bool) -> int:
+    from gym_extensions.envs import fingerprint
+    from gym_extensions.envs.files import write_text
+
+    table, changed = fingerprint.renewed(replace)
+    write_text(fingerprints.PATH, fingerprint.text(table))
+    for task_id in changed:
+        print(f"{task_id} {table['tasks'][task_id]['fingerprint']}")
+    print(f"{len(changed)} fingerprints written, {len(table['tasks']) - len(changed)} kept.")
+    return 0
+
+
+@reports_mistakes
+def main(argv: list[str] | None = None) -> int:
+    """Runs one of the commands; 0 fine, 1 tasks that are not as published, 2 usage."""
+    given = _parser().parse_args(argv)
+    if given.command == "list":
+        return _list(given.group)
+    if given.command == "show":
+        return _show(task(given.task))
+    return _check(given.task) if given.command == "check" else _write(given.replace)

@@ -1,0 +1,18 @@
+"""Writing a file whole or not at all."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+
+def write_bytes(path: Path, content: bytes) -> None:
+    """Writes the whole file or nothing: to a temporary name beside it, then renamed."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    partial = path.with_name(f".{path.name}.partial")
+    partial.write_bytes(content)
+    partial.replace(path)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Writes a text file, UTF-8 with ``\\n``, whole or not at all."""
+    write_bytes(path, text.encode())

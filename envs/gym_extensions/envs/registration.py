@@ -1,0 +1,17 @@
+"""Every published task under its id in Gymnasium's registry."""
+
+from __future__ import annotations
+
+import gymnasium as gym
+
+from gym_extensions.catalog.tasks import TASKS
+from gym_extensions.envs.build import ENTRY_POINT
+
+
+def register() -> None:
+    """Registers each published id once; ``gymnasium.make`` and ``make_vec`` know it from then on."""
+    for row in TASKS.values():
+        if row.id not in gym.registry:
+            gym.register(
+                row.id, entry_point=ENTRY_POINT, max_episode_steps=row.max_steps, kwargs={"task": row.id}
+            )
