@@ -21,7 +21,7 @@ class Variation(Protocol):
         """Edits the model's specification in place, before it is compiled."""
 
 
-def positive(name: str, value: float) -> None:
+def positive(name: str, value: object) -> None:
     """Raises ``BenchError`` unless the value is a finite number above zero."""
     if not (isinstance(value, Real) and math.isfinite(value) and value > 0):
         raise BenchError("bad-factor", f"{name} is {value!r}.", hint="Give a finite number above 0.")
