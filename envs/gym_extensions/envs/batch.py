@@ -7,33 +7,62 @@ from functools import partial
 from typing import Any
 
 import gymnasium as gym
-import numpy as np
-from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
+from gym_extensions.catalog.errors import BenchError
 from gym_extensions.catalog.tasks import Task
+from gym_extensions.catalog.tasks import task as published
+from gym_extensions.envs.batching.families import FAMILIES
+from gym_extensions.envs.batching.one_by_one import OneByOne
+from gym_extensions.envs.batching.prototype import Prototype, prototype
+from gym_extensions.envs.batching.seeds import lane_seeds
+from gym_extensions.envs.batching.vector import BatchVectorEnv
 from gym_extensions.envs.build import make
 
+__all__ = ["lane_seeds", "make_batch"]
 
-def lane_seeds(seed: int, num_envs: int) -> list[int]:
-    """One seed a lane, spawned from one seed, so that neighbouring seeds share no lane."""
-    return [int(child.generate_state(1)[0]) for child in np.random.SeedSequence(seed).spawn(num_envs)]
-
-
-class LaneSeeded(SyncVectorEnv):
-    """A vector environment whose integer reset seed is spawned into lane seeds."""
-
-    def reset(
-        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Any, dict[str, Any]]:
-        """First observations of every lane; an int seed is spawned, a list gives lane i its own."""
-        seeds = lane_seeds(seed, self.num_envs) if isinstance(seed, int) else seed
-        return super().reset(seed=seeds, options=options)  # type: ignore[arg-type]
+WHERE = "make_batch"
 
 
 def make_batch(
     tasks: str | Task | Sequence[str | Task], num_envs: int, num_threads: int = 1
 ) -> gym.vector.VectorEnv[Any, Any, Any]:
-    """``num_envs`` lanes, lane i holding ``tasks[i mod len(tasks)]``, in autoreset mode NEXT_STEP."""
-    rows = [tasks] if isinstance(tasks, str | Task) else list(tasks)
-    makers = [partial(make, rows[lane % len(rows)]) for lane in range(num_envs)]
-    return LaneSeeded(makers, autoreset_mode=AutoresetMode.NEXT_STEP)
+    """``num_envs`` lanes stepped at once, bit for bit the single environments, in autoreset mode NEXT_STEP.
+
+    Lanes that share a model layout and rules, as those of a gravity or body group do, run in one physics
+    batch. Others run in a batch each, one after the other, behind the same vector environment. Tasks for which
+    there are no whole-array rules are stepped one by one through their single environments.
+
+    Args:
+        tasks: an id, a bare name or a Task, or a list of them; lane i holds ``tasks[i mod len(tasks)]``.
+        num_envs: lanes, at least 1.
+        num_threads: threads that step physics; results do not depend on it. One by default, since training
+            processes usually run side by side, one a core.
+
+    Raises:
+        BenchError: an unknown task, no task, fewer than one lane or thread, or tasks whose observations or
+            actions differ in shape.
+    """
+    given = [tasks] if isinstance(tasks, str | Task) else list(tasks)
+    _check_counts(len(given), num_envs, num_threads)
+    rows = [row if isinstance(row, Task) else published(row) for row in given][:num_envs]
+    if any(row.base not in FAMILIES for row in rows):
+        return OneByOne([partial(make, rows[lane % len(rows)]) for lane in range(num_envs)])
+    models: dict[Task, Prototype] = {row: prototype(row) for row in rows}
+    _check_spaces(list(models.values()))
+    return BatchVectorEnv([models[rows[lane % len(rows)]] for lane in range(num_envs)], num_threads)
+
+
+def _check_counts(tasks: int, num_envs: int, num_threads: int) -> None:
+    for what, count in (("tasks", tasks), ("num_envs", num_envs), ("num_threads", num_threads)):
+        if count < 1:
+            raise BenchError("bad-count", f"{what} is {count}.", WHERE, "Give at least 1.")
+
+
+def _check_spaces(lanes: list[Prototype]) -> None:
+    first = lanes[0]
+    for other in lanes[1:]:
+        for what in ("observation_space", "action_space"):
+            mine, theirs = getattr(first, what), getattr(other, what)
+            if mine != theirs:
+                message = f"{first.task.id} has the {what} {mine}, {other.task.id} has {theirs}."
+                raise BenchError("different-spaces", message, WHERE, "Give tasks that share their spaces.")

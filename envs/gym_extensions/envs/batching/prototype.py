@@ -1,0 +1,43 @@
+"""What a lane takes from its task's single environment, built once a task."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import mujoco
+from gymnasium.spaces import Box
+
+from gym_extensions.catalog.tasks import Task
+from gym_extensions.envs.batching.physics import Array
+from gym_extensions.envs.build import construct
+from gym_extensions.envs.task_env import TaskEnv
+
+
+@dataclass(frozen=True, eq=False)
+class Prototype:
+    """A task's compiled model, spaces and starting point; shared by all its lanes."""
+
+    task: Task
+    model: mujoco.MjModel
+    frame_skip: int
+    init_qpos: Array
+    init_qvel: Array
+    observation_space: Box
+    action_space: Box
+
+    @property
+    def dt(self) -> float:
+        """Seconds an environment step, computed as Gymnasium computes it."""
+        return float(self.model.opt.timestep * self.frame_skip)
+
+
+def prototype(task: Task) -> Prototype:
+    """The prototype of a task, taken from its single environment."""
+    body = construct(task).unwrapped
+    if not isinstance(body, TaskEnv):
+        raise ValueError(f"{task.id} is no MuJoCo task")
+    observations, actions = body.observation_space, body.action_space
+    if not (isinstance(observations, Box) and isinstance(actions, Box)):
+        raise ValueError(f"{task.id} has spaces that are no boxes")
+    starts = body.init_qpos.copy(), body.init_qvel.copy()
+    return Prototype(task, body.model, body.frame_skip, *starts, observations, actions)
