@@ -1,0 +1,1 @@
+"""Reference agents, and the loop that runs any agent through a protocol and writes its submission."""

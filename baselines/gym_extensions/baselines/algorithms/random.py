@@ -1,0 +1,42 @@
+"""Uniformly random actions: half of the floor, and an entry that forgets nothing."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import gymnasium as gym
+import numpy as np
+
+from gym_extensions.baselines.agent import Array, Card, VectorEnv, acting_and_learning
+from gym_extensions.baselines.arrays import load_arrays, restore_generator, save_arrays, saved_generator
+
+
+class Random:
+    """Actions uniform over the action box, whatever is seen."""
+
+    def __init__(self, observation_space: gym.spaces.Box, action_space: gym.spaces.Box, seed: int) -> None:
+        self._low, self._high = action_space.low, action_space.high
+        self._acting, _ = acting_and_learning(seed)
+
+    def act(self, observations: Array) -> Array:
+        """One draw a lane."""
+        shape = (len(observations), *self._low.shape)
+        return self._acting.uniform(self._low, self._high, shape).astype(np.float32)
+
+    def learn(self, env: VectorEnv, steps: int) -> None:
+        """Nothing: no step is taken."""
+
+    def card(self) -> Card:
+        """The manifest's words."""
+        return Card("random", title="Random actions", description="Uniformly random actions; learns nothing.")
+
+    def save(self, path: Path) -> None:
+        """Writes the state of the generator."""
+        save_arrays(path, acting=saved_generator(self._acting))
+
+    def load(self, path: Path) -> None:
+        """Goes on with the saved generator."""
+        restore_generator(self._acting, load_arrays(path)["acting"])
+
+
+make = Random

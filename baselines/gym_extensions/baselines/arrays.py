@@ -1,0 +1,34 @@
+"""An agent's state as named arrays in an npz file; no pickle."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gym_extensions.baselines.agent import Array
+
+
+def save_arrays(path: Path, **arrays: Array) -> None:
+    """Writes the arrays under exactly that path."""
+    with path.open("wb") as out:
+        np.savez(out, allow_pickle=False, **arrays)
+
+
+def load_arrays(path: Path) -> dict[str, Array]:
+    """The arrays of an npz file by name."""
+    with np.load(path, allow_pickle=False) as file:
+        return {name: file[name] for name in file.files}
+
+
+def saved_generator(generator: np.random.Generator) -> Array:
+    """The generator's whole state as a string array."""
+    return np.array(json.dumps(generator.bit_generator.state, sort_keys=True))
+
+
+def restore_generator(generator: np.random.Generator, saved: Array) -> None:
+    """Sets the generator to a saved state."""
+    state: dict[str, Any] = json.loads(str(saved))
+    generator.bit_generator.state = state

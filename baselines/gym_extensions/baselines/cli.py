@@ -1,0 +1,73 @@
+"""gym-extensions train: an agent through a protocol to a submission."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from pathlib import Path
+
+from gym_extensions.baselines.show import shown
+from gym_extensions.catalog.errors import BenchError, reports_mistakes
+from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS
+
+
+def numbers(text: str) -> list[int]:
+    """The numbers of ``0,2,5-7``; raises ``BenchError`` for anything else."""
+    found: list[int] = []
+    for part in text.split(","):
+        span = re.fullmatch(r"\s*(\d+)\s*(?:-\s*(\d+)\s*)?", part)
+        if span is None:
+            hint = "Give numbers and ranges, as in 0,1 or 0-4."
+            raise BenchError("bad-runs", f"{text!r} is no list of runs.", "--runs", hint)
+        first = int(span[1])
+        found += range(first, int(span[2] or first) + 1)
+    return found
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command's options."""
+    command = argparse.ArgumentParser(
+        prog="gym-extensions train",
+        description="Run an agent through a protocol and write its submission. "
+        "Stopped and started again, it goes on at the last finished stage.",
+    )
+    command.add_argument("agent", help="random, still, trpo, or module:factory of your own")
+    command.add_argument(
+        "--group", required=True, help="one or several, as in hopper-gravity,walker2d-gravity"
+    )
+    command.add_argument(
+        "--protocol", default="sequential", help=f"of {','.join(PROTOCOLS)}; several by commas"
+    )
+    command.add_argument("--budget", default="1M", help=f"training steps a task: {', '.join(BUDGETS)}")
+    command.add_argument("--runs", default="0", help="training seeds, as in 0,1 or 0-4")
+    command.add_argument("--out", required=True, type=Path, help="the submission's folder")
+    command.add_argument("--jobs", type=int, default=1, help="processes side by side (default 1)")
+    command.add_argument(
+        "--lanes", type=int, help="training environments side by side (default: the budget's)"
+    )
+    return command
+
+
+@reports_mistakes
+def main(argv: list[str] | None = None) -> int:
+    """Trains, and tells where the submission lies."""
+    asked = parser().parse_args(argv)
+    if asked.jobs < 1:
+        raise BenchError("bad-jobs", f"{asked.jobs} processes are too few.", "--jobs", "Give at least 1.")
+    from gym_extensions.baselines.train import train
+
+    with shown(asked.budget) as screen:
+        train(
+            asked.agent,
+            [name.strip() for name in asked.group.split(",")],
+            [name.strip() for name in asked.protocol.split(",")],
+            asked.budget,
+            numbers(asked.runs),
+            asked.out,
+            jobs=asked.jobs,
+            lanes=asked.lanes,
+            listen=screen.hear,
+            announce=screen.plan,
+        )
+    print(f"The submission is in {asked.out}. Look at it with: score {asked.out}")
+    return 0
