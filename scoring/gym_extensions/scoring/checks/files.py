@@ -1,0 +1,126 @@
+"""Rules about the folder: what may lie in it, under which names, how large."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from gym_extensions.catalog.errors import did_you_mean
+from gym_extensions.catalog.groups import GROUPS
+from gym_extensions.catalog.protocol import PROTOCOLS
+from gym_extensions.scoring.checks.rule import rule
+from gym_extensions.scoring.folder import DEEPEST, MANIFEST, Folder
+from gym_extensions.scoring.problems import Finding
+
+LOGS = tuple(f"{protocol}.csv" for protocol in PROTOCOLS)
+CSV_FILES = (*LOGS, "curves.csv")
+ARRAY_FOLDERS = ("traces", "policies")
+MEBIBYTE = 2**20
+LARGEST = {".toml": MEBIBYTE // 4, ".csv": 64 * MEBIBYTE, ".npz": 16 * MEBIBYTE}
+LARGEST_SUBMISSION = 2048 * MEBIBYTE
+MOST_FILES = 50_000
+NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
+TRACE = re.compile(r"(sequential|single|joint)-run(\d+)-stage(\d+)-([A-Za-z0-9-]+)-episode(\d+)\.npz")
+POLICY = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,127}\.npz")
+
+
+@rule("folder")
+def not_a_submission(folder: Folder) -> Iterator[Finding]:
+    """A submission is a folder that holds a file submission.toml."""
+    if not folder.root.is_dir():
+        what = "is not a folder" if folder.root.exists() else "does not exist"
+        yield Finding(folder.name, f"{folder.name!r} {what}.", f"Name a folder that holds {MANIFEST}.")
+    elif not folder.has(MANIFEST):
+        hint = f"Write {MANIFEST} as docs/rollout-log.md says, or name the folder that holds it."
+        yield Finding(folder.name, f"There is no {MANIFEST} in it.", hint)
+
+
+@rule("folder")
+def folder_name(folder: Folder) -> Iterator[Finding]:
+    """The folder's name is up to 64 letters, digits, dots, dashes and underscores: it becomes the entry's address."""
+    if not NAME.fullmatch(folder.name):
+        hint = "Rename it with letters, digits, dots, dashes and underscores, 64 at most."
+        yield Finding(folder.name, f"The folder's name is {folder.name!r}.", hint)
+
+
+@rule("folder")
+def not_a_regular_file(folder: Folder) -> Iterator[Finding]:
+    """Everything in a submission is a folder or a regular file: no symbolic link, no device."""
+    for entry in folder.entries:
+        if entry.kind not in ("file", "folder"):
+            found = "a symbolic link" if entry.kind == "link" else "neither a file nor a folder"
+            yield Finding(entry.path, f"This is {found}.", "Put the file itself in its place.")
+
+
+@rule("folder")
+def unknown_group(folder: Folder) -> Iterator[Finding]:
+    """Each folder in a submission is named after a published group, without its version."""
+    for entry in folder.entries:
+        if entry.kind == "folder" and "/" not in entry.path and entry.path not in GROUPS:
+            hint = did_you_mean(entry.path, GROUPS) or "Groups are listed by: gym-extensions envs list."
+            yield Finding(entry.path, f"There is no group {entry.path!r}.", hint)
+
+
+def _expected(path: str) -> bool:
+    parts = path.split("/")
+    if len(parts) == 1:
+        return path == MANIFEST
+    if parts[0] not in GROUPS:
+        return True  # unknown_group has told it
+    if len(parts) == 2:
+        return parts[1] in CSV_FILES
+    if len(parts) != 3 or parts[1] not in ARRAY_FOLDERS:
+        return False
+    if parts[1] == "policies":
+        return POLICY.fullmatch(parts[2]) is not None
+    match = TRACE.fullmatch(parts[2])
+    return match is not None and any(match[4] == task.name for task in GROUPS[parts[0]].tasks)
+
+
+@rule("folder")
+def unexpected_name(folder: Folder) -> Iterator[Finding]:
+    """Only the files that docs/rollout-log.md names lie in a submission, each in its place."""
+    for entry in folder.entries:
+        parts = entry.path.split("/")
+        if entry.kind == "folder":
+            deep = len(parts) > 2 or (len(parts) == 2 and parts[1] not in ARRAY_FOLDERS)
+            if deep and len(parts) <= DEEPEST and parts[0] in GROUPS:
+                yield Finding(entry.path, "A folder of this name has no place here.", "Remove it.")
+        elif entry.kind == "file" and not _expected(entry.path):
+            choices = (MANIFEST,) if len(parts) == 1 else CSV_FILES
+            close = did_you_mean(parts[-1], choices) if len(parts) <= 2 else ""
+            hint = (
+                close
+                if close.startswith("Did")
+                else "Remove it, or give it the name that docs/rollout-log.md says."
+            )
+            yield Finding(entry.path, "A file of this name has no place here.", hint)
+
+
+@rule("folder")
+def no_logs(folder: Folder) -> Iterator[Finding]:
+    """Each group's folder holds at least one of sequential.csv, single.csv and joint.csv."""
+    for entry in folder.entries:
+        known = entry.kind == "folder" and entry.path in GROUPS
+        if known and not any(folder.has(f"{entry.path}/{log}") for log in LOGS):
+            yield Finding(
+                entry.path, "There is no log in it.", f"Add one of {', '.join(LOGS)}, or remove the folder."
+            )
+
+
+@rule("folder")
+def too_large(folder: Folder) -> Iterator[Finding]:
+    """A submission keeps within the limits on the size of a file, the size of all and their number."""
+    for entry in folder.files():
+        limit = LARGEST.get(entry.path[entry.path.rfind(".") :], MEBIBYTE)
+        if entry.size > limit:
+            found = f"The file has {entry.size} bytes; the limit is {limit}."
+            yield Finding(entry.path, found, "Leave out what the format does not ask for.")
+    total, count = sum(entry.size for entry in folder.files()), len(folder.files())
+    if total > LARGEST_SUBMISSION or count > MOST_FILES:
+        found = (
+            f"It has {count} files of {total} bytes; the limits are {MOST_FILES} and {LARGEST_SUBMISSION}."
+        )
+        yield Finding(
+            folder.name, found, "Keep the audit sample of traces, and put the rest into an archive."
+        )

@@ -1,0 +1,177 @@
+"""Rules about submission.toml. Each looks at its parsed tables."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator
+from typing import Any
+
+from gym_extensions.catalog.errors import did_you_mean
+from gym_extensions.catalog.protocol import BUDGETS
+from gym_extensions.scoring.checks.rule import rule
+from gym_extensions.scoring.folder import MANIFEST
+from gym_extensions.scoring.manifest import (
+    COUNT,
+    FLAG,
+    FREE,
+    LONG,
+    NAMES,
+    OPTIONAL_SECTIONS,
+    REPORTED_LACKS,
+    SECTIONS,
+    SHORT,
+    URL,
+    Field,
+    parse,
+)
+from gym_extensions.scoring.paper import TABLES
+from gym_extensions.scoring.problems import Finding
+
+Tables = dict[str, Any]
+WEB = re.compile(r"(https?://[^\s<>\"']+)?")
+
+
+def _key(section: str, name: str) -> str:
+    return f"{MANIFEST}, {f'[{section}] ' if section else ''}{name}"
+
+
+@rule("manifest-bytes")
+def malformed_toml(data: bytes) -> Iterator[Finding]:
+    """submission.toml is TOML in UTF-8."""
+    try:
+        parse(data)
+    except ValueError as mistake:
+        yield Finding(
+            MANIFEST, f"It is not TOML: {mistake}.", "Correct that place; the format is at https://toml.io."
+        )
+
+
+@rule("manifest")
+def unknown_key(tables: Tables) -> Iterator[Finding]:
+    """Every section and key of submission.toml is one that the format names; only [hyperparameters] has free keys."""
+    for name in tables:
+        if name not in SECTIONS and name not in SECTIONS[""]:
+            hint = did_you_mean(name, [*filter(None, SECTIONS), *SECTIONS[""]]) or "Remove it."
+            yield Finding(MANIFEST, f"There is no key {name!r}.", hint)
+    for section, fields in SECTIONS.items():
+        given = tables.get(section) if section and section != FREE else None
+        for name in given if isinstance(given, dict) else ():
+            if name not in fields:
+                yield Finding(_key(section, name), f"There is no key {name!r}.", did_you_mean(name, fields))
+
+
+@rule("manifest")
+def missing_key(tables: Tables) -> Iterator[Finding]:
+    """Every required section and key of submission.toml is there."""
+    lacking = (*OPTIONAL_SECTIONS, *(REPORTED_LACKS if "reported" in tables else ()))
+    for section, fields in SECTIONS.items():
+        if section in lacking and section not in tables:
+            continue
+        given = tables.get(section, {}) if section else tables
+        for name, field in fields.items():
+            if field.required and isinstance(given, dict) and name not in given:
+                yield Finding(_key(section, name), "The key is missing.", f"Add {name} = a {field.kind}.")
+
+
+def _wrong(field: Field, value: object) -> str:
+    """What is wrong with a value, or nothing."""
+    if field.kind == FLAG:
+        return "" if isinstance(value, bool) else f"{value!r} is not true or false."
+    if field.kind == COUNT:
+        whole = isinstance(value, int) and not isinstance(value, bool) and 0 <= value < 2**53
+        return "" if whole else f"{value!r} is not a whole number from 0."
+    if field.kind == NAMES:
+        listed = isinstance(value, list) and len(value) <= SHORT
+        good = listed and all(isinstance(one, str) and 0 < len(one) <= SHORT for one in value)  # type: ignore[attr-defined]
+        return "" if good else f"{value!r} is not a list of texts of at most {SHORT} characters."
+    if not isinstance(value, str):
+        return f"{value!r} is not a text."
+    if len(value) > field.longest:
+        return f"It has {len(value)} characters; the limit is {field.longest}."
+    if field.kind == URL and not WEB.fullmatch(value):
+        return f"{value!r} is not an address that begins with https:// or http://."
+    return ""
+
+
+@rule("manifest")
+def bad_value(tables: Tables) -> Iterator[Finding]:
+    """Every value of submission.toml is of the kind that its key takes; a section is a table."""
+    for section, fields in SECTIONS.items():
+        given = tables.get(section, {}) if section else tables
+        if not isinstance(given, dict):
+            yield Finding(
+                f"{MANIFEST}, {section}", f"{given!r} is not a section.", f"Write [{section}] and its keys."
+            )
+            continue
+        for name, field in fields.items():
+            wrong = _wrong(field, given[name]) if name in given else ""
+            if wrong:
+                yield Finding(_key(section, name), wrong, f"Give a {field.kind}.")
+            elif name in given and field.choices and given[name] not in field.choices and name != "budget":
+                choices = [str(choice) for choice in field.choices]
+                yield Finding(
+                    _key(section, name),
+                    f"The value is {given[name]!r}.",
+                    did_you_mean(str(given[name]), choices),
+                )
+
+
+@rule("manifest")
+def unknown_budget(tables: Tables) -> Iterator[Finding]:
+    """The budget is one of the published ones."""
+    protocol = tables.get("protocol")
+    name = protocol.get("budget") if isinstance(protocol, dict) else None
+    if isinstance(name, str) and name not in BUDGETS:
+        yield Finding(
+            _key("protocol", "budget"), f"There is no budget {name!r}.", did_you_mean(name, BUDGETS)
+        )
+
+
+@rule("manifest")
+def unknown_report(tables: Tables) -> Iterator[Finding]:
+    """A reported entry names one of the published tables that the project keeps with its sources."""
+    name = tables.get("reported")
+    if isinstance(name, str) and name not in TABLES:
+        yield Finding(_key("", "reported"), f"There is no table {name!r}.", did_you_mean(name, TABLES))
+
+
+def _plain(value: object) -> bool:
+    if isinstance(value, list):
+        return len(value) <= SHORT and all(not isinstance(one, list) and _plain(one) for one in value)
+    if isinstance(value, float):
+        return math.isfinite(value)
+    return isinstance(value, (bool, int)) or (isinstance(value, str) and len(value) <= LONG)
+
+
+@rule("manifest")
+def bad_hyperparameter(tables: Tables) -> Iterator[Finding]:
+    """A hyperparameter is a text, a finite number, true or false, or a list of them."""
+    given = tables.get(FREE)
+    for name, value in given.items() if isinstance(given, dict) else ():
+        if not _plain(value):
+            yield Finding(
+                _key(FREE, name),
+                f"{value!r} is of another kind.",
+                "Give a text, a finite number, true or false, or a list of them.",
+            )
+
+
+def _texts(value: object, place: str) -> Iterator[tuple[str, str]]:
+    if isinstance(value, str):
+        yield place, value
+    elif isinstance(value, dict):
+        for name, inner in value.items():
+            yield place, name
+            yield from _texts(inner, f"{place}, {name}" if name.isprintable() else place)
+    elif isinstance(value, list):
+        for inner in value:
+            yield from _texts(inner, place)
+
+
+@rule("manifest")
+def control_character(tables: Tables) -> Iterator[Finding]:
+    """Texts hold printable characters and line breaks alone: nothing that a terminal would obey."""
+    for place, value in _texts(tables, MANIFEST):
+        if not value.replace("\n", "").replace("\t", "").isprintable():
+            yield Finding(place, f"The text {value[:60]!r} holds a control character.", "Remove it.")

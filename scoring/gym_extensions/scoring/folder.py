@@ -1,0 +1,85 @@
+"""What lies in a submission's folder: names, kinds and sizes, without following a link or opening a file."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+PROGRESS = ".progress"
+"""Where the recorder keeps the parts of an unfinished run; never part of a submission."""
+MANIFEST = "submission.toml"
+DEEPEST = 4
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A name in the folder: its path inside the submission with ``/``, its kind, its size in bytes."""
+
+    path: str
+    kind: str
+    size: int = 0
+
+
+@dataclass(frozen=True)
+class Folder:
+    """A submission's folder and everything in it, sorted by path."""
+
+    root: Path
+    name: str
+    entries: tuple[Entry, ...]
+
+    def files(self) -> list[Entry]:
+        """The regular files."""
+        return [entry for entry in self.entries if entry.kind == "file"]
+
+    def has(self, path: str) -> bool:
+        """Whether a regular file of that path is there."""
+        return any(entry.path == path and entry.kind == "file" for entry in self.entries)
+
+    def read(self, path: str) -> bytes:
+        """The bytes of a file; raises OSError where it cannot be read."""
+        return (self.root / path).read_bytes()
+
+
+def _printable(name: str) -> str:
+    return name if name.isprintable() else ascii(name)[1:-1]
+
+
+def _entries(folder: Path, prefix: str, depth: int) -> Iterator[Entry]:
+    with os.scandir(folder) as found:
+        for item in found:
+            path = f"{prefix}{_printable(item.name)}"
+            if path == PROGRESS:
+                continue
+            if item.is_symlink():
+                yield Entry(path, "link")
+            elif item.is_dir(follow_symlinks=False):
+                yield Entry(path, "folder")
+                if depth < DEEPEST:
+                    yield from _entries(Path(item.path), f"{path}/", depth + 1)
+            elif item.is_file(follow_symlinks=False):
+                yield Entry(path, "file", item.stat(follow_symlinks=False).st_size)
+            else:
+                yield Entry(path, "device")
+
+
+def scan(root: Path) -> Folder:
+    """The folder as it is on disk; a path that is no folder gives one without entries."""
+    name = root.name or root.resolve().name
+    if not root.is_dir():
+        return Folder(root, name, ())
+    return Folder(root, name, tuple(sorted(_entries(root, "", 1), key=lambda entry: entry.path)))
+
+
+def submission_folders(paths: list[Path]) -> list[Path]:
+    """The submissions that the paths name, sorted by name: a folder of submissions stands for all in it."""
+    found: list[Path] = []
+    for path in paths:
+        path = path if path.name not in ("", ".", "..") else path.resolve()
+        inside = [] if (path / MANIFEST).exists() or not path.is_dir() else sorted(path.iterdir())
+        folders = [child for child in inside if child.is_dir() and not child.name.startswith(".")]
+        holds = any((child / MANIFEST).exists() for child in folders)
+        found += folders if holds else [path]
+    return sorted(dict.fromkeys(found), key=lambda folder: (folder.name, str(folder)))

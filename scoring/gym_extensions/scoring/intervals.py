@@ -1,0 +1,92 @@
+"""Student's t over whole runs: the interval of a mean, from a table of quantiles, the same bytes on any machine."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from gym_extensions.scoring.quantiles import T_975
+from gym_extensions.scoring.run import deviation
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A mean with its 95 % interval; ``low`` and ``high`` are None where one run gives none.
+
+    ``error`` is the standard error of the mean and ``freedom`` its degrees of freedom.
+    """
+
+    mean: float
+    low: float | None = None
+    high: float | None = None
+    error: float | None = None
+    freedom: float | None = None
+
+
+def quantile(freedom: float) -> float:
+    """The .975 quantile of Student's t for at least one degree of freedom, not necessarily whole.
+
+    Between whole degrees it is interpolated in 1/ν, which errs to the wide side (t is convex in 1/ν); beyond the
+    table its last entry is kept.
+    """
+    if freedom < 1:
+        raise ValueError(f"{freedom} degrees of freedom.")
+    below = min(int(freedom), len(T_975))
+    if below == len(T_975) or below == freedom:
+        return T_975[below - 1]
+    share = (1 / below - 1 / freedom) / (1 / below - 1 / (below + 1))
+    return T_975[below - 1] + share * (T_975[below] - T_975[below - 1])
+
+
+def around(mean: float, error: float, freedom: float) -> Interval:
+    """mean ± t(.975, ν) × standard error."""
+    half = quantile(freedom) * error
+    return Interval(mean, mean - half, mean + half, error, freedom)
+
+
+def interval(values: Sequence[float]) -> Interval:
+    """The interval of the mean of one value a run: mean ± t(.975, N − 1) · s / √N; no interval for one run."""
+    centre = math.fsum(values) / len(values)
+    if len(values) < 2:
+        return Interval(centre)
+    return around(centre, deviation(values, lost=1) / math.sqrt(len(values)), len(values) - 1)
+
+
+def difference(first: Sequence[float], second: Sequence[float]) -> Interval:
+    """The interval of mean(first) − mean(second), runs unpaired: Welch's, with Welch–Satterthwaite degrees of freedom."""
+    gap = math.fsum(first) / len(first) - math.fsum(second) / len(second)
+    if len(first) < 2 or len(second) < 2:
+        return Interval(gap)
+    error, freedom = combined([_squared_error(first), _squared_error(second)])
+    return around(gap, error, freedom)
+
+
+def _squared_error(values: Sequence[float]) -> tuple[float, float]:
+    return deviation(values, lost=1) ** 2 / len(values), len(values) - 1.0
+
+
+def combined(parts: Sequence[tuple[float, float]]) -> tuple[float, float]:
+    """Standard error and degrees of freedom (Welch–Satterthwaite) of a sum of independent means.
+
+    Args:
+        parts: squared standard error and degrees of freedom of each.
+    """
+    total = math.fsum(square for square, _ in parts)
+    below = math.fsum(square * square / freedom for square, freedom in parts)
+    if below == 0:
+        return math.sqrt(total), math.fsum(freedom for _, freedom in parts)
+    freedom = total * total / below
+    return math.sqrt(total), max(freedom, min(freedom for _, freedom in parts))
+
+
+def mean_of(parts: Sequence[Interval]) -> Interval:
+    """The mean over independent groups: SE² = Σ SE_g² / G²; no interval where a part has none."""
+    centre = math.fsum(part.mean for part in parts) / len(parts)
+    known = [
+        (part.error / len(parts), part.freedom) for part in parts if part.error is not None and part.freedom
+    ]
+    if len(known) < len(parts):
+        return Interval(centre)
+    error, freedom = combined([(share * share, degrees) for share, degrees in known])
+    return around(centre, error, freedom)

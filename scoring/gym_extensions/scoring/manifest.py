@@ -1,0 +1,118 @@
+"""submission.toml as a value: who, what, how; read strictly, so that a misspelt key is told and never ignored."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import dataclass
+from typing import Any
+
+from gym_extensions.catalog.protocol import BUDGETS
+
+Scalar = str | int | float | bool
+
+TEXT, COUNT, FLAG, URL, NAMES = (
+    "text",
+    "whole number",
+    "true or false",
+    "web address or empty",
+    "list of texts",
+)
+SHORT, LONG = 100, 4000
+
+
+@dataclass(frozen=True)
+class Field:
+    """One key of submission.toml: what kind of value it takes and which values are allowed (all, if none is named)."""
+
+    kind: str
+    choices: tuple[Scalar, ...] = ()
+    required: bool = True
+    longest: int = SHORT
+
+
+SECTIONS: dict[str, dict[str, Field]] = {
+    "": {
+        "format": Field(COUNT, choices=(1,)),
+        "title": Field(TEXT),
+        "authors": Field(NAMES),
+        "description": Field(TEXT, longest=LONG),
+        "reported": Field(TEXT, required=False),
+    },
+    "code": {"url": Field(URL, longest=500), "commit": Field(TEXT)},
+    "protocol": {
+        "budget": Field(TEXT, choices=tuple(BUDGETS)),
+        "algorithm": Field(TEXT),
+        "evaluation": Field(TEXT, choices=("sampled", "deterministic")),
+    },
+    "knows": {name: Field(FLAG) for name in ("task_in_training", "task_in_evaluation", "boundaries")},
+    "memory": {name: Field(COUNT) for name in ("stored_steps", "parameters_first", "parameters_last")},
+    "versions": {
+        name: Field(TEXT) for name in ("gym_extensions", "gymnasium", "mujoco", "numpy", "python", "platform")
+    },
+    "archive": {"url": Field(URL, longest=500), "sha256": Field(TEXT)},
+    "hyperparameters": {},
+}
+"""Every key of submission.toml, by section; the keys of ``hyperparameters`` are free."""
+
+FREE = "hyperparameters"
+OPTIONAL_SECTIONS = ("archive", FREE)
+REPORTED_LACKS = ("memory", "versions")
+"""Sections that a published table, which has no logs, may leave out."""
+
+
+@dataclass(frozen=True)
+class Manifest:
+    """What a submission says of itself. ``reported`` names a published table that stands in for logs."""
+
+    title: str
+    authors: tuple[str, ...]
+    description: str
+    code: dict[str, str]
+    budget: str
+    algorithm: str
+    evaluation: str
+    hyperparameters: dict[str, Any]
+    knows: dict[str, bool]
+    memory: dict[str, int]
+    versions: dict[str, str]
+    archive: dict[str, str]
+    reported: str = ""
+
+    def as_dict(self) -> dict[str, Any]:
+        """The manifest as it stands in the scorecard's JSON."""
+        return {
+            "authors": list(self.authors),
+            "description": self.description,
+            "code": self.code,
+            "protocol": {"budget": self.budget, "algorithm": self.algorithm, "evaluation": self.evaluation},
+            "hyperparameters": self.hyperparameters,
+            "knows": self.knows,
+            "memory": self.memory,
+            "versions": self.versions,
+            "archive": self.archive,
+        }
+
+
+def parse(data: bytes) -> dict[str, Any]:
+    """The tables of a TOML file; raises ValueError (tomllib's or Unicode's) where it is malformed."""
+    return tomllib.loads(data.decode("utf-8"))
+
+
+def manifest(tables: dict[str, Any]) -> Manifest:
+    """The manifest of tables in which no rule found a problem."""
+    protocol = tables["protocol"]
+    return Manifest(
+        title=tables["title"],
+        authors=tuple(tables["authors"]),
+        description=tables["description"],
+        code=dict(tables["code"]),
+        budget=protocol["budget"],
+        algorithm=protocol["algorithm"],
+        evaluation=protocol["evaluation"],
+        hyperparameters=dict(tables.get(FREE, {})),
+        knows=dict(tables["knows"]),
+        memory=dict(tables.get("memory", {})),
+        versions=dict(tables.get("versions", {})),
+        archive=dict(tables.get("archive", {})),
+        reported=tables.get("reported", ""),
+    )

@@ -1,0 +1,69 @@
+"""Checked logs -> the returns of a group as arrays; every cell exists, or there are no results."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gym_extensions.catalog.groups import TaskGroup
+from gym_extensions.catalog.protocol import BUDGETS, EVALUATION_EPISODES
+from gym_extensions.scoring.checks.curves import Curves
+from gym_extensions.scoring.rows import Log, stages
+from gym_extensions.scoring.submission import GroupEntry
+
+Returns = NDArray[np.float64]
+Curve = tuple[tuple[int, float], ...]
+"""A training curve: (step, mean return of the training episodes ended since the point before)."""
+
+
+@dataclass(frozen=True)
+class Results:
+    """Raw returns of a group, each array or None.
+
+    ``sequential`` has axes [run, stage, task, episode], ``single`` and ``joint`` [run, task, episode]; ``runs`` holds
+    the training seeds of each. ``curves`` holds a curve by (protocol, run, task id); ``steps`` is the budget's
+    training steps a task.
+    """
+
+    group: TaskGroup
+    steps: int
+    runs: dict[str, tuple[int, ...]]
+    sequential: Returns | None = None
+    single: Returns | None = None
+    joint: Returns | None = None
+    curves: dict[tuple[str, int, str], Curve] = field(default_factory=dict)
+
+
+def _array(log: Log | None) -> Returns | None:
+    if log is None:
+        return None
+    tasks = len(log.group.tasks)
+    shape = (len(log.runs), len(stages(log.protocol, tasks)), tasks, EVALUATION_EPISODES)
+    if not log.complete or log.return_.size != np.prod(shape):
+        raise ValueError(f"{log.path} is not a complete log.")
+    cells = log.return_.reshape(shape)
+    return cells if log.protocol == "sequential" else cells[:, 0]
+
+
+def curves_by_key(curves: Curves | None) -> dict[tuple[str, int, str], Curve]:
+    """The curves of curves.csv by protocol, run and task id."""
+    found: dict[tuple[str, int, str], list[tuple[int, float]]] = {}
+    if curves is not None:
+        for index, point in enumerate(zip(curves.step, curves.return_, strict=True)):
+            found.setdefault(curves.key(index), []).append(point)
+    return {key: tuple(points) for key, points in found.items()}
+
+
+def results(entry: GroupEntry, budget: str) -> Results:
+    """The results of a group's checked logs."""
+    return Results(
+        group=entry.group,
+        steps=BUDGETS[budget].steps_for(entry.group.name),
+        runs={protocol: log.runs for protocol, log in entry.logs.items()},
+        sequential=_array(entry.logs.get("sequential")),
+        single=_array(entry.logs.get("single")),
+        joint=_array(entry.logs.get("joint")),
+        curves=curves_by_key(entry.curves),
+    )

@@ -1,0 +1,43 @@
+"""One run in normalised returns: what every metric is a function of, with the indices of the formulas."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+Number = float | None
+
+
+def mean(values: Iterable[float]) -> Number:
+    """The mean by ``math.fsum``; None of nothing, never 0."""
+    listed = list(values)
+    return math.fsum(listed) / len(listed) if listed else None
+
+
+def deviation(values: Sequence[float], lost: int = 0) -> float:
+    """The standard deviation, dividing by n − ``lost`` (0: of these episodes, 1: of runs as a sample)."""
+    centre = math.fsum(values) / len(values)
+    return math.sqrt(math.fsum((value - centre) ** 2 for value in values) / (len(values) - lost))
+
+
+@dataclass(frozen=True)
+class Run:
+    """Normalised returns of one training seed. Stages s count from 0 (untrained), tasks j from 1, as in docs/metrics.md.
+
+    ``scored`` are the positions j of the tasks that are not open. ``cells[s, j]`` is p[s][j], ``last[j]`` the
+    normalised episodes at stage T, ``alone[j]`` p_single[j], ``area[j]`` and ``area_alone[j]`` the areas under the
+    training curves. All hold the scored positions only.
+    """
+
+    T: int
+    scored: tuple[int, ...]
+    cells: dict[tuple[int, int], float] = field(default_factory=dict)
+    last: dict[int, tuple[float, ...]] = field(default_factory=dict)
+    alone: dict[int, float] = field(default_factory=dict)
+    area: dict[int, float] = field(default_factory=dict)
+    area_alone: dict[int, float] = field(default_factory=dict)
+
+    def p(self, s: int, j: int) -> float:
+        """Normalised mean return on task j after stage s."""
+        return self.cells[s, j]

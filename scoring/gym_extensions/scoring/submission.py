@@ -1,0 +1,205 @@
+"""A folder -> a Submission, and every problem in it at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, TypeVar
+
+from gym_extensions.catalog.groups import GROUPS, TaskGroup
+from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS
+from gym_extensions.scoring import manifest as toml
+from gym_extensions.scoring import rows
+from gym_extensions.scoring.checks.across import GroupLogs, outcomes
+from gym_extensions.scoring.checks.arrays import LARGEST_PACKED, Arrays
+from gym_extensions.scoring.checks.curves import Curves
+from gym_extensions.scoring.checks.rule import broken, rule
+from gym_extensions.scoring.folder import MANIFEST, Folder, scan
+from gym_extensions.scoring.log import CURVE_COLUMNS, EPISODE_COLUMNS
+from gym_extensions.scoring.problems import Finding, Problem
+from gym_extensions.scoring.rows import Log
+from gym_extensions.scoring.text import Text, columns
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class GroupEntry:
+    """What a submission holds of one group: the checked logs by protocol, the training curves, notes."""
+
+    group: TaskGroup
+    logs: dict[str, Log]
+    curves: Curves | None = None
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Submission:
+    """A submission in which no rule found a problem, or what could be read of it."""
+
+    name: str
+    manifest: toml.Manifest | None
+    groups: dict[str, GroupEntry]
+    problems: tuple[Problem, ...] = ()
+
+
+@dataclass(frozen=True)
+class Unreadable:
+    """A file that the operating system did not give."""
+
+    path: str
+    reason: str
+
+
+@rule("unreadable")
+def unreadable_file(file: Unreadable) -> Iterator[Finding]:
+    """Every file of a submission can be read."""
+    yield Finding(
+        file.path, f"The file cannot be read: {file.reason}.", "Give it read permission, or copy it again."
+    )
+
+
+class _Reader:
+    """Reads one folder step by step, collecting problems; a part with problems is not read further."""
+
+    def __init__(self, folder: Folder) -> None:
+        self.folder = folder
+        self.problems: list[Problem] = []
+
+    def passes(self, scope: str, subject: Any) -> bool:
+        """Whether the rules of a scope find nothing; what they find is kept."""
+        found = broken(scope, subject)
+        self.problems += found
+        return not found
+
+    def bytes(self, path: str) -> bytes | None:
+        """The bytes of a file, or None with a problem where they cannot be read."""
+        try:
+            return self.folder.read(path)
+        except OSError as error:
+            self.passes("unreadable", Unreadable(path, error.strerror or type(error).__name__))
+            return None
+
+    def manifest(self) -> toml.Manifest | None:
+        data = self.bytes(MANIFEST)
+        if data is None or not self.passes("manifest-bytes", data):
+            return None
+        tables = toml.parse(data)
+        return toml.manifest(tables) if self.passes("manifest", tables) else None
+
+    def cells(self, path: str, header: tuple[str, ...], build: Callable[[rows.Cells], T]) -> T | None:
+        """What ``build`` makes of a CSV file whose bytes and cells are as they must be."""
+        data = self.bytes(path)
+        if data is None or not self.passes("text", text := Text(path, header, data)):
+            return None
+        cells = rows.Cells(path, columns(text))
+        try:
+            return build(cells)
+        except (ValueError, KeyError, OverflowError):
+            self.passes("cells", cells)
+            return None
+
+    def log(self, group: TaskGroup, protocol: str) -> Log | None:
+        path = f"{group.name}/{protocol}.csv"
+        if not self.folder.has(path):
+            return None
+        log = self.cells(path, EPISODE_COLUMNS, lambda cells: rows.log(cells, protocol, group))
+        if log is None:
+            return None
+        good = log.complete or self.passes("keys", log)
+        return log if self.passes("log", log) and good and log.complete else None
+
+    def curves(self, group: TaskGroup, budget: str, logs: dict[str, Log]) -> Curves | None:
+        path = f"{group.name}/curves.csv"
+        if not self.folder.has(path):
+            return None
+        runs = {protocol: log.runs for protocol, log in logs.items()}
+
+        def build(cells: rows.Cells) -> Curves:
+            protocol, run, task, step, return_ = (cells.columns[name] for name in CURVE_COLUMNS)
+            whole = [int(cell) for cell in run], [int(cell) for cell in step]
+            return Curves(
+                path,
+                group,
+                BUDGETS.get(budget),
+                runs,
+                protocol,
+                whole[0],
+                task,
+                whole[1],
+                list(map(float, return_)),
+            )
+
+        found = self.cells(path, CURVE_COLUMNS, build)
+        return found if found is not None and self.passes("curves", found) else None
+
+    def arrays(self, group: TaskGroup, logs: dict[str, Log]) -> None:
+        runs = {protocol: log.runs for protocol, log in logs.items()}
+        for entry in self.folder.files():
+            mine = entry.path.startswith(f"{group.name}/") and entry.path.endswith(".npz")
+            if mine and entry.size <= LARGEST_PACKED and (data := self.bytes(entry.path)) is not None:
+                self.passes("arrays", Arrays(entry.path, data, runs))
+
+    def group(self, group: TaskGroup, manifest: toml.Manifest | None) -> GroupEntry:
+        logs = {protocol: log for protocol in PROTOCOLS if (log := self.log(group, protocol)) is not None}
+        learns = manifest is None or manifest.memory.get("parameters_last", 1) > 0
+        self.passes("group", GroupLogs(group.name, logs, learns))
+        whole = all(
+            protocol in logs for protocol in PROTOCOLS if self.folder.has(f"{group.name}/{protocol}.csv")
+        )
+        curves = self.curves(group, manifest.budget if manifest else "", logs) if whole else None
+        if whole:
+            self.arrays(group, logs)
+        return GroupEntry(group, logs, curves)
+
+
+def read(path: Path) -> Submission:
+    """The submission in a folder; with problems, what could be read of it and all of them."""
+    folder = scan(path)
+    reader = _Reader(folder)
+    reader.passes("folder", folder)
+    if not folder.has(MANIFEST):
+        return Submission(folder.name, None, {}, tuple(reader.problems))
+    manifest = reader.manifest()
+    names = [name for name in GROUPS if any(entry.path == name for entry in folder.entries)]
+    groups = {GROUPS[name].id: reader.group(GROUPS[name], manifest) for name in names}
+    problems = tuple(reader.problems)
+    if not problems and manifest is not None:
+        groups = {name: without_copies(entry) for name, entry in groups.items()}
+    return Submission(folder.name, manifest, groups, problems)
+
+
+def without_copies(entry: GroupEntry) -> GroupEntry:
+    """The entry with runs that are identical in every log counted once, and a note that says so."""
+    each = [dict(zip(log.runs, outcomes(log), strict=True)) for log in entry.logs.values()]
+    runs = [set(one) for one in each]
+    if not each or any(one != runs[0] for one in runs):
+        return entry
+    first: dict[tuple[object, ...], int] = {}
+    for run in sorted(runs[0]):
+        first.setdefault(tuple(one[run] for one in each), run)
+    kept = sorted(first.values())
+    if len(kept) == len(runs[0]):
+        return entry
+    logs = {protocol: only(log, set(kept)) for protocol, log in entry.logs.items()}
+    note = f"Runs {sorted(runs[0])} hold {len(kept)} different: runs identical in every episode count as one."
+    return replace(entry, logs=logs, notes=(*entry.notes, note))
+
+
+def only(log: Log, runs: set[int]) -> Log:
+    """The rows of a complete log that belong to the given runs."""
+    keep = [index for index, run in enumerate(log.run.tolist()) if run in runs]
+    return replace(
+        log,
+        runs=tuple(sorted(runs)),
+        run=log.run[keep],
+        stage=log.stage[keep],
+        task=[log.task[index] for index in keep],
+        episode=log.episode[keep],
+        seed=log.seed[keep],
+        length=log.length[keep],
+        return_=log.return_[keep],
+        terminated=log.terminated[keep],
+        fingerprint=[log.fingerprint[index] for index in keep],
+    )
