@@ -29,8 +29,8 @@ def make_batch(
     """``num_envs`` lanes stepped at once, bit for bit the single environments, in autoreset mode NEXT_STEP.
 
     Lanes that share a model layout and rules, as those of a gravity or body group do, run in one physics
-    batch. Others run in a batch each, one after the other, behind the same vector environment. Tasks for which
-    there are no whole-array rules are stepped one by one through their single environments.
+    batch. Others run in a batch each, one after the other, behind the same vector environment. Tasks without
+    whole-array rules are stepped one by one, through their single environments.
 
     Args:
         tasks: an id, a bare name or a Task, or a list of them; lane i holds ``tasks[i mod len(tasks)]``.

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from gym_extensions.envs.batching.noise import uniform_state
 from gym_extensions.envs.batching.physics import Array, Lanes, Physics
 from gym_extensions.envs.batching.prototype import Prototype
 from gym_extensions.envs.batching.rules import Flags
@@ -30,20 +31,18 @@ class HumanoidRules:
     fields: ClassVar[tuple[str, ...]] = ("xipos", "cinert", "cvel", "qfrc_actuator", "cfrc_ext")
 
     def __init__(self, physics: Physics, lanes: Sequence[Prototype]) -> None:
-        self._prototypes = lanes
+        self._qpos = np.array([lane.init_qpos for lane in lanes])
+        self._qvel = np.array([lane.init_qvel for lane in lanes])
         self._field = {name: physics.field(name) for name in ("qpos", "qvel", *self.fields)}
         self._masses = np.array([lane.model.body_mass for lane in lanes])
         self._total_mass = np.array([lane.model.body_mass.sum() for lane in lanes])
         self._dt = lanes[0].dt
         self._x_before = np.zeros(len(lanes))
 
-    def draw(self, lane: int, generator: np.random.Generator) -> Mapping[str, Array]:
+    def draw(self, lanes: Lanes, generators: Sequence[np.random.Generator]) -> Mapping[str, Array]:
         """Positions, then velocities, about the model's own."""
-        start = self._prototypes[lane]
-        return {
-            "qpos": start.init_qpos + generator.uniform(-NOISE, NOISE, start.model.nq),
-            "qvel": start.init_qvel + generator.uniform(-NOISE, NOISE, start.model.nv),
-        }
+        qpos, qvel = uniform_state(generators, NOISE, self._qpos.shape[1], self._qvel.shape[1])
+        return {"qpos": self._qpos[lanes] + qpos, "qvel": self._qvel[lanes] + qvel}
 
     def started(self, lanes: Lanes) -> None:
         """The centre of mass is read from the bodies, so nothing is carried."""

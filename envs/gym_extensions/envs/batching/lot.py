@@ -46,10 +46,7 @@ class Lot:
 
     def reset(self, lanes: Lanes, generators: Sequence[np.random.Generator]) -> None:
         """Starts new episodes in some lanes, each drawn from its own generator."""
-        drawn = [
-            self._rules.draw(int(lane), generator) for lane, generator in zip(lanes, generators, strict=True)
-        ]
-        self._physics.reset(lanes, {name: np.array([rows[name] for rows in drawn]) for name in drawn[0]})
+        self._physics.reset(lanes, self._rules.draw(lanes, generators))
         self._rules.started(lanes)
 
     def step(self, actions: NDArray[Any], lanes: Lanes | None) -> tuple[Array, Flags]:

@@ -28,7 +28,10 @@ class Physics(Protocol):
         """A field of MjData over all lanes, ``(lanes, …)``; read-only by agreement."""
 
     def reset(self, lanes: Lanes, state: Mapping[str, Array]) -> None:
-        """Resets some lanes to the model's defaults, writes the given rows of the state, runs mj_forward."""
+        """Resets some lanes to the model's defaults, writes the given rows of the state, runs mj_forward.
+
+        The last only where derived fields are read: it leaves the state as it is.
+        """
 
     def step(self, ctrl: NDArray[Any], lanes: Lanes | None) -> None:
         """Applies ``(all lanes, nu)`` controls for one environment step in the given lanes, or in all."""
@@ -58,17 +61,21 @@ class BatchPhysics:
             name: self._batch.bind(name) for name in (*self._state_fields, *fields)
         }
         self._ctrl = self._batch.bind("ctrl")
+        self._derives = bool(fields)
+        self._batch.reset(stage=mujoco.mjtStage.mjSTAGE_NONE.value)
+        self._defaults = self._batch.state.copy()
 
     def field(self, name: str) -> Array:
         """A live field over all lanes."""
         return self._fields[name]
 
     def reset(self, lanes: Lanes, state: Mapping[str, Array]) -> None:
-        """Defaults, then the given rows, then mj_forward, in the given lanes."""
-        self._batch.reset(lanes, stage=mujoco.mjtStage.mjSTAGE_NONE.value)
+        """Defaults, then the given rows, then mj_forward if anything reads it, in the given lanes."""
+        self._batch.state[lanes] = self._defaults[lanes]
         for name, rows in state.items():
             self._fields[name][lanes] = rows
-        self._batch.forward(lanes)
+        if self._derives:
+            self._batch.forward(lanes)
 
     def step(self, ctrl: NDArray[Any], lanes: Lanes | None) -> None:
         """One environment step in the given lanes, or in all."""

@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from gym_extensions.envs.batching.noise import uniform_rows, uniform_state
 from gym_extensions.envs.batching.physics import Array, Lanes, Physics
 from gym_extensions.envs.batching.prototype import Prototype
 from gym_extensions.envs.batching.rules import Flags
@@ -19,11 +20,11 @@ VELOCITY_LIMIT = 10.0
 
 @dataclass(frozen=True)
 class Health:
-    """Open intervals outside of which an episode ends."""
+    """Open intervals outside of which an episode ends; ``state`` bounds every other coordinate's size."""
 
     height: tuple[float, float]
     angle: tuple[float, float]
-    state: tuple[float, float] | None = None
+    state: float | None = None
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,7 @@ class PlanarRow:
 
 
 ROWS = {
-    "Hopper": PlanarRow(1e-3, 5e-3, Health((0.7, np.inf), (-0.2, 0.2), (-100.0, 100.0))),
+    "Hopper": PlanarRow(1e-3, 5e-3, Health((0.7, np.inf), (-0.2, 0.2), 100.0)),
     "Walker2d": PlanarRow(1e-3, 5e-3, Health((0.8, 2.0), (-1.0, 1.0))),
     "HalfCheetah": PlanarRow(0.1, 0.1, None, normal_velocities=True),
 }
@@ -51,18 +52,23 @@ class Planar:
 
     def __init__(self, physics: Physics, lanes: Sequence[Prototype]) -> None:
         self._row = ROWS[lanes[0].task.base]
-        self._prototypes = lanes
+        self._starts = {
+            "qpos": np.array([lane.init_qpos for lane in lanes]),
+            "qvel": np.array([lane.init_qvel for lane in lanes]),
+        }
         self._qpos, self._qvel = physics.field("qpos"), physics.field("qvel")
         self._dt = lanes[0].dt
         self._x_before = self._qpos[:, 0].copy()
 
-    def draw(self, lane: int, generator: np.random.Generator) -> Mapping[str, Array]:
+    def draw(self, lanes: Lanes, generators: Sequence[np.random.Generator]) -> Mapping[str, Array]:
         """Positions, then velocities, about the model's own."""
-        start, noise = self._prototypes[lane], self._row.noise
-        qpos = start.init_qpos + generator.uniform(-noise, noise, start.model.nq)
+        noise = self._row.noise
         if self._row.normal_velocities:
-            return {"qpos": qpos, "qvel": start.init_qvel + noise * generator.standard_normal(start.model.nv)}
-        return {"qpos": qpos, "qvel": start.init_qvel + generator.uniform(-noise, noise, start.model.nv)}
+            qpos = uniform_rows(generators, noise, self._qpos.shape[1])
+            qvel = noise * np.array([own.standard_normal(self._qvel.shape[1]) for own in generators])
+        else:
+            qpos, qvel = uniform_state(generators, noise, self._qpos.shape[1], self._qvel.shape[1])
+        return {"qpos": self._starts["qpos"][lanes] + qpos, "qvel": self._starts["qvel"][lanes] + qvel}
 
     def started(self, lanes: Lanes) -> None:
         """Nothing is carried from step to step."""
@@ -87,10 +93,10 @@ class Planar:
         healthy = (height > health.height[0]) & (height < health.height[1])
         healthy &= (angle > health.angle[0]) & (angle < health.angle[1])
         if health.state is not None:
-            low, high = health.state
-            positions, velocities = self._qpos[:, 2:], self._qvel
-            healthy &= ((positions > low) & (positions < high)).all(axis=1)
-            healthy &= ((velocities > low) & (velocities < high)).all(axis=1)
+            for part in (self._qpos[:, 2:], self._qvel):
+                # One look at the whole array is enough as long as every lane is sound.
+                if not np.abs(part).max() < health.state:
+                    healthy &= (np.abs(part) < health.state).all(axis=1)
         return healthy
 
     def observe(self) -> Array:
@@ -101,7 +107,8 @@ class Planar:
         if self._row.health is None:
             observations[:, shown:] = self._qvel
         else:
-            np.clip(self._qvel, -VELOCITY_LIMIT, VELOCITY_LIMIT, out=observations[:, shown:])
+            velocities = np.maximum(self._qvel, -VELOCITY_LIMIT)
+            np.minimum(velocities, VELOCITY_LIMIT, out=observations[:, shown:])
         return observations
 
     def carried(self) -> dict[str, Array]:

@@ -15,13 +15,16 @@ Flags = NDArray[np.bool_]
 
 
 class Rules(Protocol):
-    """Reset draws, observation, reward and end of a family. All lanes at once, but for ``draw``."""
+    """Reset draws, observation, reward and end of a family, all lanes at once."""
 
-    def draw(self, lane: int, generator: np.random.Generator) -> Mapping[str, Array]:
-        """One lane's rows of the state at an episode's start, drawn as the single environment draws them."""
+    def draw(self, lanes: Lanes, generators: Sequence[np.random.Generator]) -> Mapping[str, Array]:
+        """Rows of the state in which some lanes start an episode.
+
+        Each is drawn from its own generator, with the numbers that the single environment takes from it.
+        """
 
     def started(self, lanes: Lanes) -> None:
-        """Takes note that some lanes were reset (after mj_forward)."""
+        """Takes note that some lanes have started an episode."""
 
     def before(self) -> None:
         """Takes note of what the reward compares with, before a step."""
