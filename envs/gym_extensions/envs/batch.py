@@ -14,13 +14,11 @@ from gym_extensions.catalog.tasks import task as published
 from gym_extensions.envs.batching.families import FAMILIES
 from gym_extensions.envs.batching.one_by_one import OneByOne
 from gym_extensions.envs.batching.prototype import Prototype, prototype
-from gym_extensions.envs.batching.seeds import lane_seeds
+from gym_extensions.envs.batching.seeds import WHERE, lane_seeds
 from gym_extensions.envs.batching.vector import BatchVectorEnv
 from gym_extensions.envs.build import make
 
 __all__ = ["lane_seeds", "make_batch"]
-
-WHERE = "make_batch"
 
 
 def make_batch(
