@@ -1,7 +1,7 @@
-"""What a task can give in a step, as data: an episode's return beyond it was not measured in our environments.
+"""What a task can give in a step, as data: a return beyond it was not measured in our environments.
 
-The bounds are wide on purpose (several times what the best known policies reach): they catch a wrong column, a wrong
-task or an invented number, never an honest log. Rewards: Gymnasium 1.4's v5 classes and design of the tasks.
+The bounds are wide on purpose (several times what the best known policies reach): they catch a wrong column,
+a wrong task or an invented number, never an honest log. Rewards: Gymnasium 1.4's v5 classes.
 """
 
 from __future__ import annotations

@@ -42,5 +42,3 @@ def main(argv: list[str] | None = None) -> int:
     else:
         terminal.show(document)
     return 1 if any(card["problems"] for card in document["submissions"]) else 0
-
-

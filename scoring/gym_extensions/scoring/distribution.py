@@ -1,4 +1,4 @@
-"""How scores spread over runs and tasks: the performance profile and the interquartile mean (Agarwal et al. 2021)."""
+"""How scores spread over runs and tasks: performance profile and interquartile mean (Agarwal et al. 2021)."""
 
 from __future__ import annotations
 

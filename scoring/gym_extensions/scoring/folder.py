@@ -76,8 +76,8 @@ def scan(root: Path) -> Folder:
 def submission_folders(paths: list[Path]) -> list[Path]:
     """The submissions that the paths name, sorted by name: a folder of submissions stands for all in it."""
     found: list[Path] = []
-    for path in paths:
-        path = path if path.name not in ("", ".", "..") else path.resolve()
+    for given in paths:
+        path = given if given.name not in ("", ".", "..") else given.resolve()
         inside = [] if (path / MANIFEST).exists() or not path.is_dir() else sorted(path.iterdir())
         folders = [child for child in inside if child.is_dir() and not child.name.startswith(".")]
         holds = any((child / MANIFEST).exists() for child in folders)

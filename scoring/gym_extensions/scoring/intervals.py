@@ -1,4 +1,4 @@
-"""Student's t over whole runs: the interval of a mean, from a table of quantiles, the same bytes on any machine."""
+"""Student's t over whole runs: the interval of a mean, from a table of quantiles, the same everywhere."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ class Interval:
 def quantile(freedom: float) -> float:
     """The .975 quantile of Student's t for at least one degree of freedom, not necessarily whole.
 
-    Between whole degrees it is interpolated in 1/ν, which errs to the wide side (t is convex in 1/ν); beyond the
-    table its last entry is kept.
+    Between whole degrees it is interpolated in 1/ν, which errs to the wide side (t is convex in 1/ν); beyond
+    the table its last entry is kept.
     """
     if freedom < 1:
         raise ValueError(f"{freedom} degrees of freedom.")
@@ -46,7 +46,7 @@ def around(mean: float, error: float, freedom: float) -> Interval:
 
 
 def interval(values: Sequence[float]) -> Interval:
-    """The interval of the mean of one value a run: mean ± t(.975, N − 1) · s / √N; no interval for one run."""
+    """The mean of one value a run, ± t(.975, N − 1) · s / √N; no interval for one run."""
     centre = math.fsum(values) / len(values)
     if len(values) < 2:
         return Interval(centre)
@@ -54,7 +54,7 @@ def interval(values: Sequence[float]) -> Interval:
 
 
 def difference(first: Sequence[float], second: Sequence[float]) -> Interval:
-    """The interval of mean(first) − mean(second), runs unpaired: Welch's, with Welch–Satterthwaite degrees of freedom."""
+    """The interval of mean(first) − mean(second), runs unpaired: Welch's."""
     gap = math.fsum(first) / len(first) - math.fsum(second) / len(second)
     if len(first) < 2 or len(second) < 2:
         return Interval(gap)

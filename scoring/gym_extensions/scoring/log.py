@@ -1,8 +1,7 @@
-"""The rollout log: the only interface between running and scoring. Described key by key in docs/rollout-log.md."""
+"""The rollout log, the only interface between running and scoring. docs/rollout-log.md has it key by key."""
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable
 from dataclasses import astuple, dataclass
 from pathlib import Path
@@ -61,7 +60,7 @@ def write_text(path: Path, text: str) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     partial = path.with_name(f".{path.name}.partial")
     partial.write_bytes(text.encode())
-    os.replace(partial, path)
+    partial.replace(path)
 
 
 def write_episodes(path: Path, episodes: Iterable[Episode], task_ids: tuple[str, ...]) -> None:

@@ -1,4 +1,4 @@
-"""submission.toml as a value: who, what, how; read strictly, so that a misspelt key is told and never ignored."""
+"""submission.toml as a value: who, what, how; read strictly, so that a misspelt key is told, not ignored."""
 
 from __future__ import annotations
 
@@ -10,19 +10,17 @@ from gym_extensions.catalog.protocol import BUDGETS
 
 Scalar = str | int | float | bool
 
-TEXT, COUNT, FLAG, URL, NAMES = (
-    "text",
-    "whole number",
-    "true or false",
-    "web address or empty",
-    "list of texts",
-)
+TEXT = "a text"
+COUNT = "a whole number"
+FLAG = "true or false"
+URL = "a web address, or an empty text"
+NAMES = "a list of texts"
 SHORT, LONG = 100, 4000
 
 
 @dataclass(frozen=True)
 class Field:
-    """One key of submission.toml: what kind of value it takes and which values are allowed (all, if none is named)."""
+    """One key of submission.toml: its kind of value, which values are allowed (all, if none is named)."""
 
     kind: str
     choices: tuple[Scalar, ...] = ()

@@ -1,4 +1,4 @@
-"""Frozen floors and ceilings, and the normalised return: 0 as good as looking at nothing, 1 as the reference."""
+"""Frozen floors and ceilings, and the normalised return: 0 is looking at nothing, 1 the reference."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ CURRENT = "provisional"
 
 @dataclass(frozen=True)
 class Reference:
-    """A task's floor and ceiling in raw returns; an open task has no ceiling, for no reference agent has learned it."""
+    """A task's floor and ceiling in raw returns; an open task has no ceiling, nobody having learned it."""
 
     floor: float
     ceiling: float | None
@@ -53,7 +53,7 @@ class References:
 
 
 def parse_references(data: bytes) -> References:
-    """The references of a JSON file (format 1, described in docs/rollout-log.md's companion docs/metrics.md)."""
+    """The references of a JSON file of format 1, which docs/metrics.md describes."""
     document = json.loads(data)
     if document.get("format") != 1:
         raise ValueError("References have format 1.")

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import BUDGETS, EVALUATION_EPISODES
 from gym_extensions.scoring.checks.curves import Curves
+from gym_extensions.scoring.entry import GroupEntry
 from gym_extensions.scoring.rows import Log, stages
-from gym_extensions.scoring.submission import GroupEntry
 
 Returns = NDArray[np.float64]
 Curve = tuple[tuple[int, float], ...]
@@ -22,9 +22,9 @@ Curve = tuple[tuple[int, float], ...]
 class Results:
     """Raw returns of a group, each array or None.
 
-    ``sequential`` has axes [run, stage, task, episode], ``single`` and ``joint`` [run, task, episode]; ``runs`` holds
-    the training seeds of each. ``curves`` holds a curve by (protocol, run, task id); ``steps`` is the budget's
-    training steps a task.
+    ``sequential`` has axes [run, stage, task, episode], ``single`` and ``joint`` [run, task, episode];
+    ``runs`` holds the training seeds of each. ``curves`` holds a curve by (protocol, run, task id);
+    ``steps`` is the budget's training steps a task.
     """
 
     group: TaskGroup

@@ -23,11 +23,11 @@ def deviation(values: Sequence[float], lost: int = 0) -> float:
 
 @dataclass(frozen=True)
 class Run:
-    """Normalised returns of one training seed. Stages s count from 0 (untrained), tasks j from 1, as in docs/metrics.md.
+    """Normalised returns of one training seed; stages s count from 0 (untrained), tasks j from 1.
 
     ``scored`` are the positions j of the tasks that are not open. ``cells[s, j]`` is p[s][j], ``last[j]`` the
-    normalised episodes at stage T, ``alone[j]`` p_single[j], ``area[j]`` and ``area_alone[j]`` the areas under the
-    training curves. All hold the scored positions only.
+    normalised episodes at stage T, ``alone[j]`` p_single[j], ``area[j]``, ``area_alone[j]`` the areas
+    under the training curves. All hold the scored positions only.
     """
 
     T: int

@@ -9,12 +9,13 @@ from typing import Any
 
 from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS
 from gym_extensions.scoring.distribution import iqm, profile
+from gym_extensions.scoring.entry import Submission
 from gym_extensions.scoring.folder import submission_folders
 from gym_extensions.scoring.normal import matrix, normalised
 from gym_extensions.scoring.normalise import References, load_references
 from gym_extensions.scoring.results import Results, results
 from gym_extensions.scoring.scores import no_reference, scores
-from gym_extensions.scoring.submission import Submission, read
+from gym_extensions.scoring.submission import read
 from gym_extensions.scoring.table import table_rows, table_total
 
 FORMAT = 1
@@ -44,7 +45,7 @@ def missing(results: Results, protocol: str) -> list[str]:
 
 
 def score_group(results: Results, references: References, protocol: str, budget: str) -> Document:
-    """The document of one group and protocol: metrics, the paper's table, references, the matrix of raw returns."""
+    """One group and protocol: metrics, the paper's table, references, the matrix of raw returns."""
     scored = not no_reference(results, references)
     last = (
         [[run.p(run.T, j) for j in run.scored] for run in normalised(results, references, protocol)]
@@ -115,5 +116,5 @@ def score_folders(folders: Sequence[Path], references: References | None = None)
 
 
 def text(document: Document) -> str:
-    """The document as JSON: sorted keys, two spaces, floats by ``repr``, no NaN; the same text for the same scores."""
+    """The document as JSON: sorted keys, two spaces, floats by ``repr``, no NaN."""
     return json.dumps(document, sort_keys=True, indent=2, ensure_ascii=False, allow_nan=False) + "\n"

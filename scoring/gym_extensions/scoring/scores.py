@@ -1,4 +1,4 @@
-"""Every metric of one group and protocol, with its interval over runs, or with the reason why there is none."""
+"""Every metric of one group and protocol, with its interval over runs, or with why there is none."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ TOO_FEW_POINTS = "A training curve that it needs is missing from curves.csv or h
 
 @dataclass(frozen=True)
 class Score:
-    """A metric's value on a group: the mean over runs with its interval, one value a run, and why one is missing."""
+    """A metric's value on a group: mean over runs and interval, one value a run, and why one is missing."""
 
     interval: Interval | None
     runs: tuple[float, ...] = ()
@@ -58,7 +58,7 @@ def _score(metric: Metric, runs: list[Run]) -> Score:
 
 
 def _joint_gap(final: Score, joint: Score) -> Score:
-    """Joint final performance less the sequential one: the files' runs are not paired, so Welch's interval."""
+    """Joint final performance less the sequential one; runs are not paired, so Welch's interval."""
     if not final.runs or not joint.runs:
         return Score(None, why=final.why or joint.why)
     gap = difference(joint.runs, final.runs)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -11,10 +11,12 @@ from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS
 from gym_extensions.scoring import manifest as toml
 from gym_extensions.scoring import rows
-from gym_extensions.scoring.checks.across import GroupLogs, outcomes
+from gym_extensions.scoring.checks.across import GroupLogs
 from gym_extensions.scoring.checks.arrays import LARGEST_PACKED, Arrays
 from gym_extensions.scoring.checks.curves import Curves
 from gym_extensions.scoring.checks.rule import broken, rule
+from gym_extensions.scoring.copies import without_copies
+from gym_extensions.scoring.entry import GroupEntry, Submission
 from gym_extensions.scoring.folder import MANIFEST, Folder, scan
 from gym_extensions.scoring.log import CURVE_COLUMNS, EPISODE_COLUMNS
 from gym_extensions.scoring.problems import Finding, Problem
@@ -22,26 +24,6 @@ from gym_extensions.scoring.rows import Log
 from gym_extensions.scoring.text import Text, columns
 
 T = TypeVar("T")
-
-
-@dataclass(frozen=True)
-class GroupEntry:
-    """What a submission holds of one group: the checked logs by protocol, the training curves, notes."""
-
-    group: TaskGroup
-    logs: dict[str, Log]
-    curves: Curves | None = None
-    notes: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
-class Submission:
-    """A submission in which no rule found a problem, or what could be read of it."""
-
-    name: str
-    manifest: toml.Manifest | None
-    groups: dict[str, GroupEntry]
-    problems: tuple[Problem, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -168,38 +150,3 @@ def read(path: Path) -> Submission:
     if not problems and manifest is not None:
         groups = {name: without_copies(entry) for name, entry in groups.items()}
     return Submission(folder.name, manifest, groups, problems)
-
-
-def without_copies(entry: GroupEntry) -> GroupEntry:
-    """The entry with runs that are identical in every log counted once, and a note that says so."""
-    each = [dict(zip(log.runs, outcomes(log), strict=True)) for log in entry.logs.values()]
-    runs = [set(one) for one in each]
-    if not each or any(one != runs[0] for one in runs):
-        return entry
-    first: dict[tuple[object, ...], int] = {}
-    for run in sorted(runs[0]):
-        first.setdefault(tuple(one[run] for one in each), run)
-    kept = sorted(first.values())
-    if len(kept) == len(runs[0]):
-        return entry
-    logs = {protocol: only(log, set(kept)) for protocol, log in entry.logs.items()}
-    note = f"Runs {sorted(runs[0])} hold {len(kept)} different: runs identical in every episode count as one."
-    return replace(entry, logs=logs, notes=(*entry.notes, note))
-
-
-def only(log: Log, runs: set[int]) -> Log:
-    """The rows of a complete log that belong to the given runs."""
-    keep = [index for index, run in enumerate(log.run.tolist()) if run in runs]
-    return replace(
-        log,
-        runs=tuple(sorted(runs)),
-        run=log.run[keep],
-        stage=log.stage[keep],
-        task=[log.task[index] for index in keep],
-        episode=log.episode[keep],
-        seed=log.seed[keep],
-        length=log.length[keep],
-        return_=log.return_[keep],
-        terminated=log.terminated[keep],
-        fingerprint=[log.fingerprint[index] for index in keep],
-    )

@@ -51,8 +51,7 @@ def identical_runs(group: GroupLogs) -> Iterator[Finding]:
         for run, outcome in zip(log.runs, outcomes(log), strict=True):
             if first.setdefault(outcome, run) != run:
                 found = f"Run {run} is the same as run {first[outcome]} in every episode."
-                yield Finding(
-                    log.path,
-                    found,
-                    "Train each run with its own seed; an agent without parameters says so in [memory].",
+                hint = (
+                    "Train each run with its own seed; an agent that has no parameters says so in [memory]."
                 )
+                yield Finding(log.path, found, hint)

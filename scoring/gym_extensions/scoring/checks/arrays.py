@@ -20,7 +20,7 @@ HEADER_BYTES = 4096
 
 @dataclass(frozen=True)
 class Arrays:
-    """The bytes of one .npz file: its path inside the submission, and the runs of the group's logs by protocol."""
+    """The bytes of one .npz file, its path in the submission, the runs of the group's logs by protocol."""
 
     path: str
     data: bytes
@@ -58,7 +58,8 @@ def unpacks_too_large(arrays: Arrays) -> Iterator[Finding]:
         return
     size = sum(member.file_size for member in members)
     if size > LARGEST_UNPACKED or len(members) > MOST_ARRAYS:
-        found = f"It unpacks to {len(members)} arrays of {size} bytes; the limits are {MOST_ARRAYS} and {LARGEST_UNPACKED}."
+        limits = f"the limits are {MOST_ARRAYS} and {LARGEST_UNPACKED}"
+        found = f"It unpacks to {len(members)} arrays of {size} bytes; {limits}."
         yield Finding(arrays.path, found, "Keep one episode a trace and one policy a file.")
 
 
@@ -79,7 +80,7 @@ def pickled_arrays(arrays: Arrays) -> Iterator[Finding]:
                 with archive.open(member) as stream:
                     header = stream.read(HEADER_BYTES)
                 if _kind(header) == "O":
-                    hint = "Store numbers alone; numpy.savez_compressed(..., allow_pickle=False) refuses the rest."
+                    hint = "Store numbers alone; savez_compressed(..., allow_pickle=False) refuses the rest."
                     yield Finding(
                         arrays.path, f"{member.filename!r} is an array of Python objects (a pickle).", hint
                     )

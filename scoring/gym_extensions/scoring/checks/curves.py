@@ -60,7 +60,7 @@ def foreign_curve(curves: Curves) -> Iterator[Finding]:
 
 @rule("curves")
 def curve_order(curves: Curves) -> Iterator[Finding]:
-    """Within a curve the training steps grow from row to row, from 1 on; a curve is not interrupted by another."""
+    """Within a curve the training steps grow from row to row, from 1 on; its rows stand together."""
     seen: set[tuple[str, int, str]] = set()
     rows = [0] if curves.step and curves.step[0] < 1 else []
     for before, here in pairwise(range(len(curves.step))):
@@ -84,7 +84,7 @@ def curve_not_finite(curves: Curves) -> Iterator[Finding]:
 
 @rule("curves")
 def over_budget(curves: Curves) -> Iterator[Finding]:
-    """No curve goes beyond the budget's training steps by more than 2 % (an agent's last batch may overlap)."""
+    """No curve goes beyond the budget's training steps by more than 2 % (the last batch may reach over)."""
     if curves.budget is None:
         return
     steps = curves.budget.steps_for(curves.group.name)

@@ -37,7 +37,7 @@ def not_a_submission(folder: Folder) -> Iterator[Finding]:
 
 @rule("folder")
 def folder_name(folder: Folder) -> Iterator[Finding]:
-    """The folder's name is up to 64 letters, digits, dots, dashes and underscores: it becomes the entry's address."""
+    """The folder's name is up to 64 letters, digits, dots, dashes, underscores: it becomes an address."""
     if not NAME.fullmatch(folder.name):
         hint = "Rename it with letters, digits, dots, dashes and underscores, 64 at most."
         yield Finding(folder.name, f"The folder's name is {folder.name!r}.", hint)

@@ -1,4 +1,4 @@
-"""Rules about the key columns: each prescribed episode once, and no other. They run where a log is not complete."""
+"""Rules about the key columns of a log that is not complete: each prescribed episode once, and no other."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def duplicate_episode(log: Log) -> Iterator[Finding]:
 
 @rule("keys")
 def missing_cell(log: Log) -> Iterator[Finding]:
-    """Every run has all its cells (stage and task), each with 20 episodes: a cell that is missing is never skipped."""
+    """Every run has all its cells (stage and task), each with 20 episodes: a hole is never skipped."""
     there = Counter(
         (run, stage, task)
         for run, stage, task, episode in set(log.cell)
@@ -101,7 +101,8 @@ def missing_cell(log: Log) -> Iterator[Finding]:
         cells = list(product(stages(log.protocol, len(log.group.tasks)), log.group.task_ids))
         lacking = [cell for cell in cells if there[(run, *cell)] < EVALUATION_EPISODES]
         for stage, task in lacking[:3]:
-            found = f"Run {run}, stage {stage}, {task} has {there[run, stage, task]} of {EVALUATION_EPISODES} episodes."
+            count = f"{there[run, stage, task]} of {EVALUATION_EPISODES} episodes"
+            found = f"Run {run}, stage {stage}, {task} has {count}."
             yield Finding(log.path, found, "Finish the evaluation of this run, or leave the whole run out.")
         if len(lacking) > 3:
             found = f"Run {run} lacks episodes in {len(lacking) - 3} more cells."
@@ -110,7 +111,7 @@ def missing_cell(log: Log) -> Iterator[Finding]:
 
 @rule("keys")
 def unsorted_rows(log: Log) -> Iterator[Finding]:
-    """Rows are sorted by run, stage, task in training order and episode, so that two logs can be read side by side."""
+    """Rows are sorted by run, stage, task in training order and episode, so that a diff can be read."""
     place = {name: index for index, name in enumerate(log.group.task_ids)}
     keys = [(run, stage, place.get(task, len(place)), episode) for run, stage, task, episode in log.cell]
     index = next((index for index in range(1, len(keys)) if keys[index] < keys[index - 1]), None)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from gym_extensions.catalog.errors import did_you_mean
@@ -21,8 +21,8 @@ from gym_extensions.scoring.manifest import (
     REPORTED_LACKS,
     SECTIONS,
     SHORT,
+    TEXT,
     URL,
-    Field,
     parse,
 )
 from gym_extensions.scoring.paper import TABLES
@@ -49,7 +49,7 @@ def malformed_toml(data: bytes) -> Iterator[Finding]:
 
 @rule("manifest")
 def unknown_key(tables: Tables) -> Iterator[Finding]:
-    """Every section and key of submission.toml is one that the format names; only [hyperparameters] has free keys."""
+    """Every section and key of submission.toml is one of the format's; [hyperparameters] alone is free."""
     for name in tables:
         if name not in SECTIONS and name not in SECTIONS[""]:
             hint = did_you_mean(name, [*filter(None, SECTIONS), *SECTIONS[""]]) or "Remove it."
@@ -71,27 +71,46 @@ def missing_key(tables: Tables) -> Iterator[Finding]:
         given = tables.get(section, {}) if section else tables
         for name, field in fields.items():
             if field.required and isinstance(given, dict) and name not in given:
-                yield Finding(_key(section, name), "The key is missing.", f"Add {name} = a {field.kind}.")
+                yield Finding(
+                    _key(section, name), "The key is missing.", f"Add {name} with a value: {field.kind}."
+                )
 
 
-def _wrong(field: Field, value: object) -> str:
-    """What is wrong with a value, or nothing."""
-    if field.kind == FLAG:
-        return "" if isinstance(value, bool) else f"{value!r} is not true or false."
-    if field.kind == COUNT:
-        whole = isinstance(value, int) and not isinstance(value, bool) and 0 <= value < 2**53
-        return "" if whole else f"{value!r} is not a whole number from 0."
-    if field.kind == NAMES:
-        listed = isinstance(value, list) and len(value) <= SHORT
-        good = listed and all(isinstance(one, str) and 0 < len(one) <= SHORT for one in value)  # type: ignore[attr-defined]
-        return "" if good else f"{value!r} is not a list of texts of at most {SHORT} characters."
+def _count(value: object, longest: int) -> str:
+    whole = isinstance(value, int) and not isinstance(value, bool) and 0 <= value < 2**53
+    return "" if whole else f"{value!r} is not a whole number from 0."
+
+
+def _flag(value: object, longest: int) -> str:
+    return "" if isinstance(value, bool) else f"{value!r} is not true or false."
+
+
+def _names(value: object, longest: int) -> str:
+    names = value if isinstance(value, list) and len(value) <= SHORT else [None]
+    good = all(isinstance(name, str) and 0 < len(name) <= longest for name in names)
+    return "" if good else f"{value!r} is not a list of texts of at most {longest} characters."
+
+
+def _text(value: object, longest: int) -> str:
     if not isinstance(value, str):
         return f"{value!r} is not a text."
-    if len(value) > field.longest:
-        return f"It has {len(value)} characters; the limit is {field.longest}."
-    if field.kind == URL and not WEB.fullmatch(value):
-        return f"{value!r} is not an address that begins with https:// or http://."
-    return ""
+    return "" if len(value) <= longest else f"It has {len(value)} characters; the limit is {longest}."
+
+
+def _url(value: object, longest: int) -> str:
+    wrong = _text(value, longest)
+    web = isinstance(value, str) and WEB.fullmatch(value)
+    return wrong if wrong or web else f"{value!r} is not an address that begins with https:// or http://."
+
+
+WRONG: dict[str, Callable[[object, int], str]] = {
+    COUNT: _count,
+    FLAG: _flag,
+    NAMES: _names,
+    TEXT: _text,
+    URL: _url,
+}
+"""What is wrong with a value of each kind, or nothing."""
 
 
 @rule("manifest")
@@ -105,9 +124,9 @@ def bad_value(tables: Tables) -> Iterator[Finding]:
             )
             continue
         for name, field in fields.items():
-            wrong = _wrong(field, given[name]) if name in given else ""
+            wrong = WRONG[field.kind](given[name], field.longest) if name in given else ""
             if wrong:
-                yield Finding(_key(section, name), wrong, f"Give a {field.kind}.")
+                yield Finding(_key(section, name), wrong, f"Give {field.kind}.")
             elif name in given and field.choices and given[name] not in field.choices and name != "budget":
                 choices = [str(choice) for choice in field.choices]
                 yield Finding(

@@ -80,9 +80,9 @@ def cell_count(text: Text) -> Iterator[Finding]:
     """Every row has as many cells as the header, and none is empty."""
     rows = text.data.decode("utf-8", "backslashreplace").rstrip("\r\n").split("\n")[1:]
     commas = len(text.header) - 1
-    if set(map(_commas, rows)) <= {commas} and b",," not in text.data and b",\n" not in text.data:
-        if not any(row.startswith(",") for row in rows):
-            return
+    full = set(map(_commas, rows)) <= {commas} and b",," not in text.data and b",\n" not in text.data
+    if full and b"\n," not in text.data:
+        return
     wrong = [index for index, row in enumerate(rows) if row.count(",") != commas or "" in row.split(",")]
 
     def say(index: int) -> str:

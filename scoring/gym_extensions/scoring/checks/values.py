@@ -120,7 +120,7 @@ def foreign_fingerprint(log: Log) -> Iterator[Finding]:
         task = log.task[index]
         return f"The fingerprint is {log.fingerprint[index][:40]!r}; {task} has {published[task]!r}."
 
-    hint = "Run the evaluation with the pinned versions of gymnasium and mujoco, in this benchmark's environments."
+    hint = "Evaluate in this benchmark's environments, with the pinned versions of gymnasium and mujoco."
     yield from told(log.path, rows, say, hint)
 
 

@@ -1,0 +1,114 @@
+"""A recorded episode as a submission holds it: the log's row and its trace, read without trust."""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gym_extensions.catalog.tasks import TASKS, Task
+from gym_extensions.catalog.traces import segments
+from gym_extensions.scoring.audit import audit_sample, trace_name
+from gym_extensions.scoring.folder import Folder
+from gym_extensions.scoring.problems import Problem
+from gym_extensions.scoring.rows import Log
+
+Array = NDArray[np.float64]
+STATE = "state_"
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """One episode that is to be replayed.
+
+    ``actions`` (L, …) float32; ``returns`` (S,) the claimed sum of rewards of each segment of K steps;
+    ``states`` by name, (S − 1, …): the state one step before each segment but the first.
+    """
+
+    where: str
+    task: Task
+    seed: int
+    length: int
+    terminated: bool
+    actions: NDArray[np.float32]
+    returns: Array
+    states: dict[str, Array]
+
+    @property
+    def segment_steps(self) -> int:
+        """K."""
+        return segments(self.task).steps
+
+
+@dataclass(frozen=True)
+class Row:
+    """The log's row of an episode, and where its trace lies."""
+
+    path: str
+    task: Task
+    seed: int
+    length: int
+    return_: float
+    terminated: bool
+
+
+def rows(log: Log, data: bytes) -> Iterator[Row]:
+    """The rows that the log's own digest chooses for the audit sample."""
+    tasks = {task.id: task for task in log.group.tasks}
+    index = {key: position for position, key in enumerate(log.cell)}
+    for one in audit_sample(log.protocol, data, log.runs, log.group.tasks):
+        at = index[one.run, one.stage, one.task, one.episode]
+        name = trace_name(log.protocol, one.run, one.stage, tasks[one.task].name, one.episode)
+        yield Row(
+            f"{log.group.name}/traces/{name}",
+            TASKS[one.task],
+            int(log.seed[at]),
+            int(log.length[at]),
+            float(log.return_[at]),
+            bool(log.terminated[at]),
+        )
+
+
+def recorded(folder: Folder, row: Row) -> Recorded | Problem:
+    """The episode with its trace, or what is wrong with the trace."""
+    if not folder.has(row.path):
+        hint = "Put the traces that docs/rollout-log.md asks for beside the log."
+        return Problem("trace-missing", row.path, "The audit sample asks for this trace.", hint)
+    with np.load(io.BytesIO(folder.read(row.path)), allow_pickle=False) as file:
+        arrays = {name: file[name] for name in file.files}
+    fault = _fault(arrays, row)
+    if fault:
+        return Problem("trace-malformed", row.path, fault, "Record it as docs/rollout-log.md says.")
+    states = {name.removeprefix(STATE): values for name, values in arrays.items() if name.startswith(STATE)}
+    facts = (row.path, row.task, row.seed, row.length, row.terminated)
+    return Recorded(*facts, arrays["actions"], arrays["segment_returns"], states)
+
+
+def _fault(arrays: dict[str, NDArray[np.generic]], row: Row) -> str:
+    """What is wrong with a trace's arrays as a sentence, or nothing."""
+    steps = segments(row.task).steps
+    count = -(-row.length // steps)
+    for name in ("actions", "segment_steps", "segment_returns"):
+        if name not in arrays:
+            return f"It lacks {name!r}."
+    if arrays["segment_steps"].shape != () or int(arrays["segment_steps"]) != steps:  # type: ignore[call-overload]
+        return f"Segments have {arrays['segment_steps']} steps, those of {row.task.base} have {steps}."
+    expected = {"actions": (np.float32, row.length), "segment_returns": (np.float64, count)}
+    expected |= {name: (np.float64, count - 1) for name in arrays if name.startswith(STATE)}
+    for name, (kind, entries) in expected.items():
+        found = arrays[name]
+        if found.dtype != kind or found.shape[:1] != (entries,):
+            return f"{name!r} is {found.dtype} of shape {found.shape}; {entries} rows of {np.dtype(kind)} belong there."
+        if not np.isfinite(found).all():
+            return f"{name!r} holds a value that is not finite."
+    unknown = sorted(set(arrays) - set(expected) - {"segment_steps"})
+    if unknown:
+        return f"It holds an unknown array {unknown[0]!r}."
+    total = math.fsum(arrays["segment_returns"])
+    if abs(total - row.return_) > segments(row.task).tolerance * max(1.0, abs(row.return_)):
+        return f"Its segments' returns sum to {total!r}, the log's row says {row.return_!r}."
+    return ""

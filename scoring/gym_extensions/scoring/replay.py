@@ -1,0 +1,180 @@
+"""Is it true? Replays recorded actions in our own environments, all segments of a task as lanes of one batch.
+
+The only module of scoring that loads a simulator; it is imported when replay is asked for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gym_extensions.catalog.tasks import Task
+from gym_extensions.catalog.traces import segments
+from gym_extensions.envs import make_batch
+from gym_extensions.scoring.folder import scan
+from gym_extensions.scoring.problems import Problem
+from gym_extensions.scoring.recorded import Array, Recorded, recorded, rows
+from gym_extensions.scoring.submission import read
+
+LANES = 256
+HINT = "Record it with the pinned versions; if it was, tell the maintainers the platform that it was made on."
+
+
+@dataclass(frozen=True)
+class Verification:
+    """What replay found: ``replayed`` of ``episodes`` logged episodes, and every problem."""
+
+    replayed: int
+    episodes: int
+    problems: tuple[Problem, ...]
+
+    @property
+    def level(self) -> str | None:
+        """The level of trust that it earns, or None with a problem."""
+        if self.problems:
+            return None
+        every = self.replayed == self.episodes
+        return (
+            "replayed (all)" if every else f"replayed (sample: {self.replayed} of {self.episodes} episodes)"
+        )
+
+
+@dataclass(frozen=True)
+class Segment:
+    """The ``index``-th segment of an episode: steps ``start`` to ``end`` (exclusive)."""
+
+    episode: Recorded
+    index: int
+
+    @property
+    def start(self) -> int:
+        return self.index * self.episode.segment_steps
+
+    @property
+    def end(self) -> int:
+        return min(self.start + self.episode.segment_steps, self.episode.length)
+
+    @property
+    def last(self) -> bool:
+        """Whether the episode ends with it."""
+        return self.end == self.episode.length
+
+
+def verify(path: Path) -> Verification:
+    """Replays the audit sample of a well-formed submission; one with problems is given back with them."""
+    submission = read(path)
+    if submission.problems:
+        return Verification(0, 0, submission.problems)
+    folder = scan(path)
+    found: list[Recorded] = []
+    problems: list[Problem] = []
+    episodes = 0
+    for entry in submission.groups.values():
+        for log in entry.logs.values():
+            episodes += len(log.run)
+            for row in rows(log, folder.read(log.path)):
+                one = recorded(folder, row)
+                (problems if isinstance(one, Problem) else found).append(one)  # type: ignore[arg-type]
+    for task_id, members in groupby(sorted(found, key=_by_task), key=_by_task):
+        episodes_of_task = list(members)
+        task = episodes_of_task[0].task
+        if task.id != task_id:
+            raise ValueError("episodes are not sorted by task")
+        problems += replay(task, episodes_of_task)
+    return Verification(len(found), episodes, tuple(problems))
+
+
+def _by_task(episode: Recorded) -> str:
+    return episode.task.id
+
+
+def replay(task: Task, episodes: Sequence[Recorded]) -> list[Problem]:
+    """At most one problem an episode: the first segment that does not come out as claimed."""
+    parts = [Segment(one, index) for one in episodes for index in range(len(one.returns))]
+    first = [part for part in parts if part.index == 0]
+    later = [part for part in parts if part.index > 0]
+    faults: dict[str, tuple[int, str]] = {}
+    for batch in (first, later):
+        lanes = min(LANES, len(batch))
+        if not lanes:
+            continue
+        env = make_batch(task, lanes)
+        for at in range(0, len(batch), lanes):
+            chunk = batch[at : at + lanes]
+            padded = chunk + [chunk[-1]] * (lanes - len(chunk))
+            for part, fault in zip(chunk, _faults(env, padded), strict=False):
+                where = part.episode.where
+                if fault and (where not in faults or part.start < faults[where][0]):
+                    faults[where] = (part.start, fault)
+        env.close()
+    return [
+        Problem("replay-differs", where, f"Steps {start} and following: {fault}", HINT)
+        for where, (start, fault) in sorted(faults.items())
+    ]
+
+
+def _faults(env: Any, lanes: Sequence[Segment]) -> Iterator[str]:
+    """For every lane what does not come out as claimed, as a sentence, or nothing."""
+    steps = lanes[0].episode.segment_steps
+    env.reset(seed=[part.episode.seed for part in lanes])
+    if lanes[0].index > 0:
+        names = lanes[0].episode.states
+        try:
+            env.restore_states({name: np.stack([_state(part, name) for part in lanes]) for name in names})
+        except (KeyError, ValueError) as mistake:
+            yield from [f"the recorded states do not fit the task: {mistake}"] * len(lanes)
+            return
+        env.step(_actions(lanes, -1))  # derived quantities lag one evaluation behind: this step is discarded
+    rewards = np.zeros((steps, len(lanes)))
+    ends = np.zeros((steps, len(lanes)), np.bool_)
+    seam: dict[str, Array] = {}
+    for step in range(steps):
+        _, rewards[step], ends[step], _, _ = env.step(_actions(lanes, step))
+        if step == steps - 2:
+            seam = env.save_states()
+    for lane, part in enumerate(lanes):
+        count = part.end - part.start
+        ended = np.flatnonzero(ends[:count, lane])
+        state = {name: values[lane] for name, values in seam.items()}
+        yield _fault(part, float(np.sum(rewards[:count, lane])), ended.tolist(), state)
+
+
+def _state(part: Segment, name: str) -> Array:
+    return part.episode.states[name][part.index - 1]
+
+
+def _actions(lanes: Sequence[Segment], step: int) -> Any:
+    """Each lane's action at a step counted from its segment's start; zeros after the episode's end."""
+    played = [part.episode.actions for part in lanes]
+    return np.stack(
+        [
+            actions[part.start + step] if part.start + step < len(actions) else np.zeros_like(actions[0])
+            for part, actions in zip(lanes, played, strict=True)
+        ]
+    )
+
+
+def _fault(part: Segment, found: float, ended: list[int], seam: dict[str, Array]) -> str:
+    """What does not come out as claimed in one segment, as a sentence, or nothing."""
+    tolerance = segments(part.episode.task).tolerance
+    expected = [part.end - part.start - 1] if part.last and part.episode.terminated else []
+    if ended != expected:
+        told = f"after step {part.start + ended[0] + 1}" if ended else "not in this segment"
+        claimed = f"after step {part.end}" if expected else "not in this segment"
+        return f"the episode terminates {told}, the log says {claimed}."
+    claimed_return = float(part.episode.returns[part.index])
+    if not abs(found - claimed_return) <= tolerance * max(1.0, abs(claimed_return)):
+        return f"the rewards sum to {found!r}, the trace says {claimed_return!r}."
+    if part.last:
+        return ""
+    for name, rows_of_name in sorted(part.episode.states.items()):
+        claimed_state = rows_of_name[part.index]
+        apart = np.abs(seam[name] - claimed_state) / np.maximum(1.0, np.abs(claimed_state))
+        if not (apart <= tolerance).all():
+            return f"the state's {name!r} before the next segment differs by {float(np.max(apart)):.3g}."
+    return ""
