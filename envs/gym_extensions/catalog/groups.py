@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from gym_extensions.catalog.body_tasks import PLANAR_BODIES, RUNNING_BODIES
 from gym_extensions.catalog.errors import BenchError, did_you_mean
-from gym_extensions.catalog.tasks import RUNNING_BODIES, Task, task
+from gym_extensions.catalog.tasks import Task, task
 
 GRAVITY_ORDER = (
     "{B}GravityHalf",
@@ -14,6 +15,40 @@ GRAVITY_ORDER = (
     "{B}GravityOneAndQuarter",
     "{B}GravityOneAndHalf",
 )
+BODY_ORDER = (
+    "{B}SmallFoot",
+    "{B}SmallLeg",
+    "{B}SmallThigh",
+    "{B}SmallTorso",
+    "{B}BigFoot",
+    "{B}BigLeg",
+    "{B}BigThigh",
+    "{B}BigTorso",
+)
+HUMANOID_BODY_ORDER = (
+    *BODY_ORDER,
+    "{B}SmallHead",
+    "{B}BigHead",
+    "{B}SmallArm",
+    "{B}BigArm",
+    "{B}SmallHand",
+    "{B}BigHand",
+)
+SINGLE_GROUPS = {
+    "humanoid-standup-run": ("Humanoid", "HumanoidStandup", "HumanoidStandupAndRun"),
+    "humanoid-standup-run-wall": (
+        "HumanoidWithSensor",
+        "HumanoidStandupWithSensor",
+        "HumanoidStandupAndRunWithSensor",
+        "HumanoidStandupAndRunWall",
+    ),
+    "striker": ("Striker", "StrikerMovingStart"),
+    "pusher": ("Pusher", "PusherMovingGoal"),
+}
+EXTRA_GROUPS = {
+    "pusher-tracking": ("Pusher", "PusherTrackingGoal"),
+    "striker-tracking": ("Striker", "StrikerTrackingGoal"),
+}
 
 
 @dataclass(frozen=True)
@@ -42,7 +77,27 @@ def _rows(kind: str, bodies: tuple[str, ...], names: tuple[str, ...]) -> list[Ta
     ]
 
 
-GROUPS: dict[str, TaskGroup] = {row.name: row for row in _rows("gravity", RUNNING_BODIES, GRAVITY_ORDER)}
+def _named(rows: dict[str, tuple[str, ...]]) -> list[TaskGroup]:
+    return [TaskGroup(name, tuple(map(task, names))) for name, names in rows.items()]
+
+
+PAPER_GROUPS: tuple[TaskGroup, ...] = (
+    *_rows("gravity", RUNNING_BODIES, GRAVITY_ORDER),
+    *_rows("body", PLANAR_BODIES, BODY_ORDER),
+    *_rows("body", ("Humanoid",), HUMANOID_BODY_ORDER),
+    *_rows("wall", RUNNING_BODIES, ("{B}WithSensor", "{B}Wall")),
+    *_named(SINGLE_GROUPS),
+)
+"""The paper's groups."""
+
+EXTRAS: tuple[TaskGroup, ...] = (
+    *_rows("motor-noise", RUNNING_BODIES, ("{B}", "{B}MotorNoise")),
+    *_rows("noisy-wall", RUNNING_BODIES, ("{B}WithSensor", "{B}Wall", "{B}NoisyWall")),
+    *_named(EXTRA_GROUPS),
+)
+"""Groups outside the paper's."""
+
+GROUPS: dict[str, TaskGroup] = {row.name: row for row in (*PAPER_GROUPS, *EXTRAS)}
 """Every published group by its name without the version."""
 
 

@@ -43,6 +43,10 @@ def make_batch(
     given = [tasks] if isinstance(tasks, str | Task) else list(tasks)
     _check_counts(len(given), num_envs, num_threads)
     rows = [row if isinstance(row, Task) else published(row) for row in given][:num_envs]
+    if all(row.base == "Navigation" for row in rows):
+        from gym_extensions.envs.navigation.build import construct_batch
+
+        return construct_batch([rows[lane % len(rows)] for lane in range(num_envs)])
     if any(row.base not in FAMILIES for row in rows):
         return OneByOne([partial(make, rows[lane % len(rows)]) for lane in range(num_envs)])
     models: dict[Task, Prototype] = {row: prototype(row) for row in rows}

@@ -15,13 +15,12 @@ from numpy.typing import NDArray
 from gym_extensions.catalog.errors import BenchError
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.envs.actions import check_actions
-from gym_extensions.envs.batching.seeds import lane_seeds
+from gym_extensions.envs.batching.seeds import WHERE, reset_mask, seed_of_each
 from gym_extensions.envs.navigation.families import action_space, observation_space
 from gym_extensions.envs.navigation.grid import arena
 from gym_extensions.envs.navigation.single import course
 from gym_extensions.envs.navigation.world import World
 
-WHERE = "make_batch"
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
@@ -47,11 +46,9 @@ class NavigationVector(gym.vector.VectorEnv[NDArray[Any], NDArray[Any], NDArray[
         families = sorted({drawn.family for drawn in courses})
         if len(families) > 1:
             message = f"The lanes observe differently: {', '.join(families)}."
-            raise BenchError("mixed-spaces", message, WHERE, "Give tasks of one navigation family.")
-        self.single_observation_space, self.single_action_space = (
-            observation_space(families[0]),
-            action_space(),
-        )
+            raise BenchError("different-spaces", message, WHERE, "Give tasks of one navigation family.")
+        self.single_observation_space = observation_space(families[0])
+        self.single_action_space = action_space()
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         self._world = World([arena(drawn.map, drawn.goal) for drawn in courses], families[0])
@@ -76,8 +73,8 @@ class NavigationVector(gym.vector.VectorEnv[NDArray[Any], NDArray[Any], NDArray[
         Raises:
             BenchError: a bad start or mask, or not as many seeds as lanes.
         """
-        chosen = self._chosen(options)
-        for lane, lane_seed in enumerate(self._spread(seed)):
+        chosen = reset_mask(options, self.num_envs)
+        for lane, lane_seed in enumerate(seed_of_each(seed, self.num_envs)):
             if lane_seed is not None and chosen[lane]:
                 self._generators[lane], self._seeds[lane] = seeding.np_random(lane_seed)
         self._begin(chosen, (options or {}).get("start"))
@@ -166,23 +163,3 @@ class NavigationVector(gym.vector.VectorEnv[NDArray[Any], NDArray[Any], NDArray[
             generator, self._seeds[lane] = seeding.np_random()
             self._generators[lane] = generator
         return generator
-
-    def _chosen(self, options: dict[str, Any] | None) -> Flags:
-        mask = (options or {}).get("reset_mask")
-        if mask is None:
-            return np.ones(self.num_envs, np.bool_)
-        chosen = np.asarray(mask)
-        if chosen.shape != (self.num_envs,) or chosen.dtype != np.bool_ or not chosen.any():
-            hint = f"Give {self.num_envs} booleans, at least one of them true."
-            raise BenchError("bad-reset-mask", f"reset_mask is {mask!r}.", WHERE, hint)
-        return chosen
-
-    def _spread(self, seed: int | Sequence[int | None] | None) -> Sequence[int | None]:
-        if seed is None:
-            return [None] * self.num_envs
-        if isinstance(seed, int | np.integer):
-            return lane_seeds(int(seed), self.num_envs)
-        if len(seed) != self.num_envs:
-            message = f"There are {len(seed)} seeds for {self.num_envs} lanes."
-            raise BenchError("bad-seeds", message, WHERE, "Give one seed a lane, or one int for all.")
-        return seed
