@@ -89,26 +89,34 @@ def recorded(folder: Folder, row: Row) -> Recorded | Problem:
 
 
 def _fault(arrays: dict[str, NDArray[np.generic]], row: Row) -> str:
-    """What is wrong with a trace's arrays as a sentence, or nothing."""
-    steps = segments(row.task).steps
+    """The first thing that is wrong with a trace's arrays, as a sentence, or nothing."""
+    return next(_faults(arrays, row), "")
+
+
+def _faults(arrays: dict[str, NDArray[np.generic]], row: Row) -> Iterator[str]:
+    steps, tolerance = segments(row.task).steps, segments(row.task).tolerance
     count = -(-row.length // steps)
-    for name in ("actions", "segment_steps", "segment_returns"):
-        if name not in arrays:
-            return f"It lacks {name!r}."
-    if arrays["segment_steps"].shape != () or int(arrays["segment_steps"]) != steps:  # type: ignore[call-overload]
-        return f"Segments have {arrays['segment_steps']} steps, those of {row.task.base} have {steps}."
-    expected = {"actions": (np.float32, row.length), "segment_returns": (np.float64, count)}
+    expected: dict[str, tuple[type[np.generic], int]] = {
+        "actions": (np.float32, row.length),
+        "segment_returns": (np.float64, count),
+    }
+    missing = [name for name in (*expected, "segment_steps") if name not in arrays]
+    if missing:
+        yield f"It lacks {missing[0]!r}."
+        return
+    if arrays["segment_steps"].tolist() != steps:
+        told = arrays["segment_steps"].tolist()
+        yield f"Its segments have {told} steps, those of {row.task.base} have {steps}."
     expected |= {name: (np.float64, count - 1) for name in arrays if name.startswith(STATE)}
     for name, (kind, entries) in expected.items():
         found = arrays[name]
         if found.dtype != kind or found.shape[:1] != (entries,):
-            return f"{name!r} is {found.dtype} of shape {found.shape}; {entries} rows of {np.dtype(kind)} belong there."
-        if not np.isfinite(found).all():
-            return f"{name!r} holds a value that is not finite."
-    unknown = sorted(set(arrays) - set(expected) - {"segment_steps"})
-    if unknown:
-        return f"It holds an unknown array {unknown[0]!r}."
-    total = math.fsum(arrays["segment_returns"])
-    if abs(total - row.return_) > segments(row.task).tolerance * max(1.0, abs(row.return_)):
-        return f"Its segments' returns sum to {total!r}, the log's row says {row.return_!r}."
-    return ""
+            belongs = f"{entries} rows of {np.dtype(kind)} belong there"
+            yield f"{name!r} is {found.dtype} of shape {found.shape}; {belongs}."
+        elif not np.isfinite(found).all():
+            yield f"{name!r} holds a value that is not finite."
+    for name in sorted(set(arrays) - set(expected) - {"segment_steps"}):
+        yield f"It holds an unknown array {name!r}."
+    total = math.fsum(np.ravel(arrays["segment_returns"]).tolist())
+    if not abs(total - row.return_) <= tolerance * max(1.0, abs(row.return_)):
+        yield f"Its segments' returns sum to {total!r}, the log's row says {row.return_!r}."
