@@ -1,0 +1,91 @@
+"""Builds every page into a folder: the same document gives the same bytes."""
+
+from __future__ import annotations
+
+import posixpath
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup
+
+from gym_extensions.catalog.errors import BenchError
+from gym_extensions.site import boards, charts, glossary, heat, numerals, panels, words
+from gym_extensions.site.document import Json
+from gym_extensions.site.page import Leaderboard, pages
+
+HERE = Path(__file__).parent
+MARK = ".gym-extensions-site"
+"""A file that says the folder is ours, so that a build never replaces somebody's own folder."""
+
+
+def environment() -> Environment:
+    """The templates: everything is escaped, an unknown name is an error, blocks leave no blank lines."""
+    made = Environment(
+        loader=FileSystemLoader(HERE / "templates"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    made.filters.update(
+        fixed=numerals.fixed, grouped=numerals.grouped, ordinary=numerals.ordinary, task=words.task
+    )
+    made.globals.update(
+        boards=boards,
+        charts=charts,
+        glossary=glossary,
+        heat=heat,
+        panels=panels,
+        words=words,
+        numerals=numerals,
+    )
+    return made
+
+
+def files(document: Json) -> Iterator[tuple[str, str]]:
+    """Every file of the site as (path, text), in the order of the pages."""
+    leaderboard = Leaderboard(document)
+    registry = pages()
+    menu = [page for page in registry if page.path]
+    templates = environment()
+
+    def render(template: str, path: str, **values: object) -> str:
+        root = posixpath.relpath(".", posixpath.dirname(path) or ".")
+        address = Markup("" if root == "." else f"{root}/")
+        return templates.get_template(template).render(
+            site=leaderboard, menu=menu, here=path, root=address, **values
+        )
+
+    for page in registry:
+        yield from page.publish(leaderboard, render)
+    for path in sorted((HERE / "static").iterdir()):
+        yield f"static/{path.name}", path.read_text(encoding="utf-8")
+
+
+def build(document: Json, out: Path) -> Path:
+    """Writes the site to ``out`` and gives the path of its index: all of it, or the folder stays as it was.
+
+    Raises:
+        BenchError: ``out`` exists and is not a folder that an earlier build has made.
+    """
+    if out.exists() and not (out / MARK).is_file() and not (out.is_dir() and not any(out.iterdir())):
+        raise BenchError(
+            "not-a-site",
+            "This is there already, and no site was built in it.",
+            where=str(out),
+            hint="Name a new or empty folder with --out.",
+        )
+    out.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix=f".{out.name}.", dir=out.parent) as scratch:
+        made = Path(scratch) / "new"
+        for path, text in [(MARK, ""), *files(document)]:
+            target = made / path
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_bytes(text.encode())
+        if out.exists():
+            out.replace(Path(scratch) / "old")
+        made.replace(out)
+    return out / "index.html"

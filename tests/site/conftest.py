@@ -1,0 +1,202 @@
+"""A scorecard document made by hand: every number of it follows from small matrices, without the scorer."""
+
+from __future__ import annotations
+
+import copy
+import statistics
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from gym_extensions.catalog.groups import group
+
+QUANTILES = {2: 12.706, 3: 4.303, 4: 3.182, 5: 2.776}
+"""t(.975, N − 1), three digits, from a printed table."""
+
+Document = dict[str, Any]
+
+
+def estimate(runs: list[float]) -> Document:
+    """A metric with its interval."""
+    mean = statistics.fmean(runs)
+    if len(runs) < 2:
+        return {"mean": mean, "low": None, "high": None, "runs": runs}
+    half = QUANTILES[len(runs)] * statistics.stdev(runs) / len(runs) ** 0.5
+    return {"mean": mean, "low": mean - half, "high": mean + half, "runs": runs}
+
+
+def sequential(group_name: str, matrices: list[list[list[float]]], budget: str = "100k") -> Document:
+    """Scores of a sequential log whose floor is 0 and whose ceiling is 1000 on every task."""
+    tasks = list(group(group_name).task_ids)
+    count = len(tasks)
+    share = [[[cell / 1000 for cell in stage] for stage in run] for run in matrices]
+    final = [statistics.fmean(run[count]) for run in share]
+    learning = [statistics.fmean(run[j + 1][j] for j in range(count)) for run in share]
+    forgetting = [statistics.fmean(run[j + 1][j] - run[count][j] for j in range(count - 1)) for run in share]
+    zero_shot = [statistics.fmean(run[j][j] - run[0][j] for j in range(1, count)) for run in share]
+    absent = {
+        "mean": None,
+        "low": None,
+        "high": None,
+        "runs": None,
+        "why": "there is no single.csv to pair with",
+    }
+
+    def spread(stage: Callable[[int], int], j: int) -> Document:
+        return {"mean": statistics.fmean(run[stage(j)][j] for run in matrices), "std": 120.5}
+
+    columns: dict[str, Callable[[int], int]] = {
+        "fully_trained": lambda j: count,
+        "after_env_training": lambda j: j + 1,
+        "first_step": lambda j: j,
+    }
+    table = [
+        {
+            "task": task,
+            **{name: spread(stage, j) for name, stage in columns.items()},
+            "single_env": None,
+        }
+        for j, task in enumerate(tasks)
+    ]
+    total = {
+        name: {"mean": statistics.fmean(row[name]["mean"] for row in table), "std": 150.25}
+        for name in columns
+    }
+    return {
+        "budget": budget,
+        "runs": list(range(len(matrices))),
+        "tasks": tasks,
+        "metrics": {
+            "final_performance": estimate(final),
+            "learning_performance": estimate(learning),
+            "forgetting": estimate(forgetting),
+            "forward_transfer": absent,
+            "zero_shot_transfer": estimate(zero_shot),
+        },
+        "table": table,
+        "total": {**total, "single_env": None},
+        "reference": {task: {"floor": 0.0, "ceiling": 1000.0, "open": False} for task in tasks},
+        "matrix": matrices,
+    }
+
+
+def learner(strength: float, keeps: float, runs: int) -> list[list[list[float]]]:
+    """Matrices of an agent that learns ``strength`` of the reference and keeps a share at each stage."""
+    made = []
+    for run in range(runs):
+        wobble = 1 + 0.06 * ((run * 7) % 5 - 2)
+        stages = [[12.0 + run] * 5]
+        for stage in range(1, 6):
+            stages.append(
+                [
+                    1000 * strength * wobble * (keeps ** (stage - 1 - j) if j < stage else 0.12 * stage)
+                    for j in range(5)
+                ]
+            )
+        made.append(stages)
+    return made
+
+
+def nothing(runs: int) -> list[list[list[float]]]:
+    """Matrices of an agent that stays near the floor, above it in one run and below it in the next."""
+    return [[[(10.0 + task) * (-1) ** run for task in range(5)] for _ in range(6)] for run in range(runs)]
+
+
+def alone(group_name: str, returns: list[list[float]], budget: str = "100k") -> Document:
+    """Scores of a single log: ``returns[run][task]``."""
+    tasks = list(group(group_name).task_ids)
+    return {
+        "budget": budget,
+        "runs": list(range(len(returns))),
+        "tasks": tasks,
+        "metrics": {"single_task_performance": estimate([statistics.fmean(run) / 1000 for run in returns])},
+        "reference": {task: {"floor": 0.0, "ceiling": 1000.0, "open": False} for task in tasks},
+        "matrix": returns,
+    }
+
+
+def submission(name: str, groups: Document, title: str = "", **manifest: Any) -> Document:
+    """A submission without problems."""
+    facts = {
+        "authors": ["A. Researcher"],
+        "description": "An agent for the tests.",
+        "code": {"url": "https://example.org/agent", "commit": "0123abc"},
+        "protocol": {"budget": "100k", "algorithm": name, "evaluation": "sampled"},
+        "hyperparameters": {"step_size": 0.01, "layers": [100, 50, 25]},
+        "knows": {"task_in_training": False, "task_in_evaluation": False, "boundaries": True},
+        "memory": {"stored_steps": 2000, "parameters_first": 12345, "parameters_last": 12345},
+        "versions": {"mujoco": "4.0.0", "gymnasium": "1.4.0"},
+    }
+    facts.update(manifest)
+    return {
+        "name": name,
+        "title": title or name,
+        "trust": "well-formed",
+        "problems": [],
+        "manifest": facts,
+        "groups": groups,
+    }
+
+
+def everything() -> Document:
+    """A learner, a better learner, one that learns nothing, one told the task, one for tests, one refused."""
+    told = {"task_in_training": True, "task_in_evaluation": True, "boundaries": True}
+    hopper = {
+        "hopper-gravity-v0": {
+            "sequential": sequential("hopper-gravity", learner(0.9, 0.75, 5)),
+            "single": alone("hopper-gravity", [[900.0, 850.0, 1010.0, 700.0, 640.0]] * 5),
+        }
+    }
+    return {
+        "format": 1,
+        "references": {"version": "provisional", "provisional": True, "sha256": "0f" * 32},
+        "submissions": [
+            submission("agile", hopper, "Agile"),
+            submission(
+                "keeper",
+                {
+                    "hopper-gravity-v0": {"sequential": sequential("hopper-gravity", learner(0.7, 0.97, 2))},
+                    "walker2d-gravity-v0": {
+                        "sequential": sequential("walker2d-gravity", learner(0.5, 0.9, 1))
+                    },
+                },
+                "Keeper",
+            ),
+            submission(
+                "still",
+                {"hopper-gravity-v0": {"sequential": sequential("hopper-gravity", nothing(2))}},
+                "Still",
+            ),
+            submission("oracle", copy.deepcopy(hopper), "Oracle", knows=told),
+            submission(
+                "trial",
+                {
+                    "hopper-gravity-v0": {
+                        "sequential": sequential("hopper-gravity", learner(0.9, 1, 1), "smoke")
+                    }
+                },
+            ),
+            {
+                "name": "broken",
+                "title": "Broken",
+                "trust": None,
+                "problems": [
+                    {
+                        "rule": "missing-cell",
+                        "where": "hopper-gravity/sequential.csv, row 7",
+                        "message": "Run 0, stage 2 has no episode of gym_extensions/Hopper-v0.",
+                        "hint": "Evaluate every task after every stage.",
+                    }
+                ],
+                "manifest": None,
+                "groups": {},
+            },
+        ],
+    }
+
+
+@pytest.fixture
+def document() -> Document:
+    """The document of ``everything``, a new one for each test."""
+    return everything()
