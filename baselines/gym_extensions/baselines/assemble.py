@@ -104,7 +104,7 @@ def _write_sample(out: Path, group: TaskGroup, protocol: str, log: bytes, runs: 
 
 
 def _write_manifest(out: Path, records: Sequence[Finished], settings: Settings) -> None:
-    path = out / "submission.toml"
+    path = out / manifest.NAME
     existing = manifest.read(path)
     largest = max(records, key=lambda record: record.card["stored_steps"]).card
     new = manifest.written(largest, settings.budget, settings.lanes)

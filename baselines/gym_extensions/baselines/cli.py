@@ -56,7 +56,7 @@ def main(argv: list[str] | None = None) -> int:
         raise BenchError("bad-jobs", f"{asked.jobs} processes are too few.", "--jobs", "Give at least 1.")
     from gym_extensions.baselines.train import train
 
-    with shown(asked.budget) as screen:
+    with shown() as screen:
         train(
             asked.agent,
             [name.strip() for name in asked.group.split(",")],

@@ -1,4 +1,4 @@
-"""Units side by side in processes of their own, each with one thread; or one by one in this process."""
+"""Pieces of work side by side in processes of their own, each with one thread; or one by one in this process."""
 
 from __future__ import annotations
 
@@ -7,70 +7,78 @@ import os
 import threading
 from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from dataclasses import dataclass
 from multiprocessing.queues import Queue
-from pathlib import Path
 from queue import Empty
+from typing import Any, Protocol, TypeVar
 
-from gym_extensions.baselines import algorithms
-from gym_extensions.baselines.agent import Factory
-from gym_extensions.baselines.progress import Finished
-from gym_extensions.baselines.protocol import Listener, News, Settings, run_unit
-from gym_extensions.baselines.units import Unit
+from gym_extensions.baselines.protocol import Listener, News
 
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+"""Libraries read these when a process loads them."""
 LISTEN_SECONDS = 0.2
+LAST_NEWS_SECONDS = 0.5
+
+Result_co = TypeVar("Result_co", covariant=True)
+Result = TypeVar("Result")
 
 
-@dataclass(frozen=True)
-class Job:
-    """A unit and what it takes to run it."""
+class Work(Protocol[Result_co]):
+    """What can be run anywhere: it pickles."""
 
-    unit: Unit
-    agent: str | Factory
-    settings: Settings
-    out: Path
-
-    def run(self, listen: Listener) -> list[Finished]:
-        """Every stage of the unit, finished."""
-        make = algorithms.factory(self.agent) if isinstance(self.agent, str) else self.agent
-        return run_unit(self.unit, make, self.settings, self.out, listen)
+    def run(self, listen: Listener) -> Result_co:
+        """Does it all, telling how far it is."""
 
 
-def run_all(waiting: Sequence[Job], jobs: int, listen: Listener) -> Iterator[tuple[Unit, list[Finished]]]:
-    """Each unit with its finished stages, as they finish; the first failure ends it all."""
+def run_all(waiting: Sequence[Work[Result]], jobs: int, listen: Listener) -> Iterator[tuple[int, Result]]:
+    """The index and the result of each piece, as they finish; the first failure ends all.
+
+    Args:
+        waiting: the pieces, longest first where it matters.
+        jobs: processes side by side; 0 runs the pieces in order in this process.
+        listen: told how far each is.
+    """
     if not jobs:
-        for job in waiting:
-            yield job.unit, job.run(listen)
+        for index, work in enumerate(waiting):
+            yield index, work.run(listen)
         return
-    # A process reads these when its libraries load.
+    if not waiting:
+        return
     os.environ.update(dict.fromkeys(ONE_THREAD, "1"))
     context = multiprocessing.get_context("spawn")
     news: Queue[News] = context.Queue()
-    with ProcessPoolExecutor(jobs, mp_context=context, initializer=_prepare, initargs=(news,)) as pool:
-        futures = {pool.submit(_run, job): job.unit for job in waiting}
-        try:
-            yield from _as_they_finish(futures, news, listen)
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            for process in multiprocessing.active_children():
-                process.terminate()
-            raise
+    pool = ProcessPoolExecutor(
+        min(jobs, len(waiting)), mp_context=context, initializer=_prepare, initargs=(news,)
+    )
+    try:
+        futures = {pool.submit(_run, work): index for index, work in enumerate(waiting)}
+        yield from _as_they_finish(futures, news, listen)
+        pool.shutdown()
+    except BaseException:
+        workers = multiprocessing.active_children()
+        pool.shutdown(wait=False, cancel_futures=True)
+        for process in workers:
+            process.terminate()
+        raise
 
 
 def _as_they_finish(
-    futures: dict[Future[list[Finished]], Unit], news: Queue[News], listen: Listener
-) -> Iterator[tuple[Unit, list[Finished]]]:
+    futures: dict[Future[Result], int], news: Queue[News], listen: Listener
+) -> Iterator[tuple[int, Result]]:
     running = set(futures)
     while running:
         done, running = wait(running, timeout=LISTEN_SECONDS, return_when=FIRST_COMPLETED)
-        while True:
-            try:
-                listen(news.get_nowait())
-            except Empty:
-                break
+        # A worker hands its last news on in a thread of its own, a moment after its result.
+        _tell(news, listen, 0.0 if running else LAST_NEWS_SECONDS)
         for future in done:
             yield futures[future], future.result()
+
+
+def _tell(news: Queue[News], listen: Listener, patience: float) -> None:
+    while True:
+        try:
+            listen(news.get(timeout=patience) if patience else news.get_nowait())
+        except Empty:
+            return
 
 
 _news: Queue[News] | None = None
@@ -90,6 +98,6 @@ def _end_with_parent() -> None:
         os._exit(1)
 
 
-def _run(job: Job) -> list[Finished]:
+def _run(work: Work[Any]) -> Any:
     queue = _news
-    return job.run(lambda _: None if queue is None else queue.put(_))
+    return work.run(lambda told: None if queue is None else queue.put(told))

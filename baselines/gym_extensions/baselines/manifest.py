@@ -15,6 +15,7 @@ from gym_extensions.catalog.errors import BenchError
 from gym_extensions.scoring.log import write_text
 
 FORMAT = 1
+NAME = "submission.toml"
 FIXED = ("protocol", "hyperparameters")
 """Sections that every run of a submission shares; a run with others is refused."""
 FIXED_VERSIONS = ("gymnasium", "mujoco")

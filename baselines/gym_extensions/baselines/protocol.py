@@ -38,9 +38,9 @@ class Settings:
 
 @dataclass(frozen=True)
 class News:
-    """How far a unit is: training steps taken in a stage, or a finished evaluation and its mean return."""
+    """How far a piece of work is: training steps taken in a stage, or a finished evaluation and its mean return."""
 
-    unit: Unit
+    work: str
     stage: int
     steps: int
     evaluated: str = ""
@@ -104,7 +104,13 @@ def run_unit(unit: Unit, make: Factory, settings: Settings, out: Path, listen: L
         for task in stage.evaluated:
             cell = evaluator.cell(agent, stage.number, task)
             listen(
-                News(unit, stage.number, stage.steps, task.id, sum(row.return_ for row in cell) / len(cell))
+                News(
+                    unit.title,
+                    stage.number,
+                    stage.steps,
+                    task.id,
+                    sum(row.return_ for row in cell) / len(cell),
+                )
             )
             rows += cell
         card = card_of(agent, settings.agent)
@@ -121,7 +127,7 @@ def _train(unit: Unit, stage: Stage, agent: Agent, settings: Settings, listen: L
     seed = training_seed(unit.run, unit.of.id, *ids, "training")
     batch = budget(settings.budget).batch_steps
     recorder = Recorder(
-        env, ids, stage.steps, batch, seed, lambda taken: listen(News(unit, stage.number, taken))
+        env, ids, stage.steps, batch, seed, lambda taken: listen(News(unit.title, stage.number, taken))
     )
     agent.learn(recorder, stage.steps)
     recorder.flush()

@@ -1,8 +1,8 @@
-"""How far the training is: bars on a terminal, a line for each finished cell in a log."""
+"""How far the work is: bars on a terminal, a line for each finished cell in a log."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 
 from rich.console import Console
@@ -17,67 +17,55 @@ from rich.progress import (
 )
 
 from gym_extensions.baselines.protocol import News
-from gym_extensions.baselines.units import Unit
-from gym_extensions.catalog.protocol import budget
 
 
 class Screen:
-    """Hears news of units and shows them; work is counted in evaluated cells and trained stages' steps."""
+    """Hears how far each piece of work is and shows it, counted in evaluated cells."""
 
-    def __init__(self, budget_name: str, console: Console, bars: Progress | None) -> None:
-        self._budget, self._console, self._bars = budget_name, console, bars
-        self._rows: dict[Unit, TaskID] = {}
+    def __init__(self, console: Console, bars: Progress | None) -> None:
+        self._console, self._bars = console, bars
+        self._cells: dict[str, int] = {}
+        self._rows: dict[str, TaskID] = {}
         self._total: TaskID | None = None
-        self._finished = 0
 
-    def plan(self, units: Sequence[Unit]) -> None:
-        """Says how much there is to do."""
-        steps = sum(unit.steps(budget(self._budget)) for unit in units)
+    def plan(self, cells: Mapping[str, int]) -> None:
+        """Says how much there is to do: the cells of every piece of work, by its title."""
+        self._cells = dict(cells)
         if self._bars is None:
-            self._console.print(f"{len(units)} units, {steps:,} training steps", highlight=False)
-        else:
-            self._total = self._bars.add_task("all cells", total=sum(self._cells(unit) for unit in units))
+            self._line(f"{len(cells)} units to run, {sum(cells.values())} cells to evaluate")
+        elif cells:
+            self._total = self._bars.add_task("all", total=sum(cells.values()))
 
     def hear(self, news: News) -> None:
         """Moves a bar, or prints a line for a finished cell."""
-        unit = news.unit
-        text = f"{unit.group} {unit.name} stage {news.stage}"
+        text = f"{news.work} stage {news.stage}"
         if self._bars is None:
             if news.evaluated:
-                line = f"{text}: {news.evaluated} mean return {news.mean:.1f}"
-                self._console.print(line, highlight=False, soft_wrap=True)
+                self._line(f"{text}: {news.evaluated} mean return {news.mean:.1f}")
             return
-        row = self._row(unit)
-        if news.evaluated:
-            self._bars.update(row, description=f"{text} evaluating")
-            self._bars.advance(row)
-            if self._total is not None:
-                self._bars.advance(self._total)
-        else:
+        if news.work not in self._rows:
+            self._rows[news.work] = self._bars.add_task(news.work, total=self._cells.get(news.work))
+        row = self._rows[news.work]
+        if not news.evaluated:
             self._bars.update(row, description=f"{text} training {news.steps:,}")
+            return
+        self._bars.update(row, description=f"{text} evaluating", advance=1)
+        if self._total is not None:
+            self._bars.advance(self._total)
+        self._cells[news.work] -= 1
+        if self._cells[news.work] <= 0:
+            self._bars.remove_task(row)
 
-    def _row(self, unit: Unit) -> TaskID:
-        if unit not in self._rows and self._bars is not None:
-            for old in [one for one in self._rows if self._bars.tasks and self._is_done(one)]:
-                self._bars.remove_task(self._rows.pop(old))
-            self._rows[unit] = self._bars.add_task(unit.name, total=self._cells(unit))
-        return self._rows[unit]
-
-    def _is_done(self, unit: Unit) -> bool:
-        if self._bars is None:
-            return False
-        return any(row.id == self._rows[unit] and row.finished for row in self._bars.tasks)
-
-    def _cells(self, unit: Unit) -> int:
-        return sum(len(stage.evaluated) for stage in unit.stages(budget(self._budget)))
+    def _line(self, text: str) -> None:
+        self._console.print(text, highlight=False, soft_wrap=True, markup=False)
 
 
 @contextmanager
-def shown(budget_name: str) -> Iterator[Screen]:
+def shown() -> Iterator[Screen]:
     """A screen for one command: bars where there is a terminal, plain lines elsewhere."""
     console = Console()
     if not console.is_terminal:
-        yield Screen(budget_name, console, None)
+        yield Screen(console, None)
         return
     columns = (
         TextColumn("{task.description}"),
@@ -87,4 +75,4 @@ def shown(budget_name: str) -> Iterator[Screen]:
         TimeRemainingColumn(),
     )
     with Progress(*columns, console=console) as bars:
-        yield Screen(budget_name, console, bars)
+        yield Screen(console, bars)

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import asdict
 from pathlib import Path
 
-from gym_extensions.baselines import algorithms, manifest
+from gym_extensions.baselines import manifest
 from gym_extensions.baselines.agent import Factory, card_of
 from gym_extensions.baselines.assemble import assemble, wanted
-from gym_extensions.baselines.jobs import Job, run_all
+from gym_extensions.baselines.jobs import run_all
+from gym_extensions.baselines.progress import Finished
 from gym_extensions.baselines.protocol import Listener, Settings
 from gym_extensions.baselines.requests import Request, checked
 from gym_extensions.baselines.units import Unit
+from gym_extensions.baselines.work import UnitWork, made
 from gym_extensions.catalog.groups import group
 from gym_extensions.envs import make_batch
 
-PlanListener = Callable[[Sequence[Unit]], object]
+Announce = Callable[[Mapping[str, int]], object]
+"""Told all pieces of work that are to be run: their titles, and how many cells each evaluates."""
 
 
 def train(
@@ -29,9 +33,9 @@ def train(
     jobs: int = 0,
     lanes: int | None = None,
     listen: Listener = lambda _: None,
-    announce: PlanListener = lambda _: None,
+    announce: Announce = lambda _: None,
 ) -> list[Path]:
-    """Runs an agent through protocols and writes its submission; goes on where an earlier attempt was stopped.
+    """Runs an agent through protocols and writes its submission; goes on where an earlier attempt stopped.
 
     Args:
         agent: a reference agent's name, ``module:factory``, or a factory (with ``jobs``, one that pickles).
@@ -40,11 +44,11 @@ def train(
         budget: a budget's name.
         runs: training seeds below 1000; one, or several.
         out: the submission's folder.
-        jobs: processes that run units side by side, each with one thread; 0 runs them one by one in this process,
-            where the number of BLAS threads is the caller's.
+        jobs: processes that run units side by side, each with one thread; 0 runs them one by one in this
+            process, where the number of BLAS threads is the caller's.
         lanes: training environments side by side, where not the budget's number.
         listen: told how far each unit is.
-        announce: told all units that are to be run.
+        announce: told what is to be run.
 
     Returns:
         The logs that were asked for, existing ones included.
@@ -54,15 +58,15 @@ def train(
     """
     request = checked(groups, protocols, budget, runs, lanes)
     folder = Path(out)
-    make = algorithms.factory(agent) if isinstance(agent, str) else agent
     name = agent if isinstance(agent, str) else getattr(agent, "__name__", type(agent).__name__)
     settings = Settings(name, request.budget.name, lanes)
+    _refuse_foreign(made(agent), settings, folder, request)
     plan = {log: wanted(folder, group(log[0]), log[1], request.runs) for log in request.logs()}
-    _refuse_foreign(make, settings, folder, request)
-    announce([unit for asked in plan.values() for unit in asked])
-    waiting = [Job(unit, agent, settings, folder) for asked in plan.values() for unit in asked]
-    finished = {}
-    for unit, stages in run_all(waiting, jobs, listen):
+    units = [unit for asked in plan.values() for unit in asked]
+    announce({unit.title: unit.cells(request.budget) for unit in units})
+    finished: dict[Unit, list[Finished]] = {}
+    for index, stages in run_all([UnitWork(unit, agent, settings, folder) for unit in units], jobs, listen):
+        unit = units[index]
         finished[unit] = stages
         asked = plan[unit.group, unit.protocol]
         if all(each in finished for each in asked):
@@ -72,14 +76,11 @@ def train(
 
 
 def _refuse_foreign(make: Factory, settings: Settings, out: Path, request: Request) -> None:
-    path = out / "submission.toml"
+    """Says before hours of training, not after them, that the folder belongs to something else."""
+    path = out / manifest.NAME
     existing = manifest.read(path)
-    if not existing:
-        return
-    env = make_batch(group(request.groups[0]).tasks[0], 1)
-    agent = make(env.single_observation_space, env.single_action_space, 0)
-    env.close()
-    from dataclasses import asdict
-
-    card = asdict(card_of(agent, settings.agent))
-    manifest.refuse_mixing(path, existing, manifest.written(card, settings.budget, settings.lanes))
+    if existing:
+        env = make_batch(group(request.groups[0]).tasks[0], 1)
+        card = asdict(card_of(make(env.single_observation_space, env.single_action_space, 0), settings.agent))
+        env.close()
+        manifest.refuse_mixing(path, existing, manifest.written(card, settings.budget, settings.lanes))

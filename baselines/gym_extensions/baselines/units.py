@@ -36,6 +36,11 @@ class Unit:
         return f"{self.protocol}-run{self.run}{ending}"
 
     @property
+    def title(self) -> str:
+        """Its name with the group's."""
+        return f"{self.group} {self.name}"
+
+    @property
     def of(self) -> TaskGroup:
         """The group's row."""
         return group(self.group)
@@ -54,9 +59,9 @@ class Unit:
         one = (tasks[self.task],)
         return [Stage(1, one, steps, one)]
 
-    def steps(self, budget: Budget) -> int:
-        """Training steps of all its stages."""
-        return sum(stage.steps for stage in self.stages(budget))
+    def cells(self, budget: Budget) -> int:
+        """Cells that are evaluated in all its stages."""
+        return sum(len(stage.evaluated) for stage in self.stages(budget))
 
 
 def units(group_name: str, protocol: str, runs: Sequence[int]) -> list[Unit]:

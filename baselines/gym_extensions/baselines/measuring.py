@@ -1,0 +1,101 @@
+"""One agent measured on one task for the references: trained on it alone, or not at all, then evaluated."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from gym_extensions.baselines import algorithms
+from gym_extensions.baselines.agent import Agent, VectorEnv
+from gym_extensions.baselines.evaluation import evaluate
+from gym_extensions.baselines.protocol import Listener, News, Settings
+from gym_extensions.baselines.recorder import Recorder
+from gym_extensions.baselines.seeds import training_seed
+from gym_extensions.catalog.fingerprints import published
+from gym_extensions.catalog.protocol import budget, evaluation_seed
+from gym_extensions.catalog.tasks import task as task_named
+from gym_extensions.envs import make_batch
+from gym_extensions.scoring.log import Episode, write_text
+
+REFERENCE = "reference"
+"""Stands in place of a group's id where seeds are derived."""
+LANES = 100
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """An agent on a task: which run, how many evaluation episodes, trained for which budget (none if empty)."""
+
+    task: str
+    agent: str
+    run: int
+    episodes: int
+    budget: str = ""
+
+    @property
+    def title(self) -> str:
+        """A name in words."""
+        return f"{self.task} {self.agent} run {self.run}" if self.budget else f"{self.task} {self.agent}"
+
+    def part(self, folder: Path) -> Path:
+        """Where its result is kept."""
+        bare = self.task.rpartition("/")[2]
+        return folder / f"{bare}-{self.agent}-{self.budget or 'untrained'}-{self.run}-{self.episodes}.json"
+
+
+@dataclass(frozen=True)
+class MeasurementWork:
+    """A measurement as a piece of work for a process; a part that is there is not measured again."""
+
+    what: Measurement
+    folder: Path
+
+    def run(self, listen: Listener) -> list[Episode]:
+        """Its evaluation episodes; kept in its part."""
+        path = self.what.part(self.folder)
+        settings = asdict(self.what) | {"fingerprint": published(self.what.task)}
+        if path.exists():
+            kept: dict[str, Any] = json.loads(path.read_text())
+            if kept["settings"] == settings:
+                return [Episode(**row) for row in kept["episodes"]]
+        found = measure(self.what, listen)
+        content = {"settings": settings, "episodes": [asdict(row) for row in found]}
+        write_text(path, json.dumps(content) + "\n")
+        return found
+
+
+def measure(what: Measurement, listen: Listener) -> list[Episode]:
+    """The measurement's episodes at the prescribed reference seeds."""
+    lanes = make_batch(what.task, min(LANES, what.episodes))
+    seed = training_seed(what.run, REFERENCE, what.task, what.agent)
+    agent = algorithms.factory(what.agent)(lanes.single_observation_space, lanes.single_action_space, seed)
+    if what.budget:
+        _train(agent, what, listen)
+    rows = _episodes(agent, lanes, what)
+    mean = sum(row.return_ for row in rows) / len(rows)
+    listen(News(what.title, 1, 0, what.task, mean))
+    lanes.close()
+    return rows
+
+
+def _train(agent: Agent, what: Measurement, listen: Listener) -> None:
+    plan = budget(what.budget)
+    env = make_batch(what.task, Settings(what.agent, what.budget).lanes_for(1))
+    steps = plan.batches * plan.batch_steps
+    seed = training_seed(what.run, REFERENCE, what.task, "training")
+    report = lambda taken: listen(News(what.title, 1, taken))  # noqa: E731
+    agent.learn(Recorder(env, [what.task], steps, plan.batch_steps, seed, report), steps)
+    env.close()
+
+
+def _episodes(agent: Agent, lanes: VectorEnv, what: Measurement) -> list[Episode]:
+    pinned, rows = published(task_named(what.task).id), list[Episode]()
+    for first in range(0, what.episodes, lanes.num_envs):
+        numbers = range(first, first + lanes.num_envs)
+        seeds = [evaluation_seed(REFERENCE, what.task, episode) for episode in numbers]
+        for episode, seed, found in zip(numbers, seeds, evaluate(agent, lanes, seeds), strict=True):
+            end = (seed, found.length, found.return_, found.terminated, pinned)
+            rows.append(Episode(what.run, 1, what.task, episode, *end))
+    return rows[: what.episodes]

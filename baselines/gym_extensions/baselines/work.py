@@ -1,0 +1,31 @@
+"""A unit as a piece of work for a process."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from gym_extensions.baselines import algorithms
+from gym_extensions.baselines.agent import Factory
+from gym_extensions.baselines.progress import Finished
+from gym_extensions.baselines.protocol import Listener, Settings, run_unit
+from gym_extensions.baselines.units import Unit
+
+
+@dataclass(frozen=True)
+class UnitWork:
+    """A unit and what it takes to run it."""
+
+    unit: Unit
+    agent: str | Factory
+    settings: Settings
+    out: Path
+
+    def run(self, listen: Listener) -> list[Finished]:
+        """Every stage of the unit, finished."""
+        return run_unit(self.unit, made(self.agent), self.settings, self.out, listen)
+
+
+def made(agent: str | Factory) -> Factory:
+    """The factory that is named, or given."""
+    return algorithms.factory(agent) if isinstance(agent, str) else agent
