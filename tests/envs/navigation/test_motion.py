@@ -1,0 +1,179 @@
+"""Points and segments against closed cells, on maps drawn by hand and against exact fractions."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from gym_extensions.envs.navigation.grid import Arena, Grid, load, parse
+from gym_extensions.envs.navigation.motion import crosses, touches
+from gym_extensions.envs.navigation.world import World
+
+# Free inside: x and y from 10 to 60, but for the block x 30–40, y 30–40.
+BLOCK = parse(["#######", "#.....#", "#.....#", "#..#..#", "#.....#", "#.....#", "#######"])
+# Two blocks that meet at the corner (30, 30).
+DIAGONAL = parse(["######", "#....#", "#..#.#", "#.#..#", "#....#", "######"])
+
+
+@pytest.mark.parametrize(
+    ("point", "inside"),
+    [
+        ((35.0, 35.0), True),
+        ((30.0, 35.0), True),  # on an edge
+        ((40.0, 40.0), True),  # on a corner
+        ((np.nextafter(30.0, 0), 35.0), False),
+        ((np.nextafter(40.0, 99), 40.0), False),
+        ((20.0, 20.0), False),  # on a corner of four free cells
+        ((10.0, 25.0), True),  # on the border's edge
+        ((-3.0, 25.0), True),  # outside all is solid
+        ((25.0, 71.0), True),
+        ((float("nan"), 25.0), True),
+    ],
+)
+def test_a_point_is_in_an_obstacle_edges_and_corners_included(
+    point: tuple[float, float], inside: bool
+) -> None:
+    assert touches(BLOCK.solid, *point) is inside
+
+
+@pytest.mark.parametrize(
+    ("start", "end", "collides"),
+    [
+        ((28.0, 35.0), (33.0, 35.0), True),  # into the block
+        ((25.0, 35.0), (30.0, 35.0), True),  # up to its edge
+        ((24.0, 35.0), (29.0, 35.0), False),
+        ((29.0, 30.0), (32.0, 30.0), True),  # along its lower edge
+        ((29.0, 29.5), (34.0, 29.5), False),  # just below it
+        ((28.0, 32.0), (32.0, 28.0), True),  # across its corner (30, 30): touched at one point
+        ((28.0, 31.0), (31.0, 28.0), False),  # beside that corner
+        ((29.0, 30.5), (30.5, 29.0), False),
+        ((29.5, 31.0), (31.0, 29.5), True),  # the chord beyond it, both ends free
+        ((38.0, 42.0), (42.0, 38.0), True),  # its corner (40, 40)
+        ((25.0, 25.0), (25.0, 25.0), False),  # no motion
+        ((12.0, 12.0), (9.0, 12.0), True),  # into the border
+        ((12.0, 12.0), (10.0, 12.0), True),  # up to the border
+    ],
+)
+def test_a_segment_that_touches_an_obstacle_collides(
+    start: tuple[float, float], end: tuple[float, float], collides: bool
+) -> None:
+    assert crosses(BLOCK.solid, *start, *end) is collides
+    assert (touches(BLOCK.solid, *end) or crosses(BLOCK.solid, *end, *start)) is collides
+
+
+def test_a_diagonal_gap_is_closed() -> None:
+    # From the upper left of (30, 30) to its lower right, through the corner where the blocks meet.
+    assert crosses(DIAGONAL.solid, 28.0, 32.0, 32.0, 28.0)
+    assert crosses(DIAGONAL.solid, 29.99, 30.01, 30.01, 29.99)
+
+
+def test_no_diagonal_gap_of_any_map_can_be_passed() -> None:
+    gaps = 0
+    for number in range(10):
+        grid = load(number)
+        cells = grid.cells
+        for row, column in np.argwhere(cells[:-1, :-1] & cells[1:, 1:] & ~cells[:-1, 1:] & ~cells[1:, :-1]):
+            x, y = (column + 1) * 10.0, (row + 1) * 10.0
+            assert crosses(grid.solid, x - 2, y + 2, x + 2, y - 2)
+            gaps += 1
+        for row, column in np.argwhere(~cells[:-1, :-1] & ~cells[1:, 1:] & cells[:-1, 1:] & cells[1:, :-1]):
+            x, y = (column + 1) * 10.0, (row + 1) * 10.0
+            assert crosses(grid.solid, x - 2, y - 2, x + 2, y + 2)
+            gaps += 1
+    assert gaps > 0
+
+
+def exactly_crosses(grid: Grid, start: np.ndarray, end: np.ndarray) -> bool:
+    """Whether the closed segment meets any closed cell, in fractions, by clipping it against each box."""
+    origin = [Fraction(float(value)) for value in start]
+    along = [Fraction(float(to)) - before for to, before in zip(end, origin, strict=True)]
+    for row, column in np.argwhere(grid.cells):
+        enter, leave = Fraction(0), Fraction(1)
+        for low, at, move in zip((10 * int(column), 10 * int(row)), origin, along, strict=True):
+            if move == 0:
+                if not low <= at <= low + 10:
+                    leave = Fraction(-1)
+                continue
+            sides = sorted(((low - at) / move, (low + 10 - at) / move))
+            enter, leave = max(enter, sides[0]), min(leave, sides[1])
+        if enter <= leave:
+            return True
+    return False
+
+
+def test_motion_agrees_with_exact_fractions_on_random_moves() -> None:
+    generator, grid = np.random.default_rng(5), load(8)
+    window = Grid(np.pad(grid.solid[10:24, 10:24], 1, constant_values=1))
+    # Whole numbers meet edges and corners exactly.
+    starts = np.vstack([generator.uniform(10, 130, (700, 2)), generator.integers(10, 130, (700, 2))])
+    collisions = 0
+    for start in starts:
+        if touches(window.solid, *start):
+            continue
+        end = start + generator.integers(-10, 11, 2) / 2
+        collided = crosses(window.solid, *start, *end)
+        assert collided == exactly_crosses(window, start, end), (start, end)
+        collisions += collided
+    assert collisions > 40
+
+
+def step(arena: Arena, start: tuple[float, float], action: tuple[float, float]) -> tuple[list, float, bool]:
+    world = World([arena], "state")
+    world.place(0, start, "")
+    rewards, reached = world.advance(np.array([action], dtype=np.float32), np.zeros(1, dtype=bool))
+    return world.positions[0].tolist(), float(rewards[0]), bool(reached[0])
+
+
+FAR = Arena(BLOCK, (1000.0, 1000.0))
+
+
+@pytest.mark.parametrize(
+    ("start", "action", "position"),
+    [
+        ((15.0, 15.0), (3.0, -2.5), [18.0, 12.5]),
+        ((15.0, 15.0), (50.0, 2.0), [20.0, 17.0]),  # clipped to 5
+        ((15.0, 15.0), (1.0, -7.0), [15.0, 15.0]),  # clipped to -5, and so on to the border: stays
+        ((28.0, 35.0), (5.0, 0.0), [28.0, 35.0]),  # a collision stops the whole motion
+        ((28.0, 35.0), (1.5, 1.0), [29.5, 36.0]),
+    ],
+)
+def test_a_step_moves_by_the_clipped_action_or_not_at_all(
+    start: tuple[float, float], action: tuple[float, float], position: list[float]
+) -> None:
+    assert step(FAR, start, action)[0] == position
+
+
+@pytest.mark.parametrize(
+    ("goal", "start", "action", "reward", "reached"),
+    [
+        ((1000.0, 1000.0), (15.0, 15.0), (1.0, 1.0), -1.0, False),
+        ((1000.0, 1000.0), (28.0, 35.0), (5.0, 0.0), -6.0, False),  # a collision
+        ((45.0, 15.0), (24.0, 15.0), (1.0, 0.0), 9.0, True),  # to a distance of exactly 20
+        ((45.0, 15.0), (23.0, 15.0), (1.0, 0.0), -1.0, False),  # to 21
+        ((27.0, 38.0), (25.0, 15.0), (5.0, 0.0), -1.0, False),  # distance counts at the new position alone
+        (
+            (28.0, 35.0),
+            (28.0, 35.0),
+            (5.0, 0.0),
+            4.0,
+            True,
+        ),  # a collision within the goal, from a given start
+    ],
+)
+def test_the_reward_is_minus_one_minus_five_for_a_collision_plus_ten_at_the_goal(
+    goal: tuple[float, float],
+    start: tuple[float, float],
+    action: tuple[float, float],
+    reward: float,
+    reached: bool,
+) -> None:
+    assert step(Arena(BLOCK, goal), start, action)[1:] == (reward, reached)
+
+
+def test_passing_by_the_goal_within_a_step_does_not_reach_it() -> None:
+    # (25 - 2.5, 15) would be 20 from the goal; both ends are farther.
+    goal = (22.5, 35.0)
+    assert step(Arena(BLOCK, goal), (20.0, 15.0), (5.0, 0.0))[1:] == (-1.0, False)
+    assert step(Arena(BLOCK, goal), (20.0, 15.0), (2.5, 0.0))[1:] == (9.0, True)
