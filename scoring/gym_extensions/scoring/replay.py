@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from gym_extensions.catalog.errors import BenchError
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.catalog.traces import segments
 from gym_extensions.envs import make_batch
@@ -126,7 +127,7 @@ def _faults(env: Any, lanes: Sequence[Segment]) -> Iterator[str]:
         names = lanes[0].episode.states
         try:
             env.restore_states({name: np.stack([_state(part, name) for part in lanes]) for name in names})
-        except (KeyError, ValueError) as mistake:
+        except (KeyError, ValueError, BenchError) as mistake:
             yield from [f"the recorded states do not fit the task: {mistake}"] * len(lanes)
             return
         env.step(_actions(lanes, -1))  # derived quantities lag one evaluation behind: this step is discarded
