@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from gym_extensions.catalog.errors import BenchError, did_you_mean
-from gym_extensions.catalog.tasks import Task
+from gym_extensions.catalog.task import Task
 
 PATH = Path(__file__).with_name("fingerprints.json")
 FORMAT = 1

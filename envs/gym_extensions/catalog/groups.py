@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
+from gym_extensions.catalog import navigation
 from gym_extensions.catalog.body_tasks import PLANAR_BODIES, RUNNING_BODIES
 from gym_extensions.catalog.errors import BenchError, did_you_mean
 from gym_extensions.catalog.tasks import Task, task
@@ -77,7 +79,7 @@ def _rows(kind: str, bodies: tuple[str, ...], names: tuple[str, ...]) -> list[Ta
     ]
 
 
-def _named(rows: dict[str, tuple[str, ...]]) -> list[TaskGroup]:
+def _named(rows: Mapping[str, tuple[str, ...]]) -> list[TaskGroup]:
     return [TaskGroup(name, tuple(map(task, names))) for name, names in rows.items()]
 
 
@@ -87,6 +89,7 @@ PAPER_GROUPS: tuple[TaskGroup, ...] = (
     *_rows("body", ("Humanoid",), HUMANOID_BODY_ORDER),
     *_rows("wall", RUNNING_BODIES, ("{B}WithSensor", "{B}Wall")),
     *_named(SINGLE_GROUPS),
+    *_named(dict(navigation.group_rows())),
 )
 """The paper's groups."""
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from gym_extensions.catalog import navigation
 from gym_extensions.catalog.body_tasks import RUNNING_BODIES, body_tasks
 from gym_extensions.catalog.errors import BenchError, did_you_mean
 from gym_extensions.catalog.task import NAMESPACE, Task
 
 __all__ = ["NAMESPACE", "RUNNING_BODIES", "TASKS", "Task", "task"]
 
-TASKS: dict[str, Task] = {row.id: row for row in body_tasks()}
+NAVIGATION = [Task(name, navigation.BASE, (course,)) for name, course in navigation.course_rows()]
+
+TASKS: dict[str, Task] = {row.id: row for row in (*body_tasks(), *NAVIGATION)}
 """Every published task by its id."""
 
 

@@ -12,14 +12,18 @@ from gym_extensions.catalog.free import varied
 from gym_extensions.catalog.tasks import TASKS, Task
 from gym_extensions.catalog.tasks import task as published
 from gym_extensions.catalog.variations import Variation
-from gym_extensions.envs.bodies import running
+from gym_extensions.envs.bodies import humanoid, pusher, running, striker
 from gym_extensions.envs.task_env import TaskEnv
 
 BODIES: dict[str, type[TaskEnv]] = {
     "Hopper": running.Hopper,
     "Walker2d": running.Walker2d,
     "HalfCheetah": running.HalfCheetah,
-    "Humanoid": running.Humanoid,
+    "Humanoid": humanoid.Humanoid,
+    "HumanoidStandup": humanoid.HumanoidStandup,
+    "HumanoidStandupAndRun": humanoid.HumanoidStandupAndRun,
+    "Pusher": pusher.Pusher,
+    "Striker": striker.Striker,
 }
 """The class of every MuJoCo base body."""
 

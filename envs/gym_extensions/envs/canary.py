@@ -10,7 +10,7 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_extensions.catalog.tasks import Task
+from gym_extensions.catalog.task import Task
 from gym_extensions.envs.build import construct
 
 SEEDS = (0, 1)

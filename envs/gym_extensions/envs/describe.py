@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import GROUPS
-from gym_extensions.catalog.tasks import Task
+from gym_extensions.catalog.task import Task
 from gym_extensions.envs.build import construct
 
 

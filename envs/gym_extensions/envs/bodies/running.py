@@ -1,10 +1,9 @@
-"""The four running bodies: Gymnasium's v5 classes with default arguments."""
+"""The three planar running bodies: Gymnasium's v5 classes with default arguments."""
 
 from __future__ import annotations
 
 from gymnasium.envs.mujoco.half_cheetah_v5 import HalfCheetahEnv
 from gymnasium.envs.mujoco.hopper_v5 import HopperEnv
-from gymnasium.envs.mujoco.humanoid_v5 import HumanoidEnv
 from gymnasium.envs.mujoco.walker2d_v5 import Walker2dEnv
 
 from gym_extensions.envs.task_env import TaskEnv
@@ -20,12 +19,3 @@ class Walker2d(TaskEnv, Walker2dEnv):
 
 class HalfCheetah(TaskEnv, HalfCheetahEnv):
     """Gymnasium's HalfCheetah-v5 with the task's model."""
-
-
-class Humanoid(TaskEnv, HumanoidEnv):
-    """Gymnasium's Humanoid-v5 with the task's model.
-
-    Its forward reward starts from the centre of mass as the step before left it, one substep old.
-    """
-
-    LAGGING = ("xipos",)

@@ -1,0 +1,106 @@
+"""The range sensor as pure functions over arrays, any leading axes: fan of beams, ray against box, noise."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+BEAMS = 10
+REACH = 10.0
+"""Longest distance that is read, m; a reading is distance / reach."""
+ANGLES = tuple(math.radians(-45 + 10 * beam) for beam in range(BEAMS))
+"""Beam angles about the forward axis, rad: beam 0 looks down, beam 9 up."""
+
+KEPT_EPISODES = 256
+"""Episodes whose noise is kept, for that many lanes in flight."""
+
+_COS = np.array([math.cos(angle) for angle in ANGLES])
+_SIN = np.array([math.sin(angle) for angle in ANGLES])
+
+Fan = Callable[[Array, float], tuple[Array, Array]]
+"""Root qpos (…, nq) and the height that belongs to a root z of 0 -> origins (…, 3), directions (…, 10, 3)."""
+
+
+def planar_fan(qpos: Array, lift: float) -> tuple[Array, Array]:
+    """Beams of a body on slides x, z and hinge y: they turn with its pitch."""
+    zero = np.zeros_like(qpos[..., 0])
+    origins = np.stack([qpos[..., 0], zero, lift + qpos[..., 1]], axis=-1)
+    cos, sin = np.cos(qpos[..., 2])[..., None], np.sin(qpos[..., 2])[..., None]
+    x, z = _COS * cos + _SIN * sin, _SIN * cos - _COS * sin
+    return origins, np.stack([x, np.zeros_like(x), z], axis=-1)
+
+
+def torso_fan(qpos: Array, lift: float) -> tuple[Array, Array]:
+    """Beams in the x–z plane of a free torso, which turn with its quaternion (any length but 0)."""
+    w, x, y, z = (qpos[..., index] for index in (3, 4, 5, 6))
+    square = w * w + x * x + y * y + z * z
+    forward = np.stack([w * w + x * x - y * y - z * z, 2 * (x * y + w * z), 2 * (x * z - w * y)], axis=-1)
+    up = np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), w * w - x * x - y * y + z * z], axis=-1)
+    forward, up = forward / square[..., None], up / square[..., None]
+    return _lifted(qpos, lift), _COS[:, None] * forward[..., None, :] + _SIN[:, None] * up[..., None, :]
+
+
+def world_fan(qpos: Array, lift: float) -> tuple[Array, Array]:
+    """Beams in the world's x–z plane about +x, whatever the torso's attitude: for bodies that start lying."""
+    directions = np.stack([_COS, np.zeros(BEAMS), _SIN], axis=-1)
+    return _lifted(qpos, lift), np.broadcast_to(directions, (*qpos.shape[:-1], BEAMS, 3))
+
+
+def _lifted(qpos: Array, lift: float) -> Array:
+    return np.stack([qpos[..., 0], qpos[..., 1], lift + qpos[..., 2]], axis=-1)
+
+
+FANS: dict[str, Fan] = {
+    "Hopper": planar_fan,
+    "Walker2d": planar_fan,
+    "HalfCheetah": planar_fan,
+    "Humanoid": torso_fan,
+    "HumanoidStandup": world_fan,
+    "HumanoidStandupAndRun": world_fan,
+}
+"""The fan of every base body that can carry the sensor."""
+
+
+def readings(origins: Array, directions: Array, centre: Array, half_sizes: Array) -> Array:
+    """Distance to an axis-aligned box along each beam / 10 m, in [0, 1]; 0 without a hit, or from inside.
+
+    Args:
+        origins: (…, 3), m.
+        directions: (…, 10, 3), of length 1.
+        centre: (…, 3) of the box, m.
+        half_sizes: (3,) of the box, m.
+    """
+    offset = (centre - origins)[..., None, :]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        one, other = (offset - half_sizes) / directions, (offset + half_sizes) / directions
+    # A beam parallel to two faces is between them all the way or never.
+    between = np.abs(offset) <= half_sizes
+    parallel = directions == 0
+    enters = np.where(parallel, np.where(between, -np.inf, np.inf), np.minimum(one, other)).max(axis=-1)
+    leaves = np.where(parallel, np.where(between, np.inf, -np.inf), np.maximum(one, other)).min(axis=-1)
+    hits = (enters >= 0) & (enters <= leaves) & (enters <= REACH)
+    return np.where(hits, enters, 0.0) / REACH
+
+
+@functools.lru_cache(maxsize=KEPT_EPISODES)
+def beam_noise(seed: int, steps: int, dropout: float, noise: float) -> tuple[NDArray[np.bool_], Array]:
+    """An episode's disturbances, a row a step from 0: which beams are kept, and what is added to hits.
+
+    Both are (steps + 1, 10), follow from the seed alone, and are read-only.
+    """
+    generator = np.random.Generator(np.random.PCG64(seed))
+    shape = (steps + 1, BEAMS)
+    kept, shift = generator.random(shape) >= dropout, noise * generator.standard_normal(shape)
+    kept.flags.writeable = shift.flags.writeable = False
+    return kept, shift
+
+
+def disturbed(clean: Array, kept: NDArray[np.bool_], shift: Array) -> Array:
+    """Readings with noise on beams that hit, clipped to [0, 1]; 0 for those that miss or drop out."""
+    return np.where((clean > 0) & kept, np.clip(clean + shift, 0.0, 1.0), 0.0)

@@ -1,0 +1,90 @@
+"""Striker's model, rebuilt from Gymnasium's pusher: a paddle, a ball on slides, a cup for a goal.
+
+Gym removed Striker-v0 in 2022; the numbers are those of its model file. The goal differs: there it is a cup
+of 40 kg on a free joint, which tumbles when hit off-centre; here it is a mocap body, which nothing moves.
+"""
+
+from __future__ import annotations
+
+import math
+
+import mujoco
+
+CTRL_RANGE = 3.0
+PRONGS = 2
+PLATE_HALF_SIZES = (0.032, 0.001, 0.04)
+PLATE_PLACE = (0.0, 0.075, 0.04)
+PLATE_TURNS = (0.0, 0.785, -0.785)
+"""Angles by which the cup's three plates are turned about its axis, rad: it opens towards −y."""
+GOAL_HEIGHT = -0.323
+BALL_HEIGHT = -0.270
+WHITE = (1.0, 1.0, 1.0, 1.0)
+
+
+def rebuild(spec: mujoco.MjSpec) -> None:
+    """Edits the pusher's specification into Striker's."""
+    for motor in spec.actuators:
+        motor.ctrlrange = (-CTRL_RANGE, CTRL_RANGE)
+    _paddle(spec)
+    _ball(spec)
+    _goal(spec)
+    for geom in spec.geoms:
+        geom.friction = (0, 0, 0)
+
+
+def _paddle(spec: mujoco.MjSpec) -> None:
+    tips = spec.body("tips_arm")
+    # The cross-bar is the first of the fork's three capsules, the prongs follow.
+    for geom in [*tips.geoms, *spec.body("r_wrist_roll_link").geoms[-PRONGS:]]:
+        spec.delete(geom)
+    size = (0.003, 0.12, 0.05)
+    tips.add_geom(
+        name="paddle", type=mujoco.mjtGeom.mjGEOM_BOX, pos=(0.017, 0, 0), size=size, contype=1, conaffinity=1
+    )
+
+
+def _ball(spec: mujoco.MjSpec) -> None:
+    ball = spec.body("object")
+    ball.pos = (0, 0, BALL_HEIGHT)
+    for geom in ball.geoms:
+        spec.delete(geom)
+    ball.add_geom(
+        name="ball",
+        type=mujoco.mjtGeom.mjGEOM_SPHERE,
+        size=(0.05, 0, 0),
+        contype=1,
+        conaffinity=0,
+        rgba=WHITE,
+    )
+    for joint in ball.joints:
+        joint.range = (-10.3, 10.3)
+        joint.damping[0] = 0.5
+        joint.armature = 0.1
+
+
+def _goal(spec: mujoco.MjSpec) -> None:
+    spec.delete(spec.body("goal"))
+    goal = spec.worldbody.add_body(name="goal", mocap=True, pos=(0, 0, GOAL_HEIGHT))
+    goal.add_geom(
+        name="coaster",
+        type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+        size=(0.08, 0.001, 0),
+        mass=0,
+        contype=0,
+        conaffinity=0,
+        rgba=(1, 0, 0, 1),
+    )
+    x, y, z = PLATE_PLACE
+    for index, turn in enumerate(PLATE_TURNS):
+        sin, cos = math.sin(turn), math.cos(turn)
+        goal.add_geom(
+            name=f"plate{index}",
+            type=mujoco.mjtGeom.mjGEOM_BOX,
+            size=PLATE_HALF_SIZES,
+            pos=(cos * x - sin * y, sin * x + cos * y, z),
+            quat=(math.cos(turn / 2), 0, 0, math.sin(turn / 2)),
+            mass=0,
+            contype=0,
+            conaffinity=1,
+            rgba=WHITE,
+        )
