@@ -35,6 +35,7 @@ def only(log: Log, runs: set[int]) -> Log:
         run=log.run[keep],
         stage=log.stage[keep],
         task=[log.task[index] for index in keep],
+        position=log.position[keep],
         episode=log.episode[keep],
         seed=log.seed[keep],
         length=log.length[keep],

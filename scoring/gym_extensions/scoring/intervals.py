@@ -53,17 +53,40 @@ def interval(values: Sequence[float]) -> Interval:
     return around(centre, deviation(values, lost=1) / math.sqrt(len(values)), len(values) - 1)
 
 
+@dataclass(frozen=True)
+class Summary:
+    """A mean of runs as a test needs it: the mean, its squared standard error, degrees of freedom."""
+
+    mean: float
+    square: float
+    freedom: float
+
+
+def summary(values: Sequence[float]) -> Summary:
+    """The summary of one value a run, at least two."""
+    centre = math.fsum(values) / len(values)
+    return Summary(centre, deviation(values, lost=1) ** 2 / len(values), len(values) - 1.0)
+
+
+def summary_of(parts: Sequence[Summary]) -> Summary:
+    """The summary of the mean over independent groups: SE² = Σ SE_g² / G², Welch–Satterthwaite."""
+    count = len(parts)
+    centre = math.fsum(part.mean for part in parts) / count
+    error, freedom = combined([(part.square / count**2, part.freedom) for part in parts])
+    return Summary(centre, error * error, freedom)
+
+
+def gap(first: Summary, second: Summary) -> Interval:
+    """The interval of first − second, unpaired: Welch's."""
+    error, freedom = combined([(first.square, first.freedom), (second.square, second.freedom)])
+    return around(first.mean - second.mean, error, freedom)
+
+
 def difference(first: Sequence[float], second: Sequence[float]) -> Interval:
-    """The interval of mean(first) − mean(second), runs unpaired: Welch's."""
-    gap = math.fsum(first) / len(first) - math.fsum(second) / len(second)
+    """The interval of mean(first) − mean(second), runs unpaired: Welch's; none where either has one run."""
     if len(first) < 2 or len(second) < 2:
-        return Interval(gap)
-    error, freedom = combined([_squared_error(first), _squared_error(second)])
-    return around(gap, error, freedom)
-
-
-def _squared_error(values: Sequence[float]) -> tuple[float, float]:
-    return deviation(values, lost=1) ** 2 / len(values), len(values) - 1.0
+        return Interval(math.fsum(first) / len(first) - math.fsum(second) / len(second))
+    return gap(summary(first), summary(second))
 
 
 def combined(parts: Sequence[tuple[float, float]]) -> tuple[float, float]:
@@ -80,13 +103,9 @@ def combined(parts: Sequence[tuple[float, float]]) -> tuple[float, float]:
     return math.sqrt(total), max(freedom, min(freedom for _, freedom in parts))
 
 
-def mean_of(parts: Sequence[Interval]) -> Interval:
-    """The mean over independent groups: SE² = Σ SE_g² / G²; no interval where a part has none."""
-    centre = math.fsum(part.mean for part in parts) / len(parts)
-    known = [
-        (part.error / len(parts), part.freedom) for part in parts if part.error is not None and part.freedom
-    ]
-    if len(known) < len(parts):
-        return Interval(centre)
-    error, freedom = combined([(share * share, degrees) for share, degrees in known])
-    return around(centre, error, freedom)
+def mean_of(parts: Sequence[Sequence[float]]) -> Interval:
+    """The mean over independent groups of one value a run; no interval where a group has one run."""
+    if any(len(values) < 2 for values in parts):
+        return Interval(math.fsum(math.fsum(values) / len(values) for values in parts) / len(parts))
+    whole = summary_of([summary(values) for values in parts])
+    return around(whole.mean, math.sqrt(whole.square), whole.freedom)

@@ -72,8 +72,8 @@ def normalised(results: Results, references: References, protocol: str) -> list[
                 alone={j: ref.normalised(alone[seed][0][j - 1]) for j, ref in scored.items()}
                 if seed in alone
                 else {},
-                area=_areas(results, protocol, seed, scored),
-                area_alone=_areas(results, "single", seed, scored),
+                area=_areas(results, protocol, seed, scored) if protocol == "sequential" else {},
+                area_alone=_areas(results, "single", seed, scored) if protocol == "sequential" else {},
             )
         )
     return found

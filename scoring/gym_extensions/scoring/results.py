@@ -51,8 +51,8 @@ def curves_by_key(curves: Curves | None) -> dict[tuple[str, int, str], Curve]:
     """The curves of curves.csv by protocol, run and task id."""
     found: dict[tuple[str, int, str], list[tuple[int, float]]] = {}
     if curves is not None:
-        for index, point in enumerate(zip(curves.step, curves.return_, strict=True)):
-            found.setdefault(curves.key(index), []).append(point)
+        for key, step, value in zip(curves.keys, curves.step, curves.return_, strict=True):
+            found.setdefault(key, []).append((step, value))
     return {key: tuple(points) for key, points in found.items()}
 
 

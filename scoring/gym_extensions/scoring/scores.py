@@ -74,10 +74,12 @@ def no_reference(results: Results, references: References) -> str:
     return f"There is no reference for {listed} in benchmark version {references.version!r}."
 
 
-def scores(results: Results, references: References, protocol: str) -> dict[str, Score]:
-    """The score of every metric of a protocol, by its name, in the order of the metrics' table."""
+def scores(results: Results, references: References, protocol: str, runs: list[Run]) -> dict[str, Score]:
+    """The score of every metric of a protocol, by its name, in the order of the metrics' table.
+
+    ``runs`` are the protocol's normalised runs, none where a task of the group has no reference.
+    """
     unknown = no_reference(results, references)
-    runs = [] if unknown else normalised(results, references, protocol)
     found: dict[str, Score] = {}
     for metric in METRICS[protocol]:
         here = metric.needs if protocol == "sequential" else (protocol,)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
@@ -30,9 +31,10 @@ class Curves:
     step: list[int]
     return_: list[float]
 
-    def key(self, index: int) -> tuple[str, int, str]:
-        """Protocol, run and task of a row: the curve it belongs to."""
-        return self.protocol[index], self.run[index], self.task[index]
+    @functools.cached_property
+    def keys(self) -> list[tuple[str, int, str]]:
+        """Protocol, run and task of each row: the curve it belongs to."""
+        return list(zip(self.protocol, self.run, self.task, strict=True))
 
 
 @rule("curves")
@@ -42,10 +44,10 @@ def foreign_curve(curves: Curves) -> Iterator[Finding]:
     known = {
         (protocol, run, task) for protocol, runs in curves.runs.items() for run in runs for task in members
     }
-    rows = [index for index in range(len(curves.run)) if curves.key(index) not in known]
+    rows = [index for index, key in enumerate(curves.keys) if key not in known]
 
     def say(index: int) -> str:
-        protocol, run, task = curves.key(index)
+        protocol, run, task = curves.keys[index]
         if protocol not in PROTOCOLS:
             return f"There is no protocol {protocol!r}."
         if task not in members:
@@ -53,22 +55,22 @@ def foreign_curve(curves: Curves) -> Iterator[Finding]:
         return f"{protocol}.csv has no run {run}."
 
     hint = "Keep the curves of the runs that are logged."
-    if rows and curves.key(rows[0])[2] not in members:
-        hint = did_you_mean(curves.key(rows[0])[2], members)
+    if rows and curves.keys[rows[0]][2] not in members:
+        hint = did_you_mean(curves.keys[rows[0]][2], members)
     yield from told(curves.path, rows, say, hint)
 
 
 @rule("curves")
 def curve_order(curves: Curves) -> Iterator[Finding]:
     """Within a curve the training steps grow from row to row, from 1 on; its rows stand together."""
-    seen: set[tuple[str, int, str]] = set()
-    rows = [0] if curves.step and curves.step[0] < 1 else []
-    for before, here in pairwise(range(len(curves.step))):
-        same = curves.key(before) == curves.key(here)
-        seen.add(curves.key(before))
-        late = curves.step[here] <= curves.step[before] if same else curves.key(here) in seen
-        if late or curves.step[here] < 1:
+    keys, steps = curves.keys, curves.step
+    rows = [0] if steps and steps[0] < 1 else []
+    seen = set(keys[:1])
+    for here, (before, key) in enumerate(pairwise(keys), 1):
+        late = steps[here] <= steps[here - 1] if key == before else key in seen
+        if late or steps[here] < 1:
             rows.append(here)
+        seen.add(key)
     say = "Step {} does not follow the row above.".format
     hint = "Sort by protocol, run, task in training order and step; steps count from 0 in every curve."
     yield from told(curves.path, rows, lambda index: say(curves.step[index]), hint)

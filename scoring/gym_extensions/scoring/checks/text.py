@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from operator import methodcaller
+from string import ascii_letters, digits
 
 from gym_extensions.catalog.errors import did_you_mean
 from gym_extensions.catalog.tasks import NAMESPACE
@@ -13,6 +15,7 @@ from gym_extensions.scoring.text import Text
 
 BOM = b"\xef\xbb\xbf"
 ODD = re.compile(rb"[^0-9A-Za-z,./\n\r+-]")
+EVEN = (ascii_letters + digits + ",./\n\r+-").encode()
 REWRITE = "Write it with gym_extensions.scoring.log.write_episodes or write_curves."
 
 
@@ -68,7 +71,7 @@ def wrong_header(text: Text) -> Iterator[Finding]:
 def odd_character(text: Text) -> Iterator[Finding]:
     """A log holds letters, digits and , . / + - alone (and the namespace): no quotes, no spaces, no tabs."""
     rest = text.data.removeprefix(BOM).replace(f"{NAMESPACE}/".encode(), b"")
-    match = ODD.search(rest)
+    match = ODD.search(rest) if rest.translate(None, EVEN) else None
     if match:
         row = rest.count(b"\n", 0, match.start()) + 1
         found = f"The row holds the character {match[0].decode('latin-1')!r}."
@@ -80,7 +83,11 @@ def cell_count(text: Text) -> Iterator[Finding]:
     """Every row has as many cells as the header, and none is empty."""
     rows = text.data.decode("utf-8", "backslashreplace").rstrip("\r\n").split("\n")[1:]
     commas = len(text.header) - 1
-    full = set(map(_commas, rows)) <= {commas} and b",," not in text.data and b",\n" not in text.data
+    full = (
+        set(map(methodcaller("count", ","), rows)) <= {commas}
+        and b",," not in text.data
+        and b",\n" not in text.data
+    )
     if full and b"\n," not in text.data:
         return
     wrong = [index for index, row in enumerate(rows) if row.count(",") != commas or "" in row.split(",")]
@@ -92,7 +99,3 @@ def cell_count(text: Text) -> Iterator[Finding]:
         return f"The cell {text.header[cells.index('')]!r} is empty."
 
     yield from told(text.path, wrong, say, "Write every cell of every row.")
-
-
-def _commas(row: str) -> int:
-    return row.count(",")

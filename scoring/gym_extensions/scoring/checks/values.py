@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from gym_extensions.catalog.errors import BenchError
-from gym_extensions.scoring.bounds import bound
+from gym_extensions.scoring.bounds import WIDEST, bound
 from gym_extensions.scoring.checks.rule import rule
 from gym_extensions.scoring.problems import Finding, told
 from gym_extensions.scoring.rows import FLAGS, WHOLE, Cells, Log, is_number, is_whole
@@ -68,10 +68,8 @@ def unfinished_episode(log: Log) -> Iterator[Finding]:
 @rule("log")
 def impossible_end(log: Log) -> Iterator[Finding]:
     """terminated is true only in tasks that can end an episode; the time limit does not count as an end."""
-    never = {task.id for task in log.group.tasks if not bound(task).terminates}
-    if not never:
-        return
-    rows = _where(log.terminated & np.array([name in never for name in log.task], dtype=np.bool_))
+    never = np.array([*(not bound(task).terminates for task in log.group.tasks), False])
+    rows = _where(log.terminated & never[log.position])
     hint = "Write terminated = false where the time limit ended the episode."
     yield from told(log.path, rows, lambda index: f"{log.task[index]} never ends an episode by itself.", hint)
 
@@ -79,24 +77,19 @@ def impossible_end(log: Log) -> Iterator[Finding]:
 @rule("log")
 def impossible_return(log: Log) -> Iterator[Finding]:
     """A return lies within what the task can give in that many steps (scoring/bounds.py)."""
-    bounds = {task.id: bound(task) for task in log.group.tasks}
-    rows: list[int] = []
-    for name, limit in bounds.items():
-        mine = np.array([task == name for task in log.task], dtype=np.bool_)
-        end = np.where(log.terminated, limit.end, 0.0)
-        steps = np.maximum(log.length, 1)
-        beyond = (log.return_ < limit.low * steps) | (log.return_ > limit.high * steps + end)
-        rows += _where(mine & beyond & np.isfinite(log.return_))
+    bounds = [*(bound(task) for task in log.group.tasks), WIDEST]
+    low, high, end = (
+        np.array([getattr(row, name) for row in bounds])[log.position] for name in ("low", "high", "end")
+    )
+    steps = np.maximum(log.length, 1)
+    least, most = low * steps, high * steps + np.where(log.terminated, end, 0.0)
+    rows = _where(np.isfinite(log.return_) & ((log.return_ < least) | (log.return_ > most)))
 
     def say(index: int) -> str:
-        limit, steps = bounds[log.task[index]], max(int(log.length[index]), 1)
-        most = limit.high * steps + (limit.end if log.terminated[index] else 0.0)
-        return (
-            f"The return is {float(log.return_[index])!r}; {steps} steps of this task give "
-            f"from {limit.low * steps:g} to {most:g}."
-        )
+        span = f"{steps[index]} steps of this task give from {least[index]:g} to {most[index]:g}"
+        return f"The return is {float(log.return_[index])!r}; {span}."
 
-    yield from told(log.path, sorted(rows), say, "Write the undiscounted, unscaled sum of the rewards.")
+    yield from told(log.path, rows, say, "Write the undiscounted, unscaled sum of the rewards.")
 
 
 @rule("log")

@@ -1,0 +1,50 @@
+"""Many submissions: scored side by side, one at a time in memory, in the order of their names."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from gym_extensions.scoring.cache import content_key, keep, kept
+from gym_extensions.scoring.card import score
+from gym_extensions.scoring.folder import scan
+from gym_extensions.scoring.normalise import References
+from gym_extensions.scoring.submission import read
+
+WORTH_WORKERS = 6
+"""From so many submissions on, starting further processes pays."""
+
+
+@dataclass(frozen=True)
+class Work:
+    """What scores one folder: the references, and where scorecards are kept (nowhere, if None)."""
+
+    references: References
+    cache: Path | None = None
+
+    def __call__(self, path: Path) -> dict[str, Any]:
+        """The scorecard of the submission in that folder."""
+        if self.cache is None:
+            return score(read(path), self.references)
+        folder = scan(path)
+        place = self.cache / f"{folder.name}.json"
+        key = content_key(folder, self.references.digest)
+        card = kept(place, key)
+        if card is None:
+            card = score(read(path), self.references)
+            keep(place, key, card)
+        return card
+
+
+def cards(folders: Sequence[Path], work: Work, workers: int | None = None) -> Iterator[dict[str, Any]]:
+    """The scorecards of the folders, one by one in their order, whatever the number of worker processes."""
+    count = min(workers or os.cpu_count() or 1, len(folders))
+    if count < 2 or (workers is None and len(folders) < WORTH_WORKERS):
+        yield from map(work, folders)
+        return
+    with ProcessPoolExecutor(count) as pool:
+        yield from pool.map(work, folders, chunksize=2)

@@ -1,0 +1,70 @@
+"""Scorecards kept by content: an unchanged folder is not scored again; anything doubtful is made anew."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import json
+from pathlib import Path
+from typing import Any
+
+from gym_extensions import catalog, scoring
+from gym_extensions.scoring.folder import Folder
+from gym_extensions.scoring.log import write_text
+
+Document = dict[str, Any]
+
+
+@functools.cache
+def code_digest() -> str:
+    """A digest of everything but the folder and the references that a scorecard depends on: code and data."""
+    digest = hashlib.sha256()
+    for package in (catalog, scoring):
+        root = Path(str(package.__file__)).parent
+        for path in sorted(root.rglob("*")):
+            if path.suffix in (".py", ".json", ".csv", ".txt") and "references" not in path.parts:
+                digest.update(f"{path.relative_to(root).as_posix()}\n{path.stat().st_size}\n".encode())
+                digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+def content_key(folder: Folder, references: str) -> str:
+    """A digest of a submission's name and every byte in it, of the references and of the code.
+
+    Args:
+        folder: the submission as it lies on disk.
+        references: the digest of the references.
+    """
+    digest = hashlib.sha256(f"{code_digest()}\n{references}\n{folder.name}\n".encode())
+    for entry in folder.entries:
+        digest.update(f"{entry.path}\n{entry.kind}\n{entry.size}\n".encode())
+        if entry.kind == "file":
+            try:
+                digest.update(hashlib.sha256(folder.read(entry.path)).digest())
+            except OSError as error:
+                digest.update(f"unreadable {error.errno}".encode())
+    return digest.hexdigest()
+
+
+def _text(card: Document) -> str:
+    return json.dumps(card, sort_keys=True, separators=(",", ":"), ensure_ascii=True, allow_nan=False)
+
+
+def keep(place: Path, key: str, card: Document) -> None:
+    """Writes a scorecard under its key, whole or not at all."""
+    body = _text(card)
+    digest = hashlib.sha256(body.encode()).hexdigest()
+    write_text(place, f'{{"key":"{key}","sha256":"{digest}","card":{body}}}\n')
+
+
+def kept(place: Path, key: str) -> Document | None:
+    """The scorecard kept under a key; None where there is none, or a wrong, old or half-written one."""
+    try:
+        found = json.loads(place.read_bytes())
+    except (OSError, ValueError):
+        return None
+    if not isinstance(found, dict) or found.get("key") != key or not isinstance(found.get("card"), dict):
+        return None
+    card: Document = found["card"]
+    digest = hashlib.sha256(_text(card).encode()).hexdigest()
+    return card if digest == found.get("sha256") else None

@@ -1,0 +1,85 @@
+"""One submission -> its scorecard, the part of docs/scorecard.md under ``submissions``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS
+from gym_extensions.scoring.distribution import iqm, profile
+from gym_extensions.scoring.entry import Submission
+from gym_extensions.scoring.normal import matrix, normalised
+from gym_extensions.scoring.normalise import References
+from gym_extensions.scoring.results import Results, results
+from gym_extensions.scoring.scores import no_reference, scores
+from gym_extensions.scoring.suites import suite_scores
+from gym_extensions.scoring.table import table_rows, table_total
+
+WELL_FORMED = "well-formed"
+
+Document = dict[str, Any]
+
+
+def _reference(results: Results, references: References) -> Document:
+    known = references.tasks
+    return {
+        task: {"floor": known[task].floor, "ceiling": known[task].ceiling, "open": known[task].open}
+        if task in known
+        else {"floor": None, "ceiling": None, "open": None}
+        for task in results.group.task_ids
+    }
+
+
+def missing(results: Results, protocol: str) -> list[str]:
+    """What a full, ranked entry of this group would still need."""
+    runs = len(results.runs[protocol])
+    lacking = [f"{FULL_ENTRY_RUNS - runs} more runs"] if runs < FULL_ENTRY_RUNS else []
+    if protocol == "sequential":
+        there = {*results.runs, *(["curves"] if results.curves else [])}
+        lacking += [f"{name}.csv" for name in ("single", "joint", "curves") if name not in there]
+    return lacking
+
+
+def score_group(results: Results, references: References, protocol: str, budget: str) -> Document:
+    """One group and protocol: metrics, the paper's table, references, the matrix of raw returns."""
+    runs = [] if no_reference(results, references) else normalised(results, references, protocol)
+    last = [[run.p(run.T, j) for j in run.scored] for run in runs]
+    found = scores(results, references, protocol, runs)
+    means = matrix(results, protocol)
+    document: Document = {
+        "budget": budget,
+        "runs": list(results.runs[protocol]),
+        "tasks": list(results.group.task_ids),
+        "metrics": {name: one.as_dict() for name, one in found.items()},
+        "profile": profile(last),
+        "iqm": iqm(last),
+        "reference": _reference(results, references),
+        "matrix": means if protocol == "sequential" else [run[0] for run in means],
+        "missing": missing(results, protocol),
+    }
+    if protocol == "sequential":
+        document |= {"table": table_rows(results), "total": table_total(results)}
+    return document
+
+
+def score(submission: Submission, references: References) -> Document:
+    """The scorecard of one submission; with problems it has no trust and no groups."""
+    document: Document = {
+        "name": submission.name,
+        "title": submission.manifest.title if submission.manifest else submission.name,
+        "trust": None if submission.problems else WELL_FORMED,
+        "problems": [problem.as_dict() for problem in submission.problems],
+        "manifest": submission.manifest.as_dict() if submission.manifest else None,
+        "notes": [f"{name}: {note}" for name, entry in submission.groups.items() for note in entry.notes],
+        "groups": {},
+        "suites": {},
+    }
+    if submission.problems or submission.manifest is None:
+        return document
+    budget = submission.manifest.budget
+    for name, entry in submission.groups.items():
+        returns = results(entry, budget)
+        document["groups"][name] = {
+            protocol: score_group(returns, references, protocol, budget) for protocol in returns.runs
+        }
+    document["suites"] = suite_scores(document["groups"])
+    return document

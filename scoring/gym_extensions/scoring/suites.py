@@ -1,0 +1,65 @@
+"""Suites: groups that are scored together; only an entry with every group of a suite has a score on it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from gym_extensions.scoring.intervals import Interval, mean_of
+from gym_extensions.scoring.metrics import METRICS
+from gym_extensions.scoring.scores import ONE_RUN, Score
+
+BODIES = ("hopper", "walker2d", "halfcheetah", "humanoid")
+
+SUITES: dict[str, tuple[str, ...]] = {
+    "gravity": tuple(f"{body}-gravity-v0" for body in BODIES),
+    "body": tuple(f"{body}-body-v0" for body in BODIES),
+    "wall": tuple(f"{body}-wall-v0" for body in BODIES),
+    "humanoid": ("humanoid-standup-run-v0", "humanoid-standup-run-wall-v0"),
+    "arm": ("striker-v0", "pusher-v0"),
+    "navigation": tuple(
+        f"nav-{family}-v0" for family in ("state", "state-goal", "range", "range-known", "image")
+    ),
+}
+"""The groups of every suite, by their ids."""
+
+SUITES["all"] = tuple(group for groups in SUITES.values() for group in groups)
+
+
+def run_values(groups: Mapping[str, Any], suite: str, protocol: str, metric: str) -> list[list[float]]:
+    """One value a run for each group of a suite; empty where the entry lacks one of them."""
+    found = []
+    for name in SUITES[suite]:
+        values = groups.get(name, {}).get(protocol, {}).get("metrics", {}).get(metric, {}).get("runs", [])
+        if not values:
+            return []
+        found.append(values)
+    return found
+
+
+def _score(groups: Mapping[str, Any], suite: str, protocol: str, metric: str) -> Score:
+    values = run_values(groups, suite, protocol, metric)
+    if not values:
+        return Score(None, why="It is null in a group of the suite.")
+    found: Interval = mean_of(values)
+    return Score(found, why=ONE_RUN if found.low is None else "")
+
+
+def suite_scores(groups: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Every suite that an entry has whole, by protocol: the mean of each metric over the suite's groups.
+
+    Args:
+        groups: the ``groups`` of a scorecard.
+    """
+    found: dict[str, dict[str, Any]] = {}
+    for suite, names in SUITES.items():
+        for protocol, metrics in METRICS.items():
+            if all(protocol in groups.get(name, {}) for name in names):
+                found.setdefault(suite, {})[protocol] = {
+                    "budget": groups[names[0]][protocol]["budget"],
+                    "groups": list(names),
+                    "metrics": {
+                        one.name: _score(groups, suite, protocol, one.name).as_dict() for one in metrics
+                    },
+                }
+    return found
