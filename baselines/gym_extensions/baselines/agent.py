@@ -28,15 +28,15 @@ class Agent(Protocol):
     def learn(self, env: VectorEnv, steps: int) -> object:
         """Goes on learning from the present policy for ``steps`` transitions of ``env``.
 
-        ``env`` is a Gymnasium vector environment in autoreset mode NEXT_STEP: the step after an episode's end
-        resets that lane, ignores its action and is no transition. ``env.batch_steps`` is the batch that the budget
-        prescribes to the reference agents; another agent may choose its own.
+        ``env`` is a Gymnasium vector environment in autoreset mode NEXT_STEP: the step after an episode's
+        end resets that lane, ignores its action and is no transition. ``env.batch_steps`` is the batch that
+        the budget prescribes to the reference agents; another agent may choose its own.
         """
 
 
 @runtime_checkable
 class Resumable(Protocol):
-    """An agent whose stopped run goes on at the last finished stage: everything it is, generators included."""
+    """An agent whose stopped run goes on at the last finished stage: all that it is, generators included."""
 
     def save(self, path: Path) -> object:
         """Writes the whole agent to ``path`` as npz arrays, without pickle."""

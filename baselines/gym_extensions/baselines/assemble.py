@@ -1,4 +1,4 @@
-"""From finished units to the submission's files: rows merged with those already there, the audit sample drawn."""
+"""From finished units to the submission's files: rows merged, the audit sample drawn."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def refuse_lost_traces(out: Path, group: TaskGroup, protocol: str) -> None:
         if not (kept / trace_name(protocol, row.run, row.stage, names[row.task], row.episode)).exists():
             raise BenchError(
                 "traces-lost",
-                f"Runs cannot be added to {group.name}/{protocol}.csv: the traces of run {row.run} are not all kept.",
+                f"No run can be added to {group.name}/{protocol}.csv: run {row.run} lacks traces.",
                 where=str(kept),
                 hint="Put the complete set back there, or train all runs in another --out.",
             )
@@ -67,7 +67,7 @@ def refuse_lost_traces(out: Path, group: TaskGroup, protocol: str) -> None:
 def assemble(
     out: Path, group: TaskGroup, protocol: str, finished: dict[Unit, list[Finished]], settings: Settings
 ) -> None:
-    """Writes one log with what belongs to it; the log itself comes last, so that a stop in between is made good.
+    """Writes one log with what belongs to it; the log itself comes last, so a stop in between is made good.
 
     Afterwards the units' folders are removed; the complete set of traces stays beside them.
     """

@@ -63,7 +63,7 @@ def main(argv: list[str] | None = None) -> int:
             [name.strip() for name in asked.protocol.split(",")],
             asked.budget,
             numbers(asked.runs),
-            asked.out,
+            out=asked.out,
             jobs=asked.jobs,
             lanes=asked.lanes,
             listen=screen.hear,

@@ -43,18 +43,18 @@ def saved_states(env: VectorEnv) -> dict[str, Array]:
     """The state of every lane, by name, (lanes, …)."""
     if isinstance(env, StatesAtOnce):
         return env.save_states()
-    lanes = env.call("save_state")
+    lanes = env.call("save_state")  # type: ignore[attr-defined]
     return {name: np.stack([lane[name] for lane in lanes]) for name in lanes[0]}
 
 
 def evaluate(agent: Agent, env: VectorEnv, seeds: Sequence[int], segment_steps: int = 0) -> list[Rollout]:
     """The first episode of every lane, in the order of ``seeds``, one a lane.
 
-    A lane that has ended keeps its place in the batch, so that no lane's actions depend on when another ended.
+    A lane that has ended keeps its place, so that no lane's actions depend on when another ended.
     With ``segment_steps`` above 0 each episode has its trace, cut into segments of so many steps.
     """
     lanes = len(seeds)
-    observations, _ = env.reset(seed=list(seeds))
+    observations, _ = env.reset(seed=list(seeds))  # type: ignore[arg-type]
     rewards, actions, states = [], [], []
     lengths, terminated = np.zeros(lanes, int), np.zeros(lanes, bool)
     while not lengths.all():

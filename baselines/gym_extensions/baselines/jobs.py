@@ -1,4 +1,4 @@
-"""Pieces of work side by side in processes of their own, each with one thread; or one by one in this process."""
+"""Pieces of work side by side in processes of one thread each; or one by one in this process."""
 
 from __future__ import annotations
 

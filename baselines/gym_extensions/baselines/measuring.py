@@ -26,7 +26,7 @@ LANES = 100
 
 @dataclass(frozen=True)
 class Measurement:
-    """An agent on a task: which run, how many evaluation episodes, trained for which budget (none if empty)."""
+    """An agent on a task: which run, how many episodes, trained for which budget (untrained if empty)."""
 
     task: str
     agent: str
@@ -86,7 +86,9 @@ def _train(agent: Agent, what: Measurement, listen: Listener) -> None:
     steps = plan.batches * plan.batch_steps
     seed = training_seed(what.run, REFERENCE, what.task, "training")
     report = lambda taken: listen(News(what.title, 1, taken))  # noqa: E731
-    agent.learn(Recorder(env, [what.task], steps, plan.batch_steps, seed, report), steps)
+    batch = plan.batch_steps
+    recorder = Recorder(env, [what.task], steps=steps, batch_steps=batch, seed=seed, report=report)
+    agent.learn(recorder, steps)
     env.close()
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import shutil
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
@@ -68,7 +67,7 @@ class Progress:
         if isinstance(agent, Resumable) and not last:
             partial = saved.with_name(f".{saved.stem}.partial.npz")
             agent.save(partial)
-            os.replace(partial, saved)
+            partial.replace(saved)
         write_text(self.folder / f"stage{record.stage}.json", json.dumps(asdict(record)) + "\n")
         for older in self.folder.glob("agent*.npz"):
             if older != saved:

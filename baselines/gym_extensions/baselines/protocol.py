@@ -38,7 +38,7 @@ class Settings:
 
 @dataclass(frozen=True)
 class News:
-    """How far a piece of work is: training steps taken in a stage, or a finished evaluation and its mean return."""
+    """How far a piece of work is: steps trained in a stage, or a finished cell and its mean return."""
 
     work: str
     stage: int
@@ -126,9 +126,8 @@ def _train(unit: Unit, stage: Stage, agent: Agent, settings: Settings, listen: L
     env = make_batch(stage.trained, settings.lanes_for(len(ids)))
     seed = training_seed(unit.run, unit.of.id, *ids, "training")
     batch = budget(settings.budget).batch_steps
-    recorder = Recorder(
-        env, ids, stage.steps, batch, seed, lambda taken: listen(News(unit.title, stage.number, taken))
-    )
+    report = lambda taken: listen(News(unit.title, stage.number, taken))  # noqa: E731
+    recorder = Recorder(env, ids, steps=stage.steps, batch_steps=batch, seed=seed, report=report)
     agent.learn(recorder, stage.steps)
     recorder.flush()
     env.close()

@@ -26,7 +26,7 @@ class Point:
     return_: float
 
 
-class Recorder(gym.vector.VectorWrapper):  # type: ignore[type-arg]
+class Recorder(gym.vector.VectorWrapper):
     """A vector environment whose log is right whatever the agent does with it.
 
     Args:
@@ -42,6 +42,7 @@ class Recorder(gym.vector.VectorWrapper):  # type: ignore[type-arg]
         self,
         env: VectorEnv,
         task_ids: Sequence[str],
+        *,
         steps: int,
         batch_steps: int,
         seed: int,
@@ -59,7 +60,7 @@ class Recorder(gym.vector.VectorWrapper):  # type: ignore[type-arg]
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Any, dict[str, Any]]:
-        """First observations, of all lanes or of those in ``options["reset_mask"]``; seeded by the run alone."""
+        """First observations; ``options["reset_mask"]`` resets those lanes alone; seeded by the run."""
         mask = None if options is None else options.get("reset_mask")
         which = np.ones(self.num_envs, bool) if mask is None else np.array(mask, bool)
         self._between[which] = False
@@ -76,7 +77,7 @@ class Recorder(gym.vector.VectorWrapper):  # type: ignore[type-arg]
         self.taken += int(real.sum())
         self._sums += np.where(real, rewards, 0.0)
         self._between = (ends | cuts) & real
-        for lane in np.flatnonzero(self._between):
+        for lane in map(int, np.flatnonzero(self._between)):
             self._ended[self._tasks[lane % len(self._tasks)]].append(float(self._sums[lane]))
             self._sums[lane] = 0.0
         if self.taken >= self._next_point:
@@ -92,7 +93,7 @@ class Recorder(gym.vector.VectorWrapper):  # type: ignore[type-arg]
         return observations, rewards, ends, cuts, infos
 
     def flush(self) -> None:
-        """Writes a point for every task whose episodes ended since its last, and tells the number of steps."""
+        """Writes a point for every task with episodes ended since its last, and tells the steps taken."""
         for task, returns in self._ended.items():
             if returns:
                 self.points.append(Point(task, self.taken, float(np.mean(returns))))

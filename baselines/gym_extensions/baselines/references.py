@@ -6,7 +6,7 @@ import argparse
 import hashlib
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -44,25 +44,30 @@ def beats_floor(run: dict[str, float], floor: dict[str, float]) -> bool:
 
 
 def is_open(beaten: Sequence[bool]) -> bool:
-    """Whether no reference agent has learned the task: fewer than three of its runs, or not all of under five."""
+    """Whether nobody has learned the task: fewer than three runs did, or, of under five, not all."""
     if len(beaten) < FULL_ENTRY_RUNS:
         return not all(beaten)
     return sum(beaten) < CLEAR_RUNS
 
 
 def task_row(
-    floors: dict[str, Sequence[float]], runs: dict[int, Sequence[float]], budget: str, log_sha256: str
+    floors: Mapping[str, Sequence[float]],
+    runs: Mapping[int, Sequence[float]],
+    *,
+    budget: str,
+    log_sha256: str,
 ) -> dict[str, Any]:
     """The references of one task, from the returns of the floor's agents and of the reference runs."""
     agents = {name: summary(returns) for name, returns in floors.items()}
     better = max(agents, key=lambda name: agents[name]["mean"])
     floor = agents[better]
-    rows = []
+    rows, passes = [], []
     for run, returns in sorted(runs.items()):
         found = summary(returns)
         passed = beats_floor(found, floor)
+        passes.append(passed)
         rows.append({"run": run, "mean": found["mean"], "std": found["std"], "beats_floor": passed})
-    means = [row["mean"] for row in rows]
+    means = [summary(returns)["mean"] for _, returns in sorted(runs.items())]
     mean = math.fsum(means) / len(means)
     spread = math.sqrt(math.fsum((value - mean) ** 2 for value in means) / max(1, len(means) - 1))
     ceiling = {
@@ -74,7 +79,7 @@ def task_row(
         "runs": rows,
         "log_sha256": log_sha256,
     }
-    open_ = is_open([row["beats_floor"] for row in rows])
+    open_ = is_open(passes)
     row = {
         "floor": {
             "mean": floor["mean"],
@@ -89,7 +94,7 @@ def task_row(
 
 
 def measured(
-    task_ids: Sequence[str], budget: str, runs: Sequence[int], out: Path, jobs: int, screen: Screen
+    task_ids: Sequence[str], *, budget: str, runs: Sequence[int], out: Path, jobs: int, screen: Screen
 ) -> dict[str, Any]:
     """The whole document; logs of its episodes are written beside ``out``, parts of unfinished work kept."""
     wanted = [
@@ -122,7 +127,9 @@ def measured(
         path = out.parent / f"{out.stem}-logs" / f"{task.rpartition('/')[2]}.csv"
         write_episodes(path, log, (task,))
         digest = hashlib.sha256(path.read_bytes()).hexdigest()
-        tasks[task] = task_row({name: floors[name] for name in FLOOR_AGENTS}, ceilings, budget, digest)
+        tasks[task] = task_row(
+            {name: floors[name] for name in FLOOR_AGENTS}, ceilings, budget=budget, log_sha256=digest
+        )
     final = budget == REFERENCE_BUDGET and len(runs) >= FULL_ENTRY_RUNS
     return {"format": 1, "version": out.stem, "provisional": not final, "tasks": tasks}
 
@@ -149,7 +156,9 @@ def main(argv: list[str] | None = None) -> int:
         raise BenchError("bad-jobs", f"{asked.jobs} processes are too few.", "--jobs", "Give at least 1.")
     ids = dict.fromkeys(task for name in asked.groups.split(",") for task in group(name.strip()).task_ids)
     with shown() as screen:
-        document = measured(list(ids), budget, runs, asked.out, asked.jobs, screen)
+        document = measured(
+            list(ids), budget=budget, runs=runs, out=asked.out, jobs=asked.jobs, screen=screen
+        )
     write_text(asked.out, json.dumps(document, indent=1, ensure_ascii=False) + "\n")
     print(f"The references are in {asked.out}.")  # noqa: T201
     return 0

@@ -13,7 +13,7 @@ from gym_extensions.catalog.protocol import budget as budget_named
 
 @dataclass(frozen=True)
 class Request:
-    """Groups by their names without version, protocols, a budget and runs, each in order and without repetition."""
+    """Groups by their bare names, protocols, a budget and runs, each in order and once."""
 
     groups: tuple[str, ...]
     protocols: tuple[str, ...]

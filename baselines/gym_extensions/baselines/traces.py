@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import math
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,8 +20,8 @@ LEFT_OUT = "derived_"
 class Trace:
     """One episode of L steps cut into ⌈L/K⌉ segments.
 
-    ``actions`` (L, …) float32 as applied; ``segment_returns`` (⌈L/K⌉,) float64; ``states`` by name, one row for each
-    segment but the first: the state one step before it starts, at t = K−1, 2K−1, …
+    ``actions`` (L, …) float32 as applied; ``segment_returns`` (⌈L/K⌉,) float64; ``states`` by name, a row for
+    each segment but the first: the state one step before it starts, at t = K−1, 2K−1, …
     """
 
     actions: Array
@@ -32,7 +31,7 @@ class Trace:
 
 
 def cut(actions: Array, rewards: Array, states: Sequence[Mapping[str, Array]], segment_steps: int) -> Trace:
-    """The trace of an episode, from all its actions and rewards and the states at t = K−1, 2K−1, … (or more)."""
+    """The trace of an episode, from its actions and rewards and the states at t = K−1, 2K−1, … (or more)."""
     starts = range(0, len(rewards), segment_steps)
     returns = np.array([math.fsum(rewards[at : at + segment_steps]) for at in starts], np.float64)
     kept = states[: len(returns) - 1]
@@ -61,4 +60,4 @@ def write_bytes(path: Path, content: bytes) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     partial = path.with_name(f".{path.name}.partial")
     partial.write_bytes(content)
-    os.replace(partial, path)
+    partial.replace(path)

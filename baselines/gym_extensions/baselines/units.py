@@ -12,7 +12,7 @@ from gym_extensions.catalog.tasks import Task
 
 @dataclass(frozen=True)
 class Stage:
-    """One step of a unit: what is trained (nothing in stage 0), for how many steps, and what is evaluated then."""
+    """One step of a unit: what is trained (nothing in stage 0), how long, and what is evaluated then."""
 
     number: int
     trained: tuple[Task, ...]
@@ -22,7 +22,7 @@ class Stage:
 
 @dataclass(frozen=True)
 class Unit:
-    """One learner's life: a run of a group's protocol; in the single protocol, of one task of it (``task``)."""
+    """One learner's life: a run of a group's protocol; in the single protocol, of one ``task`` of it."""
 
     group: str
     protocol: str
@@ -31,7 +31,7 @@ class Unit:
 
     @property
     def name(self) -> str:
-        """A short name, also of the folder that keeps its parts: ``sequential-run0``, ``single-run0-task3``."""
+        """A short name, also its folder's: ``sequential-run0``, ``single-run0-task3``."""
         ending = "" if self.task is None else f"-task{self.task}"
         return f"{self.protocol}-run{self.run}{ending}"
 

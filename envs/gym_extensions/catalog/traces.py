@@ -1,7 +1,7 @@
-"""How a recorded episode is cut so that it replays on another machine: segment length and tolerance by family.
+"""How an episode is cut so that it replays on another machine: segment length and tolerance by family.
 
-K is chosen by measurement: across two maths libraries, whole HalfCheetah episodes drift apart, segments of K = 25
-miss 1e-6 once in 936, at K = 10 the worst is 2e-9; the contacts of Pusher and Striker need K ≤ 5.
+K is chosen by measurement: across two maths libraries, whole HalfCheetah episodes drift apart, segments of
+K = 25 miss 1e-6 once in 936, at K = 10 the worst is 2e-9; the contacts of Pusher and Striker need K ≤ 5.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Which episodes a submission must show: an audit sample that the finished log itself chooses.
 
-Design, section 5: one episode of every cell R[T][j], R[j][j] and S[j] of every run. Nobody can choose it before the
-log is written: any change of the log chooses anew.
+One episode of every cell R[T][j], R[j][j] and S[j] of every run. Nobody can choose it before the log is
+written: any change of the log chooses anew.
 """
 
 from __future__ import annotations
@@ -30,9 +30,9 @@ def trace_name(protocol: str, run: int, stage: int, task_name: str, episode: int
 
 
 def audited_cells(protocol: str, tasks: Sequence[Task]) -> list[tuple[int, Task]]:
-    """(stage, task) of every cell that is audited in a run, once for every column of the table that it stands in.
+    """(stage, task) of every audited cell of a run, once for every column of the table that it stands in.
 
-    Sequential: R[T][j] and R[j][j]; the cell R[T][T] is both and stands twice. Single and joint: each task at stage 1.
+    Sequential: R[T][j] and R[j][j]; R[T][T] is both and stands twice. Single and joint: each task at stage 1.
     """
     if protocol != "sequential":
         return [(1, task) for task in tasks]

@@ -1,4 +1,4 @@
-"""The reference agents by name, one module each with a factory ``make``; and agents of one's own by module."""
+"""The reference agents by name, a module each with a factory ``make``; and agents of one's own."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""TRPO as in the paper: maximum KL .01, GAE λ 1.0, discount .99, CG regularisation 1e-5, a 100-50-25 ReLU policy.
+"""TRPO as in the paper: maximum KL .01, GAE λ 1.0, discount .99, CG regularisation 1e-5, 100-50-25 ReLU.
 
-Differs from the paper's rllab in the value function alone: a small MLP in place of the linear feature baseline.
+It differs from the paper's in the value function: a small MLP in place of rllab's linear baseline.
 """
 
 from __future__ import annotations
@@ -58,7 +58,8 @@ class Trpo:
     def _update(self, batch: Gathered) -> None:
         flat = batch.observations.reshape(-1, self._sizes[0])
         values = self._value.predict(flat).reshape(batch.observations.shape[:2])
-        gained = advantages(batch.rewards, values, batch.terminated, batch.truncated, DISCOUNT, TRACE_DECAY)
+        ends = (batch.terminated, batch.truncated)
+        gained = advantages(batch.rewards, values, *ends, discount=DISCOUNT, trace_decay=TRACE_DECAY)
         real = batch.real
         targets = (gained + values[:-1])[real]
         chosen = gained[real]

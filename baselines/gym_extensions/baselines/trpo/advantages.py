@@ -8,13 +8,13 @@ from gym_extensions.baselines.agent import Array
 
 
 def advantages(
-    rewards: Array, values: Array, terminated: Array, truncated: Array, discount: float, trace_decay: float
+    rewards: Array, values: Array, terminated: Array, truncated: Array, *, discount: float, trace_decay: float
 ) -> Array:
     """Advantages (T, lanes) for rewards (T, lanes) and values (T + 1, lanes), row t + 1 being after step t.
 
-    A terminated step is worth nothing afterwards; a truncated one (time limit), like the last row, is worth the value
-    of the state that it leads to. Rows of a reset (the step after an episode's end) come out meaningless and must be
-    left out by the caller.
+    A terminated step is worth nothing afterwards; a truncated one (time limit), like the last row, is worth
+    the value of the state that it leads to. Rows of a reset (the step after an episode's end) come out
+    meaningless and must be left out by the caller.
     """
     steps = len(rewards)
     found = np.empty(rewards.shape, np.float64)

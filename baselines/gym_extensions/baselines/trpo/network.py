@@ -1,7 +1,7 @@
-"""A multilayer perceptron as pure functions of one flat parameter vector: value, forward and backward derivatives.
+"""A multilayer perceptron as pure functions of one flat parameter vector: value and derivatives.
 
-Written out instead of left to automatic differentiation: the Fisher product of every conjugate-gradient step is then
-one forward derivative and one backward pass over activations that are computed once a batch.
+Written out instead of left to automatic differentiation: the Fisher product of a conjugate-gradient step is
+then one forward derivative and one backward pass over activations that are computed once a batch.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ def parameter_count(sizes: Sizes) -> int:
 
 
 def initial(sizes: Sizes, rng: np.random.Generator, last_scale: float = 1.0) -> Array:
-    """He-uniform hidden weights, Glorot-uniform output weights times ``last_scale``, zero biases; float32, flat."""
+    """He-uniform hidden weights, Glorot-uniform output × ``last_scale``, zero biases; flat float32."""
     parts = []
     for layer, (fan_in, fan_out) in enumerate(pairwise(sizes)):
         last = layer == len(sizes) - 2

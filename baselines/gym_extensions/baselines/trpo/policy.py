@@ -1,4 +1,4 @@
-"""The paper's Gaussian policy: tanh mean in [−1, 1], a log-σ that no state moves; all in the scale of the box [−1, 1].
+"""The paper's Gaussian policy: a tanh mean, a log-σ that no state moves; actions in the scale of [−1, 1].
 
 Parameters are one flat vector: the network's, then log σ. Every function is pure.
 """
@@ -45,11 +45,12 @@ def mean_and_log_sigma(sizes: Sizes, theta: Array, observations: Array) -> tuple
 def log_density(mean: Array, log_sigma: Array, actions: Array) -> Array:
     """Log density of the actions (n,), without the constant −a/2 · log 2π."""
     scaled = (actions - mean) * np.exp(-log_sigma)
-    return -0.5 * np.einsum("na,na->n", scaled, scaled) - log_sigma.sum()
+    found: Array = -0.5 * np.einsum("na,na->n", scaled, scaled) - log_sigma.sum()
+    return found
 
 
 def surrogate(sizes: Sizes, theta: Array, batch: Batch, old_log_density: Array) -> float:
-    """Mean of (new density / old density) × advantage: what an update raises (Schulman et al. 2015, eq. 14)."""
+    """Mean of new / old density × advantage, which an update raises (Schulman et al. 2015, eq. 14)."""
     new = log_density(*mean_and_log_sigma(sizes, theta, batch.observations), batch.actions)
     return float(np.mean(np.exp(new - old_log_density) * batch.advantages, dtype=np.float64))
 

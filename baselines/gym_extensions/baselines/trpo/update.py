@@ -22,7 +22,7 @@ from gym_extensions.baselines.trpo.solve import conjugate_gradient, dot, line_se
 
 @dataclass(frozen=True)
 class TrustRegion:
-    """The paper's numbers: largest mean KL of an update, regularisation and iterations of conjugate gradient."""
+    """The paper's numbers: largest mean KL of an update, regularisation and length of conjugate gradient."""
 
     max_kl: float = 0.01
     damping: float = 1e-5
@@ -32,7 +32,7 @@ class TrustRegion:
 
 
 def updated(sizes: Sizes, theta: Array, batch: Batch, region: TrustRegion) -> Array:
-    """Parameters of higher surrogate whose mean KL from the old is at most ``max_kl``; the old where none is found."""
+    """Parameters of higher surrogate whose mean KL from the old is at most ``max_kl``; else the old."""
     slope = surrogate_gradient(sizes, theta, batch)
     stride = -(-len(batch.observations) // region.curvature_states)
     product = fisher_product(sizes, theta, np.ascontiguousarray(batch.observations[::stride]), region.damping)

@@ -1,4 +1,4 @@
-"""The value function: an MLP in place of rllab's linear baseline, on standardised observations and returns."""
+"""The value function: an MLP in place of rllab's linear baseline; it standardises what goes in and out."""
 
 from __future__ import annotations
 
@@ -41,7 +41,8 @@ class ValueFunction:
         inputs = self._standardised(observations)
         mean, deviation = self.state["level"]
         output = forward(layers(self._sizes, self.state["theta"]), inputs)[-1][:, 0]
-        return output.astype(np.float64) * deviation + mean
+        values: Array = output.astype(np.float64) * deviation + mean
+        return values
 
     def fit(self, observations: Array, targets: Array, rng: np.random.Generator) -> None:
         """Moves the prediction towards the targets (n,) by a few epochs of Adam on squared error."""
@@ -86,7 +87,7 @@ class ValueFunction:
         state["seen"] += count
 
     def _relevel(self, targets: Array) -> None:
-        """Takes the targets' mean and deviation as output scale and rescales the last layer to predict as before."""
+        """Takes the targets' mean and deviation as scale; the last layer is changed to predict as before."""
         mean, deviation = self.state["level"]
         new_mean, new_deviation = float(targets.mean()), max(float(targets.std()), 1e-6)
         weights, bias = layers(self._sizes, self.state["theta"])[-1]
