@@ -1,0 +1,138 @@
+"""Speeds measured side by side: contestants take turns in one run, so that a noisy machine moves them all."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import statistics
+import time
+from collections.abc import Callable, Mapping
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+Turn = Callable[[], tuple[int, float]]
+"""One turn of a contestant: the number of steps it made, and the seconds that counts for them."""
+Compare = Callable[..., dict[str, float]]
+
+ROWS = pytest.StashKey[list[dict[str, Any]]]()
+PACKAGES = ("gymnasium", "mujoco", "numpy", "envpool", "stable_baselines3", "torch")
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """``--ratios FILE``: where the session's ratios are written."""
+    parser.addoption(
+        "--ratios", type=Path, default=Path(".benchmarks/ratios.json"), help="where ratios are written"
+    )
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """No ratios yet."""
+    config.stash[ROWS] = []
+
+
+def timed(steps: int, work: Callable[[], object]) -> Turn:
+    """A turn that makes so many steps by some work."""
+
+    def turn() -> tuple[int, float]:
+        start = time.perf_counter()
+        work()
+        return steps, time.perf_counter() - start
+
+    return turn
+
+
+@pytest.fixture
+def side_by_side(benchmark: Any, request: pytest.FixtureRequest) -> Compare:
+    """Medians of the ratios between the first contestant's speed and each other's, by the other's name."""
+
+    def compare(
+        measure: str,
+        contestants: Mapping[str, Turn],
+        *,
+        bars: Mapping[str, float] | None = None,
+        rounds: int = 9,
+        **about: Any,
+    ) -> dict[str, float]:
+        speeds: dict[str, list[float]] = {name: [] for name in contestants}
+
+        def run() -> None:
+            for turn in contestants.values():  # a warm-up round
+                turn()
+            for _ in range(rounds):
+                for name, turn in contestants.items():
+                    steps, seconds = turn()
+                    speeds[name].append(steps / seconds)
+
+        benchmark.pedantic(run, rounds=1, iterations=1)
+        ours, *others = contestants
+        ratios = {
+            other: statistics.median(a / b for a, b in zip(speeds[ours], speeds[other], strict=True))
+            for other in others
+        }
+        row = {
+            "measure": measure,
+            **about,
+            "rounds": rounds,
+            "per_second": {name: round(statistics.median(found), 1) for name, found in speeds.items()},
+            "ratios": {other: round(ratio, 3) for other, ratio in ratios.items()},
+            "bars": dict(bars or {}),
+        }
+        benchmark.extra_info.update(row)
+        request.config.stash[ROWS].append(row)
+        return ratios
+
+    return compare
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Writes the ratios with the machine they were measured on."""
+    rows, path = session.config.stash[ROWS], session.config.getoption("--ratios")
+    if rows:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        partial = path.with_name(f".{path.name}.partial")
+        partial.write_text(json.dumps({"format": 1, "machine": machine(), "rows": rows}, indent=1) + "\n")
+        partial.replace(path)
+
+
+def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:
+    """A line a ratio, and whether it reaches its bar."""
+    for row in config.stash[ROWS]:
+        for other, ratio in row["ratios"].items():
+            bar = row["bars"].get(other)
+            verdict = "" if bar is None else f"  bar {bar}: {'reached' if ratio >= bar else 'MISSED'}"
+            terminalreporter.write_line(
+                f"{row['measure']:24} {row.get('task', ''):24} / {other:24} {ratio:8.3f}{verdict}"
+            )
+
+
+def machine() -> dict[str, Any]:
+    """What the ratios were measured on: processor, cores, system, versions."""
+    return {
+        "processor": processor(),
+        "cores": os.cpu_count(),
+        "system": platform.platform(terse=True),
+        "python": platform.python_version(),
+        "packages": {name: version for name in PACKAGES if (version := installed(name))},
+    }
+
+
+def processor() -> str:
+    """The processor's name, where the system tells it."""
+    listing = Path("/proc/cpuinfo")
+    names = listing.read_text().splitlines() if listing.exists() else []
+    return next(
+        (line.partition(":")[2].strip() for line in names if line.startswith("model name")),
+        platform.machine(),
+    )
+
+
+def installed(package: str) -> str | None:
+    """A package's version, None without it."""
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:
+        return None
