@@ -5,6 +5,7 @@ from __future__ import annotations
 import posixpath
 import tempfile
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
@@ -20,8 +21,9 @@ MARK = ".gym-extensions-site"
 """A file that says the folder is ours, so that a build never replaces somebody's own folder."""
 
 
+@cache
 def environment() -> Environment:
-    """The templates: everything is escaped, an unknown name is an error, blocks leave no blank lines."""
+    """The templates, compiled once: everything is escaped, and an unknown name is an error."""
     made = Environment(
         loader=FileSystemLoader(HERE / "templates"),
         autoescape=True,

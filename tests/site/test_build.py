@@ -1,0 +1,133 @@
+"""The build: the same bytes twice, all or nothing, never over somebody's own folder."""
+
+from __future__ import annotations
+
+import copy
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from gym_extensions.catalog.errors import BenchError
+from gym_extensions.site import build as module
+from gym_extensions.site.build import MARK, build, files
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """Every file below the folder by its path."""
+    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def test_built_twice_gives_the_same_bytes(document: dict[str, Any], tmp_path: Path) -> None:
+    build(copy.deepcopy(document), tmp_path / "one")
+    build(document, tmp_path / "two")
+    assert contents(tmp_path / "one") == contents(tmp_path / "two")
+
+
+def test_the_order_of_submissions_in_the_document_changes_no_page(document: dict[str, Any]) -> None:
+    pages = {path: text for path, text in files(document) if path.endswith(".html")}
+    document["submissions"].reverse()
+    assert {path: text for path, text in files(document) if path.endswith(".html")} == pages
+
+
+def test_hash_seed_time_zone_and_folder_change_nothing(document: dict[str, Any], tmp_path: Path) -> None:
+    source = tmp_path / "document.json"
+    source.write_text(json.dumps(document), encoding="utf-8")
+    program = (
+        "import json, sys, pathlib; from gym_extensions.site.build import build;"
+        "build(json.loads(pathlib.Path(sys.argv[1]).read_text('utf-8')), pathlib.Path(sys.argv[2]))"
+    )
+    settings = [
+        {"PYTHONHASHSEED": "1", "TZ": "UTC", "LC_ALL": "C"},
+        {"PYTHONHASHSEED": "2", "TZ": "Asia/Tokyo"},
+    ]
+    for name, setting in zip(("one", "two"), settings, strict=True):
+        folder = tmp_path / name
+        folder.mkdir()
+        command = [sys.executable, "-c", program, str(source), str(folder / "site")]
+        subprocess.run(command, check=True, cwd=folder, env={**os.environ, **setting})
+    assert contents(tmp_path / "one" / "site") == contents(tmp_path / "two" / "site")
+
+
+def test_no_page_holds_an_absolute_path(document: dict[str, Any], tmp_path: Path) -> None:
+    build(document, tmp_path / "site")
+    places = [str(path).encode() for path in (tmp_path, Path.cwd(), Path.home())]
+    for name, data in contents(tmp_path / "site").items():
+        assert not [place for place in places if place in data], name
+
+
+def test_a_build_replaces_the_one_before_whole(document: dict[str, Any], tmp_path: Path) -> None:
+    build(document, tmp_path / "site")
+    document["submissions"] = [row for row in document["submissions"] if row["name"] != "agile"]
+    assert build(document, tmp_path / "site") == tmp_path / "site" / "index.html"
+    assert not (tmp_path / "site" / "submissions" / "agile.html").exists()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["site"]
+
+
+def test_a_build_that_fails_leaves_the_one_before(
+    document: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    build(document, tmp_path / "site")
+    before = contents(tmp_path / "site")
+
+    def broken(document: dict[str, Any]) -> Any:
+        yield "index.html", "half"
+        raise RuntimeError("the disk is full")
+
+    monkeypatch.setattr(module, "files", broken)
+    with pytest.raises(RuntimeError, match="the disk is full"):
+        build(document, tmp_path / "site")
+    assert contents(tmp_path / "site") == before
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["site"]
+
+
+def test_a_folder_that_is_not_ours_is_never_replaced(document: dict[str, Any], tmp_path: Path) -> None:
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "thesis.tex").write_text("years of work", encoding="utf-8")
+    with pytest.raises(BenchError) as raised:
+        build(document, tmp_path / "mine")
+    assert str(raised.value) == (
+        f"{tmp_path / 'mine'}: This is there already, and no site was built in it. "
+        "Name a new or empty folder with --out."
+    )
+    assert (tmp_path / "mine" / "thesis.tex").read_text(encoding="utf-8") == "years of work"
+
+
+def test_a_file_is_never_replaced_by_a_folder(document: dict[str, Any], tmp_path: Path) -> None:
+    (tmp_path / "site").write_text("a file", encoding="utf-8")
+    with pytest.raises(BenchError):
+        build(document, tmp_path / "site")
+    assert (tmp_path / "site").read_text(encoding="utf-8") == "a file"
+
+
+def test_an_empty_folder_may_be_built_in(document: dict[str, Any], tmp_path: Path) -> None:
+    (tmp_path / "site").mkdir()
+    build(document, tmp_path / "site")
+    assert (tmp_path / "site" / MARK).is_file()
+
+
+def test_two_submissions_of_one_name_are_refused(document: dict[str, Any]) -> None:
+    document["submissions"].append(copy.deepcopy(document["submissions"][0]))
+    with pytest.raises(BenchError) as raised:
+        list(files(document))
+    assert str(raised.value) == "Two submissions are called 'agile'. Rename one of the folders."
+
+
+def test_a_document_of_another_format_is_refused(document: dict[str, Any]) -> None:
+    document["format"] = 2
+    with pytest.raises(ValueError, match="scorecard format 2, expected 1"):
+        list(files(document))
+
+
+def test_no_submission_at_all_is_a_site_too(document: dict[str, Any], tmp_path: Path) -> None:
+    document["submissions"] = []
+    index = build(document, tmp_path / "site")
+    assert "No submission is on a board yet." in index.read_text(encoding="utf-8")
+
+
+def test_the_data_page_is_the_document(document: dict[str, Any]) -> None:
+    assert json.loads(dict(files(document))["scorecards.json"]) == document

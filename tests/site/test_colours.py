@@ -1,0 +1,76 @@
+"""The style sheet's colours: text can be read on what lies behind it, in both schemes."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+import gym_extensions.site
+
+SHEET = (Path(gym_extensions.site.__path__[0]) / "static" / "style.css").read_text(encoding="utf-8")
+LIGHT, DARK = (
+    dict(re.findall(r"--([\w-]+): (#[0-9a-f]{6});", block)) for block in SHEET.split(":root {")[1:3]
+)
+TEXT = [
+    ("ink", "paper"),
+    ("soft", "paper"),
+    ("ink", "raised"),
+    ("soft", "raised"),
+    ("accent", "paper"),
+    ("accent", "raised"),
+    ("warn-ink", "paper"),
+    ("warn-ink", "warn-paper"),
+    ("bad-ink", "bad-paper"),
+    ("good-ink", "good-paper"),
+]
+MOST_TINT, COLD_TINT = 0.61, 0.35
+
+
+def luminance(colour: str) -> float:
+    """Relative luminance of #rrggbb (WCAG 2.2)."""
+    parts = [int(colour[at : at + 2], 16) / 255 for at in (1, 3, 5)]
+    linear = [part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in parts]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def contrast(one: str, other: str) -> float:
+    """Contrast ratio of two colours (WCAG 2.2)."""
+    dark, light = sorted((luminance(one), luminance(other)))
+    return (light + 0.05) / (dark + 0.05)
+
+
+def mixed(colour: str, paper: str, share: float) -> str:
+    """``color-mix(in srgb, colour share, paper)``."""
+    pairs = [(int(colour[at : at + 2], 16), int(paper[at : at + 2], 16)) for at in (1, 3, 5)]
+    return "#" + "".join(f"{round(a * share + b * (1 - share)):02x}" for a, b in pairs)
+
+
+def test_black_on_white_is_twenty_one_to_one() -> None:
+    assert contrast("#000000", "#ffffff") == pytest.approx(21)
+
+
+@pytest.mark.parametrize("scheme", [LIGHT, DARK], ids=["light", "dark"])
+@pytest.mark.parametrize(("text", "ground"), TEXT)
+def test_text_has_a_contrast_of_at_least_four_and_a_half(
+    scheme: dict[str, str], text: str, ground: str
+) -> None:
+    assert contrast(scheme[text], scheme[ground]) >= 4.5
+
+
+@pytest.mark.parametrize("scheme", [LIGHT, DARK], ids=["light", "dark"])
+@pytest.mark.parametrize(("colour", "share"), [("heat", MOST_TINT), ("cold", COLD_TINT)])
+def test_numbers_can_be_read_on_the_darkest_tint(scheme: dict[str, str], colour: str, share: float) -> None:
+    assert contrast(scheme["ink"], mixed(scheme[colour], scheme["paper"], share)) >= 4.5
+
+
+@pytest.mark.parametrize("scheme", [LIGHT, DARK], ids=["light", "dark"])
+@pytest.mark.parametrize("mark", ["accent", "ring", "loss", "gain"])
+def test_marks_have_a_contrast_of_at_least_three(scheme: dict[str, str], mark: str) -> None:
+    assert contrast(scheme[mark], scheme["paper"]) >= 3
+
+
+def test_the_tints_tested_are_those_of_the_sheet() -> None:
+    assert f".h10 {{ --p: {MOST_TINT:.0%} !important; }}" in SHEET
+    assert f"var(--cold) {COLD_TINT:.0%}" in SHEET
