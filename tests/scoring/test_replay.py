@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -9,7 +10,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from gym_extensions.baselines.train import train
+from gym_extensions.scoring.cli import main
 from gym_extensions.scoring.replay import verify
 
 Arrays = dict[str, np.ndarray[Any, Any]]
@@ -19,7 +22,7 @@ GROUP = "halfcheetah-gravity"  # its episodes are 1000 steps long: 100 segments 
 @pytest.fixture(scope="module")
 def honest(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("submissions") / "honest"
-    train("random", GROUP, "single", "smoke", 0, folder)
+    train("random", GROUP, "single", "smoke", 0, out=folder)
     return folder
 
 
@@ -136,6 +139,19 @@ def test_a_log_that_was_edited_asks_for_other_episodes(copy: Path) -> None:
     cells[6] = repr(float(cells[6]) + 1.0)
     log.write_text("\n".join([head, ",".join(cells), *rest]) + "\n")
     assert "trace-missing" in {problem.rule for problem in verify(copy).problems}
+
+
+def test_score_verify_gives_the_level_of_trust_and_the_exit_status(
+    honest: Path, copy: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([str(honest), "--verify", "--json"]) == 0
+    (card,) = json.loads(capsys.readouterr().out)["submissions"]
+    assert card["trust"] == "replayed (sample: 5 of 100 episodes)"
+    rewrite(traces(copy)[0], shift_action)
+    assert main([str(copy), "--verify", "--json"]) == 1
+    (card,) = json.loads(capsys.readouterr().out)["submissions"]
+    assert (card["trust"], card["groups"]) == (None, {})
+    assert card["problems"][0]["rule"] == "replay-differs"
 
 
 def test_a_submission_with_problems_is_not_replayed(copy: Path) -> None:

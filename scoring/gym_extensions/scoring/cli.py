@@ -19,6 +19,9 @@ def parser() -> argparse.ArgumentParser:
         "folders", nargs="+", type=Path, metavar="FOLDER", help="a submission, or a folder of submissions"
     )
     made.add_argument("--json", action="store_true", help="print the scorecards as JSON (docs/scorecard.md)")
+    made.add_argument(
+        "--verify", action="store_true", help="also replay the recorded episodes in the simulator"
+    )
     made.add_argument("--out", type=Path, metavar="DIR", help="write scorecards/<name>.json into this folder")
     return made
 
@@ -32,6 +35,10 @@ def main(argv: list[str] | None = None) -> int:
     from gym_extensions.scoring.scorecard import score_folders, text
 
     document = score_folders(options.folders)
+    if options.verify:
+        from gym_extensions.scoring.replay import verified
+
+        document = verified(document, options.folders)
     if options.out:
         for card in document["submissions"]:
             write_text(

@@ -17,7 +17,7 @@ from gym_extensions.catalog.errors import BenchError
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.catalog.traces import segments
 from gym_extensions.envs import make_batch
-from gym_extensions.scoring.folder import scan
+from gym_extensions.scoring.folder import scan, submission_folders
 from gym_extensions.scoring.problems import Problem
 from gym_extensions.scoring.recorded import Array, Recorded, recorded, rows
 from gym_extensions.scoring.submission import read
@@ -88,6 +88,21 @@ def verify(path: Path) -> Verification:
             raise ValueError("episodes are not sorted by task")
         problems += replay(task, episodes_of_task)
     return Verification(len(found), episodes, tuple(problems))
+
+
+def verified(document: dict[str, Any], folders: Sequence[Path]) -> dict[str, Any]:
+    """The scorecards of these folders with the trust that replay gives, or with the problems found."""
+    cards = []
+    for path, card in zip(submission_folders(list(folders)), document["submissions"], strict=True):
+        if card["problems"]:
+            cards.append(card)
+            continue
+        found = verify(path)
+        problems = [problem.as_dict() for problem in found.problems]
+        cards.append(
+            card | {"trust": found.level, "problems": problems} | ({"groups": {}} if problems else {})
+        )
+    return document | {"submissions": cards}
 
 
 def _by_task(episode: Recorded) -> str:
