@@ -9,12 +9,14 @@ from gym_extensions.scoring.distribution import iqm, profile
 from gym_extensions.scoring.entry import Submission
 from gym_extensions.scoring.normal import matrix, normalised
 from gym_extensions.scoring.normalise import References
+from gym_extensions.scoring.reported import reported_groups
 from gym_extensions.scoring.results import Results, results
 from gym_extensions.scoring.scores import no_reference, scores
 from gym_extensions.scoring.suites import suite_scores
 from gym_extensions.scoring.table import table_rows, table_total
 
 WELL_FORMED = "well-formed"
+REPORTED = "reported"
 
 Document = dict[str, Any]
 
@@ -61,12 +63,19 @@ def score_group(results: Results, references: References, protocol: str, budget:
     return document
 
 
+def _trust(submission: Submission) -> str | None:
+    """The level of trust; None with problems."""
+    if submission.problems or submission.manifest is None:
+        return None
+    return REPORTED if submission.manifest.reported else WELL_FORMED
+
+
 def score(submission: Submission, references: References) -> Document:
     """The scorecard of one submission; with problems it has no trust and no groups."""
     document: Document = {
         "name": submission.name,
         "title": submission.manifest.title if submission.manifest else submission.name,
-        "trust": None if submission.problems else WELL_FORMED,
+        "trust": _trust(submission),
         "problems": [problem.as_dict() for problem in submission.problems],
         "manifest": submission.manifest.as_dict() if submission.manifest else None,
         "notes": [f"{name}: {note}" for name, entry in submission.groups.items() for note in entry.notes],
@@ -76,6 +85,9 @@ def score(submission: Submission, references: References) -> Document:
     if submission.problems or submission.manifest is None:
         return document
     budget = submission.manifest.budget
+    if submission.manifest.reported:
+        document["groups"] = reported_groups(submission.manifest.reported, budget)
+        return document
     for name, entry in submission.groups.items():
         returns = results(entry, budget)
         document["groups"][name] = {

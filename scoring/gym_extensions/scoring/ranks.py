@@ -42,7 +42,16 @@ def holm(values: Sequence[float], level: float = LEVEL) -> list[bool]:
     return rejected
 
 
-def rank_intervals(entries: Sequence[Summary], better: str) -> list[tuple[int, int]]:
+def different(entries: Sequence[Summary]) -> set[tuple[int, int]]:
+    """The pairs (a, b), a < b, that Welch's test tells apart under Holm's correction over all pairs."""
+    pairs = list(combinations(range(len(entries)), 2))
+    rejected = holm([welch_p(entries[a], entries[b]) for a, b in pairs])
+    return {pair for pair, significant in zip(pairs, rejected, strict=True) if significant}
+
+
+def rank_intervals(
+    entries: Sequence[Summary], pairs: set[tuple[int, int]], better: str
+) -> list[tuple[int, int]]:
     """Each entry's first and last possible rank; with 95 % confidence all hold at once.
 
     From 1 + (entries significantly better) to M − (entries significantly worse), after Mogstad, Romano,
@@ -50,17 +59,15 @@ def rank_intervals(entries: Sequence[Summary], better: str) -> list[tuple[int, i
 
     Args:
         entries: their summaries on one metric.
+        pairs: those that are told apart (``different``).
         better: ``higher`` or ``lower``.
     """
-    pairs = list(combinations(range(len(entries)), 2))
-    rejected = holm([welch_p(entries[a], entries[b]) for a, b in pairs])
     above, below = [0] * len(entries), [0] * len(entries)
-    for (a, b), significant in zip(pairs, rejected, strict=True):
-        if significant:
-            first = (entries[a].mean > entries[b].mean) == (better == "higher")
-            winner, loser = (a, b) if first else (b, a)
-            below[winner] += 1
-            above[loser] += 1
+    for a, b in pairs:
+        first = (entries[a].mean > entries[b].mean) == (better == "higher")
+        winner, loser = (a, b) if first else (b, a)
+        below[winner] += 1
+        above[loser] += 1
     return [(1 + up, len(entries) - down) for up, down in zip(above, below, strict=True)]
 
 

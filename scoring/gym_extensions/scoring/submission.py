@@ -42,6 +42,15 @@ def unreadable_file(file: Unreadable) -> Iterator[Finding]:
     )
 
 
+@rule("reported")
+def logs_of_a_reported_entry(folder: Folder) -> Iterator[Finding]:
+    """A reported entry is a published table alone; whoever has logs leaves out the key ``reported``."""
+    for entry in folder.entries:
+        if entry.kind == "folder":
+            hint = "Remove the key 'reported' from submission.toml, or the folder."
+            yield Finding(entry.path, "A reported entry has no logs.", hint)
+
+
 class _Reader:
     """Reads one folder step by step, collecting problems; a part with problems is not read further."""
 
@@ -145,6 +154,8 @@ def read(path: Path) -> Submission:
     if not folder.has(MANIFEST):
         return Submission(folder.name, None, {}, tuple(reader.problems))
     manifest = reader.manifest()
+    if manifest is not None and manifest.reported:
+        reader.passes("reported", folder)
     names = [name for name in GROUPS if any(entry.path == name for entry in folder.entries)]
     groups = {GROUPS[name].id: reader.group(GROUPS[name], manifest) for name in names}
     problems = tuple(reader.problems)

@@ -1,0 +1,196 @@
+"""Boards: the entries of one group or suite, protocol and budget, side by side with their rank intervals.
+
+A board is made of scorecards and of nothing else. What it adds (ranks, runs to separate) belongs to the
+board and may change when somebody joins; the scores themselves are copied from the scorecards and never
+move.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from gym_extensions.catalog.protocol import BUDGETS, FULL_ENTRY_RUNS, PROTOCOLS
+from gym_extensions.scoring.card import REPORTED
+from gym_extensions.scoring.intervals import Summary, gap, summary, summary_of
+from gym_extensions.scoring.metrics import METRICS
+from gym_extensions.scoring.ranks import different, rank_intervals, runs_to_separate
+from gym_extensions.scoring.suites import SUITES, run_values
+
+Document = dict[str, Any]
+Place = tuple[Document, Summary]
+
+NOTHING_LEARNED = "nothing learned to forget"
+FORGETTING = ("forgetting", "worst_case_forgetting", "forgetting_all_later_stages")
+LEAST_LEARNED = 0.1
+"""Learning performance from which one run counts as having learned something; it has no interval."""
+
+
+@dataclass(frozen=True, order=True)
+class BoardKey:
+    """Which board: a group or suite by its id, protocol, budget, and whether its agents are told the task."""
+
+    group: str
+    protocol: str
+    budget: str
+    told: bool
+
+    @property
+    def groups(self) -> tuple[str, ...]:
+        """The groups that the board's scores are means over."""
+        return SUITES.get(self.group, (self.group,))
+
+
+def _place(card: Document, key: BoardKey) -> Document | None:
+    place = (card["suites"] if key.group in SUITES else card["groups"]).get(key.group, {}).get(key.protocol)
+    found: Document | None = place
+    return found
+
+
+def board_keys(cards: Sequence[Document]) -> list[BoardKey]:
+    """Every board that the scorecards have an entry for, groups before suites, sorted."""
+    keys = set()
+    for card in cards:
+        told = bool(((card["manifest"] or {}).get("knows") or {}).get("task_in_evaluation"))
+        for part in ("groups", "suites"):
+            for name, protocols in card[part].items():
+                for protocol, found in protocols.items():
+                    if BUDGETS[found["budget"]].on_boards:
+                        keys.add(BoardKey(name, protocol, found["budget"], told))
+    budgets, protocols = list(BUDGETS), list(PROTOCOLS)
+    return sorted(
+        keys,
+        key=lambda key: (
+            key.group in SUITES,
+            key.group,
+            protocols.index(key.protocol),
+            budgets.index(key.budget),
+            key.told,
+        ),
+    )
+
+
+def _values(card: Document, key: BoardKey, metric: str) -> list[list[float]]:
+    """One value a run for each group of the board; empty where the metric has none."""
+    if key.group in SUITES:
+        return run_values(card["groups"], key.group, key.protocol, metric)
+    values = card["groups"][key.group][key.protocol]["metrics"][metric]["runs"]
+    return [values] if values else []
+
+
+def _summary(values: list[list[float]]) -> Summary:
+    return summary_of([summary(one) for one in values])
+
+
+def _runs(card: Document, key: BoardKey) -> int:
+    return min(len(card["groups"][name][key.protocol]["runs"]) for name in key.groups)
+
+
+def _unlearned(metrics: Mapping[str, Document]) -> bool:
+    """Whether an entry has learned nothing that it could forget."""
+    learned = metrics.get("learning_performance")
+    if learned is None or learned["mean"] is None:
+        return False
+    low: float | None = learned["low"]
+    return learned["mean"] < LEAST_LEARNED if low is None else low <= 0
+
+
+def _entry(card: Document, key: BoardKey, found: Document) -> Document:
+    runs = _runs(card, key)
+    why = f"Fewer than {FULL_ENTRY_RUNS} runs." if runs < FULL_ENTRY_RUNS else ""
+    why = "Reported from a publication: no logs." if card["trust"] == REPORTED else why
+    metrics = {
+        name: {key: score.get(key) for key in ("mean", "low", "high", "why") if key in score} | {"rank": None}
+        for name, score in found["metrics"].items()
+    }
+    if _unlearned(found["metrics"]):
+        for name in FORGETTING:
+            metrics[name]["instead"] = NOTHING_LEARNED
+    return {
+        "name": card["name"],
+        "title": card["title"],
+        "trust": card["trust"],
+        "runs": runs,
+        "ranked": not why,
+        "knows": card["manifest"]["knows"],
+        "memory": card["manifest"]["memory"],
+        "metrics": metrics,
+    } | ({"why": why} if why else {})
+
+
+def _rank(rows: Sequence[Document], cards: Mapping[str, Document], key: BoardKey) -> None:
+    """Fills in the rank intervals of every metric, and ``next`` of every ranked row but the last."""
+    for metric in METRICS[key.protocol]:
+        ranked = [
+            (row, _summary(values))
+            for row in rows
+            if row["ranked"] and "instead" not in row["metrics"][metric.name]
+            if (values := _values(cards[row["name"]], key, metric.name))
+        ]
+        if not metric.better or not ranked:
+            continue
+        entries = [entry for _, entry in ranked]
+        apart = different(entries)
+        for (row, _), span in zip(ranked, rank_intervals(entries, apart, metric.better), strict=True):
+            row["metrics"][metric.name]["rank"] = list(span)
+        if metric is METRICS[key.protocol][0]:
+            for place, (row, _) in enumerate(ranked[:-1]):
+                row["next"] = _next(
+                    ranked[place], ranked[place + 1], (place, place + 1) in apart, len(ranked)
+                )
+
+
+def _next(row: Place, below: Place, apart: bool, ranked: int) -> Document:
+    """How a ranked entry stands against the next: the pair's own interval, and what would separate them."""
+    between = gap(row[1], below[1])
+    spread, other = (math.sqrt(entry.square * one["runs"]) for one, entry in (row, below))
+    needed = runs_to_separate(between.mean, spread, other, ranked)
+    more = None if needed is None else max(1, needed - min(row[0]["runs"], below[0]["runs"]))
+    return {
+        "name": below[0]["name"],
+        "difference": {"mean": between.mean, "low": between.low, "high": between.high},
+        "separated": apart,
+        "more_runs": 0 if apart else more,
+    }
+
+
+def board(cards: Sequence[Document], key: BoardKey) -> Document:
+    """One board: ranked entries by their first metric, best first, then those without a rank.
+
+    Args:
+        cards: scorecards, as ``score_folders`` gives them under ``submissions``.
+        key: which board.
+
+    Returns:
+        The board as docs/scorecard.md describes it: ``rows`` with every metric's mean, interval and rank
+        interval (first and last possible rank, null without one); for each ranked row ``next``, the one
+        below it.
+    """
+    here = {card["name"]: card for card in cards if key in board_keys([card])}
+    rows = [_entry(card, key, found) for card in here.values() if (found := _place(card, key)) is not None]
+    first = METRICS[key.protocol][0].name
+    for row in rows:
+        if row["ranked"] and row["metrics"][first]["mean"] is None:
+            row["ranked"], row["why"] = False, row["metrics"][first]["why"]
+
+    def order(row: Document) -> tuple[bool, float, str]:
+        mean = row["metrics"][first]["mean"]
+        return (not row["ranked"], float("inf") if mean is None else -mean, row["name"])
+
+    rows.sort(key=order)
+    _rank(rows, here, key)
+    return {
+        "group": key.group,
+        "protocol": key.protocol,
+        "budget": key.budget,
+        "told_the_task": key.told,
+        "ranked": sum(row["ranked"] for row in rows),
+        "rows": rows,
+    }
+
+
+def boards(cards: Sequence[Document]) -> list[Document]:
+    """Every board of the scorecards."""
+    return [board(cards, key) for key in board_keys(cards)]
