@@ -131,7 +131,9 @@ def _lane(estimate: Estimate, axis: Axis, y: float, kind: str) -> str:
             if not axis.holds(end)
         ]
     parts += [
-        f'<circle class="run {kind}" cx="{_n(axis.at(run))}" cy="{_n(y)}" r="2.4"/>' for run in estimate.runs
+        f'<circle class="run {kind}" cx="{_n(axis.at(run))}" cy="{_n(y)}" r="2.4">'
+        f"<title>{fixed(run)}</title></circle>"
+        for run in estimate.runs
     ]
     if estimate.mean is not None:
         parts.append(f'<circle class="mean {kind}" cx="{_n(axis.at(estimate.mean))}" cy="{_n(y)}" r="5"/>')

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
+from itertools import groupby
 from pathlib import Path
 
 from rich import box
@@ -13,6 +15,7 @@ from rich.text import Text
 from gym_extensions.catalog.errors import BenchError, reports_mistakes
 from gym_extensions.scoring.scorecard import score_folders
 from gym_extensions.site import words
+from gym_extensions.site.boards import Board
 from gym_extensions.site.build import build
 from gym_extensions.site.page import Leaderboard
 
@@ -35,24 +38,32 @@ def arguments() -> argparse.ArgumentParser:
     return parser
 
 
-def table(leaderboard: Leaderboard) -> Table:
-    """A line for each board: who leads, how sure that is, what was forgotten."""
-    made = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
-    made.add_column("Board", overflow="fold")
-    made.add_column("Leads")
-    for name in ("Score", "95 % interval", "Forgetting", "Entries"):
-        made.add_column(name, justify="right", no_wrap=name == "Score")
-    for board in leaderboard.boards:
-        lead = board.lead()
-        if lead is None:
-            cells = ["nobody has a value", "–", "–", "–"]
-        else:
-            row = lead[0]
-            forgetting = row.trial.metric("forgetting")
-            kept = "nothing learned" if row.trial.learned_nothing else words.value(forgetting)
-            cells = [row.entry.title, words.value(row.lead), words.ends(row.lead), kept]
-        made.add_row(*map(Text, (board.id, *cells, str(len(board.rows)))))
+def chapter(board: Board) -> str:
+    """What a board's table is headed by: protocol, budget, and whether the task is told."""
+    return f"{board.protocol}, budget {board.budget}{', told the task' if board.told else ''}"
+
+
+def table(title: str, boards: Sequence[Board]) -> Table:
+    """A line for each board: who leads, how sure that is, what was forgotten, how many entries."""
+    made = Table(
+        title=title, title_justify="left", box=box.SIMPLE_HEAD, show_edge=False, padding=(0, 1, 0, 0)
+    )
+    made.add_column("Board", no_wrap=True, min_width=22)
+    made.add_column("Leads", overflow="fold", min_width=12)
+    for name in ("Score", "95 % interval", "Forgot", "Entries"):
+        made.add_column(name, justify="right", no_wrap=True)
+    for board in boards:
+        made.add_row(*map(Text, (board.group, *_lead(board), str(len(board.rows)))))
     return made
+
+
+def _lead(board: Board) -> tuple[str, str, str, str]:
+    lead = board.lead()
+    if lead is None:
+        return ("nobody has a value", "–", "–", "–")
+    row = lead[0]
+    forgotten = "nothing" if row.trial.learned_nothing else words.value(row.trial.metric("forgetting"))
+    return (row.entry.title, words.value(row.lead), words.ends(row.lead), forgotten)
 
 
 @reports_mistakes
@@ -61,14 +72,15 @@ def main(argv: list[str] | None = None) -> int:
     chosen = arguments().parse_args(argv)
     missing = [path for path in chosen.submissions if not path.exists()]
     if missing:
-        hint = "Name a submission's folder, or a folder of submissions."
+        hint = "Name a submission, or a folder of submissions."
         raise BenchError("no-such-folder", "There is no such folder.", where=str(missing[0]), hint=hint)
     document = score_folders(chosen.submissions)
     index = build(document, chosen.out)
     leaderboard = Leaderboard(document)
     console = Console(highlight=False)
-    if leaderboard.boards:
-        console.print(table(leaderboard))
+    for title, boards in groupby(leaderboard.boards, key=chapter):
+        console.print(table(title, tuple(boards)))
+        console.print()
     refused = [entry for entry in leaderboard.entries if entry.problems]
     for entry in refused:
         count = words.count(len(entry.problems), "problem")

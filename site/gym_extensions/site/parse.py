@@ -62,7 +62,7 @@ def place(group_id: str) -> tuple[int, str]:
 
 
 def _trial(group: str, protocol: str, scores: Json) -> Trial:
-    staged = protocol == "sequential"
+    matrix, staged = scores.get("matrix") or (), protocol == "sequential"
     return Trial(
         group=group,
         protocol=protocol,
@@ -74,10 +74,10 @@ def _trial(group: str, protocol: str, scores: Json) -> Trial:
         total=_spreads(scores.get("total") or {}),
         references={
             task: Reference(row["floor"], row["ceiling"], bool(row["open"]))
-            for task, row in scores["reference"].items()
+            for task, row in (scores.get("reference") or {}).items()
         },
-        matrix=tuple(tuple(map(tuple, run)) for run in scores["matrix"]) if staged else (),
-        returns=() if staged else tuple(map(tuple, scores["matrix"])),
+        matrix=tuple(tuple(map(tuple, run)) for run in matrix) if staged else (),
+        returns=() if staged else tuple(map(tuple, matrix)),
         curves=tuple(_curve(row) for row in scores.get("curves") or ()),
         missing=tuple(scores.get("missing") or ()),
     )
