@@ -46,6 +46,16 @@ PARTS: dict[str, dict[str, tuple[str, ...]]] = {
 }
 """The geoms of each part, by the name that Gymnasium's model file gives the model."""
 
+BODIES = {
+    "hopper": "Hopper",
+    "walker2d": "Walker2d",
+    "cheetah": "HalfCheetah",
+    "humanoid": "Humanoid",
+    "humanoidstandup": "HumanoidStandup",
+    "arm3d": "The arm",
+}
+"""What the base bodies are called here, by the name in Gymnasium's model file."""
+
 HUMANOID_FEET = ("right_foot", "left_foot")
 HUMANOID_FEET_APART = 0.18
 """Distance of Humanoid's foot centres in the rest pose, m."""
@@ -69,7 +79,8 @@ class LimbScale:
         """Scales radius and mass of the part's geoms; raises ``BenchError`` if the body has no such part."""
         parts = PARTS.get(spec.modelname, {})
         if self.part not in parts:
-            message = f"The body {spec.modelname!r} has no part {self.part!r} to scale."
+            body = BODIES.get(spec.modelname, spec.modelname)
+            message = f"{body} has no part {self.part!r} to scale."
             raise BenchError("unknown-part", message, hint=did_you_mean(str(self.part), parts))
         geoms = [spec.geom(name) for name in parts[self.part]]
         before = {geom.name: mass(geom) for geom in geoms}
