@@ -49,6 +49,21 @@ def _place(card: Document, key: BoardKey) -> Document | None:
     return found
 
 
+def slim(card: Document) -> Document:
+    """What a board reads of a scorecard, so that a board of many entries fits in memory."""
+    parts = {
+        part: {
+            name: {
+                protocol: {key: found[key] for key in ("budget", "runs", "metrics") if key in found}
+                for protocol, found in protocols.items()
+            }
+            for name, protocols in card[part].items()
+        }
+        for part in ("groups", "suites")
+    }
+    return {key: card[key] for key in ("name", "title", "trust", "manifest")} | parts
+
+
 def board_keys(cards: Sequence[Document]) -> list[BoardKey]:
     """Every board that the scorecards have an entry for, groups before suites, sorted."""
     keys = set()

@@ -3,9 +3,15 @@
 from __future__ import annotations
 
 import argparse
+import os
+import sys
 from pathlib import Path
+from typing import Any
 
-from gym_extensions.catalog.errors import reports_mistakes
+from gym_extensions.catalog.errors import BenchError, reports_mistakes
+
+FEW = 3
+"""So many submissions are shown whole; of more, a line each, and their problems."""
 
 
 def parser() -> argparse.ArgumentParser:
@@ -16,36 +22,114 @@ def parser() -> argparse.ArgumentParser:
         epilog="Exit status: 0 everything is fine, 1 a submission has problems, 2 the command was misused.",
     )
     made.add_argument(
-        "folders", nargs="+", type=Path, metavar="FOLDER", help="a submission, or a folder of submissions"
+        "folders", nargs="*", type=Path, metavar="FOLDER", help="a submission, or a folder of submissions"
     )
-    made.add_argument("--json", action="store_true", help="print the scorecards as JSON (docs/scorecard.md)")
+    form = made.add_mutually_exclusive_group()
+    form.add_argument("--json", action="store_true", help="print the scorecards as JSON (docs/scorecard.md)")
+    form.add_argument("--csv", action="store_true", help="print every metric as a row of CSV")
+    form.add_argument("--markdown", action="store_true", help="print tables in Markdown")
+    made.add_argument(
+        "--compare", nargs=2, type=Path, metavar=("A", "B"), help="compare two submissions, metric by metric"
+    )
     made.add_argument(
         "--verify", action="store_true", help="also replay the recorded episodes in the simulator"
     )
-    made.add_argument("--out", type=Path, metavar="DIR", help="write scorecards/<name>.json into this folder")
+    made.add_argument(
+        "--out",
+        type=Path,
+        metavar="DIR",
+        help="write scorecards/<name>.json and boards.json into this folder",
+    )
+    made.add_argument(
+        "--cache", type=Path, metavar="DIR", help="keep scorecards here and score only what has changed"
+    )
+    made.add_argument("--jobs", type=int, metavar="N", help="worker processes (default: one a core)")
     return made
+
+
+def _print(text: str) -> None:
+    """Writes text to standard output as UTF-8, whatever the locale says."""
+    sys.stdout.flush()
+    sys.stdout.buffer.write(text.encode())
+    sys.stdout.buffer.flush()
+
+
+def _compare(pair: list[Path], as_json: bool) -> int:
+    from gym_extensions.scoring import terminal
+    from gym_extensions.scoring.compare import compare
+    from gym_extensions.scoring.scorecard import score_folder, text
+
+    compared = compare(*(score_folder(path) for path in pair))
+    if as_json:
+        _print(text(compared))
+    else:
+        terminal.show_comparison(terminal.console(), compared)
+    return 0
+
+
+def _verified(path: Path, card: dict[str, Any]) -> dict[str, Any]:
+    if card["problems"] or card["trust"] == "reported":
+        return card
+    from gym_extensions.scoring.replay import verified
+
+    found: dict[str, Any] = verified({"submissions": [card]}, [path])["submissions"][0]
+    return found
+
+
+def _score(options: argparse.Namespace) -> int:
+    from gym_extensions.scoring import terminal
+    from gym_extensions.scoring.batch import Work, cards
+    from gym_extensions.scoring.board import boards, slim
+    from gym_extensions.scoring.flat import csv_text, markdown_text
+    from gym_extensions.scoring.folder import submission_folders
+    from gym_extensions.scoring.log import write_text
+    from gym_extensions.scoring.normalise import load_references
+    from gym_extensions.scoring.scorecard import document, text
+
+    references = load_references()
+    folders = submission_folders(options.folders)
+    printed = next((form for form in ("json", "csv", "markdown") if getattr(options, form)), "")
+    out, kept, slims, problems = terminal.console(), [], [], False
+    work = Work(references, options.cache)
+    for path, scored in zip(folders, cards(folders, work, options.jobs), strict=True):
+        card = _verified(path, scored) if options.verify else scored
+        problems = problems or bool(card["problems"])
+        if printed:
+            kept.append(card)
+        elif len(folders) > FEW:
+            terminal.show_line(out, card)
+        else:
+            terminal.show(out, card, document([], references)["references"])
+        if options.out:
+            write_text(options.out / "scorecards" / f"{path.name}.json", text(document([card], references)))
+            slims.append(slim(card))
+    if options.out:
+        write_text(options.out / "boards.json", text({"format": 1, "boards": boards(slims)}))
+    if printed:
+        forms = {"json": text, "csv": csv_text, "markdown": markdown_text}
+        _print(forms[printed](document(kept, references)))
+    return 1 if problems else 0
 
 
 @reports_mistakes
 def main(argv: list[str] | None = None) -> int:
     """Runs the command; gives the exit status."""
-    options = parser().parse_args(argv)
-    from gym_extensions.scoring import terminal
-    from gym_extensions.scoring.log import write_text
-    from gym_extensions.scoring.scorecard import score_folders, text
-
-    document = score_folders(options.folders)
-    if options.verify:
-        from gym_extensions.scoring.replay import verified
-
-        document = verified(document, options.folders)
-    if options.out:
-        for card in document["submissions"]:
-            write_text(
-                options.out / "scorecards" / f"{card['name']}.json", text({**document, "submissions": [card]})
-            )
-    if options.json:
-        print(text(document), end="")
-    else:
-        terminal.show(document)
-    return 1 if any(card["problems"] for card in document["submissions"]) else 0
+    made = parser()
+    options = made.parse_args(argv)
+    if not options.folders and not options.compare:
+        made.error("name at least one FOLDER, or two with --compare")
+    if options.jobs is not None and options.jobs < 1:
+        made.error("--jobs takes a number from 1")
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")
+    try:
+        return _compare(options.compare, options.json) if options.compare else _score(options)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+    except OSError as error:
+        place = str(error.filename or "")
+        raise BenchError(
+            "not-written", f"{error.strerror or error}.", place, "Choose another place."
+        ) from error

@@ -48,21 +48,25 @@ def _printable(name: str) -> str:
 
 
 def _entries(folder: Path, prefix: str, depth: int) -> Iterator[Entry]:
-    with os.scandir(folder) as found:
-        for item in found:
-            path = f"{prefix}{_printable(item.name)}"
-            if path == PROGRESS:
-                continue
-            if item.is_symlink():
-                yield Entry(path, "link")
-            elif item.is_dir(follow_symlinks=False):
-                yield Entry(path, "folder")
-                if depth < DEEPEST:
-                    yield from _entries(Path(item.path), f"{path}/", depth + 1)
-            elif item.is_file(follow_symlinks=False):
-                yield Entry(path, "file", item.stat(follow_symlinks=False).st_size)
-            else:
-                yield Entry(path, "device")
+    try:
+        found = list(os.scandir(folder))
+    except OSError:
+        yield Entry(prefix.rstrip("/") or ".", "unreadable")
+        return
+    for item in found:
+        path = f"{prefix}{_printable(item.name)}"
+        if path == PROGRESS:
+            continue
+        if item.is_symlink():
+            yield Entry(path, "link")
+        elif item.is_dir(follow_symlinks=False):
+            yield Entry(path, "folder")
+            if depth < DEEPEST:
+                yield from _entries(Path(item.path), f"{path}/", depth + 1)
+        elif item.is_file(follow_symlinks=False):
+            yield Entry(path, "file", item.stat(follow_symlinks=False).st_size)
+        else:
+            yield Entry(path, "device")
 
 
 def scan(root: Path) -> Folder:
@@ -77,7 +81,7 @@ def submission_folders(paths: list[Path]) -> list[Path]:
     """The submissions that the paths name, sorted by name: a folder of submissions stands for all in it."""
     found: list[Path] = []
     for given in paths:
-        path = given if given.name not in ("", ".", "..") else given.resolve()
+        path = given.resolve() if given.is_symlink() or given.name in ("", ".", "..") else given
         inside = [] if (path / MANIFEST).exists() or not path.is_dir() else sorted(path.iterdir())
         folders = [child for child in inside if child.is_dir() and not child.name.startswith(".")]
         holds = any((child / MANIFEST).exists() for child in folders)

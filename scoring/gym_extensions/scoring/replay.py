@@ -100,7 +100,9 @@ def verified(document: dict[str, Any], folders: Sequence[Path]) -> dict[str, Any
         found = verify(path)
         problems = [problem.as_dict() for problem in found.problems]
         cards.append(
-            card | {"trust": found.level, "problems": problems} | ({"groups": {}} if problems else {})
+            card
+            | {"trust": found.level, "problems": problems}
+            | ({"groups": {}, "suites": {}} if problems else {})
         )
     return document | {"submissions": cards}
 

@@ -44,6 +44,11 @@ def score_folders(
     return document(list(cards(found, Work(known, cache))), known)
 
 
+def score_folder(path: Path, references: References | None = None) -> Document:
+    """The scorecard of the one submission in a folder."""
+    return Work(load_references() if references is None else references)(path)
+
+
 def text(document: Document) -> str:
     """The document as JSON: sorted keys, two spaces, floats by ``repr``, no NaN."""
     return json.dumps(document, sort_keys=True, indent=2, ensure_ascii=False, allow_nan=False) + "\n"

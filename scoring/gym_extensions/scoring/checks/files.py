@@ -19,6 +19,11 @@ MEBIBYTE = 2**20
 LARGEST = {".toml": MEBIBYTE // 4, ".csv": 64 * MEBIBYTE, ".npz": 16 * MEBIBYTE}
 LARGEST_SUBMISSION = 2048 * MEBIBYTE
 MOST_FILES = 50_000
+ODD_KINDS = {
+    "link": "a symbolic link",
+    "device": "neither a file nor a folder",
+    "unreadable": "a folder that cannot be read",
+}
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
 TRACE = re.compile(r"(sequential|single|joint)-run(\d+)-stage(\d+)-([A-Za-z0-9-]+)-episode(\d+)\.npz")
 POLICY = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,127}\.npz")
@@ -46,10 +51,13 @@ def folder_name(folder: Folder) -> Iterator[Finding]:
 @rule("folder")
 def not_a_regular_file(folder: Folder) -> Iterator[Finding]:
     """Everything in a submission is a folder or a regular file: no symbolic link, no device."""
+    if folder.root.is_symlink():
+        yield Finding(folder.name, "This is a symbolic link.", "Put the folder itself in its place.")
     for entry in folder.entries:
         if entry.kind not in ("file", "folder"):
-            found = "a symbolic link" if entry.kind == "link" else "neither a file nor a folder"
-            yield Finding(entry.path, f"This is {found}.", "Put the file itself in its place.")
+            yield Finding(
+                entry.path, f"This is {ODD_KINDS[entry.kind]}.", "Put the file itself in its place."
+            )
 
 
 @rule("folder")

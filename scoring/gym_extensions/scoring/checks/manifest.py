@@ -76,31 +76,42 @@ def missing_key(tables: Tables) -> Iterator[Finding]:
                 )
 
 
+def shown(value: object) -> str:
+    """A value as it is quoted to its author: at most 80 characters."""
+    try:
+        text = repr(value)
+    except ValueError:
+        return "a number of very many digits"
+    return text if len(text) <= 80 else f"{text[:80]}…"
+
+
 def _count(value: object, longest: int) -> str:
     whole = isinstance(value, int) and not isinstance(value, bool) and 0 <= value < 2**53
-    return "" if whole else f"{value!r} is not a whole number from 0."
+    return "" if whole else f"{shown(value)} is not a whole number from 0."
 
 
 def _flag(value: object, longest: int) -> str:
-    return "" if isinstance(value, bool) else f"{value!r} is not true or false."
+    return "" if isinstance(value, bool) else f"{shown(value)} is not true or false."
 
 
 def _names(value: object, longest: int) -> str:
     names = value if isinstance(value, list) and len(value) <= SHORT else [None]
     good = all(isinstance(name, str) and 0 < len(name) <= longest for name in names)
-    return "" if good else f"{value!r} is not a list of texts of at most {longest} characters."
+    return "" if good else f"{shown(value)} is not a list of texts of at most {longest} characters."
 
 
 def _text(value: object, longest: int) -> str:
     if not isinstance(value, str):
-        return f"{value!r} is not a text."
+        return f"{shown(value)} is not a text."
     return "" if len(value) <= longest else f"It has {len(value)} characters; the limit is {longest}."
 
 
 def _url(value: object, longest: int) -> str:
     wrong = _text(value, longest)
     web = isinstance(value, str) and WEB.fullmatch(value)
-    return wrong if wrong or web else f"{value!r} is not an address that begins with https:// or http://."
+    return (
+        wrong if wrong or web else f"{shown(value)} is not an address that begins with https:// or http://."
+    )
 
 
 WRONG: dict[str, Callable[[object, int], str]] = {
@@ -120,7 +131,9 @@ def bad_value(tables: Tables) -> Iterator[Finding]:
         given = tables.get(section, {}) if section else tables
         if not isinstance(given, dict):
             yield Finding(
-                f"{MANIFEST}, {section}", f"{given!r} is not a section.", f"Write [{section}] and its keys."
+                f"{MANIFEST}, {section}",
+                f"{shown(given)} is not a section.",
+                f"Write [{section}] and its keys.",
             )
             continue
         for name, field in fields.items():
@@ -131,7 +144,7 @@ def bad_value(tables: Tables) -> Iterator[Finding]:
                 choices = [str(choice) for choice in field.choices]
                 yield Finding(
                     _key(section, name),
-                    f"The value is {given[name]!r}.",
+                    f"The value is {shown(given[name])}.",
                     did_you_mean(str(given[name]), choices),
                 )
 
@@ -160,7 +173,9 @@ def _plain(value: object) -> bool:
         return len(value) <= SHORT and all(not isinstance(one, list) and _plain(one) for one in value)
     if isinstance(value, float):
         return math.isfinite(value)
-    return isinstance(value, (bool, int)) or (isinstance(value, str) and len(value) <= LONG)
+    if isinstance(value, int):
+        return abs(value) < 2**63
+    return isinstance(value, str) and len(value) <= LONG
 
 
 @rule("manifest")
@@ -171,7 +186,7 @@ def bad_hyperparameter(tables: Tables) -> Iterator[Finding]:
         if not _plain(value):
             yield Finding(
                 _key(FREE, name),
-                f"{value!r} is of another kind.",
+                f"{shown(value)} is of another kind.",
                 "Give a text, a finite number, true or false, or a list of them.",
             )
 
