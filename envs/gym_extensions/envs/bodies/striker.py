@@ -72,7 +72,8 @@ class Striker(TaskEnv, PusherEnv):
             self._struck, self._strike_place = True, tip.copy()
         near = np.linalg.norm(ball - (self._strike_place if self._struck else tip))
         terms = {
-            "reward_dist": -DISTANCE_WEIGHT * self._best_distance,
+            # A Python float would take on the precision of a float32 action's cost in the sum.
+            "reward_dist": -DISTANCE_WEIGHT * np.float64(self._best_distance),
             "reward_ctrl": -CTRL_WEIGHT * np.square(action).sum(),
             "reward_near": -NEAR_WEIGHT * near,
         }
