@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from gym_extensions import envs
-from gym_extensions.catalog.groups import group
+from gym_extensions.catalog.scenery import RangeSensor
+from gym_extensions.catalog.tasks import TASKS
 from gym_extensions.envs.batch import lane_seeds
 
 STEPS = 1000
@@ -44,6 +45,20 @@ def lockstep(tasks: list[str], lanes: int, steps: int, threads: int = 1) -> None
     batch.close()
 
 
-@pytest.mark.parametrize("body", ["hopper", "walker2d", "halfcheetah", "humanoid"])
-def test_a_batch_of_a_gravity_group_is_its_single_environments_bit_for_bit(body: str) -> None:
-    lockstep(list(group(f"{body}-gravity").task_ids), lanes=5, steps=STEPS + 10)
+def side_by_side() -> dict[str, list[str]]:
+    """Every published task once, those together that share spaces."""
+    kinds: dict[str, list[str]] = {}
+    for row in TASKS.values():
+        sensor = any(isinstance(own, RangeSensor) for own in row.variations)
+        kind = f"{row.base} with sensor" if sensor else row.base
+        if row.base != "Navigation":
+            kinds.setdefault(kind, []).append(row.id)
+    return kinds
+
+
+KINDS = side_by_side()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_batch_of_every_task_is_its_single_environments_bit_for_bit(kind: str) -> None:
+    lockstep(KINDS[kind], lanes=len(KINDS[kind]), steps=STEPS + 10)

@@ -11,7 +11,7 @@ import gymnasium as gym
 from gym_extensions.catalog.errors import BenchError
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.catalog.tasks import task as published
-from gym_extensions.envs.batching.families import FAMILIES
+from gym_extensions.envs.batching.families import stepped_at_once
 from gym_extensions.envs.batching.one_by_one import OneByOne
 from gym_extensions.envs.batching.prototype import Prototype, prototype
 from gym_extensions.envs.batching.seeds import WHERE, lane_seeds
@@ -47,7 +47,7 @@ def make_batch(
         from gym_extensions.envs.navigation.build import construct_batch
 
         return construct_batch([rows[lane % len(rows)] for lane in range(num_envs)])
-    if any(row.base not in FAMILIES for row in rows):
+    if not all(map(stepped_at_once, rows)):
         return OneByOne([partial(make, rows[lane % len(rows)]) for lane in range(num_envs)])
     models: dict[Task, Prototype] = {row: prototype(row) for row in rows}
     _check_spaces(list(models.values()))

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_extensions.envs.batching.lot import Lot, layout
+from gym_extensions.envs.batching.families import layout
+from gym_extensions.envs.batching.lot import Lot
 from gym_extensions.envs.batching.physics import Array, Lanes
 from gym_extensions.envs.batching.prototype import Prototype
 from gym_extensions.envs.batching.rules import Flags

@@ -60,7 +60,7 @@ class Planar:
         self._dt = lanes[0].dt
         self._x_before = self._qpos[:, 0].copy()
 
-    def draw(self, lanes: Lanes, generators: Sequence[np.random.Generator]) -> Mapping[str, Array]:
+    def draw(self, lanes: Lanes, generators: Sequence[np.random.Generator]) -> dict[str, Array]:
         """Positions, then velocities, about the model's own."""
         noise = self._row.noise
         if self._row.normal_velocities:
@@ -77,7 +77,7 @@ class Planar:
         """Keeps the root's x."""
         self._x_before[:] = self._qpos[:, 0]
 
-    def outcome(self, actions: NDArray[Any]) -> tuple[Array, Flags]:
+    def outcome(self, actions: NDArray[Any], ctrl: NDArray[Any]) -> tuple[Array, Flags]:
         """Speed + 1 while healthy − cost; the cost keeps the action's own precision, as Gymnasium's does."""
         reward = (self._qpos[:, 0] - self._x_before) / self._dt
         cost = self._row.ctrl_cost * np.square(actions).sum(axis=1)

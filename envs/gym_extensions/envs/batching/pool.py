@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gym_extensions.envs.batching.physics import Array, Lanes, state_fields
+from gym_extensions.envs.state import MOCAP
 
 
 class PooledPhysics:
@@ -30,7 +31,7 @@ class PooledPhysics:
         self._threads = min(num_threads, len(self._data))
         self._executor = ThreadPoolExecutor(self._threads - 1) if self._threads > 1 else None
         self._state_fields = state_fields(models[0])
-        gathered = dict.fromkeys(("qpos", "qvel", *fields))
+        gathered = dict.fromkeys(("qpos", "qvel", *(MOCAP if models[0].nmocap else ()), *fields))
         self._fields: dict[str, Array] = {
             name: np.zeros((len(models), *np.shape(getattr(self._data[0], name)))) for name in gathered
         }

@@ -9,6 +9,7 @@ from gymnasium.spaces import Box
 
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.envs.batching.physics import Array
+from gym_extensions.envs.bodies.sensor import FANS
 from gym_extensions.envs.build import construct
 from gym_extensions.envs.task_env import TaskEnv
 
@@ -24,6 +25,8 @@ class Prototype:
     init_qvel: Array
     observation_space: Box
     action_space: Box
+    root_lift: float
+    """Height of the torso's frame when the root's vertical coordinate is 0, m; 0 for the arms."""
 
     @property
     def dt(self) -> float:
@@ -40,4 +43,5 @@ def prototype(task: Task) -> Prototype:
     if not (isinstance(observations, Box) and isinstance(actions, Box)):
         raise ValueError(f"{task.id} has spaces that are no boxes")
     starts = body.init_qpos.copy(), body.init_qvel.copy()
-    return Prototype(task, body.model, body.frame_skip, *starts, observations, actions)
+    lift = body.root_lift if task.base in FANS else 0.0
+    return Prototype(task, body.model, body.frame_skip, *starts, observations, actions, lift)

@@ -17,7 +17,7 @@ Flags = NDArray[np.bool_]
 class Rules(Protocol):
     """Reset draws, observation, reward and end of a family, all lanes at once."""
 
-    def draw(self, lanes: Lanes, generators: Sequence[np.random.Generator]) -> Mapping[str, Array]:
+    def draw(self, lanes: Lanes, generators: Sequence[np.random.Generator]) -> dict[str, Array]:
         """Rows of the state in which some lanes start an episode.
 
         Each is drawn from its own generator, with the numbers that the single environment takes from it.
@@ -29,11 +29,12 @@ class Rules(Protocol):
     def before(self) -> None:
         """Takes note of what the reward compares with, before a step."""
 
-    def outcome(self, actions: NDArray[Any]) -> tuple[Array, Flags]:
+    def outcome(self, actions: NDArray[Any], ctrl: NDArray[Any]) -> tuple[Array, Flags]:
         """Rewards and terminations after a step; rows of lanes that were not stepped mean nothing.
 
         Args:
             actions: ``(lanes, nu)`` as the agent gave them, in the agent's own precision.
+            ctrl: the same as the motors got them.
         """
 
     def observe(self) -> Array:
