@@ -77,7 +77,7 @@ class NavigationVector(gym.vector.VectorEnv[NDArray[Any], NDArray[Any], NDArray[
         for lane, lane_seed in enumerate(seed_of_each(seed, self.num_envs)):
             if lane_seed is not None and chosen[lane]:
                 self._generators[lane], self._seeds[lane] = seeding.np_random(lane_seed)
-        self._begin(chosen, (options or {}).get("start"))
+        self._begin(chosen, options or {})
         self._ended[chosen] = False
         return self._world.observe(), {}
 
@@ -96,7 +96,7 @@ class NavigationVector(gym.vector.VectorEnv[NDArray[Any], NDArray[Any], NDArray[
         self._steps += 1
         self._elapsed += 1
         if starting.any():
-            self._begin(starting, None)
+            self._begin(starting, {})
         truncations = self._elapsed >= self._limits
         self._ended = terminations | truncations
         return self._world.observe(), rewards, terminations, truncations, {}
@@ -149,13 +149,13 @@ class NavigationVector(gym.vector.VectorEnv[NDArray[Any], NDArray[Any], NDArray[
         """The same as ``call`` without arguments."""
         return self.call(name)
 
-    def _begin(self, lanes: Flags, start: Any) -> None:
+    def _begin(self, lanes: Flags, options: Mapping[str, Any]) -> None:
         self._steps[lanes] = self._elapsed[lanes] = 0
         for lane in map(int, np.flatnonzero(lanes)):
-            if start is None:
-                self._world.draw_start(lane, self._generator(lane))
+            if "start" in options:
+                self._world.place(lane, options["start"], self.tasks[lane].id)
             else:
-                self._world.place(lane, start, self.tasks[lane].id)
+                self._world.draw_start(lane, self._generator(lane))
 
     def _generator(self, lane: int) -> np.random.Generator:
         generator = self._generators[lane]

@@ -1,0 +1,108 @@
+"""The ten maps and their thirty goals, as files and as what the drawing rule gives."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gym_extensions.envs.navigation import draw_maps
+from gym_extensions.envs.navigation.grid import draw, goals, load, map_bytes, parse
+
+MAPS = range(10)
+
+
+@pytest.mark.parametrize("number", MAPS)
+def test_a_map_is_48_lines_of_64_with_a_solid_border(number: int) -> None:
+    lines = map_bytes(number).decode("ascii").split("\n")
+    assert lines.pop() == ""
+    assert len(lines) == 48
+    assert {len(line) for line in lines} == {64}
+    assert set("".join(lines)) == {"#", "."}
+    assert set(lines[0] + lines[-1]) == {"#"}
+    assert {line[0] + line[-1] for line in lines} == {"##"}
+
+
+@pytest.mark.parametrize("number", MAPS)
+def test_free_space_is_one_region_joined_by_edges(number: int) -> None:
+    cells = load(number).cells
+    free = {(int(row), int(column)) for row, column in np.argwhere(~cells)}
+    seen, frontier = set(), [next(iter(sorted(free)))]
+    while frontier:
+        row, column = frontier.pop()
+        if (row, column) in free and (row, column) not in seen:
+            seen.add((row, column))
+            frontier += [(row + 1, column), (row - 1, column), (row, column + 1), (row, column - 1)]
+    assert seen == free
+    # Rectangles cover a tenth to a fifth of a map, and the border 7 %.
+    assert 0.15 < cells.mean() < 0.30
+
+
+@pytest.mark.parametrize("number", MAPS)
+def test_goals_are_cell_centres_clear_of_obstacles_and_apart(number: int) -> None:
+    centres = [goals()[number, goal] for goal in range(3)]
+    for x, y in centres:
+        assert (x % 10, y % 10) == (5, 5)
+        for row, column in np.argwhere(load(number).cells):
+            gap_x, gap_y = max(abs(10 * column + 5 - x) - 5, 0), max(abs(10 * row + 5 - y) - 5, 0)
+            assert math.hypot(gap_x, gap_y) >= 20
+    assert all(math.dist(*pair) >= 150 for pair in itertools.combinations(centres, 2))
+
+
+def test_there_are_thirty_goals_and_no_two_maps_alike() -> None:
+    assert sorted(goals()) == [(number, goal) for number in MAPS for goal in range(3)]
+    assert len({map_bytes(number) for number in MAPS}) == 10
+
+
+def test_the_first_line_of_a_map_is_its_top() -> None:
+    grid = parse(["####", "#.##", "#..#", "####"])
+    assert grid.cells[1].tolist() == [True, False, False, True]
+    assert grid.cells[2].tolist() == [True, False, True, True]
+    assert draw(grid.cells) == "####\n#.##\n#..#\n####\n"
+
+
+@pytest.mark.parametrize("lines", [[], ["##", "#"], ["#x"]])
+def test_a_map_of_another_shape_or_character_is_refused(lines: list[str]) -> None:
+    with pytest.raises(ValueError, match="a map is lines of equal length"):
+        parse(lines)
+
+
+def test_the_committed_files_are_what_the_rule_draws() -> None:
+    assert draw_maps.main(["--check"]) == 0
+
+
+def test_the_command_names_files_that_differ_and_writes_them_anew(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    texts = draw_maps.drawn_files()
+    monkeypatch.setattr(draw_maps, "drawn_files", lambda: texts)
+    monkeypatch.setattr(draw_maps, "FOLDER", tmp_path)
+    assert draw_maps.main([]) == 0
+    assert draw_maps.main(["--check"]) == 0
+    (tmp_path / "map3.txt").write_text("#", encoding="ascii")
+    assert draw_maps.main(["--check"]) == 1
+    assert capsys.readouterr().err == "not as drawn: map3.txt\n"
+    assert draw_maps.main([]) == 0
+    assert (tmp_path / "map3.txt").read_bytes() == map_bytes(3)
+
+
+def test_pockets_are_filled_and_a_diagonal_gap_joins_nothing() -> None:
+    lines = ["#######", "#.#...#", "##....#", "#.....#", "#######"]
+    regions = draw_maps.free_regions(parse(lines).cells)
+    assert sorted(set(regions.ravel().tolist())) == [0, 1, 2]
+    assert (regions[3, 1] != regions[1, 1]) and regions[1, 1] == regions[3, 5]
+
+
+def test_importing_the_environments_and_a_gravity_task_loads_no_compiler() -> None:
+    code = (
+        "import sys, gym_extensions.envs as envs, gymnasium as gym\n"
+        "gym.make('gym_extensions/HopperGravityHalf-v0').reset(seed=0)\n"
+        "envs.group('nav-range').tasks\n"
+        "raise SystemExit('numba' in sys.modules)"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -1,0 +1,121 @@
+"""The oracle proves that every task can be solved, and without a collision."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from gym_extensions.catalog.tasks import task
+from gym_extensions.envs import make
+from gym_extensions.envs.navigation.grid import Arena, goals, parse
+from gym_extensions.envs.navigation.oracle import FINENESS, Oracle
+from gym_extensions.envs.navigation.world import World
+
+ROOM = parse(["#" * 40, *["#" + "." * 38 + "#"] * 38, "#" * 40])
+# One wall across the room at x 200-210, with a passage of one cell at y 380-390 (the room's top).
+WALL = parse(["#" * 40, "#" + "." * 38 + "#", *["#" + "." * 19 + "#" + "." * 18 + "#"] * 37, "#" * 40])
+
+
+def run(oracle: Oracle, starts: np.ndarray, limit: int = 1000) -> tuple[np.ndarray, np.ndarray]:
+    """Steps taken and return of one episode from each start."""
+    world, lanes = World([oracle.arena] * len(starts), "state"), len(starts)
+    for lane, start in enumerate(starts):
+        world.place(lane, start, "")
+    steps, returns, arrived = np.zeros(lanes, int), np.zeros(lanes), np.zeros(lanes, bool)
+    for _ in range(limit):
+        if arrived.all():
+            break
+        actions = np.array(
+            [
+                np.zeros(2) if done else oracle.act(point)
+                for point, done in zip(world.positions, arrived, strict=True)
+            ]
+        )
+        rewards, reached = world.advance(actions, arrived)
+        steps += ~arrived
+        returns += rewards
+        arrived |= reached
+    assert arrived.all()
+    return steps, returns
+
+
+def fewest_in_the_open(start: np.ndarray, goal: tuple[float, float]) -> int:
+    """Steps of at most 5 in x and in y after which the distance can be 20 or less, nothing being in the
+    way."""
+    gap_x, gap_y = np.abs(start - goal)
+    return next(n for n in range(1, 1000) if math.hypot(max(gap_x - 5 * n, 0), max(gap_y - 5 * n, 0)) <= 20)
+
+
+def test_in_an_open_room_the_oracle_takes_the_fewest_steps_or_rarely_one_more() -> None:
+    goal = (305.0, 95.0)
+    starts = np.random.default_rng(0).uniform(11, 389, (150, 2))
+    starts = starts[np.hypot(*(starts - goal).T) > 21]
+    steps, returns = run(Oracle(Arena(ROOM, goal)), starts)
+    more = steps - [fewest_in_the_open(start, goal) for start in starts]
+    assert set(more.tolist()) <= {0, 1}
+    assert (more == 0).mean() > 0.95
+    assert returns.tolist() == (10.0 - steps).tolist()
+
+
+def test_around_a_wall_the_oracle_takes_the_fewest_steps_by_hand() -> None:
+    # Wall: x 200-210, up to y 380. From (150, 300) to within 20 of (250, 300): up over the corner and down
+    # again. The left end of the passage (200, 380+) is max(50, 80) = 80 away: 16 steps. 10 units of x cross
+    # the wall's top: 2 steps. From (210, 380+) down to the disc, whose nearest point in steps of 5 x 5 is
+    # (243, 319): 61 / 5 = 12.2. Together 80 + 10 + 61 = 151 units, at least 31 steps; the corners are not
+    # touched, so some of that is lost.
+    steps, _ = run(Oracle(Arena(WALL, (250.0, 300.0))), np.array([[150.0, 300.0]]))
+    assert steps[0] in (31, 32)
+
+
+@pytest.mark.parametrize(("number", "goal"), sorted(goals()))
+def test_every_goal_is_reached_from_every_free_cell_without_a_collision(number: int, goal: int) -> None:
+    oracle = Oracle.at(number, goal)
+    cells = oracle.arena.grid.cells
+    # The plan has steps to go from each of its points, 400 a cell, in all free cells. A cell is convex, so
+    # from any point in it some of its lattice points lie within one step: there is a way from everywhere.
+    planned = oracle.steps.reshape(48, 10 * FINENESS, 64, 10 * FINENESS).transpose(0, 2, 1, 3)
+    assert (planned[~cells] >= 0).all()
+    assert (planned[cells] == -1).all()
+    # And it is gone: from starts drawn over the whole of free space, corners of cells included.
+    generator = np.random.default_rng(number * 3 + goal)
+    free = np.argwhere(~cells)[:, ::-1]
+    chosen = free[generator.choice(len(free), 6, replace=False)]
+    starts = chosen * 10 + generator.uniform(0.001, 9.999, (6, 2))
+    promised = [oracle.steps_from(start) for start in starts]
+    steps, returns = run(oracle, starts)
+    assert (steps <= np.maximum(promised, 1)).all()
+    assert (steps >= [fewest_in_the_open(start, oracle.arena.goal) for start in starts]).all()
+    # No collision: the return is -1 a step and +10 at the goal.
+    assert returns.tolist() == (10.0 - steps).tolist()
+
+
+def test_every_action_leaves_one_step_less_to_go_also_beside_obstacles() -> None:
+    oracle = Oracle.at(8, 0)
+    solid, generator = oracle.arena.grid, np.random.default_rng(4)
+    world = World([oracle.arena], "state")
+    # Starts a hair away from edges and corners.
+    for row, column in np.argwhere(~solid.cells)[::40]:
+        offset = generator.choice([1e-9, 5.0, 10.0 - 1e-9], 2)
+        start = np.array([column, row]) * 10.0 + offset
+        before = oracle.steps_from(start)
+        world.place(0, start, "")
+        rewards, _ = world.advance(oracle.act(start)[None], np.zeros(1, dtype=bool))
+        assert rewards[0] > -6
+        assert oracle.steps_from(world.positions[0]) <= max(before - 1, 0)
+
+
+def test_the_oracle_of_a_task_earns_its_return_in_the_environment() -> None:
+    name = "Image-Based-Navigation-2d-Map4-Goal2"
+    env, oracle = make(name), Oracle.of(task(name))
+    env.reset(seed=7)
+    total, ended = 0.0, False
+    promised = oracle.steps_from(env.unwrapped.save_state()["position"])
+    while not ended:
+        action = oracle.act(env.unwrapped.save_state()["position"])
+        assert action in env.action_space
+        _, reward, ended, cut, _ = env.step(action)
+        assert not cut
+        total += reward
+    assert 10 - promised <= total < 0
