@@ -16,7 +16,7 @@ from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.tasks import TASKS, Task
 from gym_extensions.scoring.bounds import BOUNDS, bound
 from gym_extensions.scoring.checks import RULES
-from gym_extensions.scoring.folder import Folder
+from gym_extensions.scoring.folder import Folder, submission_folders
 from gym_extensions.scoring.problems import Problem
 from gym_extensions.scoring.submission import read
 
@@ -316,6 +316,54 @@ BROKEN = (
         "a table that the project does not keep",
         edit("format = 1", 'format = 1\nreported = "henderson2018"', TOML),
         ((f"{TOML}, reported", "There is no table 'henderson2018'.", "Did you mean 'henderson2017'?"),),
+    ),
+    Broken(
+        "logs-of-a-reported-entry",
+        "a published table with logs",
+        edit("format = 1", 'format = 1\nreported = "henderson2017"', TOML),
+        (
+            (
+                GROUP,
+                "A reported entry has no logs.",
+                "Remove the key 'reported' from submission.toml, or the folder.",
+            ),
+        ),
+    ),
+    Broken(
+        "not-a-submission",
+        "a folder that is not there",
+        lambda folder: folder.rename(folder.with_name("elsewhere")).joinpath(TOML).unlink(),
+        (
+            (
+                "elsewhere",
+                "There is no submission.toml in it.",
+                "Write submission.toml as docs/rollout-log.md says, or name the folder that holds it.",
+            ),
+        ),
+    ),
+    Broken(
+        "bad-hyperparameter",
+        "a number of more digits than can be printed",
+        edit("step = 0.01", f"step = 0x{'f' * 6000}", TOML),
+        (
+            (
+                f"{TOML}, [hyperparameters] step",
+                "a number of very many digits is of another kind.",
+                "Give a text, a finite number, true or false, or a list of them.",
+            ),
+        ),
+    ),
+    Broken(
+        "malformed-toml",
+        "lists within lists without end",
+        edit("step = 0.01", f"step = {'[' * 5000}", TOML),
+        (
+            (
+                TOML,
+                "It is not TOML: it is nested too deeply.",
+                "Correct that place; the format is at https://toml.io.",
+            ),
+        ),
     ),
     Broken(
         "bad-hyperparameter",
@@ -774,16 +822,14 @@ BROKEN = (
 )
 
 
-def spoilt(broken: Broken, submission: Callable[..., Path]) -> tuple[Problem, ...]:
-    folder = submission(groups=(broken.group,), curves=12)
-    broken.spoil(folder)
-    there = folder if folder.exists() else next(folder.parent.iterdir())
-    return read(there).problems
+Good = Callable[[str, Path], Path]
 
 
 @pytest.mark.parametrize("broken", BROKEN, ids=lambda broken: f"{broken.rule}: {broken.title}")
-def test_a_broken_folder_breaks_its_rule_and_says_so(broken: Broken, submission: Callable[..., Path]) -> None:
-    problems = spoilt(broken, submission)
+def test_a_broken_folder_breaks_its_rule_and_says_so(broken: Broken, good: Good, tmp_path: Path) -> None:
+    folder = good(broken.group, tmp_path)
+    broken.spoil(folder)
+    problems = read(folder if folder.exists() else next(tmp_path.iterdir())).problems
     told = tuple((one.where, one.message, one.hint) for one in problems if one.rule == broken.rule)
     expected = tuple(
         (where, message.replace("'HALF'", repr(published(HALF))), hint)
@@ -793,8 +839,8 @@ def test_a_broken_folder_breaks_its_rule_and_says_so(broken: Broken, submission:
     assert {one.rule for one in problems} == {broken.rule, *broken.also}
 
 
-def test_a_good_folder_breaks_no_rule(submission: Callable[..., Path]) -> None:
-    folder = submission(curves=12)
+def test_a_good_folder_breaks_no_rule(good: Good, tmp_path: Path) -> None:
+    folder = good(GROUP, tmp_path)
     put(TRACE, arrays(actions=np.zeros((5, 3), np.float32), segment_steps=np.int64(10)))(folder)
     put(f"{GROUP}/policies/run0.npz", arrays(weights=np.zeros((5, 3))))(folder)
     put(".progress/half-done.csv", b"nothing yet")(folder)
@@ -804,6 +850,20 @@ def test_a_good_folder_breaks_no_rule(submission: Callable[..., Path]) -> None:
 def test_every_rule_has_an_example() -> None:
     elsewhere = {"unreadable-file"}  # test_a_file_that_cannot_be_read_is_named
     assert {broken.rule for broken in BROKEN} | elsewhere == set(RULES)
+
+
+def test_a_name_that_is_no_folder_is_no_submission(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    told = [read(tmp_path / name).problems[0].message for name in ("nowhere", "file")]
+    assert told == ["'nowhere' does not exist.", "'file' is not a folder."]
+
+
+def test_a_linked_submission_in_a_collection_is_refused(good: Good, tmp_path: Path) -> None:
+    good(GROUP, tmp_path)
+    (tmp_path / "other").symlink_to(tmp_path / "entry")
+    problems = {path.name: read(path).problems for path in submission_folders([tmp_path])}
+    assert problems["entry"] == ()
+    assert [(one.rule, one.where) for one in problems["other"]] == [("not-a-regular-file", "other")]
 
 
 def test_a_file_that_cannot_be_read_is_named(

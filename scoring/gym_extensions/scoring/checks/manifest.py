@@ -41,10 +41,10 @@ def malformed_toml(data: bytes) -> Iterator[Finding]:
     """submission.toml is TOML in UTF-8."""
     try:
         parse(data)
-    except ValueError as mistake:
-        yield Finding(
-            MANIFEST, f"It is not TOML: {mistake}.", "Correct that place; the format is at https://toml.io."
-        )
+    except (ValueError, RecursionError) as mistake:
+        what = "it is nested too deeply" if isinstance(mistake, RecursionError) else str(mistake)[:200]
+        hint = "Correct that place; the format is at https://toml.io."
+        yield Finding(MANIFEST, f"It is not TOML: {what}.", hint)
 
 
 @rule("manifest")
