@@ -5,6 +5,8 @@ The only module of scoring that loads a simulator; it is imported when replay is
 
 from __future__ import annotations
 
+import math
+import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import groupby
@@ -12,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gym_extensions.catalog.errors import BenchError
 from gym_extensions.catalog.tasks import Task
@@ -121,7 +124,7 @@ def replay(task: Task, episodes: Sequence[Recorded]) -> list[Problem]:
         lanes = min(LANES, len(batch))
         if not lanes:
             continue
-        env = make_batch(task, lanes)
+        env = make_batch(task, lanes, num_threads=len(os.sched_getaffinity(0)))
         for at in range(0, len(batch), lanes):
             chunk = batch[at : at + lanes]
             padded = chunk + [chunk[-1]] * (lanes - len(chunk))
@@ -139,6 +142,7 @@ def replay(task: Task, episodes: Sequence[Recorded]) -> list[Problem]:
 def _faults(env: Any, lanes: Sequence[Segment]) -> Iterator[str]:
     """For every lane what does not come out as claimed, as a sentence, or nothing."""
     steps = lanes[0].episode.segment_steps
+    actions = _actions(lanes, steps)
     env.reset(seed=[part.episode.seed for part in lanes])
     if lanes[0].index > 0:
         names = lanes[0].episode.states
@@ -147,34 +151,34 @@ def _faults(env: Any, lanes: Sequence[Segment]) -> Iterator[str]:
         except (KeyError, ValueError, BenchError) as mistake:
             yield from [f"the recorded states do not fit the task: {mistake}"] * len(lanes)
             return
-        env.step(_actions(lanes, -1))  # derived quantities lag one evaluation behind: this step is discarded
+        env.step(actions[0])  # derived quantities lag one evaluation behind: this step is discarded
     rewards = np.zeros((steps, len(lanes)))
     ends = np.zeros((steps, len(lanes)), np.bool_)
     seam: dict[str, Array] = {}
     for step in range(steps):
-        _, rewards[step], ends[step], _, _ = env.step(_actions(lanes, step))
+        _, rewards[step], ends[step], _, _ = env.step(actions[step + 1])
         if step == steps - 2:
             seam = env.save_states()
     for lane, part in enumerate(lanes):
         count = part.end - part.start
         ended = np.flatnonzero(ends[:count, lane])
         state = {name: values[lane] for name, values in seam.items()}
-        yield _fault(part, float(np.sum(rewards[:count, lane])), ended.tolist(), state)
+        yield _fault(part, math.fsum(rewards[:count, lane]), ended.tolist(), state)
 
 
 def _state(part: Segment, name: str) -> Array:
     return part.episode.states[name][part.index - 1]
 
 
-def _actions(lanes: Sequence[Segment], step: int) -> Any:
-    """Each lane's action at a step counted from its segment's start; zeros after the episode's end."""
-    played = [part.episode.actions for part in lanes]
-    return np.stack(
-        [
-            actions[part.start + step] if part.start + step < len(actions) else np.zeros_like(actions[0])
-            for part, actions in zip(lanes, played, strict=True)
-        ]
-    )
+def _actions(lanes: Sequence[Segment], steps: int) -> NDArray[np.float32]:
+    """Actions (steps + 1, lanes, …): of the step before each segment, of its steps, zeros after its end."""
+    played = lanes[0].episode.actions
+    found = np.zeros((steps + 1, len(lanes), *played.shape[1:]), played.dtype)
+    for lane, part in enumerate(lanes):
+        first = max(part.start - 1, 0)
+        row = first - part.start + 1
+        found[row : row + part.end - first, lane] = part.episode.actions[first : part.end]
+    return found
 
 
 def _fault(part: Segment, found: float, ended: list[int], seam: dict[str, Array]) -> str:
