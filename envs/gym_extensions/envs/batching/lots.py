@@ -13,6 +13,7 @@ from gym_extensions.envs.batching.lot import Lot
 from gym_extensions.envs.batching.physics import Array, Lanes
 from gym_extensions.envs.batching.prototype import Prototype
 from gym_extensions.envs.batching.rules import Flags
+from gym_extensions.envs.batching.saved import check_names, rows_for
 
 
 class Lots:
@@ -76,12 +77,18 @@ class Lots:
         return states
 
     def load(self, lanes: Lanes, states: Mapping[str, Array]) -> None:
-        """Puts rows of saved states into the given lanes, a row each."""
-        for lot in self._lots:
+        """Puts rows of saved states into the given lanes, a row each.
+
+        Raises:
+            BenchError: a name is missing or unknown, a value has another shape or is not finite.
+        """
+        shapes = [lot.save() for lot in self._lots]
+        check_names(states, set().union(*shapes))
+        for lot, expected in zip(self._lots, shapes, strict=True):
             rows = np.flatnonzero(np.isin(lanes, lot.places))
             if len(rows):
                 places = np.searchsorted(lot.places, lanes[rows])
-                lot.load(places, {name: np.asarray(value)[rows] for name, value in states.items()})
+                lot.load(places, rows_for(states, rows, expected))
 
     def close(self) -> None:
         """Lets threads and memory go."""

@@ -115,6 +115,9 @@ class BatchVectorEnv(gym.vector.VectorEnv[Array, NDArray[Any], NDArray[Any]]):
         Args:
             states: arrays by name, a row for each of the given lanes; ``derived_`` names may be absent.
             lanes: indices of lanes.
+
+        Raises:
+            BenchError: a name is missing or unknown, a value has another shape or is not finite.
         """
         chosen = np.arange(self.num_envs) if lanes is None else np.asarray(lanes, np.intp)
         self._lots.load(chosen, states)
