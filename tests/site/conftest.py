@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from gym_extensions.catalog.groups import group
+from gym_extensions.scoring.metrics import METRICS
 
 QUANTILES = {2: 12.706, 3: 4.303, 4: 3.182, 5: 2.776}
 """t(.975, N − 1), three digits, from a printed table."""
@@ -39,7 +40,7 @@ def sequential(group_name: str, matrices: list[list[list[float]]], budget: str =
         "mean": None,
         "low": None,
         "high": None,
-        "runs": None,
+        "runs": [],
         "why": "there is no single.csv to pair with",
     }
 
@@ -67,13 +68,16 @@ def sequential(group_name: str, matrices: list[list[list[float]]], budget: str =
         "budget": budget,
         "runs": list(range(len(matrices))),
         "tasks": tasks,
-        "metrics": {
-            "final_performance": estimate(final),
-            "learning_performance": estimate(learning),
-            "forgetting": estimate(forgetting),
-            "forward_transfer": absent,
-            "zero_shot_transfer": estimate(zero_shot),
-        },
+        "metrics": complete(
+            "sequential",
+            {
+                "final_performance": estimate(final),
+                "learning_performance": estimate(learning),
+                "forgetting": estimate(forgetting),
+                "forward_transfer": absent,
+                "zero_shot_transfer": estimate(zero_shot),
+            },
+        ),
         "table": table,
         "total": {**total, "single_env": None},
         "reference": {task: {"floor": 0.0, "ceiling": 1000.0, "open": False} for task in tasks},
@@ -116,6 +120,12 @@ def alone(group_name: str, returns: list[list[float]], budget: str = "100k") -> 
     }
 
 
+def complete(protocol: str, metrics: Document) -> Document:
+    """The metrics, and every other of the protocol as a null with its reason."""
+    absent = {"mean": None, "low": None, "high": None, "runs": [], "why": "It is not made up here."}
+    return {metric.name: metrics.get(metric.name, absent) for metric in METRICS[protocol]}
+
+
 def submission(name: str, groups: Document, title: str = "", **manifest: Any) -> Document:
     """A submission without problems."""
     facts = {
@@ -135,7 +145,9 @@ def submission(name: str, groups: Document, title: str = "", **manifest: Any) ->
         "trust": "well-formed",
         "problems": [],
         "manifest": facts,
+        "notes": [],
         "groups": groups,
+        "suites": {},
     }
 
 
@@ -190,7 +202,9 @@ def everything() -> Document:
                     }
                 ],
                 "manifest": None,
+                "notes": [],
                 "groups": {},
+                "suites": {},
             },
         ],
     }

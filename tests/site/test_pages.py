@@ -274,8 +274,52 @@ def test_a_group_without_references_is_shown_raw(document: dict[str, Any]) -> No
             "why": "There is no reference.",
         }
     page = read(document)["submissions/agile.html"]
-    assert page.said.count("There is no reference.") >= 5
+    assert "No metrics. There is no reference." in page.said
     assert "900" in page.said
+
+
+def test_a_published_table_shows_what_it_has_and_says_what_it_lacks(document: dict[str, Any]) -> None:
+    table = document["submissions"][1]
+    table.update(trust="reported", groups={"hopper-gravity-v0": table["groups"]["hopper-gravity-v0"]})
+    scores = table["groups"]["hopper-gravity-v0"]["sequential"]
+    null = {"mean": None, "low": None, "high": None, "runs": [], "why": "Reported: no floor."}
+    scores.update(
+        budget="paper",
+        runs=[],
+        matrix=[],
+        metrics=dict.fromkeys(scores["metrics"], null),
+        missing=["logs", "5 runs"],
+        printed_total={**scores["total"], "fully_trained": {"mean": 990.95, "std": 1022.32}},
+        notes=["The printed total is not the mean of its rows."],
+    )
+    pages = read(document)
+    said = pages["submissions/keeper.html"].said
+    for words in (
+        "For a full entry it still needs logs, 5 runs.",
+        "No metrics. Reported: no floor.",
+        "Group, as printed 990.95 ± 1022.32",
+        "The printed total is not the mean of its rows.",
+    ):
+        assert words in said
+    assert "Evaluation matrix" not in said
+    assert "Reported elsewhere" in pages["index.html"].said
+    assert "hopper-gravity-v0-sequential-paper" not in pages["index.html"].ids
+
+
+def test_a_suite_has_a_board_before_its_groups_and_a_row_on_the_entrys_page(document: dict[str, Any]) -> None:
+    card = document["submissions"][0]
+    scores = card["groups"]["hopper-gravity-v0"]["sequential"]
+    bodies = ("hopper", "walker2d", "halfcheetah", "humanoid")
+    card["groups"] = {f"{body}-gravity-v0": {"sequential": scores} for body in bodies}
+    metrics = {name: {**found, "runs": []} for name, found in scores["metrics"].items()}
+    card["suites"] = {
+        "gravity": {"sequential": {"budget": "100k", "groups": list(card["groups"]), "metrics": metrics}}
+    }
+    pages = read(document)
+    ids = [name for name in pages["index.html"].ids if name.endswith("-sequential-100k")]
+    assert ids[0] == "gravity-sequential-100k"
+    assert "gravity suite, mean of 4 groups" in pages["index.html"].said
+    assert "gravity suite, mean of 4 groups" in pages["submissions/agile.html"].said
 
 
 def test_an_agent_that_learned_nothing_is_not_praised_for_forgetting_nothing(

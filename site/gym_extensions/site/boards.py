@@ -1,14 +1,16 @@
-"""Boards: which entries are compared with each other, in what order, and what may be said of the first."""
+"""Boards: the scorer's own, in the order of the index, and what may be said of who is first."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import groupby
 
-from gym_extensions.catalog.protocol import BUDGETS, FULL_ENTRY_RUNS, PROTOCOLS
+from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS
 from gym_extensions.site import charts
 from gym_extensions.site.axis import Axis
-from gym_extensions.site.document import Entry, Estimate, Trial
+from gym_extensions.site.document import Entry, Estimate, Json, Trial
+from gym_extensions.site.numerals import fixed, interval
 from gym_extensions.site.parse import place
 
 COLUMNS: dict[str, tuple[str, ...]] = {
@@ -24,13 +26,17 @@ COLUMNS: dict[str, tuple[str, ...]] = {
 }
 """The metrics of a protocol's board; the first sorts it. Forgetting stands beside learning performance."""
 
+RANKS_SHOWN = ("final_performance", "single_task_performance", "forgetting")
+
 
 @dataclass(frozen=True)
 class Row:
-    """One entry on one board."""
+    """One entry on a board; ``place`` is what the scorer's board says, ``among`` how many are ranked."""
 
     entry: Entry
     trial: Trial
+    place: Json
+    among: int
 
     @property
     def lead(self) -> Estimate:
@@ -38,19 +44,30 @@ class Row:
         return self.trial.metric(COLUMNS[self.trial.protocol][0])
 
     @property
-    def full(self) -> bool:
-        """Whether it has the runs of a full entry."""
-        return len(self.trial.runs) >= FULL_ENTRY_RUNS
+    def ranked(self) -> bool:
+        """Whether it is a full entry, which has a rank interval."""
+        return bool(self.place["ranked"])
+
+    @property
+    def runs(self) -> int:
+        """Its training runs; on a suite those of the group that has fewest."""
+        return int(self.place["runs"])
+
+    def rank(self, metric: str) -> tuple[int, int] | None:
+        """First and last possible rank on a metric; None without one, or with nobody to rank against."""
+        span = self.place["metrics"][metric]["rank"]
+        return (span[0], span[1]) if span and self.among > 1 else None
 
 
 @dataclass(frozen=True)
 class Board:
-    """Entries on one group, protocol and budget; those told the task in evaluation have their own."""
+    """Entries on one group or suite, protocol and budget; those told the task have their own."""
 
     group: str
     protocol: str
     budget: str
     told: bool
+    suite: bool
     rows: tuple[Row, ...]
 
     @property
@@ -70,11 +87,9 @@ class Board:
 
     @property
     def bodies(self) -> tuple[tuple[str, tuple[Row, ...]], ...]:
-        """Full entries, then those with fewer runs under a heading of their own."""
-        full = tuple(row for row in self.rows if row.full)
-        fewer = tuple(row for row in self.rows if not row.full)
-        heading = f"Fewer than {FULL_ENTRY_RUNS} runs: shown, not ranked"
-        return tuple((title, rows) for title, rows in (("", full), (heading, fewer)) if rows)
+        """Ranked entries, then the others under a heading that says why they are not."""
+        parts = [(ranked, tuple(rows)) for ranked, rows in groupby(self.rows, key=lambda row: row.ranked)]
+        return tuple(("" if ranked else _not_ranked(rows), rows) for ranked, rows in parts)
 
     @property
     def whys(self) -> tuple[str, ...]:
@@ -89,11 +104,13 @@ class Board:
     def lead(self) -> tuple[Row, str] | None:
         """The first row and how sure its lead is, in a sentence; None when nobody has a value.
 
-        Full entries are compared with full ones; only where there are none, the others are.
+        Ranked entries have the scorer's rank interval; where there are none, intervals are compared.
         """
         valued = [row for row in self.rows if row.lead.mean is not None]
-        valued = [row for row in valued if row.full] or valued
-        return (valued[0], _how_sure(valued)) if valued else None
+        ranked = [row for row in valued if row.ranked]
+        if not valued:
+            return None
+        return (ranked[0], _ranked(ranked, self.columns[0])) if ranked else (valued[0], _unranked(valued))
 
 
 def whys(trials: Sequence[Trial]) -> tuple[str, ...]:
@@ -113,53 +130,81 @@ def axis(trials: Sequence[Trial]) -> Axis:
     return charts.estimate_axis(trial.metric(name) for trial in trials for name in drawn)
 
 
-def _how_sure(valued: list[Row]) -> str:
+def _not_ranked(rows: Sequence[Row]) -> str:
+    reasons = dict.fromkeys(str(row.place.get("why", "")) for row in rows)
+    return f"Not ranked: {' '.join(reasons)}"
+
+
+def _ranked(ranked: Sequence[Row], metric: str) -> str:
+    first, *others = ranked
+    if not others:
+        return "It is the only full entry."
+    span = first.rank(metric) or (1, len(ranked))
+    if span == (1, 1):
+        return "It is ahead of every other full entry, with 95\u202f% confidence."
+    below = first.place["next"]
+    second = others[0].entry.title
+    gap = below["difference"]
+    ends = "" if gap["low"] is None else f" ({interval(gap['low'], gap['high'])})"
+    start = f"It may rank from {span[0]} to {span[1]}: ahead of {second} by {fixed(gap['mean'])}{ends}"
+    if below["separated"]:
+        return f"{start}, which is told apart, but not of all others."
+    more = below["more_runs"]
+    needed = "more than 100 more runs" if more is None else f"about {more} more run{'' if more == 1 else 's'}"
+    return f"{start}, which {needed} each would tell apart."
+
+
+def _unranked(valued: Sequence[Row]) -> str:
     first, *others = valued
     if not others:
-        return f"It is the only {'full entry' if first.full else 'entry with a value'}."
+        return "It is the only entry with a value."
     if first.lead.ends is None:
         return "It has one run, so nothing can be said about how sure that is."
     low = first.lead.ends[0]
     touching = [row.entry.title for row in others if row.lead.ends is None or row.lead.ends[1] >= low]
     if not touching:
         return "Its interval lies above that of every other entry."
-    if len(touching) > 3:
-        return f"Its interval does not lie clear of {len(touching)} others, so the order may be chance."
-    return f"Its interval does not lie clear of {_listed(touching)}, so the order may be chance."
+    listed = f"{len(touching)} others" if len(touching) > 3 else _listed(touching)
+    return f"Its interval does not lie clear of {listed}, so the order may be chance."
 
 
-def _listed(names: list[str]) -> str:
+def _listed(names: Sequence[str]) -> str:
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
 
 
-def boards(entries: Iterable[Entry]) -> tuple[Board, ...]:
-    """Every board, by protocol, budget (longest first), group; rows by the leading metric, best first.
+def boards(scored: Sequence[Json], entries: Sequence[Entry]) -> tuple[Board, ...]:
+    """The scorer's boards by protocol, budget (longest first), suites, groups; told the task last.
 
-    Entries with the runs of a full entry stand above those with fewer, which are shown and not ranked.
-    Refused submissions and budgets that are for tests alone are on no board.
+    A board on which nobody has logs is left out: published tables alone are compared with nothing.
+
+    Args:
+        scored: the boards as ``gym_extensions.scoring.board.boards`` gives them.
+        entries: the entries that are on them.
     """
-    found: dict[tuple[str, str, str, bool], list[Row]] = {}
-    for entry in entries:
-        for trial in entry.trials:
-            if entry.problems or not BUDGETS[trial.budget].on_boards:
-                continue
-            key = (trial.group, trial.protocol, trial.budget, entry.knows("task_in_evaluation") is True)
-            found.setdefault(key, []).append(Row(entry, trial))
-    whole = [Board(*key, tuple(sorted(rows, key=_order))) for key, rows in found.items()]
+    found = [_board(board, {entry.name: entry for entry in entries}) for board in scored]
     budgets = list(BUDGETS)
     return tuple(
         sorted(
-            whole,
+            (board for board in found if any(row.entry.trust != "reported" for row in board.rows)),
             key=lambda board: (
                 board.told,
                 PROTOCOLS.index(board.protocol),
                 budgets.index(board.budget),
+                not board.suite,
                 place(board.group),
             ),
         )
     )
 
 
-def _order(row: Row) -> tuple[bool, bool, float, str]:
-    mean = row.lead.mean
-    return (not row.full, mean is None, 0.0 if mean is None else -mean, row.entry.name)
+def _board(board: Json, entries: dict[str, Entry]) -> Board:
+    group, protocol = board["group"], board["protocol"]
+    rows = []
+    for row in board["rows"]:
+        entry = entries[row["name"]]
+        trials = [trial for trial in (*entry.trials, *entry.suites) if trial.group == group]
+        rows.append(
+            Row(entry, next(trial for trial in trials if trial.protocol == protocol), row, board["ranked"])
+        )
+    suite = any(trial.group == group for trial in rows[0].entry.suites)
+    return Board(group, protocol, board["budget"], bool(board["told_the_task"]), suite, tuple(rows))

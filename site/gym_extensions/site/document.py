@@ -6,9 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from gym_extensions.scoring.board import LEAST_LEARNED
+
 Json = Mapping[str, Any]
 FORMAT = 1
-LITTLE_LEARNING = 0.1
 
 
 @dataclass(frozen=True)
@@ -73,7 +74,9 @@ class Trial:
     """What one submission did on one group under one protocol.
 
     ``matrix[run][stage][task]`` holds mean raw returns, stage 0 first; protocols without stages have
-    ``returns[run][task]`` in its place. ``missing`` names what a full entry would still need.
+    ``returns[run][task]`` in its place. ``missing`` names what a full entry still needs; ``printed`` holds
+    a publication's own totals beside the recomputed ones, ``notes`` what contradicts itself in it. A suite
+    has metrics alone.
     """
 
     group: str
@@ -89,6 +92,8 @@ class Trial:
     returns: tuple[tuple[float, ...], ...]
     curves: tuple[Curve, ...]
     missing: tuple[str, ...] = ()
+    printed: Mapping[str, Spread | None] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
     def metric(self, name: str) -> Estimate:
         """The named metric; one that the document lacks is empty and says so."""
@@ -108,7 +113,13 @@ class Trial:
         learning = self.metric("learning_performance")
         if learning.mean is None:
             return False
-        return learning.mean < LITTLE_LEARNING if learning.ends is None else learning.ends[0] <= 0
+        return learning.mean < LEAST_LEARNED if learning.ends is None else learning.ends[0] <= 0
+
+    @property
+    def nothing_at_all(self) -> str:
+        """The one reason why every metric is missing, or nothing where one has a value or reasons differ."""
+        reasons = {found.why if found.mean is None else "" for found in self.metrics.values()}
+        return next(iter(reasons)) if len(reasons) == 1 else ""
 
     @property
     def open_tasks(self) -> tuple[str, ...]:
@@ -137,6 +148,7 @@ class Entry:
     manifest: Json = field(default_factory=dict)
     trials: tuple[Trial, ...] = ()
     notes: tuple[str, ...] = ()
+    suites: tuple[Trial, ...] = ()
 
     def knows(self, what: str) -> bool | None:
         """Whether the agent is told that (a key of ``[knows]``); None when the manifest does not say."""

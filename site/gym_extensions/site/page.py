@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from gym_extensions.catalog.errors import BenchError
+from gym_extensions.scoring.board import boards as scored_boards
 from gym_extensions.site.boards import Board, boards
 from gym_extensions.site.document import Entry, Json, Version
 from gym_extensions.site.parse import entries, version
@@ -35,7 +36,12 @@ class Leaderboard:
     @cached_property
     def boards(self) -> tuple[Board, ...]:
         """Every board, in the order of the index."""
-        return boards(self.entries)
+        return boards(self.scored, self.entries)
+
+    @cached_property
+    def scored(self) -> list[Json]:
+        """The scorer's boards of all submissions that are not refused."""
+        return list(scored_boards([card for card in self.document["submissions"] if not card["problems"]]))
 
     @cached_property
     def addresses(self) -> dict[str, str]:

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
+from gym_extensions.scoring.board import LEAST_LEARNED
 from gym_extensions.site import charts, heat, words
 from gym_extensions.site.axis import Axis, around
-from gym_extensions.site.document import LITTLE_LEARNING, Trial
+from gym_extensions.site.document import Trial
 from gym_extensions.site.numerals import fixed, grouped
 
 LITTLE_LOST = 0.05
@@ -79,7 +80,7 @@ class Lost:
 
 def most_lost(trial: Trial) -> Lost | None:
     """The closed task that lost most of its normalised return, mean over runs; None if under .05."""
-    if (trial.metric("learning_performance").mean or 0.0) < LITTLE_LEARNING or not trial.matrix:
+    if (trial.metric("learning_performance").mean or 0.0) < LEAST_LEARNED or not trial.matrix:
         return None
     cells = heat.mean(trial.matrix)
     losses = []

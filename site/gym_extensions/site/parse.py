@@ -7,6 +7,7 @@ from typing import Any
 
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.protocol import PROTOCOLS
+from gym_extensions.scoring.table import COLUMNS as TABLE
 from gym_extensions.site.document import (
     FORMAT,
     Curve,
@@ -43,16 +44,20 @@ def _entry(row: Json) -> Entry:
         Problem(*(str(problem.get(key) or "") for key in ("rule", "where", "message", "hint")))
         for problem in row["problems"]
     )
-    trials = [
-        _trial(group, protocol, scores)
-        for group, protocols in row["groups"].items()
-        for protocol, scores in protocols.items()
-    ]
-    trials.sort(key=lambda trial: (place(trial.group), PROTOCOLS.index(trial.protocol)))
+    trials, suites = _trials(row["groups"]), _trials(row.get("suites") or {})
     notes = tuple(map(str, row.get("notes") or ()))
     title = str(row.get("title") or row["name"])
     trust = str(row.get("trust") or "refused")
-    return Entry(row["name"], title, trust, problems, row["manifest"] or {}, tuple(trials), notes)
+    return Entry(row["name"], title, trust, problems, row["manifest"] or {}, trials, notes, suites)
+
+
+def _trials(groups: Json) -> tuple[Trial, ...]:
+    found = (
+        _trial(group, protocol, scores)
+        for group, protocols in groups.items()
+        for protocol, scores in protocols.items()
+    )
+    return tuple(sorted(found, key=lambda trial: (place(trial.group), PROTOCOLS.index(trial.protocol))))
 
 
 def place(group_id: str) -> tuple[int, str]:
@@ -67,11 +72,13 @@ def _trial(group: str, protocol: str, scores: Json) -> Trial:
         group=group,
         protocol=protocol,
         budget=scores["budget"],
-        runs=tuple(scores["runs"]),
-        tasks=tuple(scores["tasks"]),
+        runs=tuple(scores.get("runs") or ()),
+        tasks=tuple(scores.get("tasks") or ()),
         metrics={name: _estimate(value) for name, value in scores["metrics"].items()},
-        table=tuple((row["task"], _spreads(row, skip="task")) for row in scores.get("table") or ()),
+        table=tuple((row["task"], _spreads(row)) for row in scores.get("table") or ()),
         total=_spreads(scores.get("total") or {}),
+        printed=_spreads(scores["printed_total"]) if scores.get("printed_total") else {},
+        notes=tuple(map(str, scores.get("notes") or ())),
         references={
             task: Reference(row["floor"], row["ceiling"], bool(row["open"]))
             for task, row in (scores.get("reference") or {}).items()
@@ -90,11 +97,9 @@ def _estimate(value: Mapping[str, Any]) -> Estimate:
     return Estimate(value["mean"], value.get("low"), value.get("high"), runs, str(value.get("why") or ""))
 
 
-def _spreads(row: Json, skip: str = "") -> dict[str, Spread | None]:
+def _spreads(row: Json) -> dict[str, Spread | None]:
     return {
-        column: None if cell is None or cell.get("mean") is None else Spread(cell["mean"], cell["std"])
-        for column, cell in row.items()
-        if column != skip
+        column: Spread(cell["mean"], cell["std"]) if (cell := row.get(column)) else None for column in TABLE
     }
 
 

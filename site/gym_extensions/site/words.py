@@ -7,7 +7,9 @@ import re
 from markupsafe import Markup, escape
 
 from gym_extensions.catalog.protocol import BUDGETS
-from gym_extensions.site.document import LITTLE_LEARNING, Entry, Estimate, Trial
+from gym_extensions.scoring.board import LEAST_LEARNED, NOTHING_LEARNED
+from gym_extensions.scoring.suites import SUITES
+from gym_extensions.site.document import Entry, Estimate, Trial
 from gym_extensions.site.numerals import digits_for, fixed, grouped, interval
 
 PROTOCOLS = {
@@ -57,7 +59,10 @@ def variation(task_id: str, tasks: tuple[str, ...]) -> Markup:
 
 
 def group(group_id: str) -> Markup:
-    """A group's name with its version set back."""
+    """A group's name with its version set back; a suite says what it is."""
+    if group_id in SUITES:
+        groups = count(len(SUITES[group_id]), "group")
+        return Markup('{} <span class="version">suite, mean of {}</span>').format(group_id, groups)
     name, _, version = group_id.rpartition("-v")
     return Markup('{}<span class="version">-v{}</span>').format(name, version) if name else escape(group_id)
 
@@ -103,10 +108,8 @@ def value(estimate: Estimate) -> str:
 
 def nothing(trial: Trial) -> str:
     """What stands by the forgetting of an entry that is not shown to have learned anything."""
-    few = (trial.metric("learning_performance").mean or 0.0) >= LITTLE_LEARNING
-    return "nothing learned to forget" + (
-        f", as far as {count(len(trial.runs), 'run')} can show" if few else ""
-    )
+    few = (trial.metric("learning_performance").mean or 0.0) >= LEAST_LEARNED
+    return NOTHING_LEARNED + (f", as far as {count(len(trial.runs), 'run')} can show" if few else "")
 
 
 def count(number: int, what: str) -> str:
@@ -127,7 +130,9 @@ def level(trust: str) -> str:
 
 
 def table_digits(trial: Trial) -> int:
-    """Digits after the point for the paper's table of a trial."""
+    """Digits after the point for the paper's table of a trial; a printed one has the two that are printed."""
+    if trial.printed:
+        return 2
     cells = [cell for _, row in trial.table for cell in row.values() if cell]
     return digits_for(cell.mean / 10 for cell in cells)
 
@@ -143,3 +148,10 @@ def facts(entry: Entry) -> list[tuple[str, str]]:
         ("Parameters", parameters(entry)),
     ]
     return [(name, words) for name, words in rows if words]
+
+
+def rank(span: tuple[int, int] | None) -> str:
+    """A rank interval: ``rank 1``, ``rank 1–3``, or nothing."""
+    if span is None:
+        return ""
+    return f"rank {span[0]}" if span[0] == span[1] else f"rank {span[0]}–{span[1]}"

@@ -11,8 +11,9 @@ PATH = "scorecards.json"
 
 
 def publish(site: Leaderboard, render: Render) -> Iterator[tuple[str, str]]:
-    """The scorecard document, the very bytes that ``score --json`` prints for all submissions."""
+    """The scorecards and the boards, the very bytes that ``score`` writes for all submissions."""
     yield PATH, text(dict(site.document))
+    yield "boards.json", text({"format": 1, "boards": site.scored})
 
 
 PAGE = Page(title="Data (JSON)", order=30, path=PATH, publish=publish)

@@ -18,8 +18,11 @@ def publish(site: Leaderboard, render: Render) -> Iterator[tuple[str, str]]:
     ]
     refused = [entry for entry in site.entries if entry.problems]
     shown = {row.entry.name for board in site.boards for row in board.rows}
-    aside = [entry for entry in site.entries if not entry.problems and entry.name not in shown]
-    yield PATH, render("index.html", PATH, chapters=chapters, refused=refused, aside=aside)
+    others = [entry for entry in site.entries if not entry.problems and entry.name not in shown]
+    reported = [entry for entry in others if entry.trust == "reported"]
+    aside = [entry for entry in others if entry.trust != "reported"]
+    lists = {"refused": refused, "reported": reported, "aside": aside}
+    yield PATH, render("index.html", PATH, chapters=chapters, **lists)
 
 
 PAGE = Page(title="Leaderboard", order=0, path=PATH, publish=publish)
