@@ -55,12 +55,12 @@ class BatchVecEnv(VecEnv):
     def close(self) -> None:
         """Nothing: who made the batch closes it."""
 
-    def get_attr(self, attr_name: str, indices: None | int | Iterable[int] = None) -> list[Any]:
+    def get_attr(self, attr_name: str, indices: int | Iterable[int] | None = None) -> list[Any]:
         """The batch's attribute, once a lane."""
         value = getattr(self.env, attr_name) if attr_name != "render_mode" else None
         return [value for _ in self._get_indices(indices)]
 
-    def set_attr(self, attr_name: str, value: Any, indices: None | int | Iterable[int] = None) -> None:
+    def set_attr(self, attr_name: str, value: Any, indices: int | Iterable[int] | None = None) -> None:
         """Lanes share one batch: nothing can be set in one of them."""
         raise NotImplementedError("lanes of a batch have no attributes of their own")
 
@@ -68,7 +68,7 @@ class BatchVecEnv(VecEnv):
         self,
         method_name: str,
         *method_args: Any,
-        indices: None | int | Iterable[int] = None,
+        indices: int | Iterable[int] | None = None,
         **method_kwargs: Any,
     ) -> list[Any]:
         """What every lane answers to a call."""
@@ -76,7 +76,7 @@ class BatchVecEnv(VecEnv):
         return [answers[lane] for lane in self._get_indices(indices)]
 
     def env_is_wrapped(
-        self, wrapper_class: type[gym.Wrapper[Any, Any, Any, Any]], indices: None | int | Iterable[int] = None
+        self, wrapper_class: type[gym.Wrapper[Any, Any, Any, Any]], indices: int | Iterable[int] | None = None
     ) -> list[bool]:
         """No lane is wrapped in a single environment's wrapper."""
         return [False for _ in self._get_indices(indices)]
@@ -89,11 +89,11 @@ class _Spaces(VecEnv):
         self.render_mode = None
         super().__init__(lanes, observation_space, action_space)
 
-    def get_attr(self, attr_name: str, indices: None | int | Iterable[int] = None) -> list[Any]:
+    def get_attr(self, attr_name: str, indices: int | Iterable[int] | None = None) -> list[Any]:
         return [None for _ in self._get_indices(indices)]
 
     def env_is_wrapped(
-        self, wrapper_class: type[gym.Wrapper[Any, Any, Any, Any]], indices: None | int | Iterable[int] = None
+        self, wrapper_class: type[gym.Wrapper[Any, Any, Any, Any]], indices: int | Iterable[int] | None = None
     ) -> list[bool]:
         return [False for _ in self._get_indices(indices)]
 

@@ -1,0 +1,63 @@
+"""Stable-Baselines3 joins: its VecEnv over our batches, and its models as agents."""
+
+from __future__ import annotations
+
+import csv
+import tomllib
+
+import numpy as np
+import pytest
+
+torch = pytest.importorskip("torch")
+stable_baselines3 = pytest.importorskip("stable_baselines3")
+
+from gym_extensions.baselines.evaluation import evaluate  # noqa: E402
+from gym_extensions.baselines.recorder import Recorder  # noqa: E402
+from gym_extensions.baselines.sb3 import BatchVecEnv, sb3  # noqa: E402
+from gym_extensions.baselines.train import train  # noqa: E402
+from gym_extensions.envs import make_batch  # noqa: E402
+
+SMALL = {"n_steps": 125, "batch_size": 25, "n_epochs": 2}
+
+
+def test_an_ended_lane_starts_anew_and_its_last_observation_is_told():
+    batch = make_batch("Hopper", 3)
+    env = BatchVecEnv(Recorder(batch, ["Hopper"], steps=1000, batch_steps=100, seed=0))
+    env.reset()
+    for _ in range(200):
+        seen, rewards, done, infos = env.step(np.ones((3, 3), np.float32))
+        if done.any():
+            break
+    lane = int(np.flatnonzero(done)[0])
+    assert rewards.dtype == np.float32
+    assert not np.array_equal(infos[lane]["terminal_observation"], seen[lane])
+    assert infos[lane]["TimeLimit.truncated"] is False
+    assert 1.2 < seen[lane][0] < 1.3, "a hopper starts 1.25 m above the ground"
+
+
+def test_ppo_learns_through_the_protocol_to_a_submission(tmp_path):
+    make = sb3(stable_baselines3.PPO, **SMALL)
+    train(make, "hopper-gravity", "single", "smoke", 0, out=tmp_path)
+    found = tomllib.loads((tmp_path / "submission.toml").read_text())
+    assert found["protocol"]["algorithm"] == "ppo"
+    assert found["protocol"]["evaluation"] == "deterministic"
+    assert found["hyperparameters"] == SMALL
+    assert found["memory"]["stored_steps"] == 125
+    with (tmp_path / "hopper-gravity/curves.csv").open() as file:
+        last = max(int(row["step"]) for row in csv.DictReader(file))
+    assert 900 < last <= 1000
+
+
+def learned(look: bool) -> list[float]:
+    env, lanes = make_batch("Hopper", 1), make_batch("Hopper", 2)
+    make = sb3(stable_baselines3.PPO, deterministic=False, **SMALL)
+    agent = make(env.single_observation_space, env.single_action_space, 3)
+    for _ in range(2):
+        if look:
+            evaluate(agent, lanes, [1, 2])
+        agent.learn(Recorder(env, ["Hopper"], steps=250, batch_steps=250, seed=0), 250)
+    return [float(values.detach().sum()) for values in agent._model.policy.parameters()]
+
+
+def test_being_evaluated_changes_nothing_that_an_sb3_agent_learns():
+    assert learned(look=True) == learned(look=False)
