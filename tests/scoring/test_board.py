@@ -102,7 +102,7 @@ def test_the_smoke_budget_is_on_no_board(submission: Callable[..., Path], refere
 
 
 def test_a_reported_entry_stands_on_a_board_without_a_rank() -> None:
-    (card,) = score_folders([Path("submissions/henderson2017-trpo")])["submissions"]
+    (card,) = score_folders([Path(__file__).parents[2] / "submissions" / "henderson2017-trpo"])["submissions"]
     found = board([card], BoardKey("hopper-gravity-v0", "sequential", "paper", False))
     assert (found["ranked"], found["rows"][0]["why"]) == (0, "Reported from a publication: no logs.")
     assert found["rows"][0]["metrics"]["final_performance"]["mean"] is None

@@ -1,0 +1,264 @@
+"""The ``score`` command: what it prints, its exit status, and that nobody ever reads a traceback."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from gym_extensions.scoring import cli
+from gym_extensions.scoring.normalise import References
+
+Write = Callable[..., Path]
+
+
+@pytest.fixture
+def known(monkeypatch: pytest.MonkeyPatch, references: References) -> None:
+    """Scores with the synthetic references."""
+    monkeypatch.setattr("gym_extensions.scoring.normalise.load_references", lambda: references)
+    monkeypatch.setattr("gym_extensions.scoring.scorecard.load_references", lambda: references)
+
+
+def test_a_good_submission_exits_0_and_a_bad_one_1(submission: Write, known: None) -> None:
+    folder = submission()
+    assert cli.main([str(folder)]) == 0
+    (folder / "notes.txt").write_text("")
+    assert cli.main([str(folder)]) == 1
+
+
+SCREEN = """\
+entry  An entry  (well-formed)
+  references: synthetic, provisional (fewer runs or a smaller budget)
+
+hopper-gravity-v0, sequential, budget smoke, 2 runs
+metric                 mean   95 % interval
+Final performance     1.117  1.110 to 1.123
+Learning performance  3.001  2.995 to 3.008
+Forgetting            2.356  2.356 to 2.356
+Forward transfer      2.356  2.356 to 2.356
+Joint gap: none. It needs joint.csv, which this entry lacks.
+                                  Fully  After Env     First       Single
+task                            Trained   Training      Step          Env
+HopperGravityHalf               178 ± 1   3001 ± 1  1501 ± 1     3001 ± 1
+HopperGravityThreeQuarters      301 ± 1   3001 ± 1  1501 ± 1     1501 ± 1
+Hopper                          601 ± 1   3001 ± 1  1501 ± 1      601 ± 1
+HopperGravityOneAndQuarter     1501 ± 1   3001 ± 1  1501 ± 1      301 ± 1
+HopperGravityOneAndHalf        3001 ± 1   3001 ± 1  1501 ± 1      178 ± 1
+total                       1117 ± 1050   3001 ± 1  1501 ± 1  1117 ± 1050
+· forgets HopperGravityHalf most: 3001 → 178
+· earlier tasks help HopperGravityOneAndHalf most: 178 alone, 3001 after them
+missing for a full entry: 3 more runs, joint.csv, curves.csv
+
+hopper-gravity-v0, single, budget smoke, 2 runs
+metric                    mean   95 % interval
+Single-task performance  1.117  1.110 to 1.123
+missing for a full entry: 3 more runs
+
+"""
+
+
+def test_one_screen_word_by_word(submission: Write, known: None, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = submission(value=lambda p, run, stage, j, e: 3000.0 / (1 + (stage - j) ** 2) + run + e / 10)
+    assert cli.main([str(folder)]) == 0
+    shown = [line.rstrip() for line in capsys.readouterr().out.splitlines()]
+    assert shown == SCREEN.splitlines()
+
+
+def test_problems_are_told_with_rule_place_and_what_to_do(
+    submission: Write, known: None, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = submission()
+    (folder / "notes.txt").write_text("")
+    assert cli.main([str(folder)]) == 1
+    assert capsys.readouterr().out == (
+        "entry  An entry  (1 problem)\n"
+        "  unexpected-name  notes.txt: A file of this name has no place here.\n"
+        "    Remove it, or give it the name that docs/rollout-log.md says.\n"
+        "\n"
+    )
+
+
+def test_json_is_the_document(
+    submission: Write, known: None, capfdbinary: pytest.CaptureFixture[bytes]
+) -> None:
+    assert cli.main([str(submission()), "--json"]) == 0
+    assert json.loads(capfdbinary.readouterr().out)["submissions"][0]["trust"] == "well-formed"
+
+
+def test_csv_has_a_row_for_every_metric(
+    submission: Write, known: None, capfdbinary: pytest.CaptureFixture[bytes]
+) -> None:
+    assert cli.main([str(submission()), "--csv"]) == 0
+    rows = capfdbinary.readouterr().out.decode().splitlines()
+    assert rows[0] == "name,trust,group,protocol,budget,runs,metric,mean,low,high,why"
+    assert len(rows) == 1 + 13 + 1
+    joint = "It needs joint.csv, which this entry lacks."
+    assert f'entry,well-formed,hopper-gravity-v0,sequential,smoke,2,joint_gap,,,,"{joint}"' in rows
+
+
+def test_markdown_has_tables_and_escapes_what_a_stranger_wrote(
+    submission: Write, known: None, manifest_text: str, capfdbinary: pytest.CaptureFixture[bytes]
+) -> None:
+    folder = submission(manifest=manifest_text.replace("An entry", "<b>|entry"))
+    assert cli.main([str(folder), "--markdown"]) == 0
+    shown = capfdbinary.readouterr().out.decode()
+    assert shown.startswith("## entry: &lt;b>\\|entry\n\nTrust: well-formed.\n")
+    assert "| task | Fully Trained | After Env Training | First Step | Single Env |" in shown
+
+
+def test_a_folder_of_submissions_gives_a_line_each(
+    submission: Write, known: None, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name in "dcba":
+        submission(name=name, protocols=("single",))
+    (tmp_path / "README.md").write_text("not a submission")
+    assert cli.main([str(tmp_path)]) == 0
+    assert capsys.readouterr().out == "".join(f"{name}  An entry  (well-formed)\n" for name in "abcd")
+
+
+def test_out_writes_scorecards_and_boards(submission: Write, known: None, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    assert cli.main([str(submission(name="a")), str(submission(name="b")), "--out", str(out)]) == 0
+    assert sorted(path.relative_to(out).as_posix() for path in out.rglob("*.json")) == [
+        "boards.json",
+        "scorecards/a.json",
+        "scorecards/b.json",
+    ]
+    assert json.loads((out / "boards.json").read_text()) == {"format": 1, "boards": []}
+
+
+def test_compare_gives_the_interval_of_the_difference(
+    submission: Write, known: None, capsys: pytest.CaptureFixture[str]
+) -> None:
+    better = lambda p, run, stage, j, e: 100.0 * stage + 10 * j + run + e / 8 + 50  # noqa: E731
+    first, second = submission(name="a", value=better, protocols=("sequential",)), submission(name="b")
+    assert cli.main(["--compare", str(first), str(second)]) == 0
+    assert [line.rstrip() for line in capsys.readouterr().out.splitlines()][:4] == [
+        "hopper-gravity-v0, sequential, budget smoke",
+        "metric                               a       b  difference    95 % interval",
+        "Final performance                0.582   0.532       0.050   0.047 to 0.053",
+        "Learning performance             0.382   0.332       0.050   0.047 to 0.053",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        ([], "name at least one FOLDER, or two with --compare"),
+        (["x", "--jobs", "0"], "--jobs takes a number from 1"),
+        (["x", "--json", "--csv"], "argument --csv: not allowed with argument --json"),
+    ],
+)
+def test_misuse_exits_2(arguments: list[str], told: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as stopped:
+        cli.main(arguments)
+    assert stopped.value.code == 2
+    assert told in capsys.readouterr().err
+
+
+def test_entries_that_share_no_board_cannot_be_compared(
+    submission: Write, known: None, capsys: pytest.CaptureFixture[str]
+) -> None:
+    first, second = submission(name="a"), submission(name="b", groups=("humanoid-gravity",))
+    assert cli.main(["--compare", str(first), str(second)]) == 2
+    assert capsys.readouterr().err == (
+        "error: a and b have no group with the same protocol and budget. Compare entries of one board.\n"
+    )
+
+
+def test_a_place_that_cannot_be_written_is_told(
+    submission: Write, known: None, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "file").write_text("")
+    assert cli.main([str(submission()), "--out", str(tmp_path / "file" / "out")]) == 2
+    assert "Traceback" not in capsys.readouterr().err
+
+
+NASTY = {
+    "nothing": b"",
+    "zeros": bytes(100),
+    "a picture": b"\x89PNG\r\n\x1a\n" + bytes(range(256)),
+    "commas": b"," * 50 + b"\n" + b"," * 50 + b"\n",
+    "a header of another file": b"protocol,run,task,step,return\nsequential,0,x,1,1.0\n",
+    "one huge cell": b"run,stage,task,episode,seed,length,return,terminated,fingerprint\n"
+    + b"9" * 10_000
+    + b"\n",
+    "half a surrogate": b"\xed\xa0\x80\n\xed\xa0\x80\n",
+    "huge numbers": b"run,stage,task,episode,seed,length,return,terminated,fingerprint\n"
+    + b",".join([b"9" * 40] * 7 + [b"true", b"x"])
+    + b"\n",
+}
+
+
+@pytest.mark.parametrize("name", ["sequential.csv", "curves.csv", "submission.toml", "traces"])
+@pytest.mark.parametrize("nasty", NASTY)
+def test_no_input_gives_a_traceback_or_passes(
+    name: str,
+    nasty: str,
+    good: Callable[[str, Path], Path],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    folder = good("hopper-gravity", tmp_path)
+    place = folder / name if name.endswith("toml") else folder / "hopper-gravity" / name
+    if name == "traces":
+        place = place / "sequential-run0-stage1-Hopper-episode0.npz"
+        place.parent.mkdir()
+    place.write_bytes(NASTY[nasty])
+    assert cli.main([str(folder)]) == 1
+    shown = capsys.readouterr()
+    assert "problem" in shown.out
+    assert "Traceback" not in shown.out + shown.err
+
+
+def _run(arguments: list[str], **environment: str) -> subprocess.CompletedProcess[bytes]:
+    command = [
+        sys.executable,
+        "-c",
+        "import sys; from gym_extensions.scoring.cli import main; sys.exit(main())",
+    ]
+    return subprocess.run(
+        [*command, *arguments], env={**os.environ, **environment}, capture_output=True, check=False
+    )
+
+
+def test_help_loads_no_table_library_and_no_simulator() -> None:
+    code = (
+        "import sys\nfrom gym_extensions.scoring.cli import parser\nparser().format_help()\n"
+        "heavy = ('pandas', 'numpy', 'gymnasium', 'mujoco', 'torch', 'rich')\n"
+        "print([name for name in heavy if name in sys.modules])"
+    )
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, check=True).stdout == b"[]\n"
+
+
+def test_scoring_loads_no_simulator_and_no_torch(submission: Write) -> None:
+    code = (
+        "import sys\nfrom pathlib import Path\nfrom gym_extensions.scoring.scorecard import score_folders\n"
+        "score_folders([Path(sys.argv[1])])\n"
+        "print([name for name in ('pandas', 'gymnasium', 'mujoco', 'torch') if name in sys.modules])"
+    )
+    found = subprocess.run([sys.executable, "-c", code, submission()], capture_output=True, check=True)
+    assert found.stdout == b"[]\n"
+
+
+def test_colour_is_for_terminals_and_no_color_is_honoured(submission: Write) -> None:
+    folder = str(submission())
+    assert b"\x1b[" not in _run([folder]).stdout
+    assert b"\x1b[1m" in _run([folder], FORCE_COLOR="1", TERM="xterm-256color").stdout
+    coloured = _run([folder], FORCE_COLOR="1", NO_COLOR="1", TERM="xterm-256color").stdout
+    assert b"\x1b[3" not in coloured
+
+
+def test_output_is_readable_at_80_columns(submission: Write) -> None:
+    shown = _run([str(submission())], COLUMNS="80").stdout.decode()
+    assert max(map(len, shown.splitlines())) <= 80
+
+
+def test_a_terminal_that_knows_no_unicode_gets_no_traceback(submission: Write) -> None:
+    found = _run([str(submission())], PYTHONIOENCODING="ascii", LC_ALL="C")
+    assert (found.returncode, found.stderr) == (0, b"")
