@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from pathlib import Path
 
 from gym_extensions.catalog import fingerprints
 from gym_extensions.catalog.errors import reports_mistakes
@@ -22,6 +23,9 @@ def _parser() -> argparse.ArgumentParser:
     checking.add_argument("task", nargs="*", help="only these tasks")
     writing = commands.add_parser("fingerprint", help="publishes the fingerprints of new tasks")
     writing.add_argument("--replace", action="store_true", help="also of tasks that no longer hold theirs")
+    documenting = commands.add_parser("docs", help="writes the pages that describe every environment")
+    documenting.add_argument("--out", type=Path, default=Path("docs/environments"), help="%(default)s")
+    documenting.add_argument("--pictures", action="store_true", help="render the pictures too (needs OpenGL)")
     return parser
 
 
@@ -34,9 +38,9 @@ def _list(names: list[str]) -> int:
 
 
 def _show(row: Task) -> int:
-    from gym_extensions.envs.describe import facts
+    from gym_extensions.envs.manual.sheet import sheet
 
-    print(facts(row))
+    print(sheet(row))
     return 0
 
 
@@ -69,6 +73,20 @@ def _write(replace: bool) -> int:
     return 0
 
 
+def _docs(out: Path, with_pictures: bool) -> int:
+    from gym_extensions.envs.files import write_bytes, write_text
+    from gym_extensions.envs.manual.pages import pages
+    from gym_extensions.envs.manual.pictures import pictures
+
+    texts, images = pages(), pictures() if with_pictures else {}
+    for name, text in texts.items():
+        write_text(out / name, text)
+    for name, image in images.items():
+        write_bytes(out / "pictures" / name, image)
+    print(f"{len(texts)} pages and {len(images)} pictures written to {out}.")
+    return 0
+
+
 @reports_mistakes
 def main(argv: list[str] | None = None) -> int:
     """Runs one of the commands; 0 fine, 1 tasks that are not as published, 2 usage."""
@@ -77,4 +95,6 @@ def main(argv: list[str] | None = None) -> int:
         return _list(given.group)
     if given.command == "show":
         return _show(task(given.task))
+    if given.command == "docs":
+        return _docs(given.out, given.pictures)
     return _check(given.task) if given.command == "check" else _write(given.replace)
