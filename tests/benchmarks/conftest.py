@@ -45,6 +45,12 @@ def timed(steps: int, work: Callable[[], object]) -> Turn:
     return turn
 
 
+@pytest.fixture(name="timed")
+def timed_fixture() -> Callable[..., Turn]:
+    """``timed(steps, work)``: a turn that makes so many steps by some work."""
+    return timed
+
+
 @pytest.fixture
 def side_by_side(benchmark: Any, request: pytest.FixtureRequest) -> Compare:
     """Medians of the ratios between the first contestant's speed and each other's, by the other's name."""
