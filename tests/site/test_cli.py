@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -135,6 +136,23 @@ def test_a_folder_that_is_not_a_site_is_left_alone(here: Path, capsys: pytest.Ca
     assert main(["site", "alpha", "--out", "alpha"]) == 2
     assert "no site was built in it" in capsys.readouterr().err
     assert (folder / "submission.toml").is_file()
+
+
+def test_verify_replays_and_shows_how_much(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from gym_extensions.scoring import replay
+
+    replayed = []
+
+    def verified(document: dict[str, Any], folders: list[Path]) -> dict[str, Any]:
+        replayed.extend(folder.name for folder in folders)
+        return {"submissions": [card | {"trust": "replayed (all)"} for card in document["submissions"]]}
+
+    monkeypatch.setattr(replay, "verified", verified)
+    submission(here / "submissions", "alpha")
+    (submission(here / "submissions", "beta") / "hopper-gravity" / "sequential.csv").unlink()
+    assert main(["site", "--verify"]) == 1
+    assert replayed == ["alpha"], "what is refused anyway is not replayed"
+    assert ">replayed (all)</a>" in (here / "_site" / "index.html").read_text(encoding="utf-8")
 
 
 def test_the_scorers_document_has_every_key_that_the_pages_read(here: Path) -> None:

@@ -13,10 +13,12 @@ from rich.table import Table
 from rich.text import Text
 
 from gym_extensions.catalog.errors import BenchError, reports_mistakes
+from gym_extensions.scoring.folder import submission_folders
 from gym_extensions.scoring.scorecard import score_folders
 from gym_extensions.site import words
 from gym_extensions.site.boards import Board
 from gym_extensions.site.build import build
+from gym_extensions.site.document import Json
 from gym_extensions.site.page import Leaderboard
 
 
@@ -35,7 +37,23 @@ def arguments() -> argparse.ArgumentParser:
         help="submission folders, or folders of them (default: submissions/)",
     )
     parser.add_argument("--out", type=Path, default=Path("_site"), help="where the pages go (default: _site)")
+    parser.add_argument("--verify", action="store_true", help="also replay the recorded episodes (slow)")
     return parser
+
+
+def scored(paths: Sequence[Path], verify: bool) -> Json:
+    """The scorecard document of the submissions; with ``verify`` each as far trusted as its replay allows."""
+    document = score_folders(paths)
+    if not verify:
+        return document
+    # Loads the simulator, which scoring and pages otherwise never do.
+    from gym_extensions.scoring.replay import verified
+
+    cards: list[Json] = []
+    for folder, card in zip(submission_folders(list(paths)), document["submissions"], strict=True):
+        replayable = not card["problems"] and card["trust"] != "reported"
+        cards += verified({"submissions": [card]}, [folder])["submissions"] if replayable else [card]
+    return document | {"submissions": cards}
 
 
 def chapter(board: Board) -> str:
@@ -74,7 +92,7 @@ def main(argv: list[str] | None = None) -> int:
     if missing:
         hint = "Name a submission, or a folder of submissions."
         raise BenchError("no-such-folder", "There is no such folder.", where=str(missing[0]), hint=hint)
-    document = score_folders(chosen.submissions)
+    document = scored(chosen.submissions, chosen.verify)
     index = build(document, chosen.out)
     leaderboard = Leaderboard(document)
     console = Console(highlight=False)

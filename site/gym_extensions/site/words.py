@@ -25,7 +25,7 @@ PROTOCOLS = {
 }
 TRUST = {
     "reported": "Printed elsewhere; there are no logs, so nothing could be checked.",
-    "well-formed": "The logs are complete and keep every rule; nobody has replayed them yet.",
+    "well-formed": "The logs are complete and keep every rule; they were not replayed for these pages.",
     "replayed": "Recorded actions, run again in our environments, give the claimed returns.",
     "re-evaluated": "The submitted policies, on fresh seeds chosen after submission, agree with the claim.",
     "refused": "Breaks a rule, and is on no board.",
