@@ -21,23 +21,57 @@ def words(agent: str, **changed: str) -> list[str]:
 
 ALL_AGENTS = "An agent of your own is named as module:factory."
 MISTAKES = [
-    (words("trop"), f"There is no agent 'trop'. Did you mean 'trpo'? {ALL_AGENTS}"),
-    (words("trpo", group="hoper-gravity"), "There is no group 'hoper-gravity'. Did you mean 'hopper-gravity'?"),
-    (words("trpo", budget="100K"), "There is no budget '100K'. Did you mean '100k'?"),
-    (words("trpo", protocol="serial"), "There is no protocol 'serial'. Did you mean 'sequential'?"),
-    (words("trpo", runs="1000"), "--runs: 1000 is no run of a submission. "
-     "Give numbers from 0 to 999; those above are for references."),
-    (words("trpo", runs="a"), "--runs: 'a' is no list of runs. Give numbers and ranges, as in 0,1 or 0-4."),
-    (words("trpo", jobs="0"), "--jobs: 0 processes are too few. Give at least 1."),
-    (words("trpo", lanes="0"), "--lanes: 0 training lanes are too few. Give at least 1."),
-    (words("trpo", budget="100k", lanes="64"), "--lanes: 64 lanes leave fewer than 10 episodes a lane in budget "
-     "'100k'. Give at most 10 for hopper-gravity."),
-    (words("nowhere:make"), "There is no module 'nowhere'. Run from the folder that holds it, or install it."),
-    (words("gym_extensions.baselines.algorithms.trpo:mak"), "Module 'gym_extensions.baselines.algorithms.trpo' has "
-     "nothing callable named 'mak'. Did you mean 'make'?"),
-    (["reference", "--groups", "hopper-gravity", "--budget", "smoke", "--runs", "3", "--out", "x.json"],
-     "--runs: 3 is no reference run. Give numbers from 1000 on; those below are for submissions."),
-]  # fmt: skip
+    (
+        words("trop"),
+        f"There is no agent 'trop'. Did you mean 'trpo'? {ALL_AGENTS}",
+    ),
+    (
+        words("trpo", group="hoper-gravity"),
+        "There is no group 'hoper-gravity'. Did you mean 'hopper-gravity'?",
+    ),
+    (
+        words("trpo", budget="100K"),
+        "There is no budget '100K'. Did you mean '100k'?",
+    ),
+    (
+        words("trpo", protocol="serial"),
+        "There is no protocol 'serial'. Did you mean 'sequential'?",
+    ),
+    (
+        words("trpo", runs="1000"),
+        "--runs: 1000 is no run of a submission. Give numbers from 0 to 999; those above are for references.",
+    ),
+    (
+        words("trpo", runs="a"),
+        "--runs: 'a' is no list of runs. Give numbers and ranges, as in 0,1 or 0-4.",
+    ),
+    (
+        words("trpo", jobs="0"),
+        "--jobs: 0 processes are too few. Give at least 1.",
+    ),
+    (
+        words("trpo", lanes="0"),
+        "--lanes: 0 training lanes are too few. Give at least 1.",
+    ),
+    (
+        words("trpo", budget="100k", lanes="64"),
+        "--lanes: 64 lanes leave fewer than 10 episodes a lane in budget '100k'. "
+        "Give at most 10 for hopper-gravity.",
+    ),
+    (
+        words("nowhere:make"),
+        "There is no module 'nowhere'. Run from the folder that holds it, or install it.",
+    ),
+    (
+        words("gym_extensions.baselines.algorithms.trpo:mak"),
+        "Module 'gym_extensions.baselines.algorithms.trpo' has nothing callable named 'mak'. "
+        "Did you mean 'make'?",
+    ),
+    (
+        ["reference", "--groups", "hopper-gravity", "--budget", "smoke", "--runs", "3", "--out", "x.json"],
+        "--runs: 3 is no reference run. Give numbers from 1000 on; those below are for submissions.",
+    ),
+]
 
 
 @pytest.mark.parametrize(("argv", "message"), MISTAKES, ids=[row[1][:40] for row in MISTAKES])

@@ -70,8 +70,8 @@ def test_the_curve_has_the_mean_return_of_the_episodes_ended_since_the_last_poin
     recorder = recorded([2, 5], steps=100, batch=5)
     run(recorder, 6)
     recorder.flush()
-    # Five steps are taken after the third row of actions: lane 0 has ended once (return 2). In the sixth row lane 1
-    # is reset; lane 0's second episode and lane 1's first have ended: (2 + 5) / 2.
+    # Five steps are taken after the third row of actions: lane 0 has ended once (return 2). In the sixth row
+    # lane 1 is reset; lane 0's second episode and lane 1's first have ended: (2 + 5) / 2.
     assert recorder.points == [Point("a", 5, 2.0), Point("a", 9, 3.5)]
 
 

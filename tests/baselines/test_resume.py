@@ -84,8 +84,8 @@ def test_an_agent_that_is_saved_and_loaded_goes_on_as_if_never_stopped(tmp_path)
     assert np.array_equal(kept.act(seen), loaded.act(seen))
 
 
-class Interrupted(RuntimeError):
-    """Stands for a power cut."""
+class PowerCutError(RuntimeError):
+    """The machine goes down."""
 
 
 class Forgetful:
@@ -103,11 +103,11 @@ class Forgetful:
         self.stages += 1
         if self.stages == 3 and not Forgetful.stopped:
             Forgetful.stopped = True
-            raise Interrupted
+            raise PowerCutError
 
 
 def test_an_agent_that_cannot_be_saved_starts_again(tmp_path):
-    with pytest.raises(Interrupted):
+    with pytest.raises(PowerCutError):
         train(Forgetful, "hopper-gravity", "sequential", "smoke", 0, out=tmp_path / "stopped")
     train(Forgetful, "hopper-gravity", "sequential", "smoke", 0, out=tmp_path / "stopped")
     train(Forgetful, "hopper-gravity", "sequential", "smoke", 0, out=tmp_path / "whole")
@@ -116,7 +116,7 @@ def test_an_agent_that_cannot_be_saved_starts_again(tmp_path):
 
 def test_parts_of_another_run_are_not_mixed_in(tmp_path):
     Forgetful.stopped = False
-    with pytest.raises(Interrupted):
+    with pytest.raises(PowerCutError):
         train(Forgetful, "hopper-gravity", "sequential", "smoke", 0, out=tmp_path)
     with pytest.raises(BenchError, match="Parts of an unfinished run with other settings are here"):
         train("still", "hopper-gravity", "sequential", "smoke", 0, out=tmp_path)

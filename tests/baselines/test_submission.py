@@ -118,9 +118,6 @@ def test_what_the_author_wrote_stays(random_submission, tmp_path):
     )
     path.write_text(text)
     train("random", "hopper-gravity", "single", "smoke", 1, out=out)
-    assert path.read_text().startswith(
-        text[: text.index("[versions]")].split("[protocol]", maxsplit=1)[0].split("authors")[0]
-    )
     found = tomllib.loads(path.read_text())
     assert (found["title"], found["authors"]) == ("Dice", ["A. Person"])
     assert found["code"]["url"] == "https://example.org"
@@ -132,8 +129,8 @@ def test_runs_without_their_traces_take_no_further_run(random_submission, tmp_pa
     with pytest.raises(BenchError) as told:
         train("random", "hopper-gravity", "single", "smoke", 1, out=out)
     assert str(told.value) == (
-        f"{out / '.progress/hopper-gravity/traces'}: No run can be added to hopper-gravity/single.csv: run 0 lacks "
-        "traces. Put the complete set back there, or train all runs in another --out."
+        f"{out / '.progress/hopper-gravity/traces'}: No run can be added to hopper-gravity/single.csv: run 0 "
+        "lacks traces. Put the complete set back there, or train all runs in another --out."
     )
 
 

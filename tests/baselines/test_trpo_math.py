@@ -169,7 +169,8 @@ def flags(*values: int) -> np.ndarray:
 
 
 GAE = [
-    # discount .5, λ .5; rewards 1, 2; values 4, 2, 8. Second: 2 + .5·8 − 2 = 4; first: 1 + .5·2 − 4 + .25·4 = −1.
+    # discount .5, λ .5; rewards 1, 2; values 4, 2, 8.
+    # Second: 2 + .5·8 − 2 = 4; first: 1 + .5·2 − 4 + .25·4 = −1.
     ("goes on", flags(0, 0), flags(0, 0), [-1.0, 4.0]),
     # The last step ends it: 2 − 2 = 0; first: −2 + .25·0.
     ("terminated", flags(0, 1), flags(0, 0), [-2.0, 0.0]),

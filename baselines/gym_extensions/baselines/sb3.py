@@ -1,4 +1,4 @@
-"""Stable-Baselines3 joins in one line: ``make = sb3(PPO, n_steps=250)``; and its VecEnv over any batch of ours."""
+"""Stable-Baselines3 joins in one line, ``make = sb3(PPO, n_steps=250)``; its VecEnv over a batch of ours."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ Infos = list[dict[str, Any]]
 class BatchVecEnv(VecEnv):
     """An SB3 VecEnv over a Gymnasium vector environment in autoreset mode NEXT_STEP.
 
-    SB3 wants the first observation of the next episode with the last reward of the old: lanes that ended are reset at
-    once, by ``reset_mask``, and no step is lost.
+    SB3 wants the first observation of the next episode with the last reward of the old: lanes that ended are
+    reset at once, by ``reset_mask``, and no step is lost.
     """
 
     def __init__(self, env: VectorEnv) -> None:
@@ -104,7 +104,7 @@ class _Spaces(VecEnv):
 
 
 class Sb3Agent:
-    """Any SB3 algorithm as an agent. SB3 draws from torch's global generator: acting has a state of its own there."""
+    """Any SB3 algorithm as an agent; acting has its own state of torch's global generator."""
 
     def __init__(
         self,
@@ -122,7 +122,7 @@ class Sb3Agent:
         self._acting = torch.Generator().manual_seed(self._seed + 1).get_state()
 
     def _made(self, lanes: int) -> BaseAlgorithm:
-        policy = {"policy": "MlpPolicy", "device": "cpu", "seed": self._seed} | self._settings
+        policy: dict[str, Any] = {"policy": "MlpPolicy", "device": "cpu", "seed": self._seed} | self._settings
         return self._algorithm(env=_Spaces(*self._spaces, lanes), **policy)
 
     def act(self, observations: Array) -> Array:
@@ -135,7 +135,7 @@ class Sb3Agent:
     def learn(self, env: VectorEnv, steps: int) -> None:
         """SB3's own learning, going on from the present model."""
         if self._model.n_envs != env.num_envs:
-            trained = self._model.get_parameters()
+            trained: Any = self._model.get_parameters()
             self._model = self._made(env.num_envs)
             self._model.set_parameters(trained)
         torch.set_rng_state(self._learning)

@@ -14,7 +14,7 @@ from gym_extensions.baselines.progress import Finished
 from gym_extensions.baselines.protocol import Listener, Settings
 from gym_extensions.baselines.requests import Request, checked
 from gym_extensions.baselines.units import Unit
-from gym_extensions.baselines.work import UnitWork, made
+from gym_extensions.baselines.work import UnitWork, made, name_of
 from gym_extensions.catalog.groups import group
 from gym_extensions.envs import make_batch
 
@@ -58,8 +58,7 @@ def train(
     """
     request = checked(groups, protocols, budget, runs, lanes)
     folder = Path(out)
-    name = agent if isinstance(agent, str) else getattr(agent, "__name__", type(agent).__name__)
-    settings = Settings(name, request.budget.name, lanes)
+    settings = Settings(name_of(agent), request.budget.name, lanes)
     _refuse_foreign(made(agent), settings, folder, request)
     plan = {log: wanted(folder, group(log[0]), log[1], request.runs) for log in request.logs()}
     units = [unit for asked in plan.values() for unit in asked]

@@ -29,3 +29,12 @@ class UnitWork:
 def made(agent: str | Factory) -> Factory:
     """The factory that is named, or given."""
     return algorithms.factory(agent) if isinstance(agent, str) else agent
+
+
+def name_of(agent: str | Factory) -> str:
+    """What an agent without a card is called: by its factory, or its module where that is called ``make``."""
+    if isinstance(agent, str):
+        module, _, attribute = agent.partition(":")
+    else:
+        module, attribute = type(agent).__module__, getattr(agent, "__name__", type(agent).__name__)
+    return attribute if attribute not in ("", "make") else module.rpartition(".")[2]

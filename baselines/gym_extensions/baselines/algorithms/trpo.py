@@ -64,7 +64,7 @@ class Trpo:
         targets = (gained + values[:-1])[real]
         chosen = gained[real]
         centred = ((chosen - chosen.mean()) / (chosen.std() + 1e-8)).astype(np.float32)
-        observations = batch.observations[:-1][real]
+        observations = batch.observations[:-1][real].reshape(-1, self._sizes[0])
         self._theta = updated(
             self._sizes, self._theta, Batch(observations, batch.actions[real], centred), REGION
         )
