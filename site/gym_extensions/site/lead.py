@@ -1,0 +1,61 @@
+"""Who is first on a board, and how sure that is: a sentence that is never surer than the runs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from gym_extensions.site.numerals import fixed, interval
+from gym_extensions.site.row import Row
+
+
+def lead(rows: Sequence[Row], metric: str) -> tuple[Row, str] | None:
+    """The first row and how sure its lead is; None when nobody has a value.
+
+    Ranked entries have the scorer's rank interval; where there are none, intervals are compared.
+
+    Args:
+        rows: a board's rows from top to bottom.
+        metric: the name of the metric that sorts it.
+    """
+    valued = [row for row in rows if row.lead.mean is not None]
+    ranked = [row for row in valued if row.ranked]
+    if not valued:
+        return None
+    return (ranked[0], _ranked(ranked, metric)) if ranked else (valued[0], _unranked(valued))
+
+
+def _ranked(ranked: Sequence[Row], metric: str) -> str:
+    first, *others = ranked
+    if not others:
+        return "It is the only full entry."
+    span = first.rank(metric) or (1, len(ranked))
+    if span == (1, 1):
+        return "It is ahead of every other full entry, with 95\u202f% confidence."
+    below = first.place["next"]
+    second = others[0].entry.title
+    gap = below["difference"]
+    ends = "" if gap["low"] is None else f" ({interval(gap['low'], gap['high'])})"
+    start = f"It may rank from {span[0]} to {span[1]}: ahead of {second} by {fixed(gap['mean'])}{ends}"
+    if below["separated"]:
+        return f"{start}, which is told apart, but not of all others."
+    more = below["more_runs"]
+    needed = "more than 100 more runs" if more is None else f"about {more} more run{'' if more == 1 else 's'}"
+    return f"{start}, which {needed} each would tell apart."
+
+
+def _unranked(valued: Sequence[Row]) -> str:
+    first, *others = valued
+    if not others:
+        return "It is the only entry with a value."
+    if first.lead.ends is None:
+        return "It has one run, so nothing can be said about how sure that is."
+    low = first.lead.ends[0]
+    touching = [row.entry.title for row in others if row.lead.ends is None or row.lead.ends[1] >= low]
+    if not touching:
+        return "Its interval lies above that of every other entry."
+    listed = f"{len(touching)} others" if len(touching) > 3 else _listed(touching)
+    return f"Its interval does not lie clear of {listed}, so the order may be chance."
+
+
+def _listed(names: Sequence[str]) -> str:
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
