@@ -23,7 +23,7 @@ check: .venv/everything.installed  ## style, types, and the direction of imports
 
 bench: .venv/everything.installed  ## speed, as ratios measured side by side in one run
 	$(PIP) -e '.[dev,bench]'
-	.venv/bin/pytest -m bench tests/benchmarks
+	.venv/bin/pytest -m bench tests/benchmarks --ratios site/gym_extensions/site/measured/ratios.json
 
 # The scoring set has no torch; the rest adds it, always through constraints.txt.
 .venv/scoring.installed: pyproject.toml constraints.txt
