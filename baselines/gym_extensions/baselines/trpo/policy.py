@@ -21,6 +21,9 @@ from gym_extensions.baselines.trpo.network import (
     tangent,
 )
 
+BLOCK = 8192
+"""Rows of a large batch that go through the network together: their activations stay in the processor's cache."""
+
 
 @dataclass(frozen=True)
 class Batch:
@@ -38,8 +41,15 @@ def initial_policy(sizes: Sizes, rng: np.random.Generator, last_scale: float) ->
 
 def mean_and_log_sigma(sizes: Sizes, theta: Array, observations: Array) -> tuple[Array, Array]:
     """Means (n, a) and log σ (a,)."""
-    output = forward(layers(sizes, theta), observations)[-1]
+    views = layers(sizes, theta)
+    parts = [forward(views, observations[rows])[-1] for rows in blocks(len(observations))]
+    output = parts[0] if len(parts) == 1 else np.concatenate(parts)
     return np.tanh(output, out=output), theta[-sizes[-1] :]
+
+
+def blocks(rows: int) -> list[slice]:
+    """The rows in pieces of at most ``BLOCK``."""
+    return [slice(at, at + BLOCK) for at in range(0, rows, BLOCK)]
 
 
 def log_density(mean: Array, log_sigma: Array, actions: Array) -> Array:
@@ -49,10 +59,15 @@ def log_density(mean: Array, log_sigma: Array, actions: Array) -> Array:
     return found
 
 
+def gain(mean: Array, log_sigma: Array, batch: Batch, old_log_density: Array) -> float:
+    """The surrogate of a policy of which the means are known."""
+    ratio = np.exp(log_density(mean, log_sigma, batch.actions) - old_log_density)
+    return float(np.mean(ratio * batch.advantages, dtype=np.float64))
+
+
 def surrogate(sizes: Sizes, theta: Array, batch: Batch, old_log_density: Array) -> float:
     """Mean of new / old density × advantage, which an update raises (Schulman et al. 2015, eq. 14)."""
-    new = log_density(*mean_and_log_sigma(sizes, theta, batch.observations), batch.actions)
-    return float(np.mean(np.exp(new - old_log_density) * batch.advantages, dtype=np.float64))
+    return gain(*mean_and_log_sigma(sizes, theta, batch.observations), batch, old_log_density)
 
 
 def divergence(old_mean: Array, old_log_sigma: Array, mean: Array, log_sigma: Array) -> float:
@@ -65,11 +80,16 @@ def divergence(old_mean: Array, old_log_sigma: Array, mean: Array, log_sigma: Ar
 
 def surrogate_gradient(sizes: Sizes, theta: Array, batch: Batch) -> Array:
     """Gradient of the surrogate where new = old, flat."""
+    parts = [_gradient_of(sizes, theta, batch, rows) for rows in blocks(len(batch.observations))]
+    return parts[0] if len(parts) == 1 else np.sum(parts, axis=0)
+
+
+def _gradient_of(sizes: Sizes, theta: Array, batch: Batch, rows: slice) -> Array:
     views = layers(sizes, theta)
-    values = forward(views, batch.observations)
+    values = forward(views, batch.observations[rows])
     mean, log_sigma = np.tanh(values[-1]), theta[-sizes[-1] :]
-    scaled = (batch.actions - mean) * np.exp(-log_sigma)
-    weighted = batch.advantages[:, None] / len(mean)
+    scaled = (batch.actions[rows] - mean) * np.exp(-log_sigma)
+    weighted = batch.advantages[rows, None] / len(batch.observations)
     upstream = weighted * scaled * np.exp(-log_sigma) * (1 - mean * mean)
     spread = np.sum(weighted * (scaled * scaled - 1), axis=0)
     return np.concatenate([gradient(views, values, slopes(values), upstream), spread])

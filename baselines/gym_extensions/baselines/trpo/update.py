@@ -12,9 +12,9 @@ from gym_extensions.baselines.trpo.policy import (
     Batch,
     divergence,
     fisher_product,
+    gain,
     log_density,
     mean_and_log_sigma,
-    surrogate,
     surrogate_gradient,
 )
 from gym_extensions.baselines.trpo.solve import conjugate_gradient, dot, line_search
@@ -27,14 +27,14 @@ class TrustRegion:
     max_kl: float = 0.01
     damping: float = 1e-5
     iterations: int = 10
-    curvature_states: int = 10_000
-    """States from which the Fisher matrix is estimated, spread evenly over a larger batch."""
+    curvature_states: int = 5_000
+    """About so many states estimate the Fisher matrix, spread evenly over a batch twice as large or larger."""
 
 
 def updated(sizes: Sizes, theta: Array, batch: Batch, region: TrustRegion) -> Array:
     """Parameters of higher surrogate whose mean KL from the old is at most ``max_kl``; else the old."""
     slope = surrogate_gradient(sizes, theta, batch)
-    stride = -(-len(batch.observations) // region.curvature_states)
+    stride = max(1, len(batch.observations) // region.curvature_states)
     product = fisher_product(sizes, theta, np.ascontiguousarray(batch.observations[::stride]), region.damping)
     direction = conjugate_gradient(product, slope, region.iterations)
     length = dot(direction, product(direction))
@@ -44,12 +44,12 @@ def updated(sizes: Sizes, theta: Array, batch: Batch, region: TrustRegion) -> Ar
 
     old_mean, old_log_sigma = mean_and_log_sigma(sizes, theta, batch.observations)
     old = log_density(old_mean, old_log_sigma, batch.actions)
-    before = surrogate(sizes, theta, batch, old)
+    before = gain(old_mean, old_log_sigma, batch, old)
 
     def accepts(candidate: Array) -> bool:
         mean, log_sigma = mean_and_log_sigma(sizes, candidate, batch.observations)
         apart = divergence(old_mean, old_log_sigma, mean, log_sigma)
-        gained = surrogate(sizes, candidate, batch, old)
+        gained = gain(mean, log_sigma, batch, old)
         return bool(np.isfinite(gained) and gained > before and apart <= region.max_kl)
 
     return line_search(accepts, theta, full_step)[0]

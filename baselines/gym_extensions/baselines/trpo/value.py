@@ -9,7 +9,9 @@ from gym_extensions.baselines.trpo.network import Sizes, forward, gradient, init
 
 HIDDEN = (64, 64)
 LEARNING_RATE, FIRST_DECAY, SECOND_DECAY, EPSILON = 1e-3, 0.9, 0.999, 1e-8
-EPOCHS, SMALLEST_MINIBATCH, MINIBATCHES = 10, 128, 16
+MINIBATCHES, SMALLEST_MINIBATCH, LARGEST_MINIBATCH = 16, 128, 512
+MOST_EPOCHS, SAMPLES = 10, 100_000
+"""Passes over a batch: ten, fewer for a batch so large that they would see more samples than that; at least two."""
 WIDEST = 10.0
 """Standardised observations are cut here, in standard deviations."""
 
@@ -50,8 +52,8 @@ class ValueFunction:
         self._relevel(targets)
         mean, deviation = self.state["level"]
         inputs, wanted = self._standardised(observations), ((targets - mean) / deviation).astype(np.float32)
-        size = max(SMALLEST_MINIBATCH, -(-len(inputs) // MINIBATCHES))
-        for _ in range(EPOCHS):
+        size = min(LARGEST_MINIBATCH, max(SMALLEST_MINIBATCH, -(-len(inputs) // MINIBATCHES)))
+        for _ in range(max(2, min(MOST_EPOCHS, SAMPLES // len(inputs)))):
             order = rng.permutation(len(inputs))
             for at in range(0, len(order), size):
                 part = order[at : at + size]
