@@ -345,7 +345,7 @@ def test_every_page_module_is_on_the_site_by_being_in_the_folder() -> None:
     import gym_extensions.site.pages as folder
 
     modules = {path.stem for path in Path(folder.__path__[0]).glob("*.py")} - {"__init__"}
-    assert len(pages()) == len(modules) == 4
+    assert len(pages()) == len(modules) >= 4
     assert [page.order for page in pages()] == sorted(page.order for page in pages())
 
 
