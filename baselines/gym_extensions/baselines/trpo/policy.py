@@ -22,7 +22,7 @@ from gym_extensions.baselines.trpo.network import (
 )
 
 BLOCK = 8192
-"""Rows of a large batch that go through the network together: their activations stay in the processor's cache."""
+"""Rows of a large batch that go through the network together: their activations stay in the cache."""
 
 
 @dataclass(frozen=True)

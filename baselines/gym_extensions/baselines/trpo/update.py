@@ -28,7 +28,7 @@ class TrustRegion:
     damping: float = 1e-5
     iterations: int = 10
     curvature_states: int = 5_000
-    """About so many states estimate the Fisher matrix, spread evenly over a batch twice as large or larger."""
+    """About so many states, spread evenly over a batch of twice as many or more, give the Fisher matrix."""
 
 
 def updated(sizes: Sizes, theta: Array, batch: Batch, region: TrustRegion) -> Array:

@@ -11,7 +11,7 @@ HIDDEN = (64, 64)
 LEARNING_RATE, FIRST_DECAY, SECOND_DECAY, EPSILON = 1e-3, 0.9, 0.999, 1e-8
 MINIBATCHES, SMALLEST_MINIBATCH, LARGEST_MINIBATCH = 16, 128, 512
 MOST_EPOCHS, SAMPLES = 10, 100_000
-"""Passes over a batch: ten, fewer for a batch so large that they would see more samples than that; at least two."""
+"""Passes over a batch: ten; fewer, at least two, where they would see more samples than that."""
 WIDEST = 10.0
 """Standardised observations are cut here, in standard deviations."""
 
