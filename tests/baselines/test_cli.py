@@ -112,3 +112,28 @@ def test_an_agent_of_ones_own_is_named_by_module_and_factory(tmp_path):
     )
     assert lines[-1] == "The submission is in out. Look at it with: score out"
     assert (tmp_path / "out/hopper-gravity/single.csv").exists()
+
+
+def test_a_stopped_command_says_how_to_go_on(tmp_path, monkeypatch, capsys):
+    from gym_extensions.baselines import train
+
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(train, "train", interrupted)
+    assert main([*words("trpo")[:-1], str(tmp_path)]) == 130
+    assert capsys.readouterr().out == "Stopped. The same command goes on from the last finished stage.\n"
+
+
+def test_training_without_the_extra_says_what_to_install(tmp_path, monkeypatch, capsys):
+    from gym_extensions.baselines import train
+
+    def missing(*_, **__):
+        raise ModuleNotFoundError("No module named 'torch'", name="torch")
+
+    monkeypatch.setattr(train, "train", missing)
+    assert main([*words("trpo")[:-1], str(tmp_path)]) == 2
+    expected = (
+        "error: Training needs torch. Install the extra: pip install -c constraints.txt '.[baselines]'\n"
+    )
+    assert capsys.readouterr().err == expected

@@ -100,7 +100,7 @@ def test_an_agent_may_exceed_its_budget_by_two_percent_and_no_more():
         for _ in range(10):
             recorder.step(np.zeros((1, 1)))
     assert str(told.value) == (
-        "learn: The agent took 104 training steps of a budget of 100. "
+        "learn: The agent took 103 training steps of a budget of 100. "
         "Stop after the steps that learn() is given; at most 2% more are allowed."
     )
 

@@ -10,6 +10,9 @@ from gym_extensions.baselines.show import shown
 from gym_extensions.catalog.errors import BenchError, reports_mistakes
 from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS
 
+EXTRA = ("tomli_w", "torch", "stable_baselines3")
+"""What the extra ``baselines`` brings."""
+
 
 def numbers(text: str) -> list[int]:
     """The numbers of ``0,2,5-7``; raises ``BenchError`` for anything else."""
@@ -48,12 +51,7 @@ def parser() -> argparse.ArgumentParser:
     return command
 
 
-@reports_mistakes
-def main(argv: list[str] | None = None) -> int:
-    """Trains, and tells where the submission lies."""
-    asked = parser().parse_args(argv)
-    if asked.jobs < 1:
-        raise BenchError("bad-jobs", f"{asked.jobs} processes are too few.", "--jobs", "Give at least 1.")
+def _train(asked: argparse.Namespace) -> None:
     from gym_extensions.baselines.train import train
 
     with shown() as screen:
@@ -69,5 +67,23 @@ def main(argv: list[str] | None = None) -> int:
             listen=screen.hear,
             announce=screen.plan,
         )
+
+
+@reports_mistakes
+def main(argv: list[str] | None = None) -> int:
+    """Trains, and tells where the submission lies."""
+    asked = parser().parse_args(argv)
+    if asked.jobs < 1:
+        raise BenchError("bad-jobs", f"{asked.jobs} processes are too few.", "--jobs", "Give at least 1.")
+    try:
+        _train(asked)
+    except KeyboardInterrupt:
+        print("Stopped. The same command goes on from the last finished stage.")
+        return 130
+    except ModuleNotFoundError as missing:
+        if missing.name not in EXTRA:
+            raise
+        hint = "Install the extra: pip install -c constraints.txt '.[baselines]'"
+        raise BenchError("no-extra", f"Training needs {missing.name}.", hint=hint) from missing
     print(f"The submission is in {asked.out}. Look at it with: score {asked.out}")
     return 0

@@ -83,7 +83,7 @@ class Recorder(gym.vector.VectorWrapper):
         if self.taken >= self._next_point:
             self._next_point += self.batch_steps * (1 + (self.taken - self._next_point) // self.batch_steps)
             self.flush()
-        if self.taken > self._budget * (1 + EXCESS) + self.num_envs:
+        if self.taken > self._budget * (1 + EXCESS):
             raise BenchError(
                 "budget-exceeded",
                 f"The agent took {self.taken} training steps of a budget of {self._budget}.",
