@@ -205,6 +205,13 @@ REFUSED: list[tuple[Callable[[], object], str]] = [
         "gym_extensions/Walker2d-v0 has Box(-inf, inf, (17,), float64). Give tasks that share their spaces.",
     ),
     (
+        lambda: make_batch(["Pusher", "State-Based-Navigation-2d-Map0-Goal0"], 2),
+        "make_batch: gym_extensions/Pusher-v0 has the observation_space Box(-inf, inf, (23,), float64), "
+        "gym_extensions/State-Based-Navigation-2d-Map0-Goal0-v0 has "
+        f"{make('State-Based-Navigation-2d-Map0-Goal0').observation_space}. "
+        "Give tasks that share their spaces.",
+    ),
+    (
         lambda: make_batch("Hopper", 2).reset(seed=[1, 2, 3]),
         "make_batch: There are 3 seeds for 2 lanes. Give one seed a lane, or one int for all.",
     ),

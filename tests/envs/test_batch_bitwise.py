@@ -28,7 +28,7 @@ SEED, SCALE = 5, 1.2
 
 def lockstep(tasks: Sequence[str | Task], lanes: int, steps: int, dtype: type = np.float32) -> None:
     """Steps a batch and single environments side by side and compares every number."""
-    batch = envs.make_batch(tasks, lanes, num_threads=2)
+    batch = envs.make_batch(tasks, lanes)
     singles = [envs.make(tasks[lane % len(tasks)]) for lane in range(lanes)]
     seeds = lane_seeds(SEED, lanes)
     observations, _ = batch.reset(seed=SEED)

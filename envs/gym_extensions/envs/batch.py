@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -48,9 +48,10 @@ def make_batch(
 
         return construct_batch([rows[lane % len(rows)] for lane in range(num_envs)])
     if not all(map(stepped_at_once, rows)):
+        _check_spaces({row: make(row) for row in rows})
         return OneByOne([partial(make, rows[lane % len(rows)]) for lane in range(num_envs)])
-    models: dict[Task, Prototype] = {row: prototype(row) for row in rows}
-    _check_spaces(list(models.values()))
+    models = {row: prototype(row) for row in rows}
+    _check_spaces(models)
     return BatchVectorEnv([models[rows[lane % len(rows)]] for lane in range(num_envs)], num_threads)
 
 
@@ -60,11 +61,11 @@ def _check_counts(tasks: int, num_envs: int, num_threads: int) -> None:
             raise BenchError("bad-count", f"{what} is {count}.", WHERE, "Give at least 1.")
 
 
-def _check_spaces(lanes: list[Prototype]) -> None:
-    first = lanes[0]
-    for other in lanes[1:]:
+def _check_spaces(lanes: Mapping[Task, Prototype | gym.Env[Any, Any]]) -> None:
+    (first, one), *others = lanes.items()
+    for task, other in others:
         for what in ("observation_space", "action_space"):
-            mine, theirs = getattr(first, what), getattr(other, what)
+            mine, theirs = getattr(one, what), getattr(other, what)
             if mine != theirs:
-                message = f"{first.task.id} has the {what} {mine}, {other.task.id} has {theirs}."
+                message = f"{first.id} has the {what} {mine}, {task.id} has {theirs}."
                 raise BenchError("different-spaces", message, WHERE, "Give tasks that share their spaces.")
