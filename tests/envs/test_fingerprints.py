@@ -76,7 +76,8 @@ def test_a_difference_below_the_tolerance_is_none() -> None:
     assert list(fingerprint.compare("", {"a": [1.0]}, {"a": [1.0 + 2e-9]})) == [("a[0]", 1.0, 1.0 + 2e-9)]
 
 
-def test_a_task_without_a_row_and_a_row_without_a_task_are_told() -> None:
+def test_a_task_without_a_row_and_a_row_without_a_task_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(fingerprint, "TASKS", {HALF: task(HALF)})
     table = copy.deepcopy(fingerprints.table())
     row = table["tasks"].pop(HALF)
     assert fingerprint.check([task(HALF)], table)[0].found == "not yet published"

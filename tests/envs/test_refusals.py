@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gym_extensions.catalog.errors import BenchError
-from gym_extensions.envs import make
+from gym_extensions.envs import Gravity, MovingGoal, Task, group, make
 
 WHERE = "gym_extensions/HopperGravityHalf-v0"
 
@@ -55,8 +55,41 @@ def test_a_bad_state_is_refused(change: dict, text: str) -> None:
     assert str(caught.value) == f"{WHERE}: {text}"
 
 
-@pytest.mark.parametrize("steps", [0, -3])
-def test_a_time_limit_below_one_is_refused(steps: int) -> None:
+@pytest.mark.parametrize("steps", [0, -3, 2.5, True, "10"])
+def test_a_time_limit_below_one_is_refused(steps: object) -> None:
     with pytest.raises(BenchError) as caught:
         make("Hopper", max_steps=steps)
-    assert str(caught.value) == f"max_steps is {steps}. Give a whole number above 0."
+    assert str(caught.value) == f"max_steps is {steps!r}. Give a whole number above 0."
+
+
+@pytest.mark.parametrize(
+    ("task", "variations", "text"),
+    [
+        ("Hopper", Gravity(0.5), "variations is Gravity(factor=0.5). Give a list, even of one variation."),
+        ("Hopper", ["Gravity"], "'Gravity' is no variation. Give values such as Gravity(0.8)."),
+        (
+            "Pusher",
+            [Gravity(0.5)],
+            "Gravity does not fit Pusher. It fits Hopper, Walker2d, HalfCheetah, Humanoid, HumanoidStandup, "
+            "HumanoidStandupAndRun.",
+        ),
+        ("Hopper", [MovingGoal()], "MovingGoal does not fit Hopper. It fits Pusher."),
+        (
+            Task("Mine", "Hoper"),
+            [],
+            "gym_extensions/Mine-v0: There is no base body 'Hoper'. Did you mean 'Hopper'?",
+        ),
+    ],
+)
+def test_a_variation_or_a_base_that_does_not_fit_is_refused(
+    task: object, variations: list, text: str
+) -> None:
+    with pytest.raises(BenchError) as caught:
+        make(task, variations)
+    assert str(caught.value) == text
+
+
+def test_an_unknown_group_is_refused_with_the_closest_name() -> None:
+    with pytest.raises(BenchError) as caught:
+        group("hoper-gravity")
+    assert str(caught.value) == "There is no group 'hoper-gravity'. Did you mean 'hopper-gravity'?"

@@ -37,10 +37,8 @@ def test_the_wall_is_the_box_of_the_specification(name: str) -> None:
     assert env.model.body("wall").mass[0] == 0
 
 
-@pytest.mark.parametrize("name", WALLS)
+@pytest.mark.parametrize("name", ["HopperWall", "HalfCheetahWall"])
 def test_the_walls_x_is_uniform_over_2000_resets(name: str) -> None:
-    if name.startswith("Humanoid"):
-        name = "HopperWall"  # the same draw on a body that resets fast
     env = make(name).unwrapped
     env.reset(seed=0)
     drawn = []
@@ -226,8 +224,8 @@ def test_halfcheetah_starts_blind_in_a_few_episodes_of_a_hundred() -> None:
     # 10° between two beams.
     env = make("HalfCheetahWall")
     env.reset(seed=1)
-    blind = sum(not env.reset()[0][-10:].any() for _ in range(2000))
-    assert 0.01 < blind / 2000 < 0.04
+    blind = sum(not env.reset()[0][-10:].any() for _ in range(1000))
+    assert 0.01 < blind / 1000 < 0.04
 
 
 @pytest.mark.parametrize("name", [*LYING[:2], *(f"{body}WithSensor" for body in BODIES)])

@@ -105,6 +105,20 @@ def test_the_observation_space_holds_what_occurs(name: str) -> None:
             env.reset()
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("name", FAMILIES)
+def test_the_observation_space_holds_what_occurs_in_100000_steps(name: str) -> None:
+    lanes = make_batch(name, 50)
+    lanes.action_space.seed(0)
+    lanes.reset(seed=0)
+    low, high = lanes.single_observation_space.low, lanes.single_observation_space.high
+    for _ in range(2000):
+        seen = lanes.step(lanes.action_space.sample())[0]
+        assert np.isfinite(seen).all()
+        assert ((seen >= low) & (seen <= high)).all()
+    lanes.close()
+
+
 def test_a_task_id_is_a_one_hot_vector_at_the_observations_end() -> None:
     members = group("hopper-gravity")
     for place, row in enumerate(members.tasks):

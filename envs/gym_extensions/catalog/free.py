@@ -17,10 +17,14 @@ def varied(task: Task, variations: tuple[Variation, ...] = (), max_steps: int | 
     name, so that it never carries a published task's id (``Hopper.Gravity-0.8``).
 
     Raises:
-        BenchError: the time limit is below 1.
+        BenchError: the time limit is below 1, or something that is no variation is among them.
     """
-    if max_steps is not None and max_steps < 1:
-        raise BenchError("bad-limit", f"max_steps is {max_steps}.", hint="Give a whole number above 0.")
+    if max_steps is not None and (type(max_steps) is not int or max_steps < 1):
+        raise BenchError("bad-limit", f"max_steps is {max_steps!r}.", hint="Give a whole number above 0.")
+    for variation in variations:
+        if not callable(getattr(variation, "apply", None)) or isinstance(variation, type):
+            message = f"{variation!r} is no variation."
+            raise BenchError("no-variation", message, hint="Give values such as Gravity(0.8).")
     steps = task.max_steps if max_steps is None else max_steps
     if not variations and steps == task.max_steps:
         return task

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import gymnasium as gym
 from gymnasium.envs.registration import EnvSpec
 
+from gym_extensions.catalog.errors import BenchError, did_you_mean
 from gym_extensions.catalog.free import varied
 from gym_extensions.catalog.tasks import TASKS, Task
 from gym_extensions.catalog.tasks import task as published
@@ -38,7 +39,7 @@ def construct(task: str | Task, **rendering: Any) -> gym.Env[Any, Any]:
         rendering: ``render_mode`` and the camera arguments of Gymnasium's MuJoCo bodies.
 
     Raises:
-        BenchError: there is no such task.
+        BenchError: there is no such task, or no such base body.
     """
     row = task if isinstance(task, Task) else published(task)
     if row.base == "Navigation":
@@ -46,6 +47,9 @@ def construct(task: str | Task, **rendering: Any) -> gym.Env[Any, Any]:
 
         built: gym.Env[Any, Any] = navigation(row, **rendering)
         return built
+    if row.base not in BODIES:
+        hint = did_you_mean(row.base, BODIES)
+        raise BenchError("unknown-base", f"There is no base body {row.base!r}.", row.id, hint)
     return BODIES[row.base](row, **rendering)
 
 
@@ -65,8 +69,12 @@ def make(
         max_steps: steps after which an episode is cut off; the task's own limit if None.
 
     Raises:
-        BenchError: there is no such task, or a limit below 1.
+        BenchError: there is no such task, a limit below 1, or a variation that does not fit the base body.
     """
+    given: object = variations
+    if not isinstance(given, Iterable):
+        message = f"variations is {variations!r}."
+        raise BenchError("no-list", message, hint="Give a list, even of one variation.")
     row = varied(task if isinstance(task, Task) else published(task), tuple(variations), max_steps)
     if TASKS.get(row.id) == row:
         return gym.make(row.id, render_mode=render_mode, disable_env_checker=True)

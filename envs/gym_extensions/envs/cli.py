@@ -34,6 +34,12 @@ def _list(names: list[str]) -> int:
         print(f"{row.id} ({len(row.tasks)} tasks)")
         for member in row.tasks:
             print(f"  {member.id}")
+    grouped = {member.id for row in GROUPS.values() for member in row.tasks}
+    alone = [] if names else [task_id for task_id in TASKS if task_id not in grouped]
+    if alone:
+        print(f"in no group ({len(alone)} tasks)")
+        for task_id in alone:
+            print(f"  {task_id}")
     return 0
 
 

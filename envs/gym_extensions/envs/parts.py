@@ -7,7 +7,7 @@ from typing import TypeVar
 from gym_extensions.catalog.errors import BenchError
 from gym_extensions.catalog.scenery import RangeSensor, SensorNoise, Wall
 from gym_extensions.catalog.task import Task
-from gym_extensions.catalog.variations import MotorNoise, MovingGoal, MovingStart, TrackingGoal
+from gym_extensions.catalog.variations import Gravity, MotorNoise, MovingGoal, MovingStart, TrackingGoal
 from gym_extensions.envs.bodies.sensor import FANS
 from gym_extensions.envs.motoring import Motors
 from gym_extensions.envs.part import Part
@@ -17,6 +17,7 @@ from gym_extensions.envs.tracking import Tracking
 Kind = TypeVar("Kind")
 
 FITS: dict[type, tuple[str, ...]] = {
+    Gravity: tuple(FANS),
     Wall: tuple(FANS),
     RangeSensor: tuple(FANS),
     SensorNoise: tuple(FANS),
@@ -24,7 +25,7 @@ FITS: dict[type, tuple[str, ...]] = {
     MovingStart: ("Striker",),
     TrackingGoal: ("Pusher", "Striker"),
 }
-"""The base bodies of the variations that do not fit every one."""
+"""The base bodies of the variations that do not fit every one: the arms have no gravity and no torso."""
 
 
 def parts(task: Task) -> list[Part]:
