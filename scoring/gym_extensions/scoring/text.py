@@ -13,11 +13,6 @@ class Text:
     header: tuple[str, ...]
     data: bytes
 
-    @property
-    def lines(self) -> list[str]:
-        """The data rows, without the header; only for bytes in which no rule found a problem."""
-        return self.data.decode("ascii").split("\n")[1:-1]
-
 
 def columns(text: Text) -> dict[str, list[str]]:
     """Each column's cells by its name; only for bytes in which no rule found a problem."""

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from operator import methodcaller
 from string import ascii_letters, digits
+
+import numpy as np
 
 from gym_extensions.catalog.errors import did_you_mean
 from gym_extensions.catalog.tasks import NAMESPACE
@@ -13,6 +14,7 @@ from gym_extensions.scoring.checks.rule import rule
 from gym_extensions.scoring.problems import Finding, told
 from gym_extensions.scoring.text import Text
 
+COMMA, LINE_END = b",\n"
 BOM = b"\xef\xbb\xbf"
 ODD = re.compile(rb"[^0-9A-Za-z,./\n\r+-]")
 EVEN = (ascii_letters + digits + ",./\n\r+-").encode()
@@ -78,18 +80,22 @@ def odd_character(text: Text) -> Iterator[Finding]:
         yield Finding(f"{text.path}, row {row}", found, REWRITE)
 
 
+def _full(data: bytes, commas: int) -> bool:
+    """Whether every line has that many commas and no cell is empty, found without cutting the text."""
+    if any(pair in data for pair in (b",,", b",\n", b"\n,")):
+        return False
+    values = np.frombuffer(data, dtype=np.uint8)
+    ends = np.searchsorted(np.flatnonzero(values == COMMA), np.flatnonzero(values == LINE_END))
+    return bool((np.diff(ends, prepend=0) == commas).all())
+
+
 @rule("text")
 def cell_count(text: Text) -> Iterator[Finding]:
     """Every row has as many cells as the header, and none is empty."""
-    rows = text.data.decode("utf-8", "backslashreplace").rstrip("\r\n").split("\n")[1:]
     commas = len(text.header) - 1
-    full = (
-        set(map(methodcaller("count", ","), rows)) <= {commas}
-        and b",," not in text.data
-        and b",\n" not in text.data
-    )
-    if full and b"\n," not in text.data:
+    if text.data.endswith(b"\n") and _full(text.data, commas):
         return
+    rows = text.data.decode("utf-8", "backslashreplace").rstrip("\r\n").split("\n")[1:]
     wrong = [index for index, row in enumerate(rows) if row.count(",") != commas or "" in row.split(",")]
 
     def say(index: int) -> str:

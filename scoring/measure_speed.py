@@ -1,0 +1,159 @@
+"""Measures how long many synthetic submissions take: five groups of five runs, with training curves.
+
+    python scoring/measure_speed.py [--submissions 1000] [--workers 2]
+
+Ten different submissions are written and linked under as many names as asked for, scored with synthetic
+references into scorecards and boards, then scored again from the cache, and again with one more.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import random
+import resource
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from itertools import product
+from pathlib import Path
+
+from gym_extensions.catalog.fingerprints import published
+from gym_extensions.catalog.groups import GROUPS, TaskGroup
+from gym_extensions.catalog.protocol import BUDGETS, EVALUATION_EPISODES, evaluation_seed
+from gym_extensions.scoring.batch import Work, cards
+from gym_extensions.scoring.board import boards, slim
+from gym_extensions.scoring.log import CurvePoint, Episode, write_curves, write_episodes, write_text
+from gym_extensions.scoring.normalise import Reference, References
+from gym_extensions.scoring.scorecard import document, text
+
+NAMES = ("hopper-gravity", "walker2d-gravity", "halfcheetah-gravity", "humanoid-gravity", "hopper-body")
+RUNS = range(5)
+DIFFERENT = 10
+MANIFEST = """format = 1
+title = "Synthetic"
+authors = []
+description = ""
+[code]
+url = ""
+commit = ""
+[protocol]
+budget = "100k"
+algorithm = "none"
+evaluation = "sampled"
+[knows]
+task_in_training = false
+task_in_evaluation = false
+boundaries = false
+[memory]
+stored_steps = 0
+parameters_first = 1
+parameters_last = 1
+[versions]
+gym_extensions = ""
+gymnasium = ""
+mujoco = ""
+numpy = ""
+python = ""
+platform = ""
+"""
+
+
+def _episodes(group: TaskGroup, protocol: str, level: float, rng: random.Random) -> list[Episode]:
+    stages = range(len(group.tasks) + 1) if protocol == "sequential" else (1,)
+    shift = [rng.gauss(level, 50) for _ in RUNS]
+    return [
+        Episode(
+            run,
+            stage,
+            task.id,
+            episode,
+            evaluation_seed(group.id, task.id, episode),
+            task.max_steps,
+            shift[run] + rng.gauss(0, 100),
+            False,
+            published(task.id),
+        )
+        for run, stage, task, episode in product(RUNS, stages, group.tasks, range(EVALUATION_EPISODES))
+    ]
+
+
+def write(folder: Path, seed: int) -> None:
+    """Writes one synthetic submission."""
+    rng = random.Random(seed)
+    write_text(folder / "submission.toml", MANIFEST)
+    for name in NAMES:
+        group, steps = GROUPS[name], BUDGETS["100k"].steps_for(name)
+        for protocol in ("sequential", "single"):
+            rows = _episodes(group, protocol, 200.0 * seed, rng)
+            write_episodes(folder / name / f"{protocol}.csv", rows, group.task_ids)
+        points = [
+            CurvePoint(protocol, run, task, steps * point // 10, rng.gauss(200.0 * seed, 50))
+            for protocol, run, task, point in product(
+                ("sequential", "single"), RUNS, group.task_ids, range(1, 11)
+            )
+        ]
+        write_curves(folder / name / "curves.csv", points, group.task_ids)
+
+
+def link(source: Path, target: Path) -> None:
+    """The same submission under another name, by hard links."""
+    for path in source.rglob("*"):
+        if path.is_file():
+            place = target / path.relative_to(source)
+            place.parent.mkdir(parents=True, exist_ok=True)
+            os.link(path, place)
+
+
+def _processor() -> float:
+    spent = os.times()
+    return spent.user + spent.system + spent.children_user + spent.children_system
+
+
+def run(folders: Sequence[Path], work: Work, workers: int, out: Path) -> tuple[float, float]:
+    """Seconds on the clock and of processor time to score the folders into scorecards and boards."""
+    start, before, slims = time.perf_counter(), _processor(), []
+    for path, card in zip(folders, cards(folders, work, workers), strict=True):
+        if card["problems"]:
+            raise ValueError(card["problems"][0])
+        write_text(out / "scorecards" / f"{path.name}.json", text(document([card], work.references)))
+        slims.append(slim(card))
+    write_text(out / "boards.json", text({"format": 1, "boards": boards(slims[:DIFFERENT])}))
+    return time.perf_counter() - start, _processor() - before
+
+
+def main() -> None:
+    """Prints the measurements."""
+    options = argparse.ArgumentParser(description=__doc__.partition("\n")[0] if __doc__ else "")
+    options.add_argument("--submissions", type=int, default=1000)
+    options.add_argument("--workers", type=int, default=2)
+    given = options.parse_args()
+    tasks = {task: Reference(0.0, 1000.0, False) for name in NAMES for task in GROUPS[name].task_ids}
+    references = References("synthetic", True, tasks, "0" * 64)
+    with tempfile.TemporaryDirectory() as made:
+        root = Path(made)
+        for seed in range(DIFFERENT):
+            write(root / "sources" / str(seed), seed)
+        folders = [root / "submissions" / f"entry{number:04}" for number in range(given.submissions + 1)]
+        for number, folder in enumerate(folders):
+            link(root / "sources" / str(number % DIFFERENT), folder)
+        plain, kept = Work(references), Work(references, root / "cache")
+        for name, chosen, work in (
+            ("scored", folders[:-1], plain),
+            ("scored into an empty cache", folders[:-1], kept),
+            ("from the cache", folders[:-1], kept),
+            ("one more", folders, kept),
+        ):
+            seconds, processor = run(chosen, work, given.workers, root / "out")
+            told = f"{name}: {len(chosen)} submissions, {seconds:.1f} s"
+            sys.stdout.write(f"{told}, {processor:.1f} s of processor time\n")
+            sys.stdout.flush()
+    peaks = (
+        resource.getrusage(who).ru_maxrss // 1024 for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)
+    )
+    sys.stdout.write("peak memory: {} MiB here, {} MiB in the largest worker\n".format(*peaks))
+
+
+if __name__ == "__main__":
+    main()
