@@ -34,7 +34,7 @@ def matrices(count: int = 30) -> list[Matrix]:
 
 
 def backward_transfer(R: Matrix) -> float:
-    """Lopez-Paz & Ranzato 2017, equation 3, with R[i][j] from their index 1: 1/(T−1) Σ_{i<T} R[T][i] − R[i][i]."""
+    """Lopez-Paz & Ranzato 2017, equation 3: 1/(T−1) Σ_{i<T} R[T][i] − R[i][i]."""
     T = len(R[0])
     total = 0.0
     for i in range(1, T):
@@ -52,7 +52,7 @@ def forward_transfer(R: Matrix) -> float:
 
 
 def worst_forgetting(R: Matrix) -> float:
-    """Chaudhry et al. 2018, equation 3, at k = T: for each earlier task the best so far, less what is left."""
+    """Chaudhry et al. 2018, equation 3, at k = T: each earlier task's best so far, less what is left."""
     T = len(R[0])
     drops = []
     for j in range(1, T):
@@ -145,4 +145,5 @@ def test_memory_does_not_grow_with_the_number_of_submissions(
         tracemalloc.stop()
         return found
 
-    assert peak(16) < 1.2 * peak(4)
+    # A log here has 30 kB of text and its scorecard 10 kB: neither is held.
+    assert (peak(16) - peak(4)) / 12 < 8_000
