@@ -12,13 +12,14 @@ from typing import Any
 
 from gym_extensions.baselines.cli import numbers
 from gym_extensions.baselines.jobs import run_all
-from gym_extensions.baselines.measuring import Measurement, MeasurementWork
+from gym_extensions.baselines.measuring import ORACLE, Measurement, MeasurementWork
 from gym_extensions.baselines.progress import FOLDER
 from gym_extensions.baselines.show import Screen, shown
 from gym_extensions.catalog.errors import BenchError, reports_mistakes
 from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.protocol import BUDGETS, FIRST_REFERENCE_RUN, FULL_ENTRY_RUNS
 from gym_extensions.catalog.protocol import budget as budget_named
+from gym_extensions.catalog.tasks import task as task_named
 from gym_extensions.scoring.log import Episode, write_episodes, write_text
 
 FLOOR_AGENTS = ("random", "still")
@@ -54,6 +55,7 @@ def task_row(
     floors: Mapping[str, Sequence[float]],
     runs: Mapping[int, Sequence[float]],
     *,
+    agent: str = CEILING_AGENT,
     budget: str,
     log_sha256: str,
 ) -> dict[str, Any]:
@@ -72,7 +74,7 @@ def task_row(
     spread = math.sqrt(math.fsum((value - mean) ** 2 for value in means) / max(1, len(means) - 1))
     ceiling = {
         "mean": mean,
-        "agent": CEILING_AGENT,
+        "agent": agent,
         "budget": budget,
         "episodes": len(next(iter(runs.values()))),
         "standard_error": spread / math.sqrt(len(means)),
@@ -93,22 +95,29 @@ def task_row(
     return row | ({"attempts": ceiling} if open_ else {})
 
 
+def returns(episodes: Sequence[Episode]) -> list[float]:
+    """The returns of the episodes."""
+    return [row.return_ for row in episodes]
+
+
+def ceiling_measurements(task_id: str, budget: str, runs: Sequence[int]) -> list[Measurement]:
+    """What measures a task's ceiling: the reference runs, or the oracle where the task is navigation."""
+    if task_named(task_id).base == "Navigation":
+        return [Measurement(task_id, ORACLE, FIRST_REFERENCE_RUN, FLOOR_EPISODES)]
+    return [Measurement(task_id, CEILING_AGENT, run, CEILING_EPISODES, budget) for run in runs]
+
+
 def measured(
     task_ids: Sequence[str], *, budget: str, runs: Sequence[int], out: Path, jobs: int, screen: Screen
 ) -> dict[str, Any]:
     """The whole document; logs of its episodes are written beside ``out``, parts of unfinished work kept."""
-    wanted = [
-        *(
-            Measurement(task, CEILING_AGENT, run, CEILING_EPISODES, budget)
-            for task in task_ids
-            for run in runs
-        ),
-        *(
-            Measurement(task, agent, FIRST_REFERENCE_RUN, FLOOR_EPISODES)
-            for task in task_ids
-            for agent in FLOOR_AGENTS
-        ),
+    ceilings = [each for task in task_ids for each in ceiling_measurements(task, budget, runs)]
+    floors_of = [
+        Measurement(task, agent, FIRST_REFERENCE_RUN, FLOOR_EPISODES)
+        for task in task_ids
+        for agent in FLOOR_AGENTS
     ]
+    wanted = [*ceilings, *floors_of]
     screen.plan({each.title: 1 for each in wanted})
     parts = out.parent / FOLDER / out.stem
     found: dict[Measurement, list[Episode]] = {}
@@ -116,19 +125,16 @@ def measured(
         found[wanted[index]] = episodes
     tasks = {}
     for task in task_ids:
-        floors, ceilings, log = {}, {}, list[Episode]()
-        for each, episodes in found.items():
-            returns = [row.return_ for row in episodes]
-            if each.task == task and each.budget:
-                ceilings[each.run] = returns
-                log += episodes
-            elif each.task == task:
-                floors[each.agent] = returns
+        own = {each: episodes for each, episodes in found.items() if each.task == task}
+        top = [each for each in own if each.agent not in FLOOR_AGENTS]
         path = out.parent / f"{out.stem}-logs" / f"{task.rpartition('/')[2]}.csv"
-        write_episodes(path, log, (task,))
-        digest = hashlib.sha256(path.read_bytes()).hexdigest()
+        write_episodes(path, [row for each in top for row in own[each]], (task,))
         tasks[task] = task_row(
-            {name: floors[name] for name in FLOOR_AGENTS}, ceilings, budget=budget, log_sha256=digest
+            {each.agent: returns(own[each]) for each in own if each.agent in FLOOR_AGENTS},
+            {each.run: returns(own[each]) for each in top},
+            agent=top[0].agent,
+            budget=top[0].budget,
+            log_sha256=hashlib.sha256(path.read_bytes()).hexdigest(),
         )
     final = budget == REFERENCE_BUDGET and len(runs) >= FULL_ENTRY_RUNS
     return {"format": 1, "version": out.stem, "provisional": not final, "tasks": tasks}
@@ -139,7 +145,7 @@ def main(argv: list[str] | None = None) -> int:
     """Measures, and writes the file."""
     command = argparse.ArgumentParser(
         prog="gym-extensions reference",
-        description="Measure floors (random and zero actions) and ceilings (trpo on the task alone).",
+        description="Measure floors (random and zero actions) and ceilings (trpo alone, or the oracle).",
     )
     command.add_argument("--groups", required=True, help="names by commas")
     command.add_argument("--budget", default=REFERENCE_BUDGET, help=f"of {', '.join(BUDGETS)}")
