@@ -5,7 +5,8 @@ from __future__ import annotations
 import difflib
 import functools
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
+from typing import Protocol
 
 
 class BenchError(Exception):
@@ -37,8 +38,14 @@ def did_you_mean(word: str, choices: Iterable[str]) -> str:
     return f"Choose one of: {', '.join(known)}." if 0 < len(known) <= 25 else ""
 
 
-def reports_mistakes(main: Callable[[list[str] | None], int]) -> Callable[[list[str] | None], int]:
-    """The same command, with a ``BenchError`` told on standard error and exit status 2, no traceback."""
+class Command(Protocol):
+    """A command: it takes its words, those of the process if None, and gives its exit status."""
+
+    def __call__(self, argv: list[str] | None = None) -> int: ...
+
+
+def reports_mistakes(main: Command) -> Command:
+    """The same command, with a ``BenchError`` told on standard error and exit status 2, not a traceback."""
 
     @functools.wraps(main)
     def command(argv: list[str] | None = None) -> int:

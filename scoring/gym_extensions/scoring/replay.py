@@ -167,7 +167,8 @@ def _faults(env: Any, lanes: Sequence[Segment]) -> Iterator[str]:
 
 
 def _state(part: Segment, name: str) -> Array:
-    return part.episode.states[name][part.index - 1]
+    state: Array = part.episode.states[name][part.index - 1]
+    return state
 
 
 def _actions(lanes: Sequence[Segment], steps: int) -> NDArray[np.float32]:
