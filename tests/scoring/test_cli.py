@@ -33,7 +33,7 @@ def test_a_good_submission_exits_0_and_a_bad_one_1(submission: Write, known: Non
 
 SCREEN = """\
 entry  An entry  (well-formed)
-  references: synthetic, provisional (fewer runs or a smaller budget)
+  provisional references 'synthetic': fewer runs or a smaller budget
 
 hopper-gravity-v0, sequential, budget smoke, 2 runs
 metric                 mean   95 % interval

@@ -909,7 +909,7 @@ def test_identical_runs_of_an_agent_without_parameters_count_as_one(submission: 
         "sequential": (0,),
         "single": (0,),
     }
-    assert entry.notes == ("Runs [0, 1] hold 1 different: runs identical in every episode count as one.",)
+    assert entry.notes == ("Runs 0, 1 are identical in every episode and count as one.",)
     assert len(entry.logs["sequential"].return_) == 600
 
 

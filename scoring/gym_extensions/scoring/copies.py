@@ -15,15 +15,20 @@ def without_copies(entry: GroupEntry) -> GroupEntry:
     runs = [set(one) for one in each]
     if not each or any(one != runs[0] for one in runs):
         return entry
-    first: dict[tuple[object, ...], int] = {}
+    same: dict[tuple[object, ...], list[int]] = {}
     for run in sorted(runs[0]):
-        first.setdefault(tuple(one[run] for one in each), run)
-    kept = sorted(first.values())
-    if len(kept) == len(runs[0]):
+        same.setdefault(tuple(one[run] for one in each), []).append(run)
+    if len(same) == len(runs[0]):
         return entry
-    logs = {protocol: only(log, set(kept)) for protocol, log in entry.logs.items()}
-    note = f"Runs {sorted(runs[0])} hold {len(kept)} different: runs identical in every episode count as one."
-    return replace(entry, logs=logs, notes=(*entry.notes, note))
+    logs = {
+        protocol: only(log, {copies[0] for copies in same.values()}) for protocol, log in entry.logs.items()
+    }
+    notes = [
+        f"Runs {', '.join(map(str, copies))} are identical in every episode and count as one."
+        for copies in same.values()
+        if len(copies) > 1
+    ]
+    return replace(entry, logs=logs, notes=(*entry.notes, *notes))
 
 
 def only(log: Log, runs: set[int]) -> Log:

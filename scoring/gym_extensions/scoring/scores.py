@@ -70,8 +70,8 @@ def no_reference(results: Results, references: References) -> str:
     lacking = references.lacking(results.group.task_ids)
     if not lacking:
         return ""
-    listed = ", ".join(lacking[:3]) + (f" and {len(lacking) - 3} more" if len(lacking) > 3 else "")
-    return f"There is no reference for {listed} in benchmark version {references.version!r}."
+    share = f"{len(lacking)} of {len(results.group.tasks)} tasks"
+    return f"Benchmark version {references.version!r} has no reference for {share}, {lacking[0]} among them."
 
 
 def scores(results: Results, references: References, protocol: str, runs: list[Run]) -> dict[str, Score]:

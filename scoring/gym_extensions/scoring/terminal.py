@@ -111,7 +111,7 @@ def show(out: Console, card: Document, references: Document) -> None:
         for protocol, found in protocols.items()
     ]
     if references["provisional"] and any(found["runs"] for _, _, found in scored):
-        out.print(f"  references: {references['version']}, provisional (fewer runs or a smaller budget)")
+        out.print(f"  provisional references {references['version']!r}: fewer runs or a smaller budget")
     for name, protocol, found in scored:
         _group(out, name, protocol, found)
     for suite, protocols in card["suites"].items():
