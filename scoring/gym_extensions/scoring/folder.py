@@ -38,6 +38,10 @@ class Folder:
         """Whether a regular file of that path is there."""
         return any(entry.path == path and entry.kind == "file" for entry in self.entries)
 
+    def size(self, path: str) -> int:
+        """The bytes of the regular file of that path; 0 where there is none."""
+        return next((entry.size for entry in self.entries if entry.path == path), 0)
+
     def read(self, path: str) -> bytes:
         """The bytes of a file; raises OSError where it cannot be read."""
         return (self.root / path).read_bytes()

@@ -12,8 +12,9 @@ from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS
 from gym_extensions.scoring import manifest as toml
 from gym_extensions.scoring import rows
 from gym_extensions.scoring.checks.across import GroupLogs
-from gym_extensions.scoring.checks.arrays import LARGEST_PACKED, Arrays
+from gym_extensions.scoring.checks.arrays import Arrays
 from gym_extensions.scoring.checks.curves import Curves
+from gym_extensions.scoring.checks.files import largest
 from gym_extensions.scoring.checks.rule import broken, rule
 from gym_extensions.scoring.copies import without_copies
 from gym_extensions.scoring.entry import GroupEntry, Submission
@@ -65,7 +66,9 @@ class _Reader:
         return not found
 
     def bytes(self, path: str) -> bytes | None:
-        """The bytes of a file, or None with a problem where they cannot be read."""
+        """The bytes of a file, or None with a problem where they cannot be read or are too many."""
+        if self.folder.size(path) > largest(path):
+            return None  # too_large has told it
         try:
             return self.folder.read(path)
         except OSError as error:
@@ -130,7 +133,7 @@ class _Reader:
         runs = {protocol: log.runs for protocol, log in logs.items()}
         for entry in self.folder.files():
             mine = entry.path.startswith(f"{group.name}/") and entry.path.endswith(".npz")
-            if mine and entry.size <= LARGEST_PACKED and (data := self.bytes(entry.path)) is not None:
+            if mine and (data := self.bytes(entry.path)) is not None:
                 self.passes("arrays", Arrays(entry.path, data, runs))
 
     def group(self, group: TaskGroup, manifest: toml.Manifest | None) -> GroupEntry:

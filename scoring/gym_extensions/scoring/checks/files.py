@@ -116,11 +116,16 @@ def no_logs(folder: Folder) -> Iterator[Finding]:
             )
 
 
+def largest(path: str) -> int:
+    """The limit on the bytes of a file, by the end of its name."""
+    return LARGEST.get(path[path.rfind(".") :], MEBIBYTE)
+
+
 @rule("folder")
 def too_large(folder: Folder) -> Iterator[Finding]:
     """A submission keeps within the limits on the size of a file, the size of all and their number."""
     for entry in folder.files():
-        limit = LARGEST.get(entry.path[entry.path.rfind(".") :], MEBIBYTE)
+        limit = largest(entry.path)
         if entry.size > limit:
             found = f"The file has {entry.size} bytes; the limit is {limit}."
             yield Finding(entry.path, found, "Leave out what the format does not ask for.")
