@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from gym_extensions.scoring.batch import Work, cards
 from gym_extensions.scoring.folder import submission_folders
+from gym_extensions.scoring.jsontext import text
 from gym_extensions.scoring.normalise import References, load_references
 
 FORMAT = 1
 
 Document = dict[str, Any]
+
+__all__ = ["Document", "document", "score_folder", "score_folders", "text"]
 
 
 def document(cards: Sequence[Document], references: References) -> Document:
@@ -47,8 +49,3 @@ def score_folders(
 def score_folder(path: Path, references: References | None = None) -> Document:
     """The scorecard of the one submission in a folder."""
     return Work(load_references() if references is None else references)(path)
-
-
-def text(document: Document) -> str:
-    """The document as JSON: sorted keys, two spaces, floats by ``repr``, no NaN."""
-    return json.dumps(document, sort_keys=True, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
