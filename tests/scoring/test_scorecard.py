@@ -39,6 +39,8 @@ def test_the_document_key_by_key(submission: Write, references: References) -> N
     assert len(scored["matrix"]) == 2
     assert len(scored["matrix"][0]) == 6
     assert len(scored["matrix"][0][0]) == 5
+    assert [(one["run"], len(one["points"])) for one in scored["curves"]] == [(0, 12)] * 5 + [(1, 12)] * 5
+    assert [one["task"] for one in scored["curves"][:5]] == scored["tasks"]
 
 
 def test_scores_by_hand(submission: Write, references: References) -> None:
