@@ -50,11 +50,19 @@ def _unranked(valued: Sequence[Row]) -> str:
     if first.lead.ends is None:
         return "It has one run, so nothing can be said about how sure that is."
     low = first.lead.ends[0]
-    touching = [row.entry.title for row in others if row.lead.ends is None or row.lead.ends[1] >= low]
+    touching = [row.entry.title for row in others if _top(row) >= low]
     if not touching:
-        return "Its interval lies above that of every other entry."
+        single = any(row.lead.ends is None for row in others)
+        return (
+            f"Its interval lies above that of every other entry{', or above its one run' if single else ''}."
+        )
     listed = f"{len(touching)} others" if len(touching) > 3 else _listed(touching)
     return f"Its interval does not lie clear of {listed}, so the order may be chance."
+
+
+def _top(row: Row) -> float:
+    """How far up an entry may reach: the end of its interval, or its one run."""
+    return row.lead.ends[1] if row.lead.ends else row.lead.mean or 0.0
 
 
 def _listed(names: Sequence[str]) -> str:
