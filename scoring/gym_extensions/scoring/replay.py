@@ -54,19 +54,20 @@ class Segment:
 
     episode: Recorded
     index: int
-
-    @property
-    def start(self) -> int:
-        return self.index * self.episode.segment_steps
-
-    @property
-    def end(self) -> int:
-        return min(self.start + self.episode.segment_steps, self.episode.length)
+    start: int
+    end: int
 
     @property
     def last(self) -> bool:
         """Whether the episode ends with it."""
         return self.end == self.episode.length
+
+
+def segments_of(episode: Recorded) -> list[Segment]:
+    """The episode, cut."""
+    starts = range(0, episode.length, episode.segment_steps)
+    ends = [*starts[1:], episode.length]
+    return [Segment(episode, *place) for place in zip(range(len(starts)), starts, ends, strict=True)]
 
 
 def verify(path: Path) -> Verification:
@@ -116,14 +117,12 @@ def _by_task(episode: Recorded) -> str:
 
 def replay(task: Task, episodes: Sequence[Recorded]) -> list[Problem]:
     """At most one problem an episode: the first segment that does not come out as claimed."""
-    parts = [Segment(one, index) for one in episodes for index in range(len(one.returns))]
+    parts = [part for one in episodes for part in segments_of(one)]
     first = [part for part in parts if part.index == 0]
     later = [part for part in parts if part.index > 0]
     faults: dict[str, tuple[int, str]] = {}
-    for batch in (first, later):
+    for batch in (first, later) if later else (first,):
         lanes = min(LANES, len(batch))
-        if not lanes:
-            continue
         env = make_batch(task, lanes, num_threads=len(os.sched_getaffinity(0)))
         for at in range(0, len(batch), lanes):
             chunk = batch[at : at + lanes]
