@@ -15,6 +15,8 @@ from gym_extensions.baselines.recorder import Recorder
 from gym_extensions.envs import make_batch
 
 STEPS, BATCH, LANES, SEEDS = 40_000, 2_000, 8, range(5)
+ACTIONS = 3
+"""Components of Hopper's action."""
 T_975_8 = 2.306
 """Student's t, two-sided 5 %, 8 degrees of freedom."""
 
@@ -48,7 +50,8 @@ def theirs(seed: int) -> float:
         batch_size=125,
         gamma=trpo.DISCOUNT,
         gae_lambda=trpo.TRACE_DECAY,
-        target_kl=trpo.REGION.max_kl,
+        # Its KL is a mean over the action's components too, ours their sum, as in Schulman et al. and rllab.
+        target_kl=trpo.REGION.max_kl / ACTIONS,
         cg_damping=trpo.REGION.damping,
         cg_max_steps=trpo.REGION.iterations,
         policy_kwargs={"activation_fn": torch.nn.ReLU, "net_arch": {"pi": [100, 50, 25], "vf": [64, 64]}},
