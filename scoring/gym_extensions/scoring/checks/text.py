@@ -82,11 +82,12 @@ def odd_character(text: Text) -> Iterator[Finding]:
 
 def _full(data: bytes, commas: int) -> bool:
     """Whether every line has that many commas and no cell is empty, found without cutting the text."""
-    if any(pair in data for pair in (b",,", b",\n", b"\n,")):
-        return False
     values = np.frombuffer(data, dtype=np.uint8)
-    ends = np.searchsorted(np.flatnonzero(values == COMMA), np.flatnonzero(values == LINE_END))
-    return bool((np.diff(ends, prepend=0) == commas).all())
+    at = np.flatnonzero((values == COMMA) | (values == LINE_END))
+    if not at.size or at[0] == 0 or (np.diff(at) == 1).any():
+        return False
+    ends = np.flatnonzero(values[at] == LINE_END)
+    return bool((np.diff(ends, prepend=-1) == commas + 1).all())
 
 
 @rule("text")
