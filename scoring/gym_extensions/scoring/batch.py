@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import os
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -16,8 +15,6 @@ from gym_extensions.scoring.folder import scan
 from gym_extensions.scoring.normalise import References
 from gym_extensions.scoring.submission import read
 
-RARELY = 200_000
-"""Objects between two garbage collections in a worker: scoring makes many, and hardly a cycle."""
 WORTH_WORKERS = 6
 """From so many submissions on, starting further processes pays."""
 
@@ -49,5 +46,5 @@ def cards(folders: Sequence[Path], work: Work, workers: int | None = None) -> It
     if count < 2 or (workers is None and len(folders) < WORTH_WORKERS):
         yield from map(work, folders)
         return
-    with ProcessPoolExecutor(count, initializer=gc.set_threshold, initargs=(RARELY,)) as pool:
+    with ProcessPoolExecutor(count) as pool:
         yield from pool.map(work, folders, chunksize=2)
