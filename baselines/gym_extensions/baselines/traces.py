@@ -6,7 +6,6 @@ import io
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -53,11 +52,3 @@ def trace_bytes(trace: Trace) -> bytes:
         **states,
     )
     return content.getvalue()
-
-
-def write_bytes(path: Path, content: bytes) -> None:
-    """Writes the whole file or nothing: to a temporary name beside it, then renamed."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f".{path.name}.partial")
-    partial.write_bytes(content)
-    partial.replace(path)

@@ -55,12 +55,17 @@ def _text(header: tuple[str, ...], rows: Iterable[Episode | CurvePoint]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def write_text(path: Path, text: str) -> None:
+def write_bytes(path: Path, content: bytes) -> None:
     """Writes the whole file or nothing: to a temporary name beside it, then renamed."""
     path.parent.mkdir(parents=True, exist_ok=True)
     partial = path.with_name(f".{path.name}.partial")
-    partial.write_bytes(text.encode())
+    partial.write_bytes(content)
     partial.replace(path)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Writes a text file, UTF-8 with ``\\n``, whole or not at all."""
+    write_bytes(path, text.encode())
 
 
 def write_episodes(path: Path, episodes: Iterable[Episode], task_ids: tuple[str, ...]) -> None:
