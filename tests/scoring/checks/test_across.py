@@ -1,0 +1,55 @@
+"""Rules about the logs of one group together."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from gym_extensions.scoring.submission import read
+
+from .broken import GROUP, LOG, TOML, Broken, Judge, each, edit, lines
+
+BROKEN = (
+    Broken(
+        "different-runs",
+        "a run that single.csv lacks, but for its curves",
+        lines(lambda rows: [line for line in rows if line[0] == "0"], f"{GROUP}/single.csv"),
+        (
+            (
+                f"{GROUP}/single.csv",
+                "The runs are [0]; sequential.csv has [0, 1].",
+                "Add the runs that are missing on either side, or leave them out on both.",
+            ),
+        ),
+        also=("foreign-curve",),
+    ),
+    Broken(
+        "identical-runs",
+        "a run copied under another seed",
+        lines(lambda rows: rows[:600] + ["1" + line[1:] for line in rows[:600]]),
+        (
+            (
+                LOG,
+                "Run 1 is the same as run 0 in every episode.",
+                "Train each run with its own seed; an agent that has no parameters says so in [memory].",
+            ),
+        ),
+    ),
+)
+
+
+@each(BROKEN)
+def test_a_broken_folder_breaks_its_rule_and_says_so(example: Broken, judge: Judge) -> None:
+    judge(example)
+
+
+def test_identical_runs_of_an_agent_without_parameters_count_as_one(submission: Callable[..., Path]) -> None:
+    folder = submission(value=lambda protocol, run, stage, position, episode: float(position))
+    edit("parameters_last = 100", "parameters_last = 0", TOML)(folder)
+    entry = read(folder).groups["hopper-gravity-v0"]
+    assert {protocol: log.runs for protocol, log in entry.logs.items()} == {
+        "sequential": (0,),
+        "single": (0,),
+    }
+    assert entry.notes == ("Runs 0, 1 are identical in every episode and count as one.",)
+    assert len(entry.logs["sequential"].return_) == 600

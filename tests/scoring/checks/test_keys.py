@@ -1,0 +1,147 @@
+"""Rules about which episodes a log has: each prescribed one once, in order, and no other."""
+
+from __future__ import annotations
+
+from .broken import GROUP, LOG, Broken, Judge, cell, each, lines
+
+BROKEN = (
+    Broken(
+        "foreign-task",
+        "a task of another group and one that does not exist",
+        lambda folder: (
+            cell(2, 2, "gym_extensions/Humanoid-v0")(folder)
+            or cell(3, 2, "gym_extensions/HopperGravityHalf-v1")(folder)
+        ),
+        (
+            (
+                f"{LOG}, row 2",
+                "gym_extensions/Humanoid-v0 is no task of hopper-gravity-v0.",
+                "Did you mean 'gym_extensions/Hopper-v0'?",
+            ),
+            (
+                f"{LOG}, row 3",
+                "There is no task 'gym_extensions/HopperGravityHalf-v1'.",
+                "Did you mean 'gym_extensions/Hopper-v0'?",
+            ),
+        ),
+        also=("missing-cell", "unsorted-rows"),
+    ),
+    Broken(
+        "wrong-stage",
+        "a stage beyond the number of tasks",
+        cell(1201, 1, "6"),
+        (
+            (
+                f"{LOG}, row 1201",
+                "The stage is 6; 0 to 5 is allowed.",
+                "The stage is the number of tasks trained so far; it is 1 (trained) in single.csv and "
+                "joint.csv.",
+            ),
+        ),
+        also=("missing-cell",),
+    ),
+    Broken(
+        "wrong-episode",
+        "a twenty-first episode",
+        lines(lambda rows: [*rows[:20], rows[19].replace(",19,", ",20,", 1), *rows[20:]]),
+        (
+            (
+                f"{LOG}, row 22",
+                "The episode is 20; 0 to 19 exist.",
+                "Evaluate 20 episodes a cell, numbered from 0.",
+            ),
+        ),
+    ),
+    Broken(
+        "wrong-seed",
+        "a seed that somebody chose",
+        cell(2, 4, "7"),
+        (
+            (
+                f"{LOG}, row 2",
+                "The seed is 7; this episode has 315912130.",
+                "Reset with gym_extensions.catalog.protocol.evaluation_seed(group id, task id, episode).",
+            ),
+        ),
+    ),
+    Broken(
+        "duplicate-episode",
+        "two rows for one episode",
+        lines(lambda rows: [rows[0], *rows]),
+        ((f"{LOG}, row 3", "Row 2 is the same episode.", "Keep the one row that was measured."),),
+    ),
+    Broken(
+        "missing-cell",
+        "a matrix with a hole",
+        lines(lambda rows: rows[:20] + rows[40:]),
+        (
+            (
+                LOG,
+                "Run 0, stage 0, gym_extensions/HopperGravityThreeQuarters-v0 has 0 of 20 episodes.",
+                "Finish the evaluation of this run, or leave the whole run out.",
+            ),
+        ),
+    ),
+    Broken(
+        "missing-cell",
+        "one run short of a task",
+        lines(lambda rows: [line for line in rows if not (line[0] == "1" and "/Hopper-v0" in line)]),
+        (
+            *(
+                (
+                    LOG,
+                    f"Run 1, stage {stage}, gym_extensions/Hopper-v0 has 0 of 20 episodes.",
+                    "Finish the evaluation of this run, or leave the whole run out.",
+                )
+                for stage in range(3)
+            ),
+            (
+                LOG,
+                "Run 1 lacks episodes in 3 more cells.",
+                "Finish the evaluation of this run, or leave the whole run out.",
+            ),
+        ),
+    ),
+    Broken(
+        "unsorted-rows",
+        "two rows exchanged",
+        lines(lambda rows: [rows[1], rows[0], *rows[2:]]),
+        (
+            (
+                f"{LOG}, row 3",
+                "The row comes before the row above it.",
+                "Sort by run, stage, task in training order, episode.",
+            ),
+        ),
+    ),
+    Broken(
+        "reserved-run",
+        "the training seed of a reference run",
+        lambda folder: [
+            lines(
+                lambda rows: [row.replace("1,", "1000,", 1) if row[0] == "1" else row for row in rows], path
+            )(folder)
+            for path in (LOG, f"{GROUP}/single.csv")
+        ],
+        tuple(
+            finding
+            for path, first, more in ((LOG, 602, 597), (f"{GROUP}/single.csv", 102, 97))
+            for finding in (
+                *(
+                    (f"{path}, row {number}", "The run is 1000.", "Train with seeds from 0 to 999.")
+                    for number in range(first, first + 3)
+                ),
+                (
+                    path,
+                    f"{more} more rows of this file break the same rule.",
+                    "Train with seeds from 0 to 999.",
+                ),
+            )
+        ),
+    ),
+)
+
+
+@each(BROKEN)
+def test_a_broken_folder_breaks_its_rule_and_says_so(example: Broken, judge: Judge) -> None:
+    judge(example)

@@ -1,0 +1,166 @@
+"""Rules about submission.toml."""
+
+from __future__ import annotations
+
+from .broken import GROUP, TOML, Broken, Judge, each, edit
+
+BROKEN = (
+    Broken(
+        "malformed-toml",
+        "a missing quote",
+        edit('title = "An entry"', 'title = "An entry', TOML),
+        (
+            (
+                TOML,
+                "It is not TOML: Illegal character '\\n' (at line 2, column 18).",
+                "Correct that place; the format is at https://toml.io.",
+            ),
+        ),
+    ),
+    Broken(
+        "malformed-toml",
+        "bytes that are no UTF-8",
+        lambda folder: (folder / TOML).write_bytes(b"\xff\xfe"),
+        (
+            (
+                TOML,
+                "It is not TOML: 'utf-8' codec can't decode byte 0xff in position 0: invalid start byte.",
+                "Correct that place; the format is at https://toml.io.",
+            ),
+        ),
+    ),
+    Broken(
+        "unknown-key",
+        "a misspelt key",
+        edit("[code]", 'tittle = "Another"\n[code]', TOML),
+        ((TOML, "There is no key 'tittle'.", "Did you mean 'title'?"),),
+    ),
+    Broken(
+        "unknown-key",
+        "a key of another section",
+        edit("stored_steps = 2000", "stored_step = 1\nstored_steps = 2000", TOML),
+        (
+            (
+                f"{TOML}, [memory] stored_step",
+                "There is no key 'stored_step'.",
+                "Did you mean 'stored_steps'?",
+            ),
+        ),
+    ),
+    Broken(
+        "missing-key",
+        "what the agent knows is left out",
+        edit("boundaries = false\n", "", TOML),
+        (
+            (
+                f"{TOML}, [knows] boundaries",
+                "The key is missing.",
+                "Add boundaries with a value: true or false.",
+            ),
+        ),
+    ),
+    Broken(
+        "bad-value",
+        "a text in place of a number",
+        edit("stored_steps = 2000", 'stored_steps = "2000"', TOML),
+        ((f"{TOML}, [memory] stored_steps", "'2000' is not a whole number from 0.", "Give a whole number."),),
+    ),
+    Broken(
+        "bad-value",
+        "an address that a browser would run",
+        edit('url = ""', 'url = "javascript:alert(1)"', TOML),
+        (
+            (
+                f"{TOML}, [code] url",
+                "'javascript:alert(1)' is not an address that begins with https:// or http://.",
+                "Give a web address, or an empty text.",
+            ),
+        ),
+    ),
+    Broken(
+        "bad-value",
+        "another evaluation",
+        edit('"sampled"', '"sample"', TOML),
+        ((f"{TOML}, [protocol] evaluation", "The value is 'sample'.", "Did you mean 'sampled'?"),),
+    ),
+    Broken(
+        "bad-value",
+        "a value where a section belongs",
+        lambda folder: (
+            edit('[code]\nurl = ""\ncommit = ""\n', "", TOML)(folder)
+            or edit("format = 1", 'format = 1\ncode = "https://example.org"', TOML)(folder)
+        ),
+        ((f"{TOML}, code", "'https://example.org' is not a section.", "Write [code] and its keys."),),
+    ),
+    Broken(
+        "unknown-budget",
+        "a misspelt budget",
+        edit('"smoke"', '"smok"', TOML),
+        ((f"{TOML}, [protocol] budget", "There is no budget 'smok'.", "Did you mean 'smoke'?"),),
+    ),
+    Broken(
+        "unknown-report",
+        "a table that the project does not keep",
+        edit("format = 1", 'format = 1\nreported = "henderson2018"', TOML),
+        ((f"{TOML}, reported", "There is no table 'henderson2018'.", "Did you mean 'henderson2017'?"),),
+    ),
+    Broken(
+        "logs-of-a-reported-entry",
+        "a published table with logs",
+        edit("format = 1", 'format = 1\nreported = "henderson2017"', TOML),
+        (
+            (
+                GROUP,
+                "A reported entry has no logs.",
+                "Remove the key 'reported' from submission.toml, or the folder.",
+            ),
+        ),
+    ),
+    Broken(
+        "bad-hyperparameter",
+        "a number of more digits than can be printed",
+        edit("step = 0.01", f"step = 0x{'f' * 6000}", TOML),
+        (
+            (
+                f"{TOML}, [hyperparameters] step",
+                "a number of very many digits is of another kind.",
+                "Give a text, a finite number, true or false, or a list of them.",
+            ),
+        ),
+    ),
+    Broken(
+        "malformed-toml",
+        "lists within lists without end",
+        edit("step = 0.01", f"step = {'[' * 5000}", TOML),
+        (
+            (
+                TOML,
+                "It is not TOML: it is nested too deeply.",
+                "Correct that place; the format is at https://toml.io.",
+            ),
+        ),
+    ),
+    Broken(
+        "bad-hyperparameter",
+        "a table among the hyperparameters",
+        edit("step = 0.01", "step = {first = 1}", TOML),
+        (
+            (
+                f"{TOML}, [hyperparameters] step",
+                "{'first': 1} is of another kind.",
+                "Give a text, a finite number, true or false, or a list of them.",
+            ),
+        ),
+    ),
+    Broken(
+        "control-character",
+        "an escape sequence in the title",
+        edit("An entry", "An \\u001b[31mentry", TOML),
+        ((f"{TOML}, title", "The text 'An \\x1b[31mentry' holds a control character.", "Remove it."),),
+    ),
+)
+
+
+@each(BROKEN)
+def test_a_broken_folder_breaks_its_rule_and_says_so(example: Broken, judge: Judge) -> None:
+    judge(example)

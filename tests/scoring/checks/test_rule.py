@@ -1,0 +1,55 @@
+"""The rules together: every one has an example, a good folder breaks none, all that are broken are told."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from gym_extensions.scoring.checks import RULES
+from gym_extensions.scoring.submission import read
+
+from . import (
+    test_across,
+    test_arrays,
+    test_curves,
+    test_files,
+    test_keys,
+    test_manifest,
+    test_text,
+    test_values,
+)
+from .broken import GROUP, TOML, TRACE, Good, arrays, cell, edit, put
+
+TABLES = (test_files, test_manifest, test_text, test_keys, test_values, test_across, test_curves, test_arrays)
+
+
+def test_a_good_folder_breaks_no_rule(good: Good, tmp_path: Path) -> None:
+    folder = good(GROUP, tmp_path)
+    put(TRACE, arrays(actions=np.zeros((5, 3), np.float32), segment_steps=np.int64(10)))(folder)
+    put(f"{GROUP}/policies/run0.npz", arrays(weights=np.zeros((5, 3))))(folder)
+    put(".progress/half-done.csv", b"nothing yet")(folder)
+    assert read(folder).problems == ()
+
+
+def test_every_rule_has_an_example() -> None:
+    elsewhere = {"unreadable-file"}  # test_a_file_that_cannot_be_read_is_named
+    examples = [example.rule for table in TABLES for example in table.BROKEN]
+    assert {*examples, *elsewhere} == set(RULES)
+
+
+def test_all_problems_are_told_at_once(submission: Callable[..., Path]) -> None:
+    folder = submission()
+    cell(2, 6, "nan")(folder)
+    cell(3, 4, "7")(folder)
+    edit("boundaries = false\n", "", TOML)(folder)
+    put("notes.txt", b"")(folder)
+    cell(2, 5, "12", f"{GROUP}/single.csv")(folder)
+    assert {problem.rule for problem in read(folder).problems} == {
+        "not-finite",
+        "wrong-seed",
+        "missing-key",
+        "unexpected-name",
+        "unfinished-episode",
+    }
