@@ -21,7 +21,7 @@ from gym_extensions.scoring.normalise import Reference, References
 from gym_extensions.scoring.ranks import different, rank_intervals
 from gym_extensions.scoring.results import Results
 from gym_extensions.scoring.scores import scores
-from gym_extensions.scoring.table import table_rows, table_total
+from gym_extensions.scoring.table import table
 
 KIT = Path(str(scoring.__file__)).parent / "conformance"
 EXACT = 1e-12
@@ -145,12 +145,11 @@ def test_interquartile_mean_and_performance_profile(case: dict[str, Any]) -> Non
 
 @pytest.mark.parametrize("case", kit("table")["cases"], ids=named)
 def test_the_papers_table(case: dict[str, Any]) -> None:
-    found = results(case)
+    rows, total = table(results(case))
     got = [
-        {column: row[column] for column in expected}
-        for row, expected in zip(table_rows(found), case["rows"], strict=True)
+        {column: row[column] for column in expected} for row, expected in zip(rows, case["rows"], strict=True)
     ]
-    for rows, expected_rows in ((got, case["rows"]), ([table_total(found)], [case["total"]])):
+    for rows, expected_rows in ((got, case["rows"]), ([total], [case["total"]])):
         for row, expected in zip(rows, expected_rows, strict=True):
             for column, cell in expected.items():
                 assert row[column] == (None if cell is None else pytest.approx(cell, abs=EXACT)), column

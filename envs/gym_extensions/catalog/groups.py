@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -66,7 +67,7 @@ class TaskGroup:
         """The published name, for example ``hopper-gravity-v0``."""
         return f"{self.name}-v{self.version}"
 
-    @property
+    @functools.cached_property
     def task_ids(self) -> tuple[str, ...]:
         """The ids of its tasks, in training order."""
         return tuple(member.id for member in self.tasks)

@@ -7,13 +7,13 @@ from typing import Any
 from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS
 from gym_extensions.scoring.distribution import iqm, profile
 from gym_extensions.scoring.entry import Submission
-from gym_extensions.scoring.normal import matrix, normalised
+from gym_extensions.scoring.normal import normalised
 from gym_extensions.scoring.normalise import References
 from gym_extensions.scoring.reported import reported_groups
 from gym_extensions.scoring.results import Results, results
 from gym_extensions.scoring.scores import no_reference, scores
 from gym_extensions.scoring.suites import suite_scores
-from gym_extensions.scoring.table import table_rows, table_total
+from gym_extensions.scoring.table import table
 
 WELL_FORMED = "well-formed"
 REPORTED = "reported"
@@ -46,7 +46,7 @@ def score_group(results: Results, references: References, protocol: str, budget:
     runs = [] if no_reference(results, references) else normalised(results, references, protocol)
     last = [[run.p(run.T, j) for j in run.scored] for run in runs]
     found = scores(results, references, protocol, runs)
-    means = matrix(results, protocol)
+    means = results.means[protocol]
     document: Document = {
         "budget": budget,
         "runs": list(results.runs[protocol]),
@@ -64,7 +64,8 @@ def score_group(results: Results, references: References, protocol: str, budget:
         "missing": missing(results, protocol),
     }
     if protocol == "sequential":
-        document |= {"table": table_rows(results), "total": table_total(results)}
+        rows, total = table(results)
+        document |= {"table": rows, "total": total}
     return document
 
 

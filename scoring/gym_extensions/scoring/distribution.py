@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Sequence
 
 from gym_extensions.scoring.run import Number, mean
@@ -12,10 +13,10 @@ THRESHOLDS = tuple(step / 20 for step in range(-10, 41))
 
 def profile(last: Sequence[Sequence[float]]) -> dict[str, list[float]] | None:
     """For each τ the fraction of (run, task) pairs with p[T][j] > τ; None without a pair."""
-    values = [value for run in last for value in run]
+    values = sorted(value for run in last for value in run)
     if not values:
         return None
-    above = [sum(value > threshold for value in values) / len(values) for threshold in THRESHOLDS]
+    above = [(len(values) - bisect_right(values, threshold)) / len(values) for threshold in THRESHOLDS]
     return {"tau": list(THRESHOLDS), "fraction": above}
 
 

@@ -8,9 +8,7 @@ from typing import Any
 DEEPEST = 7
 """So deep lie the metrics of a scorecard, each in a line of its own."""
 
-
-def _compact(value: Any) -> str:
-    return json.dumps(value, sort_keys=True, ensure_ascii=False, allow_nan=False)
+_compact = json.JSONEncoder(sort_keys=True, ensure_ascii=False, allow_nan=False).encode
 
 
 def _lines(value: Any, depth: int, margin: str) -> str:

@@ -2,37 +2,10 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
-
 from gym_extensions.scoring.curves import area
 from gym_extensions.scoring.normalise import Reference, References
 from gym_extensions.scoring.results import Results
 from gym_extensions.scoring.run import Run
-
-Means = list[list[list[float]]]
-
-
-def cell_mean(episodes: Sequence[float]) -> float:
-    """The mean return of a cell's episodes, by ``math.fsum``."""
-    return math.fsum(episodes) / len(episodes)
-
-
-def stage_returns(results: Results, protocol: str) -> list[list[list[list[float]]]]:
-    """Returns as nested lists [run][stage][task][episode]; single and joint logs have one stage."""
-    array = getattr(results, protocol)
-    if array is None:
-        return []
-    listed: list[list[list[list[float]]]] = (array if protocol == "sequential" else array[:, None]).tolist()
-    return listed
-
-
-def matrix(results: Results, protocol: str) -> Means:
-    """Mean raw returns [run][stage][task]."""
-    return [
-        [[cell_mean(episodes) for episodes in tasks] for tasks in run]
-        for run in stage_returns(results, protocol)
-    ]
 
 
 def _areas(results: Results, protocol: str, run: int, scored: dict[int, Reference]) -> dict[int, float]:
@@ -54,13 +27,15 @@ def normalised(results: Results, references: References, protocol: str) -> list[
     known = {j: references.tasks[task] for j, task in enumerate(ids, 1)}
     scored = {j: reference for j, reference in known.items() if not reference.open}
     T = len(ids)
-    alone = dict(zip(results.runs.get("single", ()), matrix(results, "single"), strict=True))
+    alone = dict(zip(results.runs.get("single", ()), results.means.get("single", ()), strict=True))
     found = []
-    for seed, run in zip(results.runs[protocol], stage_returns(results, protocol), strict=True):
-        first = 0 if protocol == "sequential" else T
+    first = 0 if protocol == "sequential" else T
+    for seed, run, means in zip(
+        results.runs[protocol], results.returns[protocol], results.means[protocol], strict=True
+    ):
         cells = {
-            (s, j): reference.normalised(cell_mean(tasks[j - 1]))
-            for s, tasks in enumerate(run, first)
+            (s, j): reference.normalised(row[j - 1])
+            for s, row in enumerate(means, first)
             for j, reference in scored.items()
         }
         found.append(

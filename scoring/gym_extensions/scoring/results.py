@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -14,6 +16,8 @@ from gym_extensions.scoring.entry import GroupEntry
 from gym_extensions.scoring.rows import Log, stages
 
 Returns = NDArray[np.float64]
+Cells = list[list[list[list[float]]]]
+Means = list[list[list[float]]]
 Curve = tuple[tuple[int, float], ...]
 """A training curve: (step, mean return of the training episodes ended since the point before)."""
 
@@ -35,13 +39,31 @@ class Results:
     joint: Returns | None = None
     curves: dict[tuple[str, int, str], Curve] = field(default_factory=dict)
 
+    @functools.cached_property
+    def returns(self) -> dict[str, Cells]:
+        """Returns as lists [run][stage][task][episode] by protocol; single and joint logs have one stage."""
+        arrays = {
+            "sequential": self.sequential,
+            "single": None if self.single is None else self.single[:, None],
+            "joint": None if self.joint is None else self.joint[:, None],
+        }
+        return {protocol: array.tolist() for protocol, array in arrays.items() if array is not None}
+
+    @functools.cached_property
+    def means(self) -> dict[str, Means]:
+        """Mean raw returns [run][stage][task] by protocol, by ``math.fsum``."""
+        return {
+            protocol: [[[math.fsum(cell) / len(cell) for cell in row] for row in run] for run in runs]
+            for protocol, runs in self.returns.items()
+        }
+
 
 def _array(log: Log | None) -> Returns | None:
     if log is None:
         return None
     tasks = len(log.group.tasks)
     shape = (len(log.runs), len(stages(log.protocol, tasks)), tasks, EVALUATION_EPISODES)
-    if not log.complete or log.return_.size != np.prod(shape):
+    if log.return_.size != np.prod(shape):
         raise ValueError(f"{log.path} is not a complete log.")
     cells = log.return_.reshape(shape)
     return cells if log.protocol == "sequential" else cells[:, 0]

@@ -18,7 +18,8 @@ def mean(values: Iterable[float]) -> Number:
 def deviation(values: Sequence[float], lost: int = 0) -> float:
     """The standard deviation, dividing by n − ``lost`` (0: of these episodes, 1: of runs as a sample)."""
     centre = math.fsum(values) / len(values)
-    return math.sqrt(math.fsum((value - centre) ** 2 for value in values) / (len(values) - lost))
+    gaps = [value - centre for value in values]
+    return math.sqrt(math.fsum([gap * gap for gap in gaps]) / (len(values) - lost))
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ from gym_extensions.scoring.copies import without_copies
 from gym_extensions.scoring.entry import GroupEntry, Submission
 from gym_extensions.scoring.folder import MANIFEST, Folder, scan
 from gym_extensions.scoring.log import CURVE_COLUMNS, EPISODE_COLUMNS
+from gym_extensions.scoring.prescribed import prescribed_log
 from gym_extensions.scoring.problems import Finding, Problem
 from gym_extensions.scoring.rows import Log
 from gym_extensions.scoring.text import Text, columns
@@ -65,7 +66,7 @@ class _Reader:
         self.problems += found
         return not found
 
-    def bytes(self, path: str) -> bytes | None:
+    def contents(self, path: str) -> bytes | None:
         """The bytes of a file, or None with a problem where they cannot be read or are too many."""
         if self.folder.size(path) > largest(path):
             return None  # too_large has told it
@@ -76,16 +77,17 @@ class _Reader:
             return None
 
     def manifest(self) -> toml.Manifest | None:
-        data = self.bytes(MANIFEST)
+        data = self.contents(MANIFEST)
         if data is None or not self.passes("manifest-bytes", data):
             return None
         tables = toml.parse(data)
         return toml.manifest(tables) if self.passes("manifest", tables) else None
 
-    def cells(self, path: str, header: tuple[str, ...], build: Callable[[rows.Cells], T]) -> T | None:
+    def cells(
+        self, path: str, data: bytes, header: tuple[str, ...], build: Callable[[rows.Cells], T]
+    ) -> T | None:
         """What ``build`` makes of a CSV file whose bytes and cells are as they must be."""
-        data = self.bytes(path)
-        if data is None or not self.passes("text", text := Text(path, header, data)):
+        if not self.passes("text", text := Text(path, header, data)):
             return None
         cells = rows.Cells(path, columns(text))
         try:
@@ -99,15 +101,18 @@ class _Reader:
         path = f"{group.name}/{protocol}.csv"
         if not self.folder.has(path):
             return None
-        log = self.cells(path, EPISODE_COLUMNS, lambda cells: rows.log(cells, protocol, group))
-        if log is None:
-            return None
-        good = log.complete or self.passes("keys", log)
-        return log if self.passes("log", log) and good and log.complete else None
+        data = self.contents(path)
+        log = None if data is None else prescribed_log(path, data, protocol, group)
+        scopes = ["log"]
+        if data is not None and log is None:
+            log = self.cells(path, data, EPISODE_COLUMNS, lambda cells: rows.log(cells, protocol, group))
+            scopes = ["keys", "log"]
+        found = [] if log is None else [self.passes(scope, log) for scope in scopes]
+        return log if found and all(found) else None
 
     def curves(self, group: TaskGroup, budget: str, logs: dict[str, Log]) -> Curves | None:
         path = f"{group.name}/curves.csv"
-        if not self.folder.has(path):
+        if not self.folder.has(path) or (data := self.contents(path)) is None:
             return None
         runs = {protocol: log.runs for protocol, log in logs.items()}
 
@@ -126,14 +131,14 @@ class _Reader:
                 list(map(float, return_)),
             )
 
-        found = self.cells(path, CURVE_COLUMNS, build)
+        found = self.cells(path, data, CURVE_COLUMNS, build)
         return found if found is not None and self.passes("curves", found) else None
 
     def arrays(self, group: TaskGroup, logs: dict[str, Log]) -> None:
         runs = {protocol: log.runs for protocol, log in logs.items()}
         for entry in self.folder.files():
             mine = entry.path.startswith(f"{group.name}/") and entry.path.endswith(".npz")
-            if mine and (data := self.bytes(entry.path)) is not None:
+            if mine and (data := self.contents(entry.path)) is not None:
                 self.passes("arrays", Arrays(entry.path, data, runs))
 
     def group(self, group: TaskGroup, manifest: toml.Manifest | None) -> GroupEntry:

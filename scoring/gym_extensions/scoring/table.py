@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from gym_extensions.scoring.normal import stage_returns
 from gym_extensions.scoring.results import Results
 from gym_extensions.scoring.run import deviation
 
@@ -24,9 +23,9 @@ def _pooled(episodes: Sequence[float]) -> Cell:
     return {"mean": math.fsum(episodes) / len(episodes), "std": deviation(episodes)}
 
 
-def table(results: Results) -> list[dict[str, list[float] | None]]:
+def _episodes(results: Results) -> list[dict[str, list[float] | None]]:
     """All episodes of every task's four cells, all runs pooled; None where the entry has no such log."""
-    sequential, single = stage_returns(results, "sequential"), stage_returns(results, "single")
+    sequential, single = (results.returns.get(protocol) for protocol in ("sequential", "single"))
     rows: list[dict[str, list[float] | None]] = []
     for index in range(len(results.group.tasks)):
         stage = {"fully_trained": -1, "after_env_training": index + 1, "first_step": index}
@@ -39,23 +38,20 @@ def table(results: Results) -> list[dict[str, list[float] | None]]:
     return rows
 
 
-def table_rows(results: Results) -> list[dict[str, object]]:
-    """A row a task: its id, and mean and population standard deviation of each column's episodes, or null."""
-    return [
-        {"task": task, **{name: _pooled(cell) if cell else None for name, cell in row.items()}}
-        for task, row in zip(results.group.task_ids, table(results), strict=True)
-    ]
+def table(results: Results) -> tuple[list[dict[str, object]], dict[str, Cell | None]]:
+    """The paper's rows and total of a group: mean and population standard deviation of episodes, or null.
 
-
-def table_total(results: Results) -> dict[str, Cell | None]:
-    """The group's total by column: mean of the rows' means; deviation of all the group's episodes pooled."""
-    rows = table(results)
+    A row is a task's id and its four columns. A column's total is the mean of its rows' means, and the
+    deviation of all the group's episodes pooled.
+    """
+    episodes = _episodes(results)
+    cells = [{name: _pooled(cell) if cell else None for name, cell in row.items()} for row in episodes]
     total: dict[str, Cell | None] = {}
     for name in COLUMNS:
-        cells = [cell for row in rows if (cell := row[name]) is not None]
-        if cells:
-            mean = math.fsum(_pooled(cell)["mean"] for cell in cells) / len(cells)
-            total[name] = {"mean": mean, "std": deviation([value for cell in cells for value in cell])}
-        else:
-            total[name] = None
-    return total
+        means = [cell["mean"] for row in cells if (cell := row[name])]
+        pooled = [value for row in episodes for value in row[name] or ()]
+        total[name] = {"mean": math.fsum(means) / len(means), "std": deviation(pooled)} if means else None
+    rows: list[dict[str, object]] = [
+        {"task": task, **row} for task, row in zip(results.group.task_ids, cells, strict=True)
+    ]
+    return rows, total
