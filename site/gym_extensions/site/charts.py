@@ -8,6 +8,7 @@ from markupsafe import Markup, escape
 
 from gym_extensions.site.axis import Axis, around
 from gym_extensions.site.document import Estimate
+from gym_extensions.site.marks import points, px, stroke, tick
 from gym_extensions.site.numerals import fixed, interval
 
 WIDTH, MARGIN = 280, 12
@@ -53,7 +54,7 @@ def slope(before: Estimate, after: Estimate, axis: Axis) -> Markup:
     top, bottom, height = LANE / 2, LANE * 1.5 + 4, LANE * 2 + 4
     moved = after.mean - before.mean
     kind = "same" if abs(moved) < UNMOVED else "loss" if moved < 0 else "gain"
-    joined = _line(axis.at(before.mean), top, axis.at(after.mean), bottom, f"join {kind}")
+    joined = stroke(axis.at(before.mean), top, axis.at(after.mean), bottom, f"join {kind}")
     label = f"learning performance {said(before)}; final performance {said(after)}"
     lanes = _lane(before, axis, top, "learning") + _lane(after, axis, bottom, "final")
     return _svg(height, label, _grid(axis, height) + joined + lanes)
@@ -70,10 +71,10 @@ def example() -> Markup:
 def ruler(axis: Axis) -> Markup:
     """The scale's numbers, to stand over a column of strips; 0 is the floor and 1 the reference."""
     marks = "".join(
-        f'<text class="tick{" key" if tick in {0, 1} else ""}" x="{_n(axis.at(tick))}" y="12">'
-        f"{_tick(tick)}</text>"
-        for tick in sorted({*axis.ticks(5), 0.0, 1.0})
-        if tick in {0.0, 1.0} or min(abs(axis.at(tick) - axis.at(key)) for key in (0.0, 1.0)) > 22
+        f'<text class="tick{" key" if mark in {0, 1} else ""}" x="{px(axis.at(mark))}" y="12">'
+        f"{tick(mark)}</text>"
+        for mark in sorted({*axis.ticks(5), 0.0, 1.0})
+        if mark in {0.0, 1.0} or min(abs(axis.at(mark) - axis.at(key)) for key in (0.0, 1.0)) > 22
     )
     return Markup(f'<svg class="ruler" viewBox="0 0 {WIDTH} 16" aria-hidden="true">{marks}</svg>')
 
@@ -89,30 +90,30 @@ def panel(
     levels: Sequence[float] = (),
 ) -> Markup:
     """A small chart: thin lines, one bold one, level lines across; what lies before ``since`` is shaded."""
-    left, right, top, bottom = _n(x.start), _n(x.end), min(y.start, y.end), max(y.start, y.end)
+    left, right, top, bottom = px(x.start), px(x.end), min(y.start, y.end), max(y.start, y.end)
     inside = [
-        f'<line class="level" x1="{left}" x2="{right}" y1="{_n(y.at(v))}" y2="{_n(y.at(v))}"/>'
+        f'<line class="level" x1="{left}" x2="{right}" y1="{px(y.at(v))}" y2="{px(y.at(v))}"/>'
         for v in levels
     ]
     inside += [
-        f'<text class="tick side" x="{_n(x.start - 4)}" y="{_n(y.at(v) + 3)}">{_tick(v)}</text>'
+        f'<text class="tick side" x="{px(x.start - 4)}" y="{px(y.at(v) + 3)}">{tick(v)}</text>'
         for v in levels
     ]
     if since is not None:
         inside.insert(
             0,
-            f'<rect class="before" x="{left}" y="{_n(top)}" width="{_n(x.at(since) - x.start)}" '
-            f'height="{_n(bottom - top)}"/>',
+            f'<rect class="before" x="{left}" y="{px(top)}" width="{px(x.at(since) - x.start)}" '
+            f'height="{px(bottom - top)}"/>',
         )
-    inside += [f'<polyline class="thin" points="{_points(line, x, y)}"/>' for line in lines]
+    inside += [f'<polyline class="thin" points="{points(line, x, y)}"/>' for line in lines]
     if bold:
-        inside.append(f'<polyline class="bold" points="{_points(bold, x, y)}"/>')
+        inside.append(f'<polyline class="bold" points="{points(bold, x, y)}"/>')
         inside += [
-            f'<circle class="{"at" if at == since else "stop"}" cx="{_n(x.at(at))}" cy="{_n(y.at(value))}" '
+            f'<circle class="{"at" if at == since else "stop"}" cx="{px(x.at(at))}" cy="{px(y.at(value))}" '
             f'r="{4 if at == since else 2.2}"/>'
             for at, value in bold
         ]
-    width, height = _n(x.end + 8), _n(bottom + 8)
+    width, height = px(x.end + 8), px(bottom + 8)
     body = "".join(inside)
     return Markup(
         f'<svg class="panel" viewBox="0 0 {width} {height}" role="img" '
@@ -124,54 +125,36 @@ def _lane(estimate: Estimate, axis: Axis, y: float, kind: str) -> str:
     parts = []
     if estimate.ends:
         low, high = (axis.at(end) for end in estimate.ends)
-        parts.append(_line(low, y, high, y, f"interval {kind}"))
+        parts.append(stroke(low, y, high, y, f"interval {kind}"))
         parts += [
             _arrow(axis.at(end), y, -1 if end < axis.low else 1, kind)
             for end in estimate.ends
             if not axis.holds(end)
         ]
     parts += [
-        f'<circle class="run {kind}" cx="{_n(axis.at(run))}" cy="{_n(y)}" r="2.4">'
+        f'<circle class="run {kind}" cx="{px(axis.at(run))}" cy="{px(y)}" r="2.4">'
         f"<title>{fixed(run)}</title></circle>"
         for run in estimate.runs
     ]
     if estimate.mean is not None:
-        parts.append(f'<circle class="mean {kind}" cx="{_n(axis.at(estimate.mean))}" cy="{_n(y)}" r="5"/>')
+        parts.append(f'<circle class="mean {kind}" cx="{px(axis.at(estimate.mean))}" cy="{px(y)}" r="5"/>')
     return "".join(parts)
 
 
 def _arrow(x: float, y: float, side: int, kind: str) -> str:
-    points = f"{_n(x + 7 * side)},{_n(y)} {_n(x)},{_n(y - 5)} {_n(x)},{_n(y + 5)}"
-    return f'<polygon class="beyond {kind}" points="{points}"/>'
+    corners = f"{px(x + 7 * side)},{px(y)} {px(x)},{px(y - 5)} {px(x)},{px(y + 5)}"
+    return f'<polygon class="beyond {kind}" points="{corners}"/>'
 
 
 def _grid(axis: Axis, height: float) -> str:
     return "".join(
-        _line(axis.at(tick), 0, axis.at(tick), height, f"grid {name}")
-        for tick, name in ((0.0, "floor"), (1.0, "ceiling"))
+        stroke(axis.at(mark), 0, axis.at(mark), height, f"grid {name}")
+        for mark, name in ((0.0, "floor"), (1.0, "ceiling"))
     )
-
-
-def _line(x1: float, y1: float, x2: float, y2: float, kind: str) -> str:
-    return f'<line class="{kind}" x1="{_n(x1)}" y1="{_n(y1)}" x2="{_n(x2)}" y2="{_n(y2)}"/>'
-
-
-def _points(line: Sequence[tuple[float, float]], x: Axis, y: Axis) -> str:
-    return " ".join(f"{_n(x.at(across))},{_n(y.at(up))}" for across, up in line)
 
 
 def _svg(height: float, label: str, body: str) -> Markup:
     return Markup(
-        f'<svg class="strip" viewBox="0 0 {WIDTH} {_n(height)}" role="img" '
+        f'<svg class="strip" viewBox="0 0 {WIDTH} {px(height)}" role="img" '
         f'aria-label="{escape(label)}">{body}</svg>'
     )
-
-
-def _tick(value: float) -> str:
-    text = fixed(value, 2 if abs(value) < 10 else 0)
-    return text.rstrip("0").rstrip(".") if "." in text else text
-
-
-def _n(value: float) -> str:
-    """A coordinate: one digit after the point, ASCII."""
-    return f"{value:.1f}".replace("-0.0", "0.0")
