@@ -31,8 +31,10 @@ bench: .venv/everything.installed  ## speed, as ratios measured side by side in 
 	$(PIP) -e .
 	@touch $@
 
+# Avalanche is an oracle in the tests; what it would bring along needs a CUDA build of torch (docs/adr/0053).
 .venv/everything.installed: .venv/scoring.installed
 	$(PIP) -e '.[dev]'
+	$(PIP) --no-deps avalanche-lib
 	@touch $@
 
 clean:
