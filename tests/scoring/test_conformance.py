@@ -12,7 +12,7 @@ import pytest
 from gym_extensions import scoring
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.tasks import Task
-from gym_extensions.scoring.curves import area
+from gym_extensions.scoring.area import area
 from gym_extensions.scoring.distribution import iqm, profile
 from gym_extensions.scoring.intervals import Interval, difference, interval, mean_of, summary
 from gym_extensions.scoring.metrics import METRICS
@@ -106,7 +106,8 @@ def test_the_joint_gap() -> None:
 @pytest.mark.parametrize("case", kit("curves")["cases"], ids=named)
 def test_areas_under_training_curves(case: dict[str, Any]) -> None:
     points = [(float(step), float(value)) for step, value in case["points"]]
-    assert area(points, case["D"]) == (
+    steps, values = [list(column) for column in zip(*points, strict=True)]
+    assert area(steps, values, case["D"]) == (
         None if case["area"] is None else pytest.approx(case["area"], abs=EXACT)
     )
 

@@ -57,8 +57,8 @@ def score_group(results: Results, references: References, protocol: str, budget:
         "reference": _reference(results, references),
         "matrix": means if protocol == "sequential" else [run[0] for run in means],
         "curves": [
-            {"run": run, "task": task, "points": [list(point) for point in points]}
-            for (name, run, task), points in results.curves.items()
+            {"run": run, "task": task, "points": list(map(list, zip(steps, values, strict=True)))}
+            for (name, run, task), (steps, values) in results.curves.items()
             if name == protocol
         ],
         "missing": missing(results, protocol),

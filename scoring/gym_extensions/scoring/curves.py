@@ -1,35 +1,57 @@
-"""The area under a training curve: how fast a task was learned."""
+"""The cells of curves.csv as training curves."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
-from itertools import pairwise
+import functools
+from dataclasses import dataclass
 
-from gym_extensions.catalog.protocol import CURVE_POINTS
+import numpy as np
+from numpy.typing import NDArray
 
+from gym_extensions.catalog.groups import TaskGroup
+from gym_extensions.catalog.protocol import Budget
+from gym_extensions.scoring.rows import Cells, Whole
 
-def area(points: Sequence[tuple[float, float]], end: float) -> float | None:
-    """(1/D) ∫₀ᴰ of a curve by trapezoids, held flat before its first and after its last point.
-
-    Args:
-        points: (step, value), steps growing; a part beyond ``end`` is cut off there.
-        end: D, the budget's training steps.
-
-    Returns:
-        The mean height, or None with fewer than ten points.
-    """
-    if len(points) < CURVE_POINTS:
-        return None
-    held = [(0.0, points[0][1]), *((float(step), value) for step, value in points)]
-    held.append((max(float(end), held[-1][0]), held[-1][1]))
-    return math.fsum(_trapezoid(before, after, end) for before, after in pairwise(held)) / end
+Key = tuple[str, int, str]
+"""Protocol, run and task id of a curve."""
 
 
-def _trapezoid(before: tuple[float, float], after: tuple[float, float], end: float) -> float:
-    (x0, y0), (x1, y1) = before, after
-    if x0 >= end or x1 <= x0:
-        return 0.0
-    if x1 > end:
-        x1, y1 = end, y0 + (y1 - y0) * (end - x0) / (x1 - x0)
-    return (x1 - x0) * (y0 + y1) / 2
+@dataclass(frozen=True)
+class Curves:
+    """The rows of curves.csv as columns; ``runs`` are those of each protocol's log."""
+
+    path: str
+    group: TaskGroup
+    budget: Budget | None
+    runs: dict[str, tuple[int, ...]]
+    protocol: list[str]
+    run: list[int]
+    task: list[str]
+    step: Whole
+    return_: NDArray[np.float64]
+
+    @functools.cached_property
+    def blocks(self) -> list[tuple[Key, int, int]]:
+        """The curves in the order of the file: key, first row, and the row after the last."""
+        keys = list(zip(self.protocol, self.run, self.task, strict=True))
+        starts = [row for row, key in enumerate(keys) if row == 0 or key != keys[row - 1]]
+        return [
+            (keys[start], start, stop) for start, stop in zip(starts, [*starts[1:], len(keys)], strict=True)
+        ]
+
+
+def curves(cells: Cells, group: TaskGroup, budget: Budget | None, runs: dict[str, tuple[int, ...]]) -> Curves:
+    """The curves of cells; raises ValueError or OverflowError for a cell of another kind."""
+    columns = cells.columns
+    number = {cell: int(cell) for cell in set(columns["run"])}
+    return Curves(
+        path=cells.path,
+        group=group,
+        budget=budget,
+        runs=runs,
+        protocol=columns["protocol"],
+        run=[number[cell] for cell in columns["run"]],
+        task=columns["task"],
+        step=np.array(list(map(int, columns["step"])), dtype=np.int64),
+        return_=np.array(list(map(float, columns["return"])), dtype=np.float64),
+    )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from gym_extensions.catalog.groups import TaskGroup
-from gym_extensions.scoring.checks.curves import Curves
+from gym_extensions.scoring.curves import Curves
 from gym_extensions.scoring.manifest import Manifest
 from gym_extensions.scoring.problems import Problem
 from gym_extensions.scoring.rows import Log

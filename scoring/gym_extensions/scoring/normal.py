@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from gym_extensions.scoring.curves import area
+from gym_extensions.scoring.area import area
 from gym_extensions.scoring.normalise import Reference, References
 from gym_extensions.scoring.results import Results
 from gym_extensions.scoring.run import Run
@@ -11,8 +11,8 @@ from gym_extensions.scoring.run import Run
 def _areas(results: Results, protocol: str, run: int, scored: dict[int, Reference]) -> dict[int, float]:
     found = {}
     for j, reference in scored.items():
-        curve = results.curves.get((protocol, run, results.group.task_ids[j - 1]), ())
-        height = area([(step, reference.normalised(value)) for step, value in curve], results.steps)
+        steps, values = results.curves.get((protocol, run, results.group.task_ids[j - 1]), ([], []))
+        height = area(steps, reference.all_normalised(values), results.steps)
         if height is not None:
             found[j] = height
     return found
@@ -43,7 +43,7 @@ def normalised(results: Results, references: References, protocol: str) -> list[
                 T=T,
                 scored=tuple(scored),
                 cells=cells,
-                last={j: tuple(map(reference.normalised, run[-1][j - 1])) for j, reference in scored.items()},
+                last={j: tuple(reference.all_normalised(run[-1][j - 1])) for j, reference in scored.items()},
                 alone={j: ref.normalised(alone[seed][0][j - 1]) for j, ref in scored.items()}
                 if seed in alone
                 else {},

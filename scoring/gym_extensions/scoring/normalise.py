@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -33,9 +33,14 @@ class Reference:
 
     def normalised(self, value: float) -> float:
         """(value − floor) / (ceiling − floor), not clipped; raises ValueError for an open task."""
+        return self.all_normalised([value])[0]
+
+    def all_normalised(self, values: Iterable[float]) -> list[float]:
+        """Every value normalised; raises ValueError for an open task."""
         if self.ceiling is None:
             raise ValueError("An open task has no normalised return.")
-        return (value - self.floor) / (self.ceiling - self.floor)
+        floor, span = self.floor, self.ceiling - self.floor
+        return [(value - floor) / span for value in values]
 
 
 @dataclass(frozen=True)

@@ -11,15 +11,15 @@ from numpy.typing import NDArray
 
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import BUDGETS, EVALUATION_EPISODES
-from gym_extensions.scoring.checks.curves import Curves
+from gym_extensions.scoring.curves import Curves, Key
 from gym_extensions.scoring.entry import GroupEntry
 from gym_extensions.scoring.rows import Log, stages
 
 Returns = NDArray[np.float64]
 Cells = list[list[list[list[float]]]]
 Means = list[list[list[float]]]
-Curve = tuple[tuple[int, float], ...]
-"""A training curve: (step, mean return of the training episodes ended since the point before)."""
+Curve = tuple[list[int], list[float]]
+"""A training curve: steps, and the mean return of the training episodes ended since the point before."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Results:
     sequential: Returns | None = None
     single: Returns | None = None
     joint: Returns | None = None
-    curves: dict[tuple[str, int, str], Curve] = field(default_factory=dict)
+    curves: dict[Key, Curve] = field(default_factory=dict)
 
     @functools.cached_property
     def returns(self) -> dict[str, Cells]:
@@ -69,13 +69,11 @@ def _array(log: Log | None) -> Returns | None:
     return cells if log.protocol == "sequential" else cells[:, 0]
 
 
-def curves_by_key(curves: Curves | None) -> dict[tuple[str, int, str], Curve]:
-    """The curves of curves.csv by protocol, run and task id."""
-    found: dict[tuple[str, int, str], list[tuple[int, float]]] = {}
-    if curves is not None:
-        for key, step, value in zip(curves.keys, curves.step, curves.return_, strict=True):
-            found.setdefault(key, []).append((step, value))
-    return {key: tuple(points) for key, points in found.items()}
+def _curves(curves: Curves | None) -> dict[Key, Curve]:
+    if curves is None:
+        return {}
+    steps, values = curves.step.tolist(), curves.return_.tolist()
+    return {key: (steps[start:stop], values[start:stop]) for key, start, stop in curves.blocks}
 
 
 def results(entry: GroupEntry, budget: str) -> Results:
@@ -87,5 +85,5 @@ def results(entry: GroupEntry, budget: str) -> Results:
         sequential=_array(entry.logs.get("sequential")),
         single=_array(entry.logs.get("single")),
         joint=_array(entry.logs.get("joint")),
-        curves=curves_by_key(entry.curves),
+        curves=_curves(entry.curves),
     )

@@ -13,10 +13,10 @@ from gym_extensions.scoring import manifest as toml
 from gym_extensions.scoring import rows
 from gym_extensions.scoring.checks.across import GroupLogs
 from gym_extensions.scoring.checks.arrays import Arrays
-from gym_extensions.scoring.checks.curves import Curves
 from gym_extensions.scoring.checks.files import largest
 from gym_extensions.scoring.checks.rule import broken, rule
 from gym_extensions.scoring.copies import without_copies
+from gym_extensions.scoring.curves import Curves, curves
 from gym_extensions.scoring.entry import GroupEntry, Submission
 from gym_extensions.scoring.folder import MANIFEST, Folder, scan
 from gym_extensions.scoring.log import CURVE_COLUMNS, EPISODE_COLUMNS
@@ -115,23 +115,9 @@ class _Reader:
         if not self.folder.has(path) or (data := self.contents(path)) is None:
             return None
         runs = {protocol: log.runs for protocol, log in logs.items()}
-
-        def build(cells: rows.Cells) -> Curves:
-            protocol, run, task, step, return_ = (cells.columns[name] for name in CURVE_COLUMNS)
-            whole = [int(cell) for cell in run], [int(cell) for cell in step]
-            return Curves(
-                path,
-                group,
-                BUDGETS.get(budget),
-                runs,
-                protocol,
-                whole[0],
-                task,
-                whole[1],
-                list(map(float, return_)),
-            )
-
-        found = self.cells(path, data, CURVE_COLUMNS, build)
+        found = self.cells(
+            path, data, CURVE_COLUMNS, lambda cells: curves(cells, group, BUDGETS.get(budget), runs)
+        )
         return found if found is not None and self.passes("curves", found) else None
 
     def arrays(self, group: TaskGroup, logs: dict[str, Log]) -> None:
