@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 import gym_extensions.site
+from gym_extensions.site.profiles import APART
 
 SHEET = (Path(gym_extensions.site.__path__[0]) / "static" / "style.css").read_text(encoding="utf-8")
 LIGHT, DARK = (
@@ -69,6 +70,17 @@ def test_numbers_can_be_read_on_the_darkest_tint(scheme: dict[str, str], colour:
 @pytest.mark.parametrize("mark", ["accent", "ring", "loss", "gain"])
 def test_marks_have_a_contrast_of_at_least_three(scheme: dict[str, str], mark: str) -> None:
     assert contrast(scheme[mark], scheme["paper"]) >= 3
+
+
+@pytest.mark.parametrize("scheme", [LIGHT, DARK], ids=["light", "dark"])
+def test_lines_of_a_profile_differ_in_colour_and_in_dashes(scheme: dict[str, str]) -> None:
+    rules = dict(re.findall(r"\.line\.p(\d) \{ (.*?) \}", SHEET))
+    assert sorted(rules) == [str(kind) for kind in range(APART + 1)]
+    apart = [rules[str(kind)] for kind in range(1, APART + 1)]
+    colours = [re.findall(r"stroke: var\(--([\w-]+)\)", rule)[0] for rule in apart]
+    dashes = [re.findall(r"dasharray: ([\d. ]+)", rule) for rule in apart]
+    assert len(set(colours)) == len(set(map(tuple, dashes))) == APART
+    assert min(contrast(scheme[colour], scheme["paper"]) for colour in [*colours, "soft"]) >= 3
 
 
 def test_the_tints_tested_are_those_of_the_sheet() -> None:

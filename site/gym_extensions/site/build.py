@@ -12,7 +12,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from gym_extensions.catalog.errors import BenchError
-from gym_extensions.site import boards, charts, glossary, heat, numerals, panels, words
+from gym_extensions.site import boards, charts, glossary, heat, numerals, panels, profiles, words
 from gym_extensions.site.document import Json
 from gym_extensions.site.page import Leaderboard, pages
 
@@ -41,6 +41,7 @@ def environment() -> Environment:
         glossary=glossary,
         heat=heat,
         panels=panels,
+        profiles=profiles,
         words=words,
         numerals=numerals,
     )

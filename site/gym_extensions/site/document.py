@@ -10,6 +10,8 @@ from gym_extensions.scoring.board import LEAST_LEARNED
 
 Json = Mapping[str, Any]
 FORMAT = 1
+Profile = tuple[tuple[float, float], ...]
+"""Points of (score, share of runs and tasks above it), by score."""
 
 
 @dataclass(frozen=True)
@@ -76,7 +78,8 @@ class Trial:
     ``matrix[run][stage][task]`` holds mean raw returns, stage 0 first; protocols without stages have
     ``returns[run][task]`` in its place. ``missing`` names what a full entry still needs; ``printed`` holds
     a publication's own totals beside the recomputed ones, ``notes`` what contradicts itself in it. A suite
-    has metrics alone.
+    has metrics alone. ``profile`` and ``iqm`` (interquartile mean) describe the scores at the end, over runs
+    and tasks; a profile is empty where every task is open.
     """
 
     group: str
@@ -94,6 +97,8 @@ class Trial:
     missing: tuple[str, ...] = ()
     printed: Mapping[str, Spread | None] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    profile: Profile = ()
+    iqm: float | None = None
 
     def metric(self, name: str) -> Estimate:
         """The named metric; one that the document lacks is empty and says so."""

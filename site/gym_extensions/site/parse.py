@@ -15,6 +15,7 @@ from gym_extensions.site.document import (
     Estimate,
     Json,
     Problem,
+    Profile,
     Reference,
     Spread,
     Trial,
@@ -87,6 +88,8 @@ def _trial(group: str, protocol: str, scores: Json) -> Trial:
         returns=() if staged else tuple(map(tuple, matrix)),
         curves=tuple(_curve(row) for row in scores.get("curves") or ()),
         missing=tuple(scores.get("missing") or ()),
+        profile=_profile(scores.get("profile")),
+        iqm=scores.get("iqm"),
     )
 
 
@@ -101,6 +104,10 @@ def _spreads(row: Json) -> dict[str, Spread | None]:
     return {
         column: Spread(cell["mean"], cell["std"]) if (cell := row.get(column)) else None for column in TABLE
     }
+
+
+def _profile(value: Json | None) -> Profile:
+    return tuple(zip(value["tau"], value["fraction"], strict=True)) if value else ()
 
 
 def _curve(row: Json) -> Curve:
