@@ -1,9 +1,10 @@
 """Measures how long many synthetic submissions take: five groups of five runs, with training curves.
 
-    python scoring/measure_speed.py [--submissions 1000] [--workers 2]
+    python scoring/measure_speed.py [--submissions 1000] [--different 1000] [--workers 2]
 
-Ten different submissions are written and linked under as many names as asked for, scored with synthetic
-references into scorecards and boards, then scored again from the cache, and again with one more.
+So many different submissions are written and linked in turn under as many names as asked for, scored with
+synthetic references into scorecards and boards, then scored again from the cache, and again with one more.
+(A thousand different ones need 2 GB of temporary files and some minutes to write.)
 """
 
 from __future__ import annotations
@@ -16,21 +17,21 @@ import sys
 import tempfile
 import time
 from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
 from itertools import product
 from pathlib import Path
 
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.catalog.protocol import BUDGETS, EVALUATION_EPISODES, evaluation_seed
-from gym_extensions.scoring.batch import Work, cards
-from gym_extensions.scoring.board import boards, slim
+from gym_extensions.scoring.batch import Work, cards, side_by_side
 from gym_extensions.scoring.log import CurvePoint, Episode, write_curves, write_episodes, write_text
 from gym_extensions.scoring.normalise import Reference, References
+from gym_extensions.scoring.places import slim
 from gym_extensions.scoring.scorecard import document, text
 
 NAMES = ("hopper-gravity", "walker2d-gravity", "halfcheetah-gravity", "humanoid-gravity", "hopper-body")
 RUNS = range(5)
-DIFFERENT = 10
 MANIFEST = """format = 1
 title = "Synthetic"
 authors = []
@@ -82,14 +83,15 @@ def _episodes(group: TaskGroup, protocol: str, level: float, rng: random.Random)
 def write(folder: Path, seed: int) -> None:
     """Writes one synthetic submission."""
     rng = random.Random(seed)
+    level = rng.gauss(400, 100)
     write_text(folder / "submission.toml", MANIFEST)
     for name in NAMES:
         group, steps = GROUPS[name], BUDGETS["100k"].steps_for(name)
         for protocol in ("sequential", "single"):
-            rows = _episodes(group, protocol, 200.0 * seed, rng)
+            rows = _episodes(group, protocol, level, rng)
             write_episodes(folder / name / f"{protocol}.csv", rows, group.task_ids)
         points = [
-            CurvePoint(protocol, run, task, steps * point // 10, rng.gauss(200.0 * seed, 50))
+            CurvePoint(protocol, run, task, steps * point // 10, rng.gauss(level, 50))
             for protocol, run, task, point in product(
                 ("sequential", "single"), RUNS, group.task_ids, range(1, 11)
             )
@@ -111,33 +113,38 @@ def _processor() -> float:
     return spent.user + spent.system + spent.children_user + spent.children_system
 
 
-def run(folders: Sequence[Path], work: Work, workers: int, out: Path) -> tuple[float, float]:
-    """Seconds on the clock and of processor time to score the folders into scorecards and boards."""
+def run(folders: Sequence[Path], work: Work, workers: int, out: Path) -> tuple[float, float, float]:
+    """Seconds to score the folders into scorecards, seconds for the boards, and processor time of both."""
     start, before, slims = time.perf_counter(), _processor(), []
     for path, card in zip(folders, cards(folders, work, workers), strict=True):
         if card["problems"]:
             raise ValueError(card["problems"][0])
         write_text(out / "scorecards" / f"{path.name}.json", text(document([card], work.references)))
         slims.append(slim(card))
-    write_text(out / "boards.json", text({"format": 1, "boards": boards(slims[:DIFFERENT])}))
-    return time.perf_counter() - start, _processor() - before
+    scored = time.perf_counter()
+    write_text(out / "boards.json", text({"format": 1, "boards": side_by_side(slims, workers)}))
+    return scored - start, time.perf_counter() - scored, _processor() - before
 
 
 def main() -> None:
     """Prints the measurements."""
     options = argparse.ArgumentParser(description=__doc__.partition("\n")[0] if __doc__ else "")
     options.add_argument("--submissions", type=int, default=1000)
+    options.add_argument("--different", type=int, default=1000)
     options.add_argument("--workers", type=int, default=2)
     given = options.parse_args()
     tasks = {task: Reference(0.0, 1000.0, False) for name in NAMES for task in GROUPS[name].task_ids}
     references = References("synthetic", True, tasks, "0" * 64)
     with tempfile.TemporaryDirectory() as made:
         root = Path(made)
-        for seed in range(DIFFERENT):
-            write(root / "sources" / str(seed), seed)
+        different = min(given.different, given.submissions)
+        with ProcessPoolExecutor(given.workers) as pool:
+            list(
+                pool.map(write, (root / "sources" / str(seed) for seed in range(different)), range(different))
+            )
         folders = [root / "submissions" / f"entry{number:04}" for number in range(given.submissions + 1)]
         for number, folder in enumerate(folders):
-            link(root / "sources" / str(number % DIFFERENT), folder)
+            link(root / "sources" / str(number % different), folder)
         plain, kept = Work(references), Work(references, root / "cache")
         for name, chosen, work in (
             ("scored", folders[:-1], plain),
@@ -145,9 +152,9 @@ def main() -> None:
             ("from the cache", folders[:-1], kept),
             ("one more", folders, kept),
         ):
-            seconds, processor = run(chosen, work, given.workers, root / "out")
-            told = f"{name}: {len(chosen)} submissions, {seconds:.1f} s"
-            sys.stdout.write(f"{told}, {processor:.1f} s of processor time\n")
+            seconds, more, processor = run(chosen, work, given.workers, root / "out")
+            told = f"{name}: {len(chosen)} submissions, {seconds:.1f} s, and their boards {more:.1f} s"
+            sys.stdout.write(f"{told}; {processor:.1f} s of processor time\n")
             sys.stdout.flush()
     peaks = (
         resource.getrusage(who).ru_maxrss // 1024 for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)

@@ -8,8 +8,10 @@ from typing import Any
 
 import pytest
 
-from gym_extensions.scoring.board import BoardKey, board, board_keys, boards, slim
+from gym_extensions.scoring import batch
+from gym_extensions.scoring.board import board, boards
 from gym_extensions.scoring.normalise import References
+from gym_extensions.scoring.places import BoardKey, board_keys, slim
 from gym_extensions.scoring.scorecard import score_folders
 
 FIVE = (0, 1, 2, 3, 4)
@@ -106,6 +108,13 @@ def test_a_reported_entry_stands_on_a_board_without_a_rank() -> None:
     found = board([card], BoardKey("hopper-gravity-v0", "sequential", "paper", False))
     assert (found["ranked"], found["rows"][0]["why"]) == (0, "Reported from a publication: no logs.")
     assert found["rows"][0]["metrics"]["final_performance"]["mean"] is None
+
+
+def test_boards_made_side_by_side_are_the_same(enter: Enter, monkeypatch: pytest.MonkeyPatch) -> None:
+    cards = [slim(enter(f"entry{number}", 100 * number, told=number > 2)) for number in range(1, 5)]
+    monkeypatch.setattr(batch, "MANY_ENTRIES", 4)
+    assert batch.side_by_side(cards, 2) == batch.side_by_side(cards, 1) == boards(cards)
+    assert len(boards(cards)) > 1
 
 
 def test_a_slim_scorecard_gives_the_same_boards(enter: Enter) -> None:

@@ -1,4 +1,4 @@
-"""Many submissions: scored side by side, one at a time in memory, in the order of their names."""
+"""Many submissions and their boards: side by side, one at a time in memory, in the order of their names."""
 
 from __future__ import annotations
 
@@ -9,14 +9,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from gym_extensions.scoring.board import board, boards
 from gym_extensions.scoring.cache import content_key, keep, kept
 from gym_extensions.scoring.card import score
 from gym_extensions.scoring.folder import scan
 from gym_extensions.scoring.normalise import References
+from gym_extensions.scoring.places import board_keys, part
 from gym_extensions.scoring.submission import read
 
 WORTH_WORKERS = 6
 """From so many submissions on, starting further processes pays."""
+MANY_ENTRIES = 100
+"""From so many submissions on, it pays for their boards."""
 
 
 @dataclass(frozen=True)
@@ -48,3 +52,13 @@ def cards(folders: Sequence[Path], work: Work, workers: int | None = None) -> It
         return
     with ProcessPoolExecutor(count) as pool:
         yield from pool.map(work, folders, chunksize=2)
+
+
+def side_by_side(slims: Sequence[dict[str, Any]], workers: int | None = None) -> list[dict[str, Any]]:
+    """``board.boards`` of slim scorecards: the same, whatever the number of worker processes."""
+    keys = board_keys(slims)
+    count = min(workers or os.cpu_count() or 1, len(keys))
+    if count < 2 or len(slims) < MANY_ENTRIES:
+        return boards(slims)
+    with ProcessPoolExecutor(count) as pool:
+        return list(pool.map(board, ([part(card, key) for card in slims] for key in keys), keys))

@@ -9,82 +9,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
-from gym_extensions.catalog.protocol import BUDGETS, FULL_ENTRY_RUNS, PROTOCOLS
+from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS
 from gym_extensions.scoring.card import REPORTED
 from gym_extensions.scoring.intervals import Summary, gap, summary, summary_of
 from gym_extensions.scoring.metrics import METRICS
+from gym_extensions.scoring.places import BoardKey, board_keys, place, told
 from gym_extensions.scoring.ranks import different, rank_intervals, runs_to_separate
 from gym_extensions.scoring.suites import SUITES, run_values
 
 Document = dict[str, Any]
-Place = tuple[Document, Summary]
+Ranked = tuple[Document, Summary]
 
 NOTHING_LEARNED = "nothing learned to forget"
 FORGETTING = ("forgetting", "worst_case_forgetting", "forgetting_all_later_stages")
 LEAST_LEARNED = 0.1
 """Learning performance from which one run counts as having learned something; it has no interval."""
-
-
-@dataclass(frozen=True, order=True)
-class BoardKey:
-    """Which board: a group or suite by its id, protocol, budget, and whether its agents are told the task."""
-
-    group: str
-    protocol: str
-    budget: str
-    told: bool
-
-    @property
-    def groups(self) -> tuple[str, ...]:
-        """The groups that the board's scores are means over."""
-        return SUITES.get(self.group, (self.group,))
-
-
-def _place(card: Document, key: BoardKey) -> Document | None:
-    place = (card["suites"] if key.group in SUITES else card["groups"]).get(key.group, {}).get(key.protocol)
-    found: Document | None = place
-    return found
-
-
-def slim(card: Document) -> Document:
-    """What a board reads of a scorecard, so that a board of many entries fits in memory."""
-    parts = {
-        part: {
-            name: {
-                protocol: {key: found[key] for key in ("budget", "runs", "metrics") if key in found}
-                for protocol, found in protocols.items()
-            }
-            for name, protocols in card[part].items()
-        }
-        for part in ("groups", "suites")
-    }
-    return {key: card[key] for key in ("name", "title", "trust", "manifest")} | parts
-
-
-def board_keys(cards: Sequence[Document]) -> list[BoardKey]:
-    """Every board that the scorecards have an entry for, groups before suites, sorted."""
-    keys = set()
-    for card in cards:
-        told = bool(((card["manifest"] or {}).get("knows") or {}).get("task_in_evaluation"))
-        for part in ("groups", "suites"):
-            for name, protocols in card[part].items():
-                for protocol, found in protocols.items():
-                    if BUDGETS[found["budget"]].on_boards:
-                        keys.add(BoardKey(name, protocol, found["budget"], told))
-    budgets, protocols = list(BUDGETS), list(PROTOCOLS)
-    return sorted(
-        keys,
-        key=lambda key: (
-            key.group in SUITES,
-            key.group,
-            protocols.index(key.protocol),
-            budgets.index(key.budget),
-            key.told,
-        ),
-    )
 
 
 def _values(card: Document, key: BoardKey, metric: str) -> list[list[float]]:
@@ -151,13 +92,13 @@ def _rank(rows: Sequence[Document], cards: Mapping[str, Document], key: BoardKey
         for (row, _), span in zip(ranked, rank_intervals(entries, apart, metric.better), strict=True):
             row["metrics"][metric.name]["rank"] = list(span)
         if metric is METRICS[key.protocol][0]:
-            for place, (row, _) in enumerate(ranked[:-1]):
+            for above, (row, _) in enumerate(ranked[:-1]):
                 row["next"] = _next(
-                    ranked[place], ranked[place + 1], (place, place + 1) in apart, len(ranked)
+                    ranked[above], ranked[above + 1], bool(apart[above, above + 1]), len(ranked)
                 )
 
 
-def _next(row: Place, below: Place, apart: bool, ranked: int) -> Document:
+def _next(row: Ranked, below: Ranked, apart: bool, ranked: int) -> Document:
     """How a ranked entry stands against the next: the pair's own interval, and what would separate them."""
     between = gap(row[1], below[1])
     spread, other = (math.sqrt(entry.square * one["runs"]) for one, entry in (row, below))
@@ -183,8 +124,9 @@ def board(cards: Sequence[Document], key: BoardKey) -> Document:
         interval (first and last possible rank, null without one); for each ranked row ``next``, the one
         below it.
     """
-    here = {card["name"]: card for card in cards if key in board_keys([card])}
-    rows = [_entry(card, key, found) for card in here.values() if (found := _place(card, key)) is not None]
+    places = ((card, place(card, key)) for card in cards if told(card) == key.told)
+    here = {card["name"]: (card, found) for card, found in places if found and found["budget"] == key.budget}
+    rows = [_entry(card, key, found) for card, found in here.values()]
     first = METRICS[key.protocol][0].name
     for row in rows:
         if row["ranked"] and row["metrics"][first]["mean"] is None:
@@ -195,7 +137,7 @@ def board(cards: Sequence[Document], key: BoardKey) -> Document:
         return (not row["ranked"], float("inf") if mean is None else -mean, row["name"])
 
     rows.sort(key=order)
-    _rank(rows, here, key)
+    _rank(rows, {name: card for name, (card, _) in here.items()}, key)
     return {
         "group": key.group,
         "protocol": key.protocol,

@@ -78,12 +78,12 @@ def _verified(path: Path, card: dict[str, Any]) -> dict[str, Any]:
 
 def _score(options: argparse.Namespace) -> int:
     from gym_extensions.scoring import terminal
-    from gym_extensions.scoring.batch import Work, cards
-    from gym_extensions.scoring.board import boards, slim
+    from gym_extensions.scoring.batch import Work, cards, side_by_side
     from gym_extensions.scoring.flat import csv_text, markdown_text
     from gym_extensions.scoring.folder import submission_folders
     from gym_extensions.scoring.log import write_text
     from gym_extensions.scoring.normalise import load_references
+    from gym_extensions.scoring.places import slim
     from gym_extensions.scoring.scorecard import document, text
 
     references = load_references()
@@ -104,7 +104,9 @@ def _score(options: argparse.Namespace) -> int:
             write_text(options.out / "scorecards" / f"{path.name}.json", text(document([card], references)))
             slims.append(slim(card))
     if options.out:
-        write_text(options.out / "boards.json", text({"format": 1, "boards": boards(slims)}))
+        write_text(
+            options.out / "boards.json", text({"format": 1, "boards": side_by_side(slims, options.jobs)})
+        )
     if printed:
         forms = {"json": text, "csv": csv_text, "markdown": markdown_text}
         _print(forms[printed](document(kept, references)))

@@ -12,7 +12,7 @@ SMALLEST = 1e-300
 PRECISION = 1e-15
 TERMS = 500
 SLICES = 400
-HALVINGS = 60
+HALVINGS = 44
 
 
 def two_sided_p(t: float, freedom: float) -> float:

@@ -1,0 +1,170 @@
+"""Ranks: which entries Welch's test tells apart under Holm's correction, and how many runs would."""
+
+from __future__ import annotations
+
+import math
+import random
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+from gym_extensions.scoring.intervals import Summary, summary
+from gym_extensions.scoring.pairs import CLOSE, HOPELESS, NO_PAIR, pairs
+from gym_extensions.scoring.ranks import LEVEL, different, holm, rank_intervals, runs_to_separate
+from gym_extensions.scoring.student import critical, power, two_sided_p
+
+
+def rejected(values: list[float]) -> list[bool]:
+    found: list[bool] = holm(np.array(values), values.__getitem__).tolist()
+    return found
+
+
+def test_holms_procedure_by_hand() -> None:
+    # .01 ≤ .05/4, .013 ≤ .05/3, .03 > .05/2: it stops there, although .04 ≤ .05.
+    assert rejected([0.03, 0.01, 0.04, 0.013]) == [False, True, False, True]
+    assert rejected([0.05]) == [True]
+    assert rejected([0.051]) == [False]
+    assert rejected([]) == []
+
+
+def _adjusted(values: list[float]) -> list[float]:
+    """Holm's adjusted p values, written down from their definition."""
+    order = sorted(values)
+    return [
+        max(min(1.0, (len(values) - place) * one) for place, one in enumerate(order) if one <= value)
+        for value in values
+    ]
+
+
+def test_holms_procedure_rejects_where_the_adjusted_p_value_is_at_most_the_level() -> None:
+    rng = random.Random(3)
+    for _ in range(200):
+        values = [rng.random() ** 4 for _ in range(rng.randint(1, 12))]
+        assert rejected(values) == [adjusted <= 0.05 for adjusted in _adjusted(values)]
+
+
+def test_a_p_value_near_its_limit_is_looked_up_and_no_other() -> None:
+    # Two hypotheses: the limits are .025 and .05.
+    asked: list[int] = []
+
+    def exact(place: int) -> float:
+        asked.append(place)
+        return 0.025 if place == 1 else math.nan
+
+    assert holm(np.array([0.9, 0.025 * (1 + CLOSE / 2)]), exact).tolist() == [False, True]
+    assert asked == [1]
+    assert holm(np.array([0.9, 0.025 * (1 + CLOSE * 2)]), exact).tolist() == [False, False]
+    assert holm(np.array([0.9, 0.025 * (1 - CLOSE * 2)]), exact).tolist() == [False, True]
+    assert asked == [1]
+
+
+def test_a_small_t_is_not_looked_up_and_would_not_be_significant() -> None:
+    assert two_sided_p(HOPELESS, 1e6) > LEVEL
+    found = pairs([summary([0, 1, 2]), summary([0.1, 1.1, 2.1])])
+    assert found.exact(0, 1) == found.quick()[0, 1] == 1.0
+
+
+def board(rng: random.Random, entries: int, spread: float) -> list[Summary]:
+    """Entries of two to nine runs whose true means lie apart by about ``spread`` deviations."""
+    return [
+        summary([rng.gauss(rng.gauss(0, spread), rng.uniform(0.1, 2)) for _ in range(rng.randint(2, 9))])
+        for _ in range(entries)
+    ]
+
+
+@pytest.mark.parametrize("spread", [0.0, 3.0, 30.0, 3000.0])
+def test_quick_p_values_are_far_better_than_what_counts_as_close(spread: float) -> None:
+    found = pairs(board(random.Random(1), 150, spread))
+    quick, upper = found.quick(), np.triu_indices(150, 1)
+    exact = np.array([found.exact(a, b) for a, b in combinations(range(150), 2)])
+    assert (np.abs(quick[upper] - exact) <= CLOSE / 10 * exact).all()
+    assert (exact < 1).any()
+    assert (quick[np.tril_indices(150)] == NO_PAIR).all()
+
+
+@pytest.mark.parametrize("spread", [0.0, 1.0, 3.0, 10.0, 30.0])
+def test_all_pairs_at_once_are_told_apart_as_one_by_one(spread: float) -> None:
+    rng = random.Random(2)
+    for entries in (2, 3, 10, 40):
+        rows = board(rng, entries, spread)
+        both = list(combinations(range(entries), 2))
+        apart = [adjusted <= LEVEL for adjusted in _adjusted([pairs(rows).exact(a, b) for a, b in both])]
+        found = different(rows)
+        assert [bool(found[pair]) for pair in both] == apart
+        assert (found == found.T).all()
+        assert not found.diagonal().any()
+
+
+def test_entries_without_variance_differ_if_their_means_do() -> None:
+    entries = [summary([1.0] * 5), summary([1.0] * 5), summary([2.0] * 5)]
+    assert different(entries).tolist() == [[False, False, True], [False, False, True], [True, True, False]]
+    assert [float(pairs(entries).welch(a, b)[0]) for a, b in combinations(range(3), 2)] == [
+        0,
+        -math.inf,
+        -math.inf,
+    ]
+
+
+def test_one_entry_has_rank_one() -> None:
+    entries = [summary([1.0, 2.0])]
+    assert rank_intervals(entries, different(entries), "higher") == [(1, 1)]
+
+
+def test_ranks_do_not_depend_on_the_order_of_entries() -> None:
+    rng = random.Random(5)
+    entries = [summary([rng.gauss(place, 1) for _ in range(5)]) for place in range(8)]
+    ranks = rank_intervals(entries, different(entries), "higher")
+    turned = rank_intervals(entries[::-1], different(entries[::-1]), "higher")
+    assert turned == ranks[::-1]
+
+
+@pytest.mark.parametrize(("runs", "gap"), [(5, 4.5), (10, 2.25)])
+def test_five_runs_separate_four_and_a_half_deviations_on_a_board_of_ten(runs: int, gap: float) -> None:
+    assert runs_to_separate(gap, 1.0, 1.0, 10) == runs
+
+
+def test_runs_to_separate_in_dumb_cases() -> None:
+    assert runs_to_separate(0.0, 1.0, 1.0, 2) is None
+    assert runs_to_separate(0.01, 1.0, 1.0, 2) is None
+    assert runs_to_separate(1.0, 0.0, 0.0, 2) == 2
+    assert runs_to_separate(1.0, 1.0, 1.0, 2) == 17  # as any table of sample sizes has it: d = 1, 80 %, 5 %
+
+
+def test_runs_to_separate_has_the_power_that_it_names() -> None:
+    rng = random.Random(11)
+    runs = runs_to_separate(2.0, 1.0, 0.5, 2)
+    assert runs is not None
+    seen = sum(
+        different(
+            [
+                summary([rng.gauss(2, 1) for _ in range(runs)]),
+                summary([rng.gauss(0, 0.5) for _ in range(runs)]),
+            ]
+        )[0, 1]
+        for _ in range(2000)
+    )
+    assert seen / 2000 >= 0.78
+    fewer = runs - 1
+    limit = critical(0.05, (fewer - 1) * 1.25**2 / (1 + 0.0625))
+    assert power(2 / math.sqrt(1.25 / fewer), limit, (fewer - 1) * 1.25**2 / (1 + 0.0625)) < 0.8
+
+
+def test_runs_to_separate_is_the_least_number_that_has_the_power() -> None:
+    rng = random.Random(13)
+    for _ in range(12):
+        gap, first, second, entries = (
+            rng.uniform(0.5, 6),
+            rng.uniform(0.1, 2),
+            rng.uniform(0.1, 2),
+            rng.randint(2, 30),
+        )
+        a, b = first**2, second**2
+
+        def reaches(runs: int, a: float = a, b: float = b, gap: float = gap, entries: int = entries) -> bool:
+            freedom = (runs - 1) * (a + b) ** 2 / (a * a + b * b)
+            limit = critical(LEVEL / (entries * (entries - 1) / 2), freedom)
+            return power(gap / math.sqrt((a + b) / runs), limit, freedom) >= 0.8
+
+        found = runs_to_separate(gap, first, second, entries)
+        assert found == next((runs for runs in range(2, 101) if reaches(runs)), None)
