@@ -88,6 +88,9 @@ def test_any_other_byte_outside_the_measured_cells_is_noticed(log: bytes) -> Non
         lambda data: data.replace(b",1000,", b",,", 1),
         lambda data: data.replace(b",1000,", b",99999999999999999999,", 1),
         lambda data: data.replace(b",false,", b",False,", 1),
+        # As many commas in all, and none in the last row; a run of more digits than Python reads.
+        lambda data: b"".join([*data.splitlines(keepends=True)[:-1], b"," * 16 + b"\n", b"x\n"]),
+        lambda data: data.replace(b"\n2,0,", b"\n" + b"9" * 5000 + b",0,", 1),
         # A line end inside the measured cells, with one fewer elsewhere.
         lambda data: data.replace(b",1000,", b",10\n0,", 1).replace(b"\n2,0,", b"2,0,", 1),
     ],

@@ -1,6 +1,6 @@
 """Welch's test of every pair of a board's entries, on columns: a thousand entries have half a million pairs.
 
-The p values here are good to about 1e-7 of themselves, and serve to order the pairs; a pair that comes close
+The p values here are good to 1e-6 of themselves, and serve to order the pairs; a pair that comes close
 to the limit is decided by ``student.two_sided_p``, so that no result hangs on numpy's exp and log.
 """
 
@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +17,7 @@ from gym_extensions.scoring.intervals import Summary
 from gym_extensions.scoring.student import two_sided_p
 
 Column = NDArray[np.float64]
+Index = int | NDArray[np.intp]
 
 HOPELESS = 1.9
 """A |t| below it has p > .05 at any degrees of freedom, and is not looked up: the normal quantile is 1.96."""
@@ -41,7 +41,7 @@ class Pairs:
     square: Column
     freedom: Column
 
-    def welch(self, a: Any, b: Any) -> tuple[Column, Column]:
+    def welch(self, a: Index, b: Index) -> tuple[Column, Column]:
         """Welch's t and its degrees of freedom of entries a against b, indices that broadcast.
 
         t is ±∞ for different means without variance, and 0 for equal means.

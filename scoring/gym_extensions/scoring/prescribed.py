@@ -28,6 +28,8 @@ FIRST = EPISODE_COLUMNS.index(MEASURED[0])
 COMMAS = len(EPISODE_COLUMNS) - 1
 RUN = b"\0"
 """Stands for the run in the prescribed rows."""
+LONGEST = 16
+"""More bytes than a run's number has."""
 PLAIN = (ascii_letters + digits + ",.+-").encode()
 
 
@@ -83,7 +85,7 @@ def _measured(body: bytes) -> tuple[NDArray[np.uint8], NDArray[np.bool_], NDArra
 
 def _runs(body: bytes, starts: NDArray[np.intp]) -> tuple[int, ...] | None:
     """The runs that begin in these places, if each is a number and they grow."""
-    cells = [body[start : body.index(b",", start)] for start in starts.tolist()]
+    cells = [body[start : start + LONGEST].split(b",")[0] for start in starts.tolist()]
     if not all(cell.isdigit() and str(int(cell)).encode() == cell for cell in cells):
         return None
     runs = tuple(map(int, cells))
