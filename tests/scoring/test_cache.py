@@ -5,11 +5,13 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import pytest
 
 from gym_extensions.scoring import batch
+from gym_extensions.scoring import cache as cache_module
 from gym_extensions.scoring.normalise import References
 from gym_extensions.scoring.scorecard import score_folders
 
@@ -66,8 +68,20 @@ def test_other_references_score_anew(
         lambda text: text.replace('"key":"', '"key":"0'),
         lambda text: json.dumps({**json.loads(text), "card": None}),
         lambda text: json.dumps({"key": json.loads(text)["key"], "sha256": "", "card": {"name": "entry"}}),
+        lambda text: "[" * 200_000,
+        lambda text: text.replace('"notes":[]', '"notes":NaN'),
     ],
-    ids=["half written", "empty", "another document", "a changed card", "an old key", "no card", "no digest"],
+    ids=[
+        "half written",
+        "empty",
+        "another document",
+        "a changed card",
+        "an old key",
+        "no card",
+        "no digest",
+        "too deep",
+        "no number",
+    ],
 )
 def test_a_cache_that_is_wrong_old_or_half_written_is_made_anew(
     spoil: Callable[[str], str], submission: Write, references: References, scored: list[str], tmp_path: Path
@@ -94,3 +108,74 @@ def test_problems_are_kept_too(
     (folder / "notes.txt").unlink()
     assert score_folders([folder], references, cache)["submissions"][0]["problems"] == []
     assert scored == ["entry", "entry"]
+
+
+def test_a_link_to_a_submission_is_not_the_submission(
+    submission: Write, references: References, tmp_path: Path
+) -> None:
+    folder, work = submission(), batch.Work(references, tmp_path / "cache")
+    assert work(folder)["problems"] == []
+    elsewhere = folder.rename(tmp_path / "elsewhere")
+    folder.symlink_to(elsewhere)
+    assert [problem["rule"] for problem in work(folder)["problems"]] == ["not-a-regular-file"]
+
+
+def test_a_file_beyond_the_limit_is_not_read(
+    submission: Write, references: References, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = submission()
+    with (folder / "hopper-gravity" / "joint.csv").open("wb") as file:
+        file.truncate(2**40)
+    rules = {
+        one["rule"]
+        for one in score_folders([folder], references, tmp_path / "cache")["submissions"][0]["problems"]
+    }
+    assert "too-large" in rules
+
+
+def test_the_key_covers_the_papers_tables_and_not_where_the_code_lies(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    root = tmp_path / "references" / "scoring"
+    (root / "references").mkdir(parents=True)
+    (root / "__init__.py").write_text("")
+    module = ModuleType("copy")
+    module.__file__ = str(root / "__init__.py")
+    monkeypatch.setattr(cache_module, "scoring", module)
+
+    def digest(path: str, text: str) -> str:
+        (root / path).write_text(text)
+        return cache_module.code_digest.__wrapped__()
+
+    texts = [
+        ("metrics.py", "1"),
+        ("metrics.py", "2"),
+        ("references/paper.csv", "1"),
+        ("references/paper.csv", "2"),
+    ]
+    digests = [digest(*text) for text in texts]
+    assert len(set(digests)) == len(texts)
+    assert (
+        digest("references/provisional.json", "{}") == digests[-1]
+    )  # the references have a digest of their own
+
+
+def test_a_folder_that_breaks_the_scorer_stops_no_other(
+    submission: Write, references: References, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    real = batch.read
+
+    def read(path: Path) -> Any:
+        return real(path) if path.name != "b" else {}["unforeseen"]
+
+    monkeypatch.setattr(batch, "read", read)
+    found = score_folders([submission(name=name) for name in "abc"], references)["submissions"]
+    assert [card["trust"] for card in found] == ["well-formed", None, "well-formed"]
+    assert found[1]["problems"] == [
+        {
+            "rule": "fault-of-the-scorer",
+            "where": "b",
+            "message": "The scorer stopped with KeyError in test_cache.py, read.",
+            "hint": "This is a mistake of gym-extensions, whatever the folder holds: please report it.",
+        }
+    ]

@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import os
+import traceback
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from gym_extensions.catalog.errors import BenchError
 from gym_extensions.scoring.board import board, boards
 from gym_extensions.scoring.cache import content_key, keep, kept
 from gym_extensions.scoring.card import score
+from gym_extensions.scoring.checks.files import NAME
+from gym_extensions.scoring.entry import Submission
 from gym_extensions.scoring.folder import scan
 from gym_extensions.scoring.normalise import References
 from gym_extensions.scoring.places import board_keys, part
+from gym_extensions.scoring.problems import Problem
 from gym_extensions.scoring.submission import read
 
 WORTH_WORKERS = 6
@@ -31,8 +36,16 @@ class Work:
     cache: Path | None = None
 
     def __call__(self, path: Path) -> dict[str, Any]:
-        """The scorecard of the submission in that folder."""
-        if self.cache is None:
+        """The scorecard of the submission in that folder, one with a problem where scoring it breaks down."""
+        try:
+            return self._card(path)
+        except BenchError:
+            raise
+        except Exception as fault:  # noqa: BLE001 - a folder that we have not foreseen must not stop the others
+            return score(Submission(path.name, None, {}, (_fault(path, fault),)), self.references)
+
+    def _card(self, path: Path) -> dict[str, Any]:
+        if self.cache is None or not NAME.fullmatch(path.name):
             return score(read(path), self.references)
         folder = scan(path)
         place = self.cache / f"{folder.name}.json"
@@ -42,6 +55,13 @@ class Work:
             card = score(read(path), self.references)
             keep(place, key, card)
         return card
+
+
+def _fault(path: Path, fault: Exception) -> Problem:
+    last = traceback.extract_tb(fault.__traceback__)[-1]
+    found = f"The scorer stopped with {type(fault).__name__} in {Path(last.filename).name}, {last.name}."
+    hint = "This is a mistake of gym-extensions, whatever the folder holds: please report it."
+    return Problem("fault-of-the-scorer", path.name, found, hint)
 
 
 def cards(folders: Sequence[Path], work: Work, workers: int | None = None) -> Iterator[dict[str, Any]]:

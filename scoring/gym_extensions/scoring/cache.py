@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from gym_extensions import catalog, scoring
+from gym_extensions.scoring.checks.files import largest
 from gym_extensions.scoring.folder import Folder
 from gym_extensions.scoring.log import write_text
 
@@ -17,13 +18,15 @@ Document = dict[str, Any]
 
 @functools.cache
 def code_digest() -> str:
-    """A digest of everything but the folder and the references that a scorecard depends on: code and data."""
+    """A digest of the code and the data that a scorecard depends on, but for the references of a version."""
     digest = hashlib.sha256()
     for package in (catalog, scoring):
         root = Path(str(package.__file__)).parent
         for path in sorted(root.rglob("*")):
-            if path.suffix in (".py", ".json", ".csv", ".txt") and "references" not in path.parts:
-                digest.update(f"{path.relative_to(root).as_posix()}\n{path.stat().st_size}\n".encode())
+            name = path.relative_to(root).as_posix()
+            version = name.startswith("references/") and path.suffix == ".json"
+            if path.suffix in (".py", ".json", ".csv", ".txt") and not version:
+                digest.update(f"{name}\n{path.stat().st_size}\n".encode())
                 digest.update(path.read_bytes())
     return digest.hexdigest()
 
@@ -35,10 +38,11 @@ def content_key(folder: Folder, references: str) -> str:
         folder: the submission as it lies on disk.
         references: the digest of the references.
     """
-    digest = hashlib.sha256(f"{code_digest()}\n{references}\n{folder.name}\n".encode())
+    place = f"{folder.name}\n{folder.root.is_symlink()}"
+    digest = hashlib.sha256(f"{code_digest()}\n{references}\n{place}\n".encode())
     for entry in folder.entries:
         digest.update(f"{entry.path}\n{entry.kind}\n{entry.size}\n".encode())
-        if entry.kind == "file":
+        if entry.kind == "file" and entry.size <= largest(entry.path):
             try:
                 digest.update(hashlib.sha256(folder.read(entry.path)).digest())
             except OSError as error:
@@ -61,10 +65,10 @@ def kept(place: Path, key: str) -> Document | None:
     """The scorecard kept under a key; None where there is none, or a wrong, old or half-written one."""
     try:
         found = json.loads(place.read_bytes())
-    except (OSError, ValueError):
+        if found["key"] != key:
+            return None
+        card: Document = found["card"]
+        digest = hashlib.sha256(_text(card).encode()).hexdigest()
+        return card if digest == found["sha256"] else None
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return None
-    if not isinstance(found, dict) or found.get("key") != key or not isinstance(found.get("card"), dict):
-        return None
-    card: Document = found["card"]
-    digest = hashlib.sha256(_text(card).encode()).hexdigest()
-    return card if digest == found.get("sha256") else None

@@ -10,25 +10,31 @@ from gym_extensions.scoring.rows import Log
 
 
 def without_copies(entry: GroupEntry) -> GroupEntry:
-    """The entry with runs that are identical in every log counted once, and a note that says so."""
-    each = [dict(zip(log.runs, outcomes(log), strict=True)) for log in entry.logs.values()]
-    runs = [set(one) for one in each]
-    if not each or any(one != runs[0] for one in runs):
-        return entry
+    """The entry with runs that are identical in every episode counted once, and notes that say so.
+
+    Sequential and single runs are pairs, and a pair is identical where both are; joint runs stand alone.
+    """
+    for protocols in (("sequential", "single"), ("joint",)):
+        entry = _without_copies(entry, [entry.logs[name] for name in protocols if name in entry.logs])
+    return entry
+
+
+def _without_copies(entry: GroupEntry, logs: list[Log]) -> GroupEntry:
+    each = [dict(zip(log.runs, outcomes(log), strict=True)) for log in logs]
     same: dict[tuple[object, ...], list[int]] = {}
-    for run in sorted(runs[0]):
-        same.setdefault(tuple(one[run] for one in each), []).append(run)
-    if len(same) == len(runs[0]):
+    for run in sorted(set().union(*each)):
+        same.setdefault(tuple(one.get(run) for one in each), []).append(run)
+    copies = [runs for runs in same.values() if len(runs) > 1]
+    if not copies:
         return entry
-    logs = {
-        protocol: only(log, {copies[0] for copies in same.values()}) for protocol, log in entry.logs.items()
-    }
+    firsts = {runs[0] for runs in same.values()}
+    which = "Joint runs" if logs[0].protocol == "joint" else "Runs"
     notes = [
-        f"Runs {', '.join(map(str, copies))} are identical in every episode and count as one."
-        for copies in same.values()
-        if len(copies) > 1
+        f"{which} {', '.join(map(str, runs))} are identical in every episode and count as one."
+        for runs in copies
     ]
-    return replace(entry, logs=logs, notes=(*entry.notes, *notes))
+    kept = entry.logs | {log.protocol: only(log, firsts) for log in logs}
+    return replace(entry, logs=kept, notes=(*entry.notes, *notes))
 
 
 def only(log: Log, runs: set[int]) -> Log:

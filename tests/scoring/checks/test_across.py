@@ -53,3 +53,41 @@ def test_identical_runs_of_an_agent_without_parameters_count_as_one(submission: 
     }
     assert entry.notes == ("Runs 0, 1 are identical in every episode and count as one.",)
     assert len(entry.logs["sequential"].return_) == 600
+
+
+def test_identical_joint_runs_count_as_one_whatever_the_other_logs_hold(
+    submission: Callable[..., Path],
+) -> None:
+    folder = submission(
+        runs=(0, 1, 2),
+        protocols=("sequential", "joint"),
+        value=lambda protocol, run, stage, position, episode: float(position if protocol == "joint" else run),
+    )
+    edit("parameters_last = 100", "parameters_last = 0", TOML)(folder)
+    log = folder / "hopper-gravity" / "joint.csv"
+    log.write_text("".join(line for line in log.read_text().splitlines(keepends=True) if line[0] != "2"))
+    entry = read(folder).groups["hopper-gravity-v0"]
+    assert {protocol: log.runs for protocol, log in entry.logs.items()} == {
+        "sequential": (0, 1, 2),
+        "joint": (0,),
+    }
+    assert entry.notes == ("Joint runs 0, 1 are identical in every episode and count as one.",)
+
+
+def test_identical_runs_count_as_one_beside_a_joint_log_of_other_runs(
+    submission: Callable[..., Path],
+) -> None:
+    folder = submission(
+        runs=(0, 1, 2),
+        protocols=("sequential", "single", "joint"),
+        value=lambda protocol, run, stage, position, episode: float(run if protocol == "joint" else position),
+    )
+    edit("parameters_last = 100", "parameters_last = 0", TOML)(folder)
+    log = folder / "hopper-gravity" / "joint.csv"
+    log.write_text("".join(line for line in log.read_text().splitlines(keepends=True) if line[0] != "2"))
+    entry = read(folder).groups["hopper-gravity-v0"]
+    assert {protocol: log.runs for protocol, log in entry.logs.items()} == {
+        "sequential": (0,),
+        "single": (0,),
+        "joint": (0, 1),
+    }
