@@ -2,15 +2,25 @@
 
 from __future__ import annotations
 
+import csv
 import hashlib
 import json
 import math
+from pathlib import Path
 
 import pytest
 
-from gym_extensions.baselines.measuring import Measurement, MeasurementWork
-from gym_extensions.baselines.references import beats_floor, is_open, summary, task_row
+from gym_extensions.baselines.measuring import Measurement, MeasurementWork, agent_seed, measure
+from gym_extensions.baselines.reference_rows import beats_floor, floor_row, is_open, summary, task_row
 from gym_extensions.catalog.protocol import evaluation_seed
+from gym_extensions.scoring.normalise import CURRENT
+
+PUBLISHED_LOGS = Path(__file__).parents[2] / "scoring" / "reference-logs" / CURRENT
+
+
+def files(folder: Path) -> dict[str, bytes]:
+    return {str(path): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
 
 OPEN = [
     # Under five runs every one must pass; of five or more, three.
@@ -50,23 +60,55 @@ def test_a_summary_by_hand():
     assert found == {"mean": 3.0, "std": math.sqrt(3.5), "standard_error": math.sqrt(3.5) / 2}
 
 
-def test_a_learned_task_has_the_mean_of_its_runs_and_the_better_floor():
-    floors = {"random": [0.0, 2.0] * 10, "still": [3.0, 5.0] * 10}
-    row = task_row(floors, {1001: [20.0] * 100, 1000: [30.0] * 100}, budget="100k", log_sha256="ab")
-    assert row["floor"]["agent"] == "still"
-    assert row["floor"]["mean"] == 4.0
-    assert row["floor"]["agents"]["random"]["mean"] == 1.0
-    assert row["open"] is False
+def test_a_floor_is_that_of_the_better_agent_and_names_its_source():
+    floor = floor_row(
+        {"random": [0.0, 2.0] * 8, "still": [3.0, 5.0] * 8},
+        {"random": 11, "still": 12},
+        fingerprint="cd",
+        log_sha256="ef",
+    )
+    # Both deviate by 1; over √16.
+    spread = {"std": 1.0, "standard_error": 0.25}
+    assert floor == {
+        "mean": 4.0,
+        "agent": "still",
+        "budget": None,
+        "run": 1000,
+        "episodes": 16,
+        "standard_error": 0.25,
+        "agents": {
+            "random": {"mean": 1.0, **spread, "seed": 11},
+            "still": {"mean": 4.0, **spread, "seed": 12},
+        },
+        "fingerprint": "cd",
+        "log_sha256": "ef",
+    }
+
+
+FLOOR = {"mean": 4.0, "standard_error": 0.25}
+SOURCE = {"agent": "trpo", "budget": "100k", "log_sha256": "ab"}
+
+
+def test_a_learned_task_has_the_mean_of_its_runs():
+    row = task_row(FLOOR, {1001: [20.0] * 100, 1000: [30.0] * 100}, **SOURCE)
+    assert (row["floor"], row["open"]) == (FLOOR, False)
     # Two runs of 30 and 20: mean 25, sample deviation √50, over √2.
     assert (row["ceiling"]["mean"], row["ceiling"]["standard_error"]) == (25.0, pytest.approx(5.0))
     assert [run["run"] for run in row["ceiling"]["runs"]] == [1000, 1001]
+    assert row["ceiling"] | SOURCE == row["ceiling"]
     assert "attempts" not in row
 
 
 def test_an_open_task_has_no_ceiling_and_keeps_its_attempts():
-    row = task_row({"random": [0.0], "still": [9.0]}, {1000: [8.0]}, budget="1M", log_sha256="ab")
+    row = task_row(FLOOR, {1000: [3.0]}, **SOURCE)
     assert (row["ceiling"], row["open"]) == (None, True)
-    assert row["attempts"]["runs"] == [{"run": 1000, "mean": 8.0, "std": 0.0, "beats_floor": False}]
+    assert row["attempts"]["runs"] == [{"run": 1000, "mean": 3.0, "std": 0.0, "beats_floor": False}]
+
+
+def test_one_run_has_the_error_of_its_episodes():
+    row = task_row(FLOOR, {1000: [20.0, 24.0] * 8}, agent="oracle", budget="", log_sha256="ab")
+    # They deviate by 2; over √16.
+    assert (row["ceiling"]["mean"], row["ceiling"]["standard_error"]) == (22.0, 0.5)
 
 
 def test_a_measurement_uses_the_reference_seeds_and_is_kept(tmp_path):
@@ -101,6 +143,33 @@ def test_the_command_writes_what_the_contracts_say(tmp_path, monkeypatch, capsys
     log = tmp_path / "provisional-logs/Hopper-v0.csv"
     assert measured["log_sha256"] == hashlib.sha256(log.read_bytes()).hexdigest()
     assert len(log.read_text().splitlines()) == 1 + 3
-    before = out.read_bytes()
+    log = tmp_path / "provisional-logs/floors/Hopper-v0.csv"
+    assert row["floor"]["log_sha256"] == hashlib.sha256(log.read_bytes()).hexdigest()
+    header, *lines = log.read_text().splitlines()
+    assert header == "agent,episode,seed,length,return,terminated"
+    assert [line.split(",")[:2] for line in lines] == [
+        [agent, str(episode)] for agent in ("random", "still") for episode in range(4)
+    ]
+    before = files(tmp_path)
     assert references.main(argv) == 0
-    assert out.read_bytes() == before
+    assert files(tmp_path) == before
+
+
+@pytest.mark.parametrize("agent", ["random", "still"])
+def test_the_published_floors_episodes_come_out_again(agent):
+    """The first hundred: the lanes of one batch, so that they are the same in a shorter measurement."""
+    task = "gym_extensions/HopperGravityHalf-v0"
+    log = PUBLISHED_LOGS / "floors" / "HopperGravityHalf-v0.csv"
+    rows = [row for row in csv.DictReader(log.read_text().splitlines()) if row["agent"] == agent][:100]
+    again = measure(Measurement(task, agent, 1000, 100), lambda _: None)
+    assert [(row.episode, row.seed, row.length, row.terminated) for row in again] == [
+        (int(row["episode"]), int(row["seed"]), int(row["length"]), row["terminated"] == "true")
+        for row in rows
+    ]
+    assert [row.return_ for row in again] == pytest.approx([float(row["return"]) for row in rows], rel=1e-9)
+
+
+def test_each_agent_and_task_has_a_seed_of_its_own():
+    tasks = ("gym_extensions/Hopper-v0", "gym_extensions/HopperGravityHalf-v0")
+    wanted = [Measurement(task, agent, 1000, 5) for task in tasks for agent in ("random", "still")]
+    assert len({agent_seed(each) for each in wanted}) == 4

@@ -69,13 +69,18 @@ class MeasurementWork:
         return found
 
 
+def agent_seed(what: Measurement) -> int:
+    """What the agent's generator is seeded with."""
+    return training_seed(what.run, REFERENCE, what.task, what.agent)
+
+
 def measure(what: Measurement, listen: Listener) -> list[Episode]:
     """The measurement's episodes at the prescribed reference seeds."""
     if what.agent == ORACLE:
         return _oracle_episodes(what)
     lanes = make_batch(what.task, min(LANES, what.episodes))
-    seed = training_seed(what.run, REFERENCE, what.task, what.agent)
-    agent = algorithms.factory(what.agent)(lanes.single_observation_space, lanes.single_action_space, seed)
+    spaces = (lanes.single_observation_space, lanes.single_action_space)
+    agent = algorithms.factory(what.agent)(*spaces, agent_seed(what))
     if what.budget:
         _train(agent, what, listen)
     rows = _episodes(agent, lanes, what)
