@@ -24,11 +24,10 @@ from pathlib import Path
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.catalog.protocol import BUDGETS, EVALUATION_EPISODES, evaluation_seed
-from gym_extensions.scoring.batch import Work, cards, side_by_side
+from gym_extensions.scoring.batch import Work, cards
 from gym_extensions.scoring.log import CurvePoint, Episode, write_curves, write_episodes, write_text
 from gym_extensions.scoring.normalise import Reference, References
-from gym_extensions.scoring.places import slim
-from gym_extensions.scoring.scorecard import document, text
+from gym_extensions.scoring.publish import Publisher
 
 NAMES = ("hopper-gravity", "walker2d-gravity", "halfcheetah-gravity", "humanoid-gravity", "hopper-body")
 RUNS = range(5)
@@ -115,14 +114,13 @@ def _processor() -> float:
 
 def run(folders: Sequence[Path], work: Work, workers: int, out: Path) -> tuple[float, float, float]:
     """Seconds to score the folders into scorecards, seconds for the boards, and processor time of both."""
-    start, before, slims = time.perf_counter(), _processor(), []
-    for path, card in zip(folders, cards(folders, work, workers), strict=True):
+    start, before, published = time.perf_counter(), _processor(), Publisher(out, work.references)
+    for card in cards(folders, work, workers):
         if card["problems"]:
             raise ValueError(card["problems"][0])
-        write_text(out / "scorecards" / f"{path.name}.json", text(document([card], work.references)))
-        slims.append(slim(card))
+        published.add(card)
     scored = time.perf_counter()
-    write_text(out / "boards.json", text({"format": 1, "boards": side_by_side(slims, workers)}))
+    published.finish(workers)
     return scored - start, time.perf_counter() - scored, _processor() - before
 
 

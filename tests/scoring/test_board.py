@@ -32,7 +32,8 @@ def enter(submission: Callable[..., Path], references: References, manifest_text
         more.setdefault(
             "value", lambda p, run, stage, j, e: stage * level / 5 + 10.0 * (run * 3 % 5) + j - e / 20
         )
-        folder = submission(name=name, runs=runs, manifest=manifest, protocols=("sequential",), **more)
+        more.setdefault("protocols", ("sequential",))
+        folder = submission(name=name, runs=runs, manifest=manifest, **more)
         return score_folders([folder], references)["submissions"][0]
 
     return make
@@ -89,6 +90,17 @@ def test_who_learned_nothing_has_no_rank_for_forgetting(enter: Enter) -> None:
     assert still["metrics"]["forgetting"]["rank"] is None
     assert learner["metrics"]["forgetting"]["rank"] == [1, 1]
     assert "instead" not in learner["metrics"]["forgetting"]
+
+
+def test_the_joint_gap_is_ranked_where_five_joint_runs_stand_behind_it(enter: Enter) -> None:
+    both = ("sequential", "joint")
+    cards = [enter("low", 200, protocols=both), enter("high", 900, protocols=both), enter("without", 500)]
+    few = enter("few", 400, protocols=both)
+    for score in few["groups"][GROUP]["joint"]["metrics"].values():
+        score["runs"] = score["runs"][:4]
+    ranks = {row["name"]: row["metrics"]["joint_gap"]["rank"] for row in board([*cards, few], KEY)["rows"]}
+    # Joint returns are a fifth of the sequential ones: the gap is −.8 level, and lower is better.
+    assert ranks == {"high": [1, 1], "low": [2, 2], "without": None, "few": None}
 
 
 def test_agents_that_are_told_the_task_have_a_board_of_their_own(enter: Enter) -> None:

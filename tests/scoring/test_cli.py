@@ -107,7 +107,7 @@ def test_markdown_has_tables_and_escapes_what_a_stranger_wrote(
     folder = submission(manifest=manifest_text.replace("An entry", "<b>|entry"))
     assert cli.main([str(folder), "--markdown"]) == 0
     shown = capfdbinary.readouterr().out.decode()
-    assert shown.startswith("## entry: &lt;b>\\|entry\n\nTrust: well-formed.\n")
+    assert "\n\n## entry: &lt;b>\\|entry\n\nTrust: well-formed.\n" in shown
     assert "| task | Fully Trained | After Env Training | First Step | Single Env |" in shown
 
 
@@ -152,6 +152,11 @@ def test_compare_gives_the_interval_of_the_difference(
         ([], "name at least one FOLDER, or two with --compare"),
         (["x", "--jobs", "0"], "--jobs takes a number from 1"),
         (["x", "--json", "--csv"], "argument --csv: not allowed with argument --json"),
+        (
+            ["--compare", "a", "b", "--csv"],
+            "--compare takes two submissions, and of the other options",
+        ),
+        (["x", "--compare", "a", "b"], "--compare takes two submissions, and of the other options"),
     ],
 )
 def test_misuse_exits_2(arguments: list[str], told: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -159,6 +164,71 @@ def test_misuse_exits_2(arguments: list[str], told: str, capsys: pytest.CaptureF
         cli.main(arguments)
     assert stopped.value.code == 2
     assert told in capsys.readouterr().err
+
+
+def test_compare_tells_the_problems_of_a_submission_that_has_some(
+    submission: Write, known: None, capsys: pytest.CaptureFixture[str]
+) -> None:
+    first, second = submission(name="a"), submission(name="b")
+    (second / "notes.txt").write_text("")
+    assert cli.main(["--compare", str(first), str(second)]) == 1
+    assert "notes.txt: A file of this name has no place here." in capsys.readouterr().out
+
+
+def test_compare_has_suites_and_the_joint_gap(
+    submission: Write, known: None, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bodies = tuple(f"{body}-gravity" for body in ("hopper", "walker2d", "halfcheetah", "humanoid"))
+    pair = [submission(name=name, groups=bodies, protocols=("sequential", "joint")) for name in "ab"]
+    assert cli.main(["--compare", *map(str, pair)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    at = lines.index("suite gravity, sequential, budget smoke")
+    gaps = [line.split() for line in lines[at:] if line.startswith("Joint gap")]
+    assert gaps[0][4:] == ["0.000", "-0.001", "to", "0.001"]
+
+
+def test_out_holds_nothing_older(submission: Write, known: None, tmp_path: Path) -> None:
+    folders, out = [submission(name=name) for name in "ab"], tmp_path / "out"
+    cli.main([*map(str, folders), "--out", str(out)])
+    cli.main([str(folders[1]), "--out", str(out)])
+    assert [path.name for path in (out / "scorecards").iterdir()] == ["b.json"]
+
+
+def test_a_reader_who_leaves_does_not_keep_the_scorecards_from_being_written(
+    submission: Write, tmp_path: Path
+) -> None:
+    folders = [submission(name=f"entry{number}") for number in range(5)]
+    script = "import sys; from gym_extensions.scoring.cli import main; sys.exit(main(sys.argv[1:]))"
+    out = tmp_path / "out"
+    command = [sys.executable, "-c", script, *map(str, folders), "--jobs", "1", "--out", str(out)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as running:
+        assert running.stdout is not None
+        running.stdout.close()
+        assert running.stderr is not None
+        assert running.stderr.read() == b""
+    assert running.returncode == 0
+    assert len(list((out / "scorecards").iterdir())) == 5
+    assert (out / "boards.json").exists()
+
+
+def test_markdown_says_what_the_references_are_and_what_the_scorer_noted(
+    submission: Write, known: None, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = submission(value=lambda protocol, run, stage, j, e: float(j))
+    manifest = folder / "submission.toml"
+    manifest.write_text(manifest.read_text().replace("parameters_last = 100", "parameters_last = 0"))
+    cli.main([str(folder), "--markdown"])
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == "Provisional references `synthetic`: fewer runs or a smaller budget."
+    assert "* hopper-gravity-v0: Runs 0, 1 are identical in every episode and count as one." in lines
+
+
+def test_a_printed_total_stands_beside_the_recomputed_one(capsys: pytest.CaptureFixture[str]) -> None:
+    cli.main(["submissions/henderson2017-trpo", "--markdown"])
+    lines = capsys.readouterr().out.splitlines()
+    at = next(place for place, line in enumerate(lines) if line.startswith("| printed total"))
+    assert lines[at - 1].startswith("| total | 1238.31 ± 1029.24 |")
+    assert lines[at].startswith("| printed total | 990.95 ± 1022.32 |")
 
 
 def test_entries_that_share_no_board_cannot_be_compared(

@@ -175,6 +175,35 @@ def test_a_suite_is_the_mean_over_its_groups_and_needs_them_all(
     assert part["suites"] == {}
 
 
+def test_the_joint_gap_of_a_suite_is_the_mean_of_its_groups(
+    submission: Write, references: References
+) -> None:
+    bodies = tuple(f"{body}-gravity" for body in ("hopper", "walker2d", "halfcheetah", "humanoid"))
+    protocols = ("sequential", "single", "joint")
+    card = score_folders([submission(groups=bodies, protocols=protocols)], references)["submissions"][0]
+    gaps = [card["groups"][f"{body}-v0"]["sequential"]["metrics"]["joint_gap"] for body in bodies]
+    whole = card["suites"]["gravity"]["sequential"]["metrics"]["joint_gap"]
+    # Joint and sequential runs have a squared error of .0005² each, and two groups' runs four degrees in all.
+    assert whole["mean"] == pytest.approx(sum(gap["mean"] for gap in gaps) / 4)
+    assert whole["high"] - whole["mean"] == pytest.approx(2.3060041352 * 0.0005 * math.sqrt(2) / 2)
+    assert "why" not in whole
+
+
+def test_a_suite_names_the_groups_in_which_a_metric_has_no_value(
+    submission: Write, references: References
+) -> None:
+    bodies = tuple(f"{body}-gravity" for body in ("hopper", "walker2d", "halfcheetah", "humanoid"))
+    folder = submission(groups=bodies)
+    for body in bodies[1:3]:
+        (folder / body / "single.csv").unlink()
+    found = score_folders([folder], references)["submissions"][0]["suites"]["gravity"]["sequential"][
+        "metrics"
+    ]
+    assert (
+        found["forward_transfer"]["why"] == "It has no value in walker2d-gravity-v0, halfcheetah-gravity-v0."
+    )
+
+
 def test_the_text_is_json_without_nan_and_with_sorted_keys(submission: Write, references: References) -> None:
     written = text(score_folders([submission()], references))
     assert written.endswith("}\n")

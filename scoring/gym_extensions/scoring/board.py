@@ -13,11 +13,11 @@ from typing import Any
 
 from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS
 from gym_extensions.scoring.card import REPORTED
-from gym_extensions.scoring.intervals import Summary, gap, summary, summary_of
+from gym_extensions.scoring.estimates import estimate
+from gym_extensions.scoring.intervals import Summary, less, span
 from gym_extensions.scoring.metrics import METRICS
 from gym_extensions.scoring.places import BoardKey, board_keys, place, told
 from gym_extensions.scoring.ranks import different, rank_intervals, runs_to_separate
-from gym_extensions.scoring.suites import SUITES, run_values
 
 Document = dict[str, Any]
 Ranked = tuple[Document, Summary]
@@ -26,18 +26,6 @@ NOTHING_LEARNED = "nothing learned to forget"
 FORGETTING = ("forgetting", "worst_case_forgetting", "forgetting_all_later_stages")
 LEAST_LEARNED = 0.1
 """Learning performance from which one run counts as having learned something; it has no interval."""
-
-
-def _values(card: Document, key: BoardKey, metric: str) -> list[list[float]]:
-    """One value a run for each group of the board; empty where the metric has none."""
-    if key.group in SUITES:
-        return run_values(card["groups"], key.group, key.protocol, metric)
-    values = card["groups"][key.group][key.protocol]["metrics"][metric]["runs"]
-    return [values] if values else []
-
-
-def _summary(values: list[list[float]]) -> Summary:
-    return summary_of([summary(one) for one in values])
 
 
 def _runs(card: Document, key: BoardKey) -> int:
@@ -80,17 +68,18 @@ def _rank(rows: Sequence[Document], cards: Mapping[str, Document], key: BoardKey
     """Fills in the rank intervals of every metric, and ``next`` of every ranked row but the last."""
     for metric in METRICS[key.protocol]:
         ranked = [
-            (row, _summary(values))
+            (row, found)
             for row in rows
             if row["ranked"] and "instead" not in row["metrics"][metric.name]
-            if (values := _values(cards[row["name"]], key, metric.name))
+            if (found := estimate(cards[row["name"]]["groups"], key.groups, key.protocol, metric)) is not None
+            if found.runs >= FULL_ENTRY_RUNS
         ]
         if not metric.better or not ranked:
             continue
         entries = [entry for _, entry in ranked]
         apart = different(entries)
-        for (row, _), span in zip(ranked, rank_intervals(entries, apart, metric.better), strict=True):
-            row["metrics"][metric.name]["rank"] = list(span)
+        for (row, _), ranks in zip(ranked, rank_intervals(entries, apart, metric.better), strict=True):
+            row["metrics"][metric.name]["rank"] = list(ranks)
         if metric is METRICS[key.protocol][0]:
             for above, (row, _) in enumerate(ranked[:-1]):
                 row["next"] = _next(
@@ -100,7 +89,7 @@ def _rank(rows: Sequence[Document], cards: Mapping[str, Document], key: BoardKey
 
 def _next(row: Ranked, below: Ranked, apart: bool, ranked: int) -> Document:
     """How a ranked entry stands against the next: the pair's own interval, and what would separate them."""
-    between = gap(row[1], below[1])
+    between = span(less(row[1], below[1]))
     spread, other = (math.sqrt(entry.square * one["runs"]) for one, entry in (row, below))
     needed = runs_to_separate(between.mean, spread, other, ranked)
     more = None if needed is None else max(1, needed - min(row[0]["runs"], below[0]["runs"]))

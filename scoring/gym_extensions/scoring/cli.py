@@ -38,7 +38,7 @@ def parser() -> argparse.ArgumentParser:
         "--out",
         type=Path,
         metavar="DIR",
-        help="write scorecards/<name>.json and boards.json into this folder",
+        help="write scorecards/<name>.json and boards.json here; older scorecards are removed",
     )
     made.add_argument(
         "--cache", type=Path, metavar="DIR", help="keep scorecards here and score only what has changed"
@@ -59,7 +59,13 @@ def _compare(pair: list[Path], as_json: bool) -> int:
     from gym_extensions.scoring.compare import compare
     from gym_extensions.scoring.scorecard import score_folder, text
 
-    compared = compare(*(score_folder(path) for path in pair))
+    scored = [score_folder(path) for path in pair]
+    broken = [card for card in scored if card["problems"]]
+    for card in broken:
+        terminal.show_line(terminal.console(), card)
+    if broken:
+        return 1
+    compared = compare(*scored)
     if as_json:
         _print(text(compared))
     else:
@@ -78,39 +84,47 @@ def _verified(path: Path, card: dict[str, Any]) -> dict[str, Any]:
 
 def _score(options: argparse.Namespace) -> int:
     from gym_extensions.scoring import terminal
-    from gym_extensions.scoring.batch import Work, cards, side_by_side
+    from gym_extensions.scoring.batch import Work, cards
     from gym_extensions.scoring.flat import csv_text, markdown_text
     from gym_extensions.scoring.folder import submission_folders
-    from gym_extensions.scoring.log import write_text
     from gym_extensions.scoring.normalise import load_references
-    from gym_extensions.scoring.places import slim
+    from gym_extensions.scoring.publish import Publisher
     from gym_extensions.scoring.scorecard import document, text
 
     references = load_references()
     folders = submission_folders(options.folders)
     printed = next((form for form in ("json", "csv", "markdown") if getattr(options, form)), "")
-    out, kept, slims, problems = terminal.console(), [], [], False
+    out, kept, problems = terminal.console(), [], False
+    published = Publisher(options.out, references) if options.out else None
+    known = document([], references)["references"]
     work = Work(references, options.cache)
     for path, scored in zip(folders, cards(folders, work, options.jobs), strict=True):
         card = _verified(path, scored) if options.verify else scored
         problems = problems or bool(card["problems"])
-        if printed:
-            kept.append(card)
-        elif len(folders) > FEW:
-            terminal.show_line(out, card)
-        else:
-            terminal.show(out, card, document([], references)["references"])
-        if options.out:
-            write_text(options.out / "scorecards" / f"{path.name}.json", text(document([card], references)))
-            slims.append(slim(card))
-    if options.out:
-        write_text(
-            options.out / "boards.json", text({"format": 1, "boards": side_by_side(slims, options.jobs)})
-        )
+        try:
+            if printed:
+                kept.append(card)
+            elif len(folders) > FEW:
+                terminal.show_line(out, card)
+            else:
+                terminal.show(out, card, known)
+        except BrokenPipeError:
+            if not published:
+                raise
+            _nobody_reads()
+        if published:
+            published.add(card)
+    if published:
+        published.finish(options.jobs)
     if printed:
         forms = {"json": text, "csv": csv_text, "markdown": markdown_text}
         _print(forms[printed](document(kept, references)))
     return 1 if problems else 0
+
+
+def _nobody_reads() -> None:
+    """Lets everything that is still printed go nowhere."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 @reports_mistakes
@@ -120,6 +134,9 @@ def main(argv: list[str] | None = None) -> int:
     options = made.parse_args(argv)
     if not options.folders and not options.compare:
         made.error("name at least one FOLDER, or two with --compare")
+    alone = ("folders", "csv", "markdown", "out", "cache", "verify", "jobs")
+    if options.compare and any(getattr(options, name) for name in alone):
+        made.error("--compare takes two submissions, and of the other options --json alone")
     if options.jobs is not None and options.jobs < 1:
         made.error("--jobs takes a number from 1")
     for stream in (sys.stdout, sys.stderr):
@@ -128,7 +145,7 @@ def main(argv: list[str] | None = None) -> int:
     try:
         return _compare(options.compare, options.json) if options.compare else _score(options)
     except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _nobody_reads()
         return 1
     except OSError as error:
         place = str(error.filename or "")

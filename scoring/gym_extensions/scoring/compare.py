@@ -2,26 +2,41 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from gym_extensions.catalog.errors import BenchError
-from gym_extensions.scoring.intervals import difference
+from gym_extensions.scoring.estimates import estimate
+from gym_extensions.scoring.intervals import less, span
 from gym_extensions.scoring.metrics import METRICS
+from gym_extensions.scoring.suites import SUITES
 
 Document = dict[str, Any]
 
 
-def _metrics(first: Document, second: Document, protocol: str) -> Document:
+def _metrics(first: Document, second: Document, names: Sequence[str], protocol: str) -> Document:
     found = {}
     for metric in METRICS[protocol]:
-        pair = [one["metrics"][metric.name]["runs"] for one in (first, second)]
-        if all(pair):
-            gap = difference(*pair)
+        one, other = (estimate(card["groups"], names, protocol, metric) for card in (first, second))
+        if one is not None and other is not None:
+            gap = span(less(one, other))
             found[metric.name] = {
-                "first": first["metrics"][metric.name]["mean"],
-                "second": second["metrics"][metric.name]["mean"],
+                "first": one.mean,
+                "second": other.mean,
                 "difference": {"mean": gap.mean, "low": gap.low, "high": gap.high},
             }
+    return found
+
+
+def _common(first: Document, second: Document, part: str) -> Document:
+    """What both have of the groups or of the suites, by name and protocol, with the same budget."""
+    found: Document = {}
+    for name, protocols in first[part].items():
+        for protocol, scored in protocols.items():
+            other = second[part].get(name, {}).get(protocol)
+            if other is not None and other["budget"] == scored["budget"]:
+                metrics = _metrics(first, second, SUITES.get(name, (name,)), protocol)
+                found.setdefault(name, {})[protocol] = {"budget": scored["budget"], "metrics": metrics}
     return found
 
 
@@ -37,14 +52,10 @@ def compare(first: Document, second: Document) -> Document:
         if card["problems"]:
             hint = f"Run: score {card['name']}."
             raise BenchError("not-scored", "The submission has problems.", card["name"], hint)
-    groups: Document = {}
-    for name, protocols in first["groups"].items():
-        for protocol, scored in protocols.items():
-            other = second["groups"].get(name, {}).get(protocol)
-            if other is not None and other["budget"] == scored["budget"]:
-                metrics = _metrics(scored, other, protocol)
-                groups.setdefault(name, {})[protocol] = {"budget": scored["budget"], "metrics": metrics}
+    groups = _common(first, second, "groups")
     if not groups:
         message = f"{first['name']} and {second['name']} have no group with the same protocol and budget."
         raise BenchError("nothing-to-compare", message, hint="Compare entries of one board.")
-    return {"format": 1, "first": first["name"], "second": second["name"], "groups": groups}
+    return {"format": 1, "first": first["name"], "second": second["name"], "groups": groups} | {
+        "suites": _common(first, second, "suites")
+    }

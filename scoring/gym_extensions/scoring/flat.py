@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from gym_extensions.scoring.metrics import METRICS
-from gym_extensions.scoring.table import COLUMNS
+from gym_extensions.scoring.table import COLUMNS, shown_rows
 
 Document = dict[str, Any]
 
@@ -71,7 +71,7 @@ def _group(name: str, protocol: str, scored: Document) -> list[str]:
         )
     if "table" in scored:
         lines += ["", *_head("task", *COLUMNS.values())]
-        for row in [*scored["table"], {"task": "total", **scored["total"]}]:
+        for row in shown_rows(scored):
             cells = (row[column] for column in COLUMNS)
             shown = (f"{cell['mean']:.2f} ± {cell['std']:.2f}" if cell else "–" for cell in cells)
             lines.append(_row(row["task"].rsplit("/", 1)[-1], *shown))
@@ -81,13 +81,20 @@ def _group(name: str, protocol: str, scored: Document) -> list[str]:
 
 def markdown_text(document: Document) -> str:
     """A section a submission, with a table a group and protocol."""
+    known = document["references"]
     lines: list[str] = []
+    if known["provisional"]:
+        lines += [
+            f"Provisional references `{known['version']}`: fewer runs or a smaller budget.",
+            "",
+        ]
     for card in document["submissions"]:
         lines += [f"## {_cell(card['name'])}: {_cell(card['title'])}", ""]
         lines += [f"Trust: {card['trust']}." if not card["problems"] else "Problems:", ""]
         for problem in card["problems"]:
             told = f"{_cell(problem['where'])}: {_cell(problem['message'])} {_cell(problem['hint'])}"
             lines.append(f"* `{problem['rule']}` {told}")
+        lines += [f"* {_cell(note)}" for note in card["notes"]]
         for name, protocol, scored in _places(card):
             lines += _group(name, protocol, scored)
         lines.append("")

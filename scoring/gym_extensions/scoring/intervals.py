@@ -55,38 +55,54 @@ def interval(values: Sequence[float]) -> Interval:
 
 @dataclass(frozen=True)
 class Summary:
-    """A mean of runs as a test needs it: the mean, its squared standard error, degrees of freedom."""
+    """A mean over runs as a test needs it: the mean, its squared standard error, degrees of freedom.
+
+    ``runs`` is how many runs it stands on: the fewest, where it is made of several means. With one run there
+    is no error: ``square`` and ``freedom`` are 0.
+    """
 
     mean: float
     square: float
     freedom: float
+    runs: int
 
 
 def summary(values: Sequence[float]) -> Summary:
-    """The summary of one value a run, at least two."""
-    centre = math.fsum(values) / len(values)
-    return Summary(centre, deviation(values, lost=1) ** 2 / len(values), len(values) - 1.0)
+    """The summary of one value a run."""
+    centre, runs = math.fsum(values) / len(values), len(values)
+    square = deviation(values, lost=1) ** 2 / runs if runs > 1 else 0.0
+    return Summary(centre, square, runs - 1.0, runs)
 
 
 def summary_of(parts: Sequence[Summary]) -> Summary:
     """The summary of the mean over independent groups: SE² = Σ SE_g² / G², Welch–Satterthwaite."""
     count = len(parts)
-    centre = math.fsum(part.mean for part in parts) / count
+    return _made_of(math.fsum(part.mean for part in parts) / count, parts, count)
+
+
+def less(first: Summary, second: Summary) -> Summary:
+    """The summary of first − second, unpaired."""
+    return _made_of(first.mean - second.mean, (first, second), 1)
+
+
+def _made_of(mean: float, parts: Sequence[Summary], count: int) -> Summary:
+    runs = min(part.runs for part in parts)
+    if runs < 2:
+        return Summary(mean, 0.0, 0.0, runs)
     error, freedom = combined([(part.square / count**2, part.freedom) for part in parts])
-    return Summary(centre, error * error, freedom)
+    return Summary(mean, error * error, freedom, runs)
 
 
-def gap(first: Summary, second: Summary) -> Interval:
-    """The interval of first − second, unpaired: Welch's."""
-    error, freedom = combined([(first.square, first.freedom), (second.square, second.freedom)])
-    return around(first.mean - second.mean, error, freedom)
+def span(found: Summary) -> Interval:
+    """The interval of a summary; none where it stands on one run."""
+    if found.runs < 2:
+        return Interval(found.mean)
+    return around(found.mean, math.sqrt(found.square), found.freedom)
 
 
 def difference(first: Sequence[float], second: Sequence[float]) -> Interval:
     """The interval of mean(first) − mean(second), runs unpaired: Welch's; none where either has one run."""
-    if len(first) < 2 or len(second) < 2:
-        return Interval(math.fsum(first) / len(first) - math.fsum(second) / len(second))
-    return gap(summary(first), summary(second))
+    return span(less(summary(first), summary(second)))
 
 
 def combined(parts: Sequence[tuple[float, float]]) -> tuple[float, float]:
@@ -101,11 +117,3 @@ def combined(parts: Sequence[tuple[float, float]]) -> tuple[float, float]:
         return math.sqrt(total), math.fsum(freedom for _, freedom in parts)
     freedom = total * total / below
     return math.sqrt(total), max(freedom, min(freedom for _, freedom in parts))
-
-
-def mean_of(parts: Sequence[Sequence[float]]) -> Interval:
-    """The mean over independent groups of one value a run; no interval where a group has one run."""
-    if any(len(values) < 2 for values in parts):
-        return Interval(math.fsum(math.fsum(values) / len(values) for values in parts) / len(parts))
-    whole = summary_of([summary(values) for values in parts])
-    return around(whole.mean, math.sqrt(whole.square), whole.freedom)

@@ -54,6 +54,15 @@ WORST_TENTH = Metric(
     formulas.worst_tenth,
     "CVaR",
 )
+JOINT_GAP = Metric(
+    "joint_gap",
+    "Joint gap",
+    "final performance of joint.csv − final performance",
+    "lower",
+    ("sequential", "joint"),
+    None,
+    "distance to multitask training",
+)
 
 SEQUENTIAL = (
     FINAL,
@@ -138,15 +147,7 @@ SEQUENTIAL = (
         formulas.average_over_training,
         "A of Díaz-Rodríguez et al. 2018",
     ),
-    Metric(
-        "joint_gap",
-        "Joint gap",
-        "final performance of joint.csv − final performance",
-        "lower",
-        ("sequential", "joint"),
-        None,
-        "distance to multitask training",
-    ),
+    JOINT_GAP,
     SPREAD,
     WORST_TENTH,
 )

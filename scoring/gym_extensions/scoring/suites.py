@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from gym_extensions.scoring.intervals import Interval, mean_of
-from gym_extensions.scoring.metrics import METRICS
+from gym_extensions.scoring.estimates import estimate
+from gym_extensions.scoring.intervals import span
+from gym_extensions.scoring.metrics import METRICS, Metric
 from gym_extensions.scoring.scores import ONE_RUN, Score
 
 BODIES = ("hopper", "walker2d", "halfcheetah", "humanoid")
@@ -26,22 +27,12 @@ SUITES: dict[str, tuple[str, ...]] = {
 SUITES["all"] = tuple(group for groups in SUITES.values() for group in groups)
 
 
-def run_values(groups: Mapping[str, Any], suite: str, protocol: str, metric: str) -> list[list[float]]:
-    """One value a run for each group of a suite; empty where the entry lacks one of them."""
-    found = []
-    for name in SUITES[suite]:
-        values = groups.get(name, {}).get(protocol, {}).get("metrics", {}).get(metric, {}).get("runs", [])
-        if not values:
-            return []
-        found.append(values)
-    return found
-
-
-def _score(groups: Mapping[str, Any], suite: str, protocol: str, metric: str) -> Score:
-    values = run_values(groups, suite, protocol, metric)
-    if not values:
-        return Score(None, why="It is null in a group of the suite.")
-    found: Interval = mean_of(values)
+def _score(groups: Mapping[str, Any], suite: str, protocol: str, metric: Metric) -> Score:
+    whole = estimate(groups, SUITES[suite], protocol, metric)
+    if whole is None:
+        lacking = [name for name in SUITES[suite] if estimate(groups, (name,), protocol, metric) is None]
+        return Score(None, why=f"It has no value in {', '.join(lacking)}.")
+    found = span(whole)
     return Score(found, why=ONE_RUN if found.low is None else "")
 
 
@@ -58,8 +49,6 @@ def suite_scores(groups: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
                 found.setdefault(suite, {})[protocol] = {
                     "budget": groups[names[0]][protocol]["budget"],
                     "groups": list(names),
-                    "metrics": {
-                        one.name: _score(groups, suite, protocol, one.name).as_dict() for one in metrics
-                    },
+                    "metrics": {one.name: _score(groups, suite, protocol, one).as_dict() for one in metrics},
                 }
     return found

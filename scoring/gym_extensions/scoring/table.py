@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 from gym_extensions.scoring.results import Results
 from gym_extensions.scoring.run import deviation
@@ -21,6 +22,12 @@ Cell = dict[str, float]
 
 def _pooled(episodes: Sequence[float]) -> Cell:
     return {"mean": math.fsum(episodes) / len(episodes), "std": deviation(episodes)}
+
+
+def shown_rows(scored: dict[str, Any]) -> list[dict[str, Any]]:
+    """The rows of a scored group's table as people read them: the tasks, the total, and a printed total."""
+    totals = {"total": scored["total"], "printed total": scored.get("printed_total")}
+    return [*scored["table"], *({"task": name, **total} for name, total in totals.items() if total)]
 
 
 def _episodes(results: Results) -> list[dict[str, list[float] | None]]:

@@ -10,7 +10,7 @@ from rich.table import Table
 
 from gym_extensions.scoring.metrics import METRICS
 from gym_extensions.scoring.outstanding import outstanding
-from gym_extensions.scoring.table import COLUMNS
+from gym_extensions.scoring.table import COLUMNS, shown_rows
 
 Document = dict[str, Any]
 SHOWN = (
@@ -24,9 +24,15 @@ SHOWN = (
 """The metrics of the first screen; all are in --json, --csv and --markdown."""
 
 
+class _Console(Console):
+    def on_broken_pipe(self) -> None:
+        """Leaves it to the command what to do when nobody reads on; rich would end the program."""
+        raise BrokenPipeError
+
+
 def console() -> Console:
     """Standard output: 80 columns and no colour where it is no terminal; NO_COLOR is honoured."""
-    return Console(highlight=False)
+    return _Console(highlight=False)
 
 
 def number(value: float | None, digits: int = 3) -> str:
@@ -68,7 +74,7 @@ def _metrics(out: Console, scored: Document, protocol: str) -> None:
 
 def _table(out: Console, scored: Document) -> None:
     shown = _plain_table("task", *("\n".join(title.rsplit(" ", 1)) for title in COLUMNS.values()))
-    for row in [*scored["table"], {"task": "total", **scored["total"]}]:
+    for row in shown_rows(scored):
         cells = (row[name] for name in COLUMNS)
         task = row["task"].rsplit("/", 1)[-1].rsplit("-v", 1)[0]
         shown.add_row(task, *(f"{cell['mean']:.0f} ± {cell['std']:.0f}" if cell else "–" for cell in cells))
@@ -90,7 +96,7 @@ def _group(out: Console, name: str, protocol: str, scored: Document) -> None:
 
 
 def show_line(out: Console, card: Document) -> None:
-    """One line on a submission, and all its problems."""
+    """One line on a submission, and all its problems and notes."""
     problems = card["problems"]
     state = f"[red]{count(len(problems), 'problem')}[/red]" if problems else f"[green]{card['trust']}[/green]"
     out.print(f"[bold]{escape(card['name'])}[/bold]  {escape(card['title'])}  ({state})")
@@ -98,13 +104,13 @@ def show_line(out: Console, card: Document) -> None:
         out.print(f"  [red]{problem['rule']}[/red]  {escape(problem['where'])}: {escape(problem['message'])}")
         if problem["hint"]:
             out.print(f"    {escape(problem['hint'])}")
+    for note in card["notes"]:
+        out.print(f"  note: {escape(note)}")
 
 
 def show(out: Console, card: Document, references: Document) -> None:
     """One submission: trust, problems, groups with intervals and the paper's table, what stands out."""
     show_line(out, card)
-    for note in card["notes"]:
-        out.print(f"  note: {escape(note)}")
     scored = [
         (name, protocol, found)
         for name, protocols in card["groups"].items()
@@ -124,7 +130,8 @@ def show(out: Console, card: Document, references: Document) -> None:
 def show_comparison(out: Console, compared: Document) -> None:
     """Two entries side by side, with the interval of their difference."""
     first, second = compared["first"], compared["second"]
-    for name, protocols in compared["groups"].items():
+    suites = {f"suite {name}": protocols for name, protocols in compared["suites"].items()}
+    for name, protocols in (compared["groups"] | suites).items():
         for protocol, found in protocols.items():
             out.print(f"[bold]{name}, {protocol}[/bold], budget {found['budget']}")
             shown = _plain_table("metric", first, second, "difference", "95 % interval")

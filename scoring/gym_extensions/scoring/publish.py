@@ -1,0 +1,43 @@
+"""What ``score --out`` writes: a scorecard a submission as it is scored, and in the end the boards."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from gym_extensions.scoring.batch import side_by_side
+from gym_extensions.scoring.checks.files import NAME
+from gym_extensions.scoring.log import write_text
+from gym_extensions.scoring.normalise import References
+from gym_extensions.scoring.places import slim
+from gym_extensions.scoring.scorecard import document, text
+
+Document = dict[str, Any]
+
+
+class Publisher:
+    """Writes ``scorecards/<name>.json`` and ``boards.json`` into a folder, which then holds nothing older.
+
+    A submission whose name cannot be a file's (it has a problem that says so) gets no scorecard.
+    """
+
+    def __init__(self, folder: Path, references: References) -> None:
+        self.folder = folder
+        self.references = references
+        self.slims: list[Document] = []
+
+    def add(self, card: Document) -> None:
+        """Writes one scorecard, and keeps of it what the boards need."""
+        if NAME.fullmatch(card["name"]):
+            place = self.folder / "scorecards" / f"{card['name']}.json"
+            write_text(place, text(document([card], self.references)))
+        self.slims.append(slim(card))
+
+    def finish(self, workers: int | None = None) -> None:
+        """Writes the boards, and removes the scorecards of entries that are gone."""
+        names = {card["name"] for card in self.slims}
+        for path in (self.folder / "scorecards").glob("*.json"):
+            if path.stem not in names:
+                path.unlink()
+        boards = side_by_side(self.slims, workers)
+        write_text(self.folder / "boards.json", text({"format": 1, "boards": boards}))
