@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from pathlib import Path
 from typing import Any
@@ -14,13 +15,13 @@ from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.scoring.area import area
 from gym_extensions.scoring.distribution import iqm, profile
-from gym_extensions.scoring.intervals import Interval, difference, interval, mean_of, summary
+from gym_extensions.scoring.intervals import Interval, difference, interval, span, summary, summary_of
 from gym_extensions.scoring.metrics import METRICS
 from gym_extensions.scoring.normal import normalised
 from gym_extensions.scoring.normalise import Reference, References
 from gym_extensions.scoring.ranks import different, rank_intervals
 from gym_extensions.scoring.results import Results
-from gym_extensions.scoring.scores import scores
+from gym_extensions.scoring.scores import NO_TERM, TOO_FEW_POINTS, scores
 from gym_extensions.scoring.table import table
 
 KIT = Path(str(scoring.__file__)).parent / "conformance"
@@ -88,8 +89,9 @@ def test_metrics_of_runs(protocol: str) -> None:
 
 @pytest.mark.parametrize("protocol", list(METRICS))
 def test_every_metric_has_a_case(protocol: str) -> None:
-    inside = {name for case in kit(protocol)["cases"] for name in case["expected"]}
-    elsewhere = {"learning_speed_transfer", "joint_gap"}  # curves.json, and test_the_joint_gap
+    files = [protocol, "transfer"] if protocol == "sequential" else [protocol]
+    inside = {name for file in files for case in kit(file)["cases"] for name in case["expected"]}
+    elsewhere = {"joint_gap"}  # test_the_joint_gap
     assert {metric.name for metric in METRICS[protocol]} - elsewhere <= inside
 
 
@@ -112,6 +114,28 @@ def test_areas_under_training_curves(case: dict[str, Any]) -> None:
     )
 
 
+@pytest.mark.parametrize("case", kit("transfer")["cases"], ids=named)
+def test_learning_speed_transfer(case: dict[str, Any]) -> None:
+    runs, tasks = len(case["sequential"]), len(case["floor"])
+    blank = {"sequential": [[[0] * tasks] * (tasks + 1)] * runs, "single": [[0] * tasks] * runs}
+    without = results(blank)
+    curves = {
+        (protocol, run, task): ([step for step, _ in points], [float(value) for _, value in points])
+        for protocol in ("sequential", "single")
+        for run, row in enumerate(case[protocol])
+        for task, points in zip(without.group.task_ids, row, strict=True)
+    }
+    found = dataclasses.replace(without, steps=case["D"], curves=curves)
+    known = references(case, found.group)
+    got = scores(found, known, "sequential", normalised(found, known, "sequential"))
+    ((name, expected),) = case["expected"].items()
+    assert got[name].runs == (() if expected is None else pytest.approx(expected, abs=EXACT))
+    assert (got[name].interval is None) is (expected is None)
+    if expected is None:
+        enough = all(len(points) >= 10 for _, points in curves.values())
+        assert got[name].why == (NO_TERM if enough else TOO_FEW_POINTS)
+
+
 def _same(found: Interval, case: dict[str, Any]) -> None:
     for key in ("mean", "low", "high"):
         expected = case[key]
@@ -125,7 +149,7 @@ def test_intervals_of_a_mean(case: dict[str, Any]) -> None:
 
 @pytest.mark.parametrize("case", kit("intervals")["suite"], ids=named)
 def test_intervals_of_a_suite(case: dict[str, Any]) -> None:
-    _same(mean_of(case["groups"]), case)
+    _same(span(summary_of([summary(values) for values in case["groups"]])), case)
 
 
 @pytest.mark.parametrize("case", kit("intervals")["difference"], ids=named)
