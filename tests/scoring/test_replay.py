@@ -14,6 +14,7 @@ import pytest
 from gym_extensions.baselines.train import train
 from gym_extensions.scoring.cli import main
 from gym_extensions.scoring.replay import verify
+from gym_extensions.scoring.submission import read
 
 Arrays = dict[str, np.ndarray[Any, Any]]
 GROUP = "halfcheetah-gravity"  # its episodes are 1000 steps long: 100 segments each
@@ -97,6 +98,10 @@ def test_a_lie_in_one_trace_is_found_at_its_first_segment(
             "'actions' is float32 of shape (999, 6); 1000 rows of float32 belong there.",
         ),
         (lambda arrays: arrays["state_qpos"].fill(np.nan), "'state_qpos' holds a value that is not finite."),
+        (
+            lambda arrays: arrays.update(segment_returns=np.zeros((100, 2))),
+            "'segment_returns' is float64 of shape (100, 2); 100 numbers of float64 belong there.",
+        ),
         (lambda arrays: arrays.update(luck=np.zeros(1)), "It holds an unknown array 'luck'."),
     ],
 )
@@ -108,16 +113,66 @@ def test_a_trace_of_the_wrong_form_is_told(
     assert (problem.rule, problem.message) == ("trace-malformed", message)
 
 
-def test_states_that_do_not_fit_the_task_are_told_and_nothing_crashes(copy: Path) -> None:
-    rewrite(traces(copy)[0], lambda arrays: arrays.pop("state_qvel"))
+def add_a_state_of_luck(arrays: Arrays) -> None:
+    arrays["state_luck"] = np.zeros((len(arrays["state_qpos"]), 2))
+
+
+def leave_out_a_joint(arrays: Arrays) -> None:
+    arrays["state_qpos"] = arrays["state_qpos"][:, 1:].copy()
+
+
+def leave_out_an_action(arrays: Arrays) -> None:
+    arrays["actions"] = arrays["actions"][:, 1:].copy()
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (
+            lambda arrays: arrays.pop("state_qvel"),
+            "Steps 0 and following: the recorded states do not fit the task: 'qvel'.",
+        ),
+        (
+            add_a_state_of_luck,
+            "Steps 0 and following: the recorded states do not fit the task: 'luck'.",
+        ),
+        (
+            leave_out_a_joint,
+            "Steps 0 and following: the recorded states do not fit the task: 'qpos'.",
+        ),
+        (
+            leave_out_an_action,
+            "Steps 0 and following: the recorded actions do not fit the task, whose actions are (6,).",
+        ),
+    ],
+)
+def test_what_does_not_fit_the_task_is_told_of_its_own_trace_alone(
+    copy: Path, change: Callable[[Arrays], object], message: str
+) -> None:
+    victim = traces(copy)[0]
+    rewrite(victim, change)
     (problem,) = verify(copy).problems
-    assert problem.rule == "replay-differs"
-    assert "the recorded states do not fit the task" in problem.message
+    assert (problem.rule, problem.where, problem.message) == (
+        "replay-differs",
+        f"{GROUP}/traces/{victim.name}",
+        message,
+    )
 
 
-def test_a_return_that_is_not_the_sum_of_its_segments_is_told(copy: Path) -> None:
+def test_a_trace_whose_data_is_damaged_is_told(copy: Path) -> None:
+    victim = traces(copy)[0]
+    data = bytearray(victim.read_bytes())
+    data[600] ^= 0xFF  # inside the first array
+    victim.write_bytes(bytes(data))
+    assert read(copy).problems == ()
+    (problem,) = verify(copy).problems
+    assert (problem.rule, problem.message) == ("trace-malformed", "It cannot be read.")
+
+
+@pytest.mark.parametrize("value", [100.0, 1.7e308])
+def test_a_return_that_is_not_the_sum_of_its_segments_is_told(copy: Path, value: float) -> None:
     def brag(arrays: Arrays) -> None:
-        arrays["segment_returns"][0] += 100
+        arrays["segment_returns"][:2] = value
 
     rewrite(traces(copy)[0], brag)
     (problem,) = verify(copy).problems

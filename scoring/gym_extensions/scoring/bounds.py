@@ -40,3 +40,10 @@ WIDEST = Bound(-1e6, 1e6)
 def bound(task: Task) -> Bound:
     """The bound of a task: its base's row, or navigation's."""
     return BOUNDS.get(task.base) or (BOUNDS["Navigation"] if "Navigation" in task.name else WIDEST)
+
+
+def span(task: Task) -> tuple[float, float]:
+    """The lowest and the highest return of a whole episode of a task, of whatever length."""
+    row = bound(task)
+    lengths = (1, task.max_steps)
+    return min(row.low * steps for steps in lengths), max(row.high * steps for steps in lengths) + row.end

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import Budget
-from gym_extensions.scoring.rows import Cells, Whole
+from gym_extensions.scoring.rows import Cells, Runs, Whole
 
 Key = tuple[str, int, str]
 """Protocol, run and task id of a curve."""
@@ -23,7 +23,7 @@ class Curves:
     path: str
     group: TaskGroup
     budget: Budget | None
-    runs: dict[str, tuple[int, ...]]
+    runs: Runs
     protocol: list[str]
     run: list[int]
     task: list[str]
@@ -40,7 +40,7 @@ class Curves:
         ]
 
 
-def curves(cells: Cells, group: TaskGroup, budget: Budget | None, runs: dict[str, tuple[int, ...]]) -> Curves:
+def curves(cells: Cells, group: TaskGroup, budget: Budget | None, runs: Runs) -> Curves:
     """The curves of cells; raises ValueError or OverflowError for a cell of another kind."""
     columns = cells.columns
     number = {cell: int(cell) for cell in set(columns["run"])}

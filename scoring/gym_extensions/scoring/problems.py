@@ -9,6 +9,26 @@ ROWS_TOLD = 3
 """Rows named one by one for each rule and file; the others are counted."""
 
 
+LONGEST_QUOTE = 80
+
+
+def printable(text: str) -> str:
+    """The text with an escape in the place of everything that a terminal would obey or cannot show."""
+    if text.isprintable():
+        return text
+    return "".join(one if one.isprintable() else one.encode("unicode_escape").decode() for one in text)
+
+
+def shown(value: object) -> str:
+    """A value as it is quoted to its author: at most 80 characters."""
+    cut = value[: LONGEST_QUOTE + 1] if isinstance(value, str) else value
+    try:
+        text = repr(cut)
+    except ValueError:
+        return "a number of very many digits"
+    return text if len(text) <= LONGEST_QUOTE else f"{text[:LONGEST_QUOTE]}…"
+
+
 @dataclass(frozen=True)
 class Finding:
     """What a rule found: where (a path inside the submission, with a row), what, and what to do about it."""
@@ -20,12 +40,16 @@ class Finding:
 
 @dataclass(frozen=True)
 class Problem:
-    """A finding with the name of the rule that was broken."""
+    """A finding with the name of the rule that was broken; its texts hold printable characters alone."""
 
     rule: str
     where: str
     message: str
     hint: str
+
+    def __post_init__(self) -> None:
+        for name in ("where", "message", "hint"):
+            object.__setattr__(self, name, printable(getattr(self, name)))
 
     def as_dict(self) -> dict[str, str]:
         """The four keys of the scorecard's JSON."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -14,7 +13,8 @@ from gym_extensions.catalog.tasks import TASKS, Task
 from gym_extensions.catalog.traces import segments
 from gym_extensions.scoring.audit import audit_sample, trace_name
 from gym_extensions.scoring.folder import Folder
-from gym_extensions.scoring.problems import Problem
+from gym_extensions.scoring.npz import read
+from gym_extensions.scoring.problems import Problem, shown
 from gym_extensions.scoring.rows import Log
 
 Array = NDArray[np.float64]
@@ -78,14 +78,23 @@ def recorded(folder: Folder, row: Row) -> Recorded | Problem:
     if not folder.has(row.path):
         hint = "Put the traces that docs/rollout-log.md asks for beside the log."
         return Problem("trace-missing", row.path, "The audit sample asks for this trace.", hint)
-    with np.load(io.BytesIO(folder.read(row.path)), allow_pickle=False) as file:
-        arrays = {name: file[name] for name in file.files}
-    fault = _fault(arrays, row)
-    if fault:
+    try:
+        arrays = read(folder.read(row.path))
+    except OSError:
+        arrays = None
+    fault = "It cannot be read." if arrays is None else _fault(arrays, row)
+    if arrays is None or fault:
         return Problem("trace-malformed", row.path, fault, "Record it as docs/rollout-log.md says.")
     states = {name.removeprefix(STATE): values for name, values in arrays.items() if name.startswith(STATE)}
     facts = (row.path, row.task, row.seed, row.length, row.terminated)
     return Recorded(*facts, arrays["actions"], arrays["segment_returns"], states)
+
+
+def _sum(returns: list[float]) -> float:
+    try:
+        return math.fsum(returns)
+    except OverflowError:
+        return math.inf
 
 
 def _fault(arrays: dict[str, NDArray[np.generic]], row: Row) -> str:
@@ -105,18 +114,19 @@ def _faults(arrays: dict[str, NDArray[np.generic]], row: Row) -> Iterator[str]:
         yield f"It lacks {missing[0]!r}."
         return
     if arrays["segment_steps"].tolist() != steps:
-        told = arrays["segment_steps"].tolist()
+        told = shown(arrays["segment_steps"].tolist())
         yield f"Its segments have {told} steps, those of {row.task.base} have {steps}."
     expected |= {name: (np.float64, count - 1) for name in arrays if name.startswith(STATE)}
     for name, (kind, entries) in expected.items():
         found = arrays[name]
-        if found.dtype != kind or found.shape[:1] != (entries,):
-            belongs = f"{entries} rows of {np.dtype(kind)} belong there"
-            yield f"{name!r} is {found.dtype} of shape {found.shape}; {belongs}."
+        flat = name != "segment_returns" or found.ndim == 1
+        if found.dtype != kind or found.shape[:1] != (entries,) or not flat:
+            belongs = f"{entries} {'rows' if flat else 'numbers'} of {np.dtype(kind)} belong there"
+            yield f"{shown(name)} is {found.dtype} of shape {shown(found.shape)}; {belongs}."
         elif not np.isfinite(found).all():
-            yield f"{name!r} holds a value that is not finite."
+            yield f"{shown(name)} holds a value that is not finite."
     for name in sorted(set(arrays) - set(expected) - {"segment_steps"}):
-        yield f"It holds an unknown array {name!r}."
-    total = math.fsum(np.ravel(arrays["segment_returns"]).tolist())
+        yield f"It holds an unknown array {shown(name)}."
+    total = _sum(arrays["segment_returns"].tolist())
     if not abs(total - row.return_) <= tolerance * max(1.0, abs(row.return_)):
         yield f"Its segments' returns sum to {total!r}, the log's row says {row.return_!r}."

@@ -21,11 +21,14 @@ from gym_extensions.catalog.tasks import Task
 from gym_extensions.catalog.traces import segments
 from gym_extensions.envs import make_batch
 from gym_extensions.scoring.folder import scan, submission_folders
-from gym_extensions.scoring.problems import Problem
+from gym_extensions.scoring.problems import Problem, shown
 from gym_extensions.scoring.recorded import Array, Recorded, recorded, rows
 from gym_extensions.scoring.submission import read
 
 LANES = 256
+LEFT_OUT = "derived_"
+"""Saved names that begin so are recomputed by the warm-up step; a trace does not hold them."""
+UNFIT = (KeyError, ValueError, OverflowError, BenchError)
 HINT = "Record it with the pinned versions; if it was, tell the maintainers the platform that it was made on."
 
 
@@ -117,11 +120,12 @@ def _by_task(episode: Recorded) -> str:
 
 def replay(task: Task, episodes: Sequence[Recorded]) -> list[Problem]:
     """At most one problem an episode: the first segment that does not come out as claimed."""
-    parts = [part for one in episodes for part in segments_of(one)]
+    misfits = dict(_misfits(task, episodes))
+    parts = [part for one in episodes if one.where not in misfits for part in segments_of(one)]
     first = [part for part in parts if part.index == 0]
     later = [part for part in parts if part.index > 0]
-    faults: dict[str, tuple[int, str]] = {}
-    for batch in (first, later) if later else (first,):
+    faults: dict[str, tuple[int, str]] = {where: (0, fault) for where, fault in misfits.items()}
+    for batch in filter(None, (first, later)):
         lanes = min(LANES, len(batch))
         env = make_batch(task, lanes, num_threads=len(os.sched_getaffinity(0)))
         for at in range(0, len(batch), lanes):
@@ -138,6 +142,35 @@ def replay(task: Task, episodes: Sequence[Recorded]) -> list[Problem]:
     ]
 
 
+def _misfits(task: Task, episodes: Sequence[Recorded]) -> Iterator[tuple[str, str]]:
+    """The traces whose actions or states are of another shape than the task's, and how."""
+    env: Any = make_batch(task, 1)
+    env.reset(seed=[episodes[0].seed])
+    saved = {name: rows.shape[1:] for name, rows in env.save_states().items()}
+    actions = env.single_action_space.shape
+    env.close()
+    needed = {name: shape for name, shape in saved.items() if not name.startswith(LEFT_OUT)}
+    for one in episodes:
+        shapes = {name: values.shape[1:] for name, values in one.states.items()}
+        wrong = sorted(name for name in {*shapes, *needed} if shapes.get(name) != needed.get(name))
+        if one.actions.shape[1:] != actions:
+            yield one.where, f"the recorded actions do not fit the task, whose actions are {actions}."
+        elif wrong and one.length > one.segment_steps:
+            yield one.where, f"the recorded states do not fit the task: {shown(wrong[0])}."
+
+
+def _unfit(env: Any, lanes: Sequence[Segment]) -> Iterator[str]:
+    """For every lane why its state cannot be restored, as a sentence, or nothing."""
+    for lane, part in enumerate(lanes):
+        states = {name: _state(part, name)[None] for name in part.episode.states}
+        try:
+            env.restore_states(states, lanes=[lane])
+        except UNFIT as mistake:
+            yield f"the recorded states do not fit the task: {type(mistake).__name__}."
+        else:
+            yield ""
+
+
 def _faults(env: Any, lanes: Sequence[Segment]) -> Iterator[str]:
     """For every lane what does not come out as claimed, as a sentence, or nothing."""
     steps = lanes[0].episode.segment_steps
@@ -147,8 +180,8 @@ def _faults(env: Any, lanes: Sequence[Segment]) -> Iterator[str]:
         names = lanes[0].episode.states
         try:
             env.restore_states({name: np.stack([_state(part, name) for part in lanes]) for name in names})
-        except (KeyError, ValueError, BenchError) as mistake:
-            yield from [f"the recorded states do not fit the task: {mistake}"] * len(lanes)
+        except UNFIT:
+            yield from _unfit(env, lanes)
             return
         env.step(actions[0])  # derived quantities lag one evaluation behind: this step is discarded
     rewards = np.zeros((steps, len(lanes)))

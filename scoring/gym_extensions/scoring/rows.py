@@ -15,6 +15,9 @@ WHOLE = ("run", "stage", "episode", "seed", "length")
 FLAGS = {"true": True, "false": False}
 DIGITS = 15
 
+Runs = dict[str, tuple[int, ...] | None]
+"""The runs of each log that is there, by protocol; None where they cannot be known."""
+
 
 @dataclass(frozen=True)
 class Cells:

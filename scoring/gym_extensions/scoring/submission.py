@@ -110,33 +110,29 @@ class _Reader:
         found = [] if log is None else [self.passes(scope, log) for scope in scopes]
         return log if found and all(found) else None
 
-    def curves(self, group: TaskGroup, budget: str, logs: dict[str, Log]) -> Curves | None:
+    def curves(self, group: TaskGroup, budget: str, runs: rows.Runs) -> Curves | None:
         path = f"{group.name}/curves.csv"
         if not self.folder.has(path) or (data := self.contents(path)) is None:
             return None
-        runs = {protocol: log.runs for protocol, log in logs.items()}
         found = self.cells(
             path, data, CURVE_COLUMNS, lambda cells: curves(cells, group, BUDGETS.get(budget), runs)
         )
         return found if found is not None and self.passes("curves", found) else None
 
-    def arrays(self, group: TaskGroup, logs: dict[str, Log]) -> None:
-        runs = {protocol: log.runs for protocol, log in logs.items()}
+    def arrays(self, group: TaskGroup, runs: rows.Runs) -> None:
         for entry in self.folder.files():
             mine = entry.path.startswith(f"{group.name}/") and entry.path.endswith(".npz")
             if mine and (data := self.contents(entry.path)) is not None:
-                self.passes("arrays", Arrays(entry.path, data, runs))
+                self.passes("arrays", Arrays(entry.path, data, group, runs))
 
     def group(self, group: TaskGroup, manifest: toml.Manifest | None) -> GroupEntry:
         logs = {protocol: log for protocol in PROTOCOLS if (log := self.log(group, protocol)) is not None}
         learns = manifest is None or manifest.memory.get("parameters_last", 1) > 0
         self.passes("group", GroupLogs(group.name, logs, learns))
-        whole = all(
-            protocol in logs for protocol in PROTOCOLS if self.folder.has(f"{group.name}/{protocol}.csv")
-        )
-        curves = self.curves(group, manifest.budget if manifest else "", logs) if whole else None
-        if whole:
-            self.arrays(group, logs)
+        there = [name for name in PROTOCOLS if self.folder.has(f"{group.name}/{name}.csv")]
+        runs: rows.Runs = {name: logs[name].runs if name in logs else None for name in there or PROTOCOLS}
+        curves = self.curves(group, manifest.budget if manifest else "", runs)
+        self.arrays(group, runs)
         return GroupEntry(group, logs, curves)
 
 

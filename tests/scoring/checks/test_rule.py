@@ -53,3 +53,24 @@ def test_all_problems_are_told_at_once(submission: Callable[..., Path]) -> None:
         "unexpected-name",
         "unfinished-episode",
     }
+
+
+def test_curves_and_arrays_are_checked_beside_a_log_with_problems(good: Good, tmp_path: Path) -> None:
+    folder = good(GROUP, tmp_path)
+    cell(2, 6, "nan")(folder)
+    cell(4, 4, "inf", f"{GROUP}/curves.csv")(folder)
+    put(TRACE, b"not a zip")(folder)
+    put(TRACE.replace("sequential-run0", "single-run7"), arrays(actions=np.zeros(3)))(folder)
+    assert {problem.rule for problem in read(folder).problems} == {
+        "not-finite",
+        "curve-not-finite",
+        "malformed-arrays",
+        "foreign-trace",
+    }
+
+
+def test_what_belongs_to_a_log_that_cannot_be_read_is_not_called_foreign(good: Good, tmp_path: Path) -> None:
+    folder = good(GROUP, tmp_path)
+    edit("terminated", "terminate")(folder)
+    put(TRACE, arrays(actions=np.zeros(3)))(folder)
+    assert [problem.rule for problem in read(folder).problems] == ["wrong-header"]

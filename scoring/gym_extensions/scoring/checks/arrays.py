@@ -2,116 +2,118 @@
 
 from __future__ import annotations
 
-import io
-import struct
-import zipfile
-import zlib
+import functools
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-import numpy as np
-
+from gym_extensions.catalog.groups import TaskGroup
+from gym_extensions.catalog.protocol import EVALUATION_EPISODES
 from gym_extensions.scoring.checks.files import TRACE
-from gym_extensions.scoring.checks.manifest import shown
 from gym_extensions.scoring.checks.rule import rule
-from gym_extensions.scoring.problems import Finding
+from gym_extensions.scoring.npz import LARGEST_UNPACKED, MOST_ARRAYS, Member, members
+from gym_extensions.scoring.problems import Finding, shown
+from gym_extensions.scoring.rows import Runs, stages
 
-LARGEST_UNPACKED = 256 * 2**20
-MOST_ARRAYS = 256
-HEADER_BYTES = 4096
+REWRITE = "Write it with numpy.savez_compressed."
 
 
 @dataclass(frozen=True)
 class Arrays:
-    """The bytes of one .npz file, its path in the submission, the runs of the group's logs by protocol."""
+    """The bytes of one .npz file, its path in the submission, its group, the runs of the group's logs."""
 
     path: str
     data: bytes
-    runs: dict[str, tuple[int, ...]]
+    group: TaskGroup
+    runs: Runs
 
+    @functools.cached_property
+    def found(self) -> tuple[list[Member], int] | None:
+        """The first members and the number of all; None where the bytes are no archive."""
+        return members(self.data)
 
-UNREADABLE = (
-    zipfile.BadZipFile,
-    zlib.error,
-    struct.error,
-    ValueError,
-    TypeError,
-    KeyError,
-    SyntaxError,
-    OverflowError,
-    OSError,
-    EOFError,
-    MemoryError,
-    RuntimeError,  # an encrypted member; NotImplementedError, an unknown compression, is one of them
-)
-"""What zipfile, zlib and numpy raise for bytes that are not theirs."""
-
-
-def _members(arrays: Arrays) -> list[zipfile.ZipInfo]:
-    """The members of the archive; none where it is malformed, which a rule of its own tells."""
-    try:
-        with zipfile.ZipFile(io.BytesIO(arrays.data)) as archive:
-            return archive.infolist()
-    except UNREADABLE:
-        return []
+    @property
+    def members(self) -> list[Member]:
+        """The first members of the archive, none where it is no archive."""
+        return self.found[0] if self.found else []
 
 
 @rule("arrays")
 def malformed_arrays(arrays: Arrays) -> Iterator[Finding]:
     """An .npz file is a zip archive of .npy arrays, as numpy writes it."""
-    try:
-        members = zipfile.ZipFile(io.BytesIO(arrays.data)).infolist()
-    except UNREADABLE as mistake:
-        yield Finding(arrays.path, f"It is no .npz file: {mistake}.", "Write it with numpy.savez_compressed.")
-        return
-    for member in members:
-        if not member.filename.endswith(".npy") or "/" in member.filename or ".." in member.filename:
-            yield Finding(
-                arrays.path,
-                f"It holds {shown(member.filename)}.",
-                "Write arrays alone, by numpy.savez_compressed.",
-            )
+    if arrays.found is None:
+        yield Finding(arrays.path, "It is no .npz file: it cannot be read as a zip archive.", REWRITE)
+    for member in arrays.members:
+        if not member.name.endswith(".npy") or "/" in member.name or ".." in member.name:
+            hint = "Write arrays alone, by numpy.savez_compressed."
+            yield Finding(arrays.path, f"It holds {shown(member.name)}.", hint)
+
+
+@rule("arrays")
+def repeated_array(arrays: Arrays) -> Iterator[Finding]:
+    """Each array of an .npz file has a name of its own: of two with one name only one would be read."""
+    for name, count in Counter(member.name for member in arrays.members).items():
+        if count > 1:
+            yield Finding(arrays.path, f"It holds {shown(name)} {count} times.", REWRITE)
 
 
 @rule("arrays")
 def unpacks_too_large(arrays: Arrays) -> Iterator[Finding]:
     """An .npz file unpacks to a bounded size and a bounded number of arrays."""
-    members = _members(arrays)
-    size = sum(member.file_size for member in members)
-    if size > LARGEST_UNPACKED or len(members) > MOST_ARRAYS:
-        limits = f"the limits are {MOST_ARRAYS} and {LARGEST_UNPACKED}"
-        found = f"It unpacks to {len(members)} arrays of {size} bytes; {limits}."
+    count = arrays.found[1] if arrays.found else 0
+    size = sum(member.size for member in arrays.members)
+    if size > LARGEST_UNPACKED or count > MOST_ARRAYS:
+        told = f" of {size} bytes" if count <= MOST_ARRAYS else ""
+        found = f"It unpacks to {count} arrays{told}; the limits are {MOST_ARRAYS} and {LARGEST_UNPACKED}."
         yield Finding(arrays.path, found, "Keep one episode a trace and one policy a file.")
 
 
-def _holds_objects(arrays: Arrays, member: zipfile.ZipInfo) -> bool:
-    """Whether an array's header names Python objects; raises one of ``UNREADABLE`` where it has no header."""
-    with zipfile.ZipFile(io.BytesIO(arrays.data)) as archive, archive.open(member) as stream:
-        header = io.BytesIO(stream.read(HEADER_BYTES))
-    version = np.lib.format.read_magic(header)
-    read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
-    return bool(read(header)[2].hasobject)
+@rule("arrays")
+def foreign_compression(arrays: Arrays) -> Iterator[Finding]:
+    """Arrays are stored or deflated, and not encrypted: numpy packs them in no other way."""
+    for member in arrays.members:
+        if not member.plain:
+            found = f"{shown(member.name)} is packed in another way or encrypted."
+            yield Finding(arrays.path, found, REWRITE)
 
 
 @rule("arrays")
 def pickled_arrays(arrays: Arrays) -> Iterator[Finding]:
     """No array holds Python objects: those are pickles, which run code when they are read."""
-    for member in _members(arrays):
-        name = shown(member.filename)
-        try:
-            if _holds_objects(arrays, member):
-                hint = "Store numbers alone; savez_compressed(..., allow_pickle=False) refuses the rest."
-                yield Finding(arrays.path, f"{name} is an array of Python objects (a pickle).", hint)
-        except UNREADABLE as mistake:
-            found = f"{name} cannot be read: {str(mistake)[:200]}."
-            yield Finding(arrays.path, found, "Write it with numpy.savez_compressed.")
+    for member in arrays.members:
+        if member.header and member.header.objects:
+            hint = "Store numbers alone; savez_compressed(..., allow_pickle=False) refuses the rest."
+            yield Finding(
+                arrays.path, f"{shown(member.name)} is an array of Python objects (a pickle).", hint
+            )
+
+
+@rule("arrays")
+def malformed_array(arrays: Arrays) -> Iterator[Finding]:
+    """Every array has a header as numpy writes it for numbers, and as many bytes as its shape needs."""
+    for member in arrays.members:
+        if not member.plain or (member.header and member.header.objects):
+            continue  # told by another rule
+        name = shown(member.name)
+        if member.header is None:
+            yield Finding(arrays.path, f"{name} has no header of an array of numbers.", REWRITE)
+        elif not member.sound:
+            needed = f"its shape {shown(member.header.shape)} needs {member.header.size}"
+            yield Finding(arrays.path, f"{name} has {member.size} bytes; {needed}.", REWRITE)
 
 
 @rule("arrays")
 def foreign_trace(arrays: Arrays) -> Iterator[Finding]:
     """A trace belongs to an episode of the group's logs."""
     match = TRACE.fullmatch(arrays.path.rsplit("/", 1)[-1])
-    if "/traces/" in arrays.path and match and int(match[2]) not in arrays.runs.get(match[1], ()):
-        yield Finding(
-            arrays.path, f"{match[1]}.csv has no run {match[2]}.", "Remove the trace, or add the run's log."
-        )
+    if "/traces/" not in arrays.path or match is None:
+        return
+    protocol, run, stage, _, episode = match.groups()
+    runs = arrays.runs.get(protocol, ())
+    if runs is not None and int(run) not in runs:
+        found, hint = f"{protocol}.csv has no run {run}.", "Remove the trace, or add the run's log."
+        yield Finding(arrays.path, found, hint)
+    if int(stage) not in stages(protocol, len(arrays.group.tasks)):
+        yield Finding(arrays.path, f"{protocol}.csv has no stage {stage}.", "Remove the trace.")
+    if int(episode) >= EVALUATION_EPISODES:
+        yield Finding(arrays.path, f"A cell has no episode {episode}.", "Remove the trace.")

@@ -25,7 +25,10 @@ ODD_KINDS = {
     "unreadable": "a folder that cannot be read",
 }
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
-TRACE = re.compile(r"(sequential|single|joint)-run(\d+)-stage(\d+)-([A-Za-z0-9-]+)-episode(\d+)\.npz")
+NUMBER = "(0|[1-9][0-9]{0,8})"
+TRACE = re.compile(
+    rf"(sequential|single|joint)-run{NUMBER}-stage{NUMBER}-([A-Za-z0-9-]+)-episode{NUMBER}\.npz"
+)
 POLICY = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,127}\.npz")
 
 

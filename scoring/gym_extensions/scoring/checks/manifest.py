@@ -26,7 +26,7 @@ from gym_extensions.scoring.manifest import (
     parse,
 )
 from gym_extensions.scoring.paper import TABLES
-from gym_extensions.scoring.problems import Finding
+from gym_extensions.scoring.problems import Finding, shown
 
 Tables = dict[str, Any]
 WEB = re.compile(r"(https?://[^\s<>\"']+)?")
@@ -74,15 +74,6 @@ def missing_key(tables: Tables) -> Iterator[Finding]:
                 yield Finding(
                     _key(section, name), "The key is missing.", f"Add {name} with a value: {field.kind}."
                 )
-
-
-def shown(value: object) -> str:
-    """A value as it is quoted to its author: at most 80 characters."""
-    try:
-        text = repr(value)
-    except ValueError:
-        return "a number of very many digits"
-    return text if len(text) <= 80 else f"{text[:80]}…"
 
 
 def _count(value: object, longest: int) -> str:
