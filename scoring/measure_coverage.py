@@ -178,22 +178,37 @@ def _error(share: float, count: int) -> float:
     return math.sqrt(share * (1 - share) / count)
 
 
-def main() -> None:
+def positive(text: str) -> int:
+    """A count from the command line; one below 1 is a mistake that argparse tells."""
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is no number of 1 or more")
+    return int(text)
+
+
+def datasets_at(runs: int, datasets: int) -> int:
+    """The bootstraps' data sets at N runs: at ten, whose resamples are many, a twentieth, at least one."""
+    return max(1, datasets // 20) if runs == 10 else datasets
+
+
+def main(argv: list[str] | None = None) -> None:
     """Prints both tables."""
     options = argparse.ArgumentParser(description=__doc__.partition("\n")[0] if __doc__ else "")
     options.add_argument(
-        "--datasets", type=int, default=4000, help="data sets at N = 3 and 5; a twentieth at 10"
+        "--datasets",
+        type=positive,
+        default=4000,
+        help="data sets at N = 3 and 5; a twentieth at 10, at least one",
     )
-    options.add_argument("--boards", type=int, default=1000)
+    options.add_argument("--boards", type=positive, default=1000, help="boards for each family-wise error")
     options.add_argument("--seed", type=int, default=0)
-    given = options.parse_args()
+    given = options.parse_args(argv)
     say = sys.stdout.write
     seeds = iter(np.random.SeedSequence(given.seed).spawn(len(SHAPES) * 4 + 12))
 
     say("| shape | N | t | percentile | BCa | bootstrap-t |\n| --- | --- | --- | --- | --- | --- |\n")
     for shape in SHAPES:
         for runs in (3, 5, 10, 20):
-            datasets = given.datasets // (20 if runs == 10 else 1)
+            datasets = datasets_at(runs, given.datasets)
             found = coverage(shape, runs, datasets, np.random.default_rng(next(seeds)))
             cells = [f"{100 * found['t']:.1f}"] + [
                 f"{100 * found[m]:.1f} ± {100 * _error(found[m], datasets):.1f}" if m in found else "–"

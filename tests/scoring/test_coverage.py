@@ -54,3 +54,37 @@ def test_rank_intervals_hold_at_once_with_95_per_cent(script: ModuleType, gap: f
     missed, width = script.family_wise(5, gap, 5, 200, np.random.default_rng(3))
     assert missed <= 0.05 + 3 * (0.05 * 0.95 / 200) ** 0.5
     assert 1 <= width <= 5
+
+
+def test_few_data_sets_and_boards_still_make_both_tables(
+    script: ModuleType, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(script, "LARGE", 100)
+    monkeypatch.setattr(script, "SHAPES", script.SHAPES[:1])
+    script.main(["--datasets", "1", "--boards", "1"])
+    rows = [line for line in capsys.readouterr().out.splitlines() if line.startswith("| ")]
+    # Two headings and their rules; four numbers of runs of the one shape; twelve boards.
+    assert len(rows) == 4 + 4 + 12
+
+
+# Below: data sets asked for, runs, data sets taken.
+TAKEN = [(4000, 3, 4000), (4000, 5, 4000), (4000, 10, 200), (20, 10, 1), (10, 10, 1), (1, 10, 1), (1, 5, 1)]
+
+
+@pytest.mark.parametrize(("asked", "runs", "taken"), TAKEN)
+def test_ten_runs_take_a_twentieth_of_the_data_sets_and_at_least_one(
+    script: ModuleType, asked: int, runs: int, taken: int
+) -> None:
+    assert script.datasets_at(runs, asked) == taken
+
+
+@pytest.mark.parametrize("option", ["--datasets", "--boards"])
+@pytest.mark.parametrize("given", ["0", "-3", "ten"])
+def test_a_count_below_one_is_told(
+    script: ModuleType, option: str, given: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as stopped:
+        script.main([f"{option}={given}"])
+    assert stopped.value.code == 2
+    said = capsys.readouterr().err.splitlines()[-1]
+    assert said.endswith(f"error: argument {option}: {given!r} is no number of 1 or more")
