@@ -21,11 +21,12 @@ from concurrent.futures import ProcessPoolExecutor
 from itertools import product
 from pathlib import Path
 
+from gym_extensions.catalog.files import write_text
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.catalog.protocol import BUDGETS, EVALUATION_EPISODES, evaluation_seed
 from gym_extensions.scoring.batch import Work, cards
-from gym_extensions.scoring.log import CurvePoint, Episode, write_curves, write_episodes, write_text
+from gym_extensions.scoring.log import CurvePoint, Episode, write_curves, write_episodes
 from gym_extensions.scoring.normalise import Reference, References
 from gym_extensions.scoring.publish import Publisher
 

@@ -12,11 +12,12 @@ from typing import Any
 import pytest
 
 from gym_extensions.__main__ import main
+from gym_extensions.catalog.files import write_text
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, evaluation_seed
 from gym_extensions.scoring import scorecard
-from gym_extensions.scoring.log import Episode, write_episodes, write_text
+from gym_extensions.scoring.log import Episode, write_episodes
 from gym_extensions.scoring.normalise import Reference, References
 
 MANIFEST = """format = 1

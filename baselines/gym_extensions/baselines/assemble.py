@@ -11,9 +11,10 @@ from gym_extensions.baselines.progress import FOLDER, Finished, Progress
 from gym_extensions.baselines.protocol import Settings
 from gym_extensions.baselines.units import Unit, units
 from gym_extensions.catalog.errors import BenchError
+from gym_extensions.catalog.files import write_bytes
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.scoring.audit import audit_sample, trace_name
-from gym_extensions.scoring.log import CurvePoint, Episode, write_bytes, write_curves, write_episodes
+from gym_extensions.scoring.log import CurvePoint, Episode, write_curves, write_episodes
 
 
 def read_episodes(path: Path) -> list[Episode]:

@@ -12,7 +12,7 @@ from typing import Any
 import tomli_w
 
 from gym_extensions.catalog.errors import BenchError
-from gym_extensions.scoring.log import write_text
+from gym_extensions.catalog.files import write_text
 
 FORMAT = 1
 NAME = "submission.toml"

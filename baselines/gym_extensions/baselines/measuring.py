@@ -13,11 +13,12 @@ from gym_extensions.baselines.evaluation import evaluate
 from gym_extensions.baselines.protocol import Listener, News, Settings
 from gym_extensions.baselines.recorder import Recorder
 from gym_extensions.baselines.seeds import training_seed
+from gym_extensions.catalog.files import write_text
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.protocol import budget, evaluation_seed
 from gym_extensions.catalog.tasks import task as task_named
 from gym_extensions.envs import make_batch
-from gym_extensions.scoring.log import Episode, write_text
+from gym_extensions.scoring.log import Episode
 
 ARRIVAL = 10.0
 REFERENCE = "reference"

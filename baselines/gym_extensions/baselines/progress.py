@@ -11,7 +11,8 @@ from typing import Any
 
 from gym_extensions.baselines.agent import Agent, Resumable
 from gym_extensions.catalog.errors import BenchError
-from gym_extensions.scoring.log import CurvePoint, Episode, write_text
+from gym_extensions.catalog.files import write_text
+from gym_extensions.scoring.log import CurvePoint, Episode
 
 FOLDER = ".progress"
 

@@ -13,13 +13,14 @@ from gym_extensions.baselines.recorder import Recorder
 from gym_extensions.baselines.seeds import training_seed
 from gym_extensions.baselines.traces import trace_bytes
 from gym_extensions.baselines.units import Stage, Unit
+from gym_extensions.catalog.files import write_bytes
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, budget, evaluation_seed
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.catalog.traces import segments
 from gym_extensions.envs import make_batch
 from gym_extensions.scoring.audit import trace_name
-from gym_extensions.scoring.log import CurvePoint, Episode, write_bytes
+from gym_extensions.scoring.log import CurvePoint, Episode
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,8 @@ import hashlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from gym_extensions.scoring.log import Episode, write_episodes, write_text
+from gym_extensions.catalog.files import write_text
+from gym_extensions.scoring.log import Episode, write_episodes
 
 FLOOR_COLUMNS = ("agent", "episode", "seed", "length", "return", "terminated")
 """A floor's log names no task and no fingerprint: its path and the references file do."""

@@ -16,12 +16,13 @@ from gym_extensions.baselines.reference_logs import ceiling_log, floor_log
 from gym_extensions.baselines.reference_rows import floor_row, task_row
 from gym_extensions.baselines.show import Screen, shown
 from gym_extensions.catalog.errors import BenchError, reports_mistakes
+from gym_extensions.catalog.files import write_text
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.protocol import BUDGETS, FIRST_REFERENCE_RUN, FULL_ENTRY_RUNS
 from gym_extensions.catalog.protocol import budget as budget_named
 from gym_extensions.catalog.tasks import task as task_named
-from gym_extensions.scoring.log import Episode, write_text
+from gym_extensions.scoring.log import Episode
 
 FLOOR_AGENTS = ("random", "still")
 CEILING_AGENT = "trpo"

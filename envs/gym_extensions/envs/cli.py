@@ -68,8 +68,8 @@ def _check(names: list[str]) -> int:
 
 
 def _write(replace: bool) -> int:
+    from gym_extensions.catalog.files import write_text
     from gym_extensions.envs import fingerprint
-    from gym_extensions.envs.files import write_text
 
     table, changed = fingerprint.renewed(replace)
     write_text(fingerprints.PATH, fingerprint.text(table))
@@ -80,7 +80,7 @@ def _write(replace: bool) -> int:
 
 
 def _docs(out: Path, with_pictures: bool) -> int:
-    from gym_extensions.envs.files import write_bytes, write_text
+    from gym_extensions.catalog.files import write_bytes, write_text
     from gym_extensions.envs.manual.pages import pages
     from gym_extensions.envs.manual.pictures import pictures
 

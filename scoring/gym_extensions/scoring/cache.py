@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from gym_extensions import catalog, scoring
+from gym_extensions.catalog.files import write_text
 from gym_extensions.scoring.checks.files import largest
 from gym_extensions.scoring.folder import Folder
-from gym_extensions.scoring.log import write_text
 
 Document = dict[str, Any]
 

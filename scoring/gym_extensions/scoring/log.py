@@ -6,6 +6,8 @@ from collections.abc import Iterable
 from dataclasses import astuple, dataclass
 from pathlib import Path
 
+from gym_extensions.catalog.files import write_text
+
 EPISODE_COLUMNS = ("run", "stage", "task", "episode", "seed", "length", "return", "terminated", "fingerprint")
 CURVE_COLUMNS = ("protocol", "run", "task", "step", "return")
 
@@ -53,19 +55,6 @@ def _cell(value: object) -> str:
 def _text(header: tuple[str, ...], rows: Iterable[Episode | CurvePoint]) -> str:
     lines = [",".join(header), *(",".join(map(_cell, astuple(row))) for row in rows)]
     return "\n".join(lines) + "\n"
-
-
-def write_bytes(path: Path, content: bytes) -> None:
-    """Writes the whole file or nothing: to a temporary name beside it, then renamed."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f".{path.name}.partial")
-    partial.write_bytes(content)
-    partial.replace(path)
-
-
-def write_text(path: Path, text: str) -> None:
-    """Writes a text file, UTF-8 with ``\\n``, whole or not at all."""
-    write_bytes(path, text.encode())
 
 
 def write_episodes(path: Path, episodes: Iterable[Episode], task_ids: tuple[str, ...]) -> None:

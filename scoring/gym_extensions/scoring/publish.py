@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from gym_extensions.catalog.files import write_text
 from gym_extensions.scoring.batch import side_by_side
 from gym_extensions.scoring.checks.files import NAME
-from gym_extensions.scoring.log import write_text
 from gym_extensions.scoring.normalise import References
 from gym_extensions.scoring.places import slim
 from gym_extensions.scoring.scorecard import document, text
