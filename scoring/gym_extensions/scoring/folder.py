@@ -7,10 +7,15 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from gym_extensions.catalog.errors import BenchError
+from gym_extensions.scoring.problems import printable
+
 PROGRESS = ".progress"
 """Where the recorder keeps the parts of an unfinished run; never part of a submission."""
 MANIFEST = "submission.toml"
 DEEPEST = 4
+HERE = "."
+"""The path of the submission's own folder, where that cannot be read."""
 
 
 @dataclass(frozen=True)
@@ -47,18 +52,14 @@ class Folder:
         return (self.root / path).read_bytes()
 
 
-def _printable(name: str) -> str:
-    return name if name.isprintable() else ascii(name)[1:-1]
-
-
 def _entries(folder: Path, prefix: str, depth: int) -> Iterator[Entry]:
     try:
         found = list(os.scandir(folder))
     except OSError:
-        yield Entry(prefix.rstrip("/") or ".", "unreadable")
+        yield Entry(prefix.rstrip("/") or HERE, "unreadable")
         return
     for item in found:
-        path = f"{prefix}{_printable(item.name)}"
+        path = f"{prefix}{printable(item.name)}"
         if path == PROGRESS:
             continue
         if item.is_symlink():
@@ -73,21 +74,54 @@ def _entries(folder: Path, prefix: str, depth: int) -> Iterator[Entry]:
             yield Entry(path, "device")
 
 
+def _there(path: Path) -> bool:
+    try:
+        return path.exists()
+    except OSError:
+        return False
+
+
+def is_folder(path: Path) -> bool:
+    """Whether a path is a folder, as far as one may look."""
+    try:
+        return path.is_dir()
+    except OSError:
+        return False
+
+
 def scan(root: Path) -> Folder:
     """The folder as it is on disk; a path that is no folder gives one without entries."""
-    name = root.name or root.resolve().name
-    if not root.is_dir():
+    name = printable(root.name or root.resolve().name)
+    if not is_folder(root):
         return Folder(root, name, ())
     return Folder(root, name, tuple(sorted(_entries(root, "", 1), key=lambda entry: entry.path)))
 
 
+def _inside(path: Path) -> list[Path]:
+    """What stands in a folder in the place of submissions: folders, and links that lead nowhere."""
+    try:
+        children = [child for child in sorted(path.iterdir()) if not child.name.startswith(".")]
+    except OSError:
+        return []
+    return [one for one in children if is_folder(one) or (one.is_symlink() and not _there(one))]
+
+
 def submission_folders(paths: list[Path]) -> list[Path]:
-    """The submissions that the paths name, sorted by name: a folder of submissions stands for all in it."""
+    """The submissions that the paths name, sorted by name: a folder of submissions stands for all in it.
+
+    Raises:
+        BenchError: two of them have one name.
+    """
     found: list[Path] = []
     for given in paths:
         path = given.resolve() if given.is_symlink() or given.name in ("", ".", "..") else given
-        inside = [] if (path / MANIFEST).exists() or not path.is_dir() else sorted(path.iterdir())
-        folders = [child for child in inside if child.is_dir() and not child.name.startswith(".")]
-        holds = any((child / MANIFEST).exists() for child in folders)
+        folders = [] if _there(path / MANIFEST) else _inside(path)
+        holds = any(_there(child / MANIFEST) for child in folders)
         found += folders if holds else [path]
-    return sorted(dict.fromkeys(found), key=lambda folder: (folder.name, str(folder)))
+    named: dict[str, Path] = {}
+    for path in found:
+        first = named.setdefault(path.name, path)
+        if first.absolute() != path.absolute():
+            told = f"Two submissions have the name {printable(path.name)!r}: {first} and {path}."
+            raise BenchError("two-of-one-name", printable(told), hint="Score one at a time, or rename one.")
+    return [path for _, path in sorted(named.items())]

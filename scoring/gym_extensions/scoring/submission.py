@@ -12,6 +12,7 @@ from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS
 from gym_extensions.scoring import manifest as toml
 from gym_extensions.scoring import rows
 from gym_extensions.scoring.checks.across import GroupLogs
+from gym_extensions.scoring.checks.agreement import Said
 from gym_extensions.scoring.checks.arrays import Arrays
 from gym_extensions.scoring.checks.files import largest
 from gym_extensions.scoring.checks.rule import broken, rule
@@ -44,15 +45,6 @@ def unreadable_file(file: Unreadable) -> Iterator[Finding]:
     )
 
 
-@rule("reported")
-def logs_of_a_reported_entry(folder: Folder) -> Iterator[Finding]:
-    """A reported entry is a published table alone; whoever has logs leaves out the key ``reported``."""
-    for entry in folder.entries:
-        if entry.kind == "folder":
-            hint = "Remove the key 'reported' from submission.toml, or the folder."
-            yield Finding(entry.path, "A reported entry has no logs.", hint)
-
-
 class _Reader:
     """Reads one folder step by step, collecting problems; a part with problems is not read further."""
 
@@ -77,11 +69,13 @@ class _Reader:
             return None
 
     def manifest(self) -> toml.Manifest | None:
-        data = self.contents(MANIFEST)
+        data = self.contents(MANIFEST) if self.folder.has(MANIFEST) else None
         if data is None or not self.passes("manifest-bytes", data):
             return None
         tables = toml.parse(data)
-        return toml.manifest(tables) if self.passes("manifest", tables) else None
+        found = toml.manifest(tables) if self.passes("manifest", tables) else None
+        self.passes("said", Said(self.folder, tables))
+        return found
 
     def cells(
         self, path: str, data: bytes, header: tuple[str, ...], build: Callable[[rows.Cells], T]
@@ -126,10 +120,11 @@ class _Reader:
                 self.passes("arrays", Arrays(entry.path, data, group, runs))
 
     def group(self, group: TaskGroup, manifest: toml.Manifest | None) -> GroupEntry:
+        odd = any(problem.where.startswith(f"{group.name}/") for problem in self.problems)
         logs = {protocol: log for protocol in PROTOCOLS if (log := self.log(group, protocol)) is not None}
         learns = manifest is None or manifest.memory.get("parameters_last", 1) > 0
         self.passes("group", GroupLogs(group.name, logs, learns))
-        there = [name for name in PROTOCOLS if self.folder.has(f"{group.name}/{name}.csv")]
+        there = [name for name in PROTOCOLS if odd or self.folder.has(f"{group.name}/{name}.csv")]
         runs: rows.Runs = {name: logs[name].runs if name in logs else None for name in there or PROTOCOLS}
         curves = self.curves(group, manifest.budget if manifest else "", runs)
         self.arrays(group, runs)
@@ -141,11 +136,7 @@ def read(path: Path) -> Submission:
     folder = scan(path)
     reader = _Reader(folder)
     reader.passes("folder", folder)
-    if not folder.has(MANIFEST):
-        return Submission(folder.name, None, {}, tuple(reader.problems))
     manifest = reader.manifest()
-    if manifest is not None and manifest.reported:
-        reader.passes("reported", folder)
     names = [name for name in GROUPS if any(entry.path == name for entry in folder.entries)]
     groups = {GROUPS[name].id: reader.group(GROUPS[name], manifest) for name in names}
     problems = tuple(reader.problems)

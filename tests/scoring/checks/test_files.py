@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+from gym_extensions.catalog.errors import BenchError
 from gym_extensions.scoring.folder import Folder, submission_folders
 from gym_extensions.scoring.problems import Problem
 from gym_extensions.scoring.submission import read
@@ -154,6 +157,69 @@ def test_a_linked_submission_in_a_collection_is_refused(good: Good, tmp_path: Pa
     problems = {path.name: read(path).problems for path in submission_folders([tmp_path])}
     assert problems["entry"] == ()
     assert [(one.rule, one.where) for one in problems["other"]] == [("not-a-regular-file", "other")]
+
+
+def test_a_link_that_leads_nowhere_is_told(good: Good, tmp_path: Path) -> None:
+    good(GROUP, tmp_path)
+    (tmp_path / "other").symlink_to(tmp_path / "nowhere")
+    problems = {path.name: read(path).problems for path in submission_folders([tmp_path])}
+    assert problems["entry"] == ()
+    assert [(one.rule, one.where) for one in problems["other"]] == [("not-a-regular-file", "other")]
+
+
+def test_a_folder_that_may_not_be_opened_is_told(
+    good: Good, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    good(GROUP, tmp_path)
+    shut = tmp_path / "shut"
+    shut.mkdir()
+    look, enter = os.stat, os.scandir
+
+    def stat(path: Any, **options: Any) -> os.stat_result:
+        if isinstance(path, str | Path) and Path(path).parent == shut:
+            raise PermissionError(13, "Permission denied")
+        return look(path, **options)
+
+    def scandir(path: Any) -> Any:
+        if Path(path) == shut:
+            raise PermissionError(13, "Permission denied")
+        return enter(path)
+
+    monkeypatch.setattr(os, "stat", stat)
+    monkeypatch.setattr(os, "scandir", scandir)
+    problems = {path.name: read(path).problems for path in submission_folders([tmp_path])}
+    assert problems["entry"] == ()
+    assert problems["shut"] == (
+        Problem(
+            "not-a-regular-file",
+            "shut",
+            "This is a folder that cannot be read.",
+            "Give it read permission, or copy it again.",
+        ),
+    )
+
+
+def test_two_submissions_of_one_name_are_refused(tmp_path: Path) -> None:
+    paths = [tmp_path / "a" / "mine", tmp_path / "b" / "mine"]
+    for path in paths:
+        path.mkdir(parents=True)
+    assert submission_folders([paths[0], paths[0]]) == [paths[0]]
+    with pytest.raises(BenchError) as told:
+        submission_folders(paths)
+    first = f"Two submissions have the name 'mine': {paths[0]} and {paths[1]}."
+    assert str(told.value) == f"{first} Score one at a time, or rename one."
+
+
+def test_names_are_shown_without_what_a_terminal_would_obey(good: Good, tmp_path: Path) -> None:
+    folder = good(GROUP, tmp_path)
+    put("a\n\x1b[31m.txt", b"")(folder)
+    named = folder.rename(tmp_path / os.fsdecode(b"a\xff"))
+    submission = read(named)
+    assert submission.name == "a\\udcff"
+    assert [(one.rule, one.where, one.message) for one in submission.problems] == [
+        ("folder-name", "a\\udcff", "The folder's name is 'a\\udcff'."),
+        ("unexpected-name", "a\\n\\x1b[31m.txt", "A file of this name has no place here."),
+    ]
 
 
 def test_a_file_that_cannot_be_read_is_named(

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from .broken import GROUP, TOML, Broken, Judge, each, edit
+from pathlib import Path
+
+from gym_extensions.scoring.submission import read
+
+from .broken import GROUP, TOML, Broken, Good, Judge, each, edit
 
 BROKEN = (
     Broken(
@@ -103,18 +107,7 @@ BROKEN = (
         "a table that the project does not keep",
         edit("format = 1", 'format = 1\nreported = "henderson2018"', TOML),
         ((f"{TOML}, reported", "There is no table 'henderson2018'.", "Did you mean 'henderson2017'?"),),
-    ),
-    Broken(
-        "logs-of-a-reported-entry",
-        "a published table with logs",
-        edit("format = 1", 'format = 1\nreported = "henderson2017"', TOML),
-        (
-            (
-                GROUP,
-                "A reported entry has no logs.",
-                "Remove the key 'reported' from submission.toml, or the folder.",
-            ),
-        ),
+        also=("logs-of-a-reported-entry",),
     ),
     Broken(
         "bad-hyperparameter",
@@ -158,9 +151,52 @@ BROKEN = (
         edit("An entry", "An \\u001b[31mentry", TOML),
         ((f"{TOML}, title", "The text 'An \\x1b[31mentry' holds a control character.", "Remove it."),),
     ),
+    Broken(
+        "control-character",
+        "a title of two lines",
+        edit("An entry", "An entry\\n  (replayed)", TOML),
+        ((f"{TOML}, title", "The text 'An entry\\n  (replayed)' holds a control character.", "Remove it."),),
+    ),
+    Broken(
+        "control-character",
+        "an escape sequence in a key",
+        edit("step = 0.01", '"\\u001b[31mstep" = nan', TOML),
+        (
+            (
+                f"{TOML}, hyperparameters",
+                "The text '\\x1b[31mstep' holds a control character.",
+                "Remove it.",
+            ),
+        ),
+        also=("bad-hyperparameter",),
+    ),
+    Broken(
+        "unknown-key",
+        "a key with an escape sequence and one of thousands of letters",
+        edit("[code]", f'[code]\n"\\u001b[31m" = 1\n{"k" * 3000} = 1', TOML),
+        (
+            (
+                f"{TOML}, [code] '\\x1b[31m'",
+                "There is no key '\\x1b[31m'.",
+                "Choose one of: commit, url.",
+            ),
+            (
+                f"{TOML}, [code] '{'k' * 79}…",
+                f"There is no key '{'k' * 79}….",
+                "Choose one of: commit, url.",
+            ),
+        ),
+        also=("control-character",),
+    ),
 )
 
 
 @each(BROKEN)
 def test_a_broken_folder_breaks_its_rule_and_says_so(example: Broken, judge: Judge) -> None:
     judge(example)
+
+
+def test_the_description_may_have_lines(good: Good, tmp_path: Path) -> None:
+    folder = good(GROUP, tmp_path)
+    edit("Made up by a formula.", "Made up\\n\\tby a formula.", TOML)(folder)
+    assert read(folder).problems == ()

@@ -12,6 +12,7 @@ from gym_extensions.scoring.submission import read
 
 from . import (
     test_across,
+    test_agreement,
     test_arrays,
     test_curves,
     test_files,
@@ -22,7 +23,17 @@ from . import (
 )
 from .broken import GROUP, TOML, TRACE, Good, arrays, cell, edit, put
 
-TABLES = (test_files, test_manifest, test_text, test_keys, test_values, test_across, test_curves, test_arrays)
+TABLES = (
+    test_files,
+    test_manifest,
+    test_agreement,
+    test_text,
+    test_keys,
+    test_values,
+    test_across,
+    test_curves,
+    test_arrays,
+)
 
 
 def test_a_good_folder_breaks_no_rule(good: Good, tmp_path: Path) -> None:
@@ -67,6 +78,19 @@ def test_curves_and_arrays_are_checked_beside_a_log_with_problems(good: Good, tm
         "malformed-arrays",
         "foreign-trace",
     }
+
+
+def test_logs_are_checked_without_a_manifest(good: Good, tmp_path: Path) -> None:
+    folder = good(GROUP, tmp_path)
+    (folder / TOML).unlink()
+    cell(2, 6, "nan")(folder)
+    assert [problem.rule for problem in read(folder).problems] == ["not-a-submission", "not-finite"]
+
+
+def test_what_belongs_to_a_log_under_a_wrong_name_is_not_called_foreign(good: Good, tmp_path: Path) -> None:
+    folder = good(GROUP, tmp_path)
+    (folder / GROUP / "single.csv").rename(folder / GROUP / "singel.csv")
+    assert [problem.rule for problem in read(folder).problems] == ["unexpected-name"]
 
 
 def test_what_belongs_to_a_log_that_cannot_be_read_is_not_called_foreign(good: Good, tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from gym_extensions.catalog.errors import did_you_mean
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.scoring.checks.rule import rule
-from gym_extensions.scoring.folder import DEEPEST, MANIFEST, Folder
+from gym_extensions.scoring.folder import DEEPEST, HERE, MANIFEST, Folder, is_folder
 from gym_extensions.scoring.problems import Finding
 
 LOGS = tuple(f"{protocol}.csv" for protocol in PROTOCOLS)
@@ -24,6 +24,11 @@ ODD_KINDS = {
     "device": "neither a file nor a folder",
     "unreadable": "a folder that cannot be read",
 }
+ODD_HINTS = {
+    "link": "Put the file itself in its place.",
+    "device": "Put the file itself in its place.",
+    "unreadable": "Give it read permission, or copy it again.",
+}
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
 NUMBER = "(0|[1-9][0-9]{0,8})"
 TRACE = re.compile(
@@ -35,9 +40,11 @@ POLICY = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,127}\.npz")
 @rule("folder")
 def not_a_submission(folder: Folder) -> Iterator[Finding]:
     """A submission is a folder that holds a file submission.toml."""
-    if not folder.root.is_dir():
+    if folder.root.is_symlink() or any(entry.path == HERE for entry in folder.entries):
+        return  # not_a_regular_file tells it
+    if not is_folder(folder.root):
         what = "is not a folder" if folder.root.exists() else "does not exist"
-        yield Finding(folder.name, f"{folder.name!r} {what}.", f"Name a folder that holds {MANIFEST}.")
+        yield Finding(folder.name, f"'{folder.name}' {what}.", f"Name a folder that holds {MANIFEST}.")
     elif not folder.has(MANIFEST):
         hint = f"Write {MANIFEST} as docs/rollout-log.md says, or name the folder that holds it."
         yield Finding(folder.name, f"There is no {MANIFEST} in it.", hint)
@@ -48,7 +55,7 @@ def folder_name(folder: Folder) -> Iterator[Finding]:
     """The folder's name is up to 64 letters, digits, dots, dashes, underscores: it becomes an address."""
     if not NAME.fullmatch(folder.name):
         hint = "Rename it with letters, digits, dots, dashes and underscores, 64 at most."
-        yield Finding(folder.name, f"The folder's name is {folder.name!r}.", hint)
+        yield Finding(folder.name, f"The folder's name is '{folder.name}'.", hint)
 
 
 @rule("folder")
@@ -58,9 +65,8 @@ def not_a_regular_file(folder: Folder) -> Iterator[Finding]:
         yield Finding(folder.name, "This is a symbolic link.", "Put the folder itself in its place.")
     for entry in folder.entries:
         if entry.kind not in ("file", "folder"):
-            yield Finding(
-                entry.path, f"This is {ODD_KINDS[entry.kind]}.", "Put the file itself in its place."
-            )
+            path = folder.name if entry.path == HERE else entry.path
+            yield Finding(path, f"This is {ODD_KINDS[entry.kind]}.", ODD_HINTS[entry.kind])
 
 
 @rule("folder")
@@ -69,7 +75,7 @@ def unknown_group(folder: Folder) -> Iterator[Finding]:
     for entry in folder.entries:
         if entry.kind == "folder" and "/" not in entry.path and entry.path not in GROUPS:
             hint = did_you_mean(entry.path, GROUPS) or "Groups are listed by: gym-extensions envs list."
-            yield Finding(entry.path, f"There is no group {entry.path!r}.", hint)
+            yield Finding(entry.path, f"There is no group '{entry.path}'.", hint)
 
 
 def _expected(path: str) -> bool:

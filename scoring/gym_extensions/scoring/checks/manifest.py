@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 from gym_extensions.catalog.errors import did_you_mean
@@ -26,14 +26,24 @@ from gym_extensions.scoring.manifest import (
     parse,
 )
 from gym_extensions.scoring.paper import TABLES
-from gym_extensions.scoring.problems import Finding, shown
+from gym_extensions.scoring.problems import LONGEST_QUOTE, Finding, shown
 
 Tables = dict[str, Any]
+BARE = re.compile(r"[A-Za-z0-9_-]{1,80}")
 WEB = re.compile(r"(https?://[^\s<>\"']+)?")
 
 
+def _bare(name: str) -> str:
+    """A key as it is written without quotes, or quoted."""
+    return name if BARE.fullmatch(name) else shown(name)
+
+
 def _key(section: str, name: str) -> str:
-    return f"{MANIFEST}, {f'[{section}] ' if section else ''}{name}"
+    return f"{MANIFEST}, {f'[{section}] ' if section else ''}{_bare(name)}"
+
+
+def _close(name: str, choices: Iterable[str]) -> str:
+    return did_you_mean(name[:LONGEST_QUOTE], choices)
 
 
 @rule("manifest-bytes")
@@ -52,13 +62,13 @@ def unknown_key(tables: Tables) -> Iterator[Finding]:
     """Every section and key of submission.toml is one of the format's; [hyperparameters] alone is free."""
     for name in tables:
         if name not in SECTIONS and name not in SECTIONS[""]:
-            hint = did_you_mean(name, [*filter(None, SECTIONS), *SECTIONS[""]]) or "Remove it."
-            yield Finding(MANIFEST, f"There is no key {name!r}.", hint)
+            hint = _close(name, [*filter(None, SECTIONS), *SECTIONS[""]]) or "Remove it."
+            yield Finding(MANIFEST, f"There is no key {shown(name)}.", hint)
     for section, fields in SECTIONS.items():
         given = tables.get(section) if section and section != FREE else None
         for name in given if isinstance(given, dict) else ():
             if name not in fields:
-                yield Finding(_key(section, name), f"There is no key {name!r}.", did_you_mean(name, fields))
+                yield Finding(_key(section, name), f"There is no key {shown(name)}.", _close(name, fields))
 
 
 @rule("manifest")
@@ -146,9 +156,7 @@ def unknown_budget(tables: Tables) -> Iterator[Finding]:
     protocol = tables.get("protocol")
     name = protocol.get("budget") if isinstance(protocol, dict) else None
     if isinstance(name, str) and name not in BUDGETS:
-        yield Finding(
-            _key("protocol", "budget"), f"There is no budget {name!r}.", did_you_mean(name, BUDGETS)
-        )
+        yield Finding(_key("protocol", "budget"), f"There is no budget {shown(name)}.", _close(name, BUDGETS))
 
 
 @rule("manifest")
@@ -156,7 +164,7 @@ def unknown_report(tables: Tables) -> Iterator[Finding]:
     """A reported entry names one of the published tables that the project keeps with its sources."""
     name = tables.get("reported")
     if isinstance(name, str) and name not in TABLES:
-        yield Finding(_key("", "reported"), f"There is no table {name!r}.", did_you_mean(name, TABLES))
+        yield Finding(_key("", "reported"), f"There is no table {shown(name)}.", _close(name, TABLES))
 
 
 def _plain(value: object) -> bool:
@@ -182,21 +190,26 @@ def bad_hyperparameter(tables: Tables) -> Iterator[Finding]:
             )
 
 
-def _texts(value: object, place: str) -> Iterator[tuple[str, str]]:
+def _texts(value: object, place: str, broken: bool = False) -> Iterator[tuple[str, str, bool]]:
+    """Every text with its place, and whether it may have line breaks."""
     if isinstance(value, str):
-        yield place, value
+        yield place, value, broken
     elif isinstance(value, dict):
         for name, inner in value.items():
-            yield place, name
-            yield from _texts(inner, f"{place}, {name}" if name.isprintable() else place)
+            yield place, name, False
+            yield from _texts(inner, f"{place}, {_bare(name)}", broken or name in ("description", FREE))
     elif isinstance(value, list):
         for inner in value:
-            yield from _texts(inner, place)
+            yield from _texts(inner, place, broken)
 
 
 @rule("manifest")
 def control_character(tables: Tables) -> Iterator[Finding]:
-    """Texts hold printable characters and line breaks alone: nothing that a terminal would obey."""
-    for place, value in _texts(tables, MANIFEST):
-        if not value.replace("\n", "").replace("\t", "").isprintable():
-            yield Finding(place, f"The text {value[:60]!r} holds a control character.", "Remove it.")
+    """Texts hold printable characters alone, nothing that a terminal would obey.
+
+    (The description and hyperparameters may have line breaks and tabs.)
+    """
+    for place, value, broken in _texts(tables, MANIFEST):
+        text = value.replace("\n", "").replace("\t", "") if broken else value
+        if not text.isprintable():
+            yield Finding(place, f"The text {shown(value)} holds a control character.", "Remove it.")
