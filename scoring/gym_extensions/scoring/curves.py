@@ -18,7 +18,10 @@ Key = tuple[str, int, str]
 
 @dataclass(frozen=True)
 class Curves:
-    """The rows of curves.csv as columns; ``runs`` are those of each protocol's log."""
+    """The rows of curves.csv as columns; ``runs`` are those of each protocol's log.
+
+    ``numbers`` is as that of ``Cells``.
+    """
 
     path: str
     group: TaskGroup
@@ -29,6 +32,7 @@ class Curves:
     task: list[str]
     step: Whole
     return_: NDArray[np.float64]
+    numbers: Whole | None = None
 
     @functools.cached_property
     def blocks(self) -> list[tuple[Key, int, int]]:
@@ -54,4 +58,5 @@ def curves(cells: Cells, group: TaskGroup, budget: Budget | None, runs: Runs) ->
         task=columns["task"],
         step=np.array(list(map(int, columns["step"])), dtype=np.int64),
         return_=np.array(list(map(float, columns["return"])), dtype=np.float64),
+        numbers=cells.numbers,
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -69,22 +69,18 @@ def _entries(folder: Path, prefix: str, depth: int) -> Iterator[Entry]:
             if depth < DEEPEST:
                 yield from _entries(Path(item.path), f"{path}/", depth + 1)
         elif item.is_file(follow_symlinks=False):
-            yield Entry(path, "file", item.stat(follow_symlinks=False).st_size)
+            try:
+                yield Entry(path, "file", item.stat(follow_symlinks=False).st_size)
+            except OSError:
+                yield Entry(path, "shut")
         else:
             yield Entry(path, "device")
 
 
-def _there(path: Path) -> bool:
+def seen(path: Path, kind: Callable[[Path], bool] = Path.exists) -> bool:
+    """Whether a path is there, or is a folder (``Path.is_dir``) and so on, as far as one may look."""
     try:
-        return path.exists()
-    except OSError:
-        return False
-
-
-def is_folder(path: Path) -> bool:
-    """Whether a path is a folder, as far as one may look."""
-    try:
-        return path.is_dir()
+        return kind(path)
     except OSError:
         return False
 
@@ -92,7 +88,7 @@ def is_folder(path: Path) -> bool:
 def scan(root: Path) -> Folder:
     """The folder as it is on disk; a path that is no folder gives one without entries."""
     name = printable(root.name or root.resolve().name)
-    if not is_folder(root):
+    if not seen(root, Path.is_dir):
         return Folder(root, name, ())
     return Folder(root, name, tuple(sorted(_entries(root, "", 1), key=lambda entry: entry.path)))
 
@@ -103,7 +99,9 @@ def _inside(path: Path) -> list[Path]:
         children = [child for child in sorted(path.iterdir()) if not child.name.startswith(".")]
     except OSError:
         return []
-    return [one for one in children if is_folder(one) or (one.is_symlink() and not _there(one))]
+    return [
+        one for one in children if seen(one, Path.is_dir) or (seen(one, Path.is_symlink) and not seen(one))
+    ]
 
 
 def submission_folders(paths: list[Path]) -> list[Path]:
@@ -114,9 +112,9 @@ def submission_folders(paths: list[Path]) -> list[Path]:
     """
     found: list[Path] = []
     for given in paths:
-        path = given.resolve() if given.is_symlink() or given.name in ("", ".", "..") else given
-        folders = [] if _there(path / MANIFEST) else _inside(path)
-        holds = any(_there(child / MANIFEST) for child in folders)
+        path = given.resolve() if seen(given, Path.is_symlink) or given.name in ("", ".", "..") else given
+        folders = [] if seen(path / MANIFEST) else _inside(path)
+        holds = any(seen(child / MANIFEST) for child in folders)
         found += folders if holds else [path]
     named: dict[str, Path] = {}
     for path in found:

@@ -127,6 +127,8 @@ def prescribed_log(path: str, data: bytes, protocol: str, group: TaskGroup) -> L
             return_=np.array(list(map(float, return_)), dtype=np.float64),
             terminated=np.array([FLAGS[cell] for cell in ended], dtype=np.bool_),
             fingerprint=once.fingerprint * len(runs),
+            numbers=None,
+            unread=0,
             **{name: np.tile(column, len(runs)) for name, column in once.numbers.items()},
         )
     except (ValueError, KeyError, OverflowError):

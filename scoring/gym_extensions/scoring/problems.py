@@ -5,6 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
+Numbers = NDArray[np.int64]
+
 ROWS_TOLD = 3
 """Rows named one by one for each rule and file; the others are counted."""
 
@@ -56,19 +61,34 @@ class Problem:
         return {"rule": self.rule, "where": self.where, "message": self.message, "hint": self.hint}
 
 
-def told(path: str, rows: Sequence[int], say: Callable[[int], str], hint: str) -> Iterator[Finding]:
+def number(row: int, numbers: Numbers | None = None) -> int:
+    """The number of a data row in its file (the header is row 1) by its index among those that are there."""
+    return 2 + (row if numbers is None else int(numbers[row]))
+
+
+def told(
+    path: str,
+    rows: Sequence[int],
+    say: Callable[[int], str],
+    hint: str,
+    numbers: Numbers | None = None,
+    *,
+    more: int = 0,
+) -> Iterator[Finding]:
     """One finding for each of the first rows, then one that counts the rest.
 
     Args:
         path: the file inside the submission.
-        rows: indices of the data rows that are wrong, from 0 (the header is row 1 of the file).
+        rows: indices of the data rows that are wrong, from 0.
         say: what was found in the row of that index.
         hint: what to do.
+        numbers: each row's place in the file, from 0; the row's index where None.
+        more: how many wrong rows there are beside ``rows``.
     """
     for index in rows[:ROWS_TOLD]:
-        yield Finding(f"{path}, row {index + 2}", say(index), hint)
-    more = len(rows) - ROWS_TOLD
-    if more > 0:
+        yield Finding(f"{path}, row {number(index, numbers)}", say(index), hint)
+    rest = len(rows[ROWS_TOLD:]) + more
+    if rest:
         yield Finding(
-            path, f"{more} more row{'s' if more > 1 else ''} of this file break the same rule.", hint
+            path, f"{rest} more row{'s' if rest > 1 else ''} of this file break the same rule.", hint
         )

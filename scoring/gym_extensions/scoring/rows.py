@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,10 +22,16 @@ Runs = dict[str, tuple[int, ...] | None]
 
 @dataclass(frozen=True)
 class Cells:
-    """The cells of one CSV file as text, by column."""
+    """The cells of one CSV file as text, by column.
+
+    ``numbers`` are the rows' places in the file, from 0 (None: all rows of the file are there); ``unread``
+    counts the rows that are not there because they cannot be read.
+    """
 
     path: str
     columns: dict[str, list[str]]
+    numbers: Whole | None = None
+    unread: int = 0
 
 
 @dataclass(frozen=True)
@@ -32,7 +39,7 @@ class Log:
     """The rows of one evaluation log as columns, in the order of the file.
 
     ``position`` is each row's task as an index into the group's tasks, -1 for a task that the group does
-    not have.
+    not have. ``numbers`` and ``unread`` are as those of ``Cells``.
     """
 
     path: str
@@ -49,6 +56,8 @@ class Log:
     return_: NDArray[np.float64]
     terminated: NDArray[np.bool_]
     fingerprint: list[str]
+    numbers: Whole | None = None
+    unread: int = 0
 
     @property
     def cell(self) -> list[tuple[int, int, str, int]]:
@@ -85,7 +94,15 @@ def is_number(cell: str) -> bool:
         float(cell)
     except ValueError:
         return False
-    return True
+    return "_" not in cell
+
+
+KINDS: dict[str, tuple[Callable[[str], bool], str]] = {
+    **dict.fromkeys((*WHOLE, "step"), (is_whole, "a whole number")),
+    "return": (is_number, "a number"),
+    "terminated": (FLAGS.__contains__, "true or false"),
+}
+"""How a cell of a column is told to be of its kind, and what is written there."""
 
 
 def _whole(cells: list[str]) -> Whole:
@@ -114,5 +131,7 @@ def log(cells: Cells, protocol: str, group: TaskGroup) -> Log:
         return_=np.array(list(map(float, columns["return"])), dtype=np.float64),
         terminated=np.array([FLAGS[cell] for cell in columns["terminated"]], dtype=np.bool_),
         fingerprint=columns["fingerprint"],
+        numbers=cells.numbers,
+        unread=cells.unread,
         **keys,
     )

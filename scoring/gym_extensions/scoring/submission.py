@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS
@@ -20,13 +20,15 @@ from gym_extensions.scoring.copies import without_copies
 from gym_extensions.scoring.curves import Curves, curves
 from gym_extensions.scoring.entry import GroupEntry, Submission
 from gym_extensions.scoring.folder import MANIFEST, Folder, scan
+from gym_extensions.scoring.legible import every_cell, keys_alone, legible
 from gym_extensions.scoring.log import CURVE_COLUMNS, EPISODE_COLUMNS
 from gym_extensions.scoring.prescribed import prescribed_log
 from gym_extensions.scoring.problems import Finding, Problem
 from gym_extensions.scoring.rows import Log
 from gym_extensions.scoring.text import Text, columns
 
-T = TypeVar("T")
+UNREAD = (ValueError, KeyError, OverflowError)
+"""What a cell of another kind than its column's raises."""
 
 
 @dataclass(frozen=True)
@@ -77,41 +79,52 @@ class _Reader:
         self.passes("said", Said(self.folder, tables))
         return found
 
-    def cells(
-        self, path: str, data: bytes, header: tuple[str, ...], build: Callable[[rows.Cells], T]
-    ) -> T | None:
-        """What ``build`` makes of a CSV file whose bytes and cells are as they must be."""
-        if not self.passes("text", text := Text(path, header, data)):
-            return None
-        cells = rows.Cells(path, columns(text))
-        try:
-            return build(cells)
-        except (ValueError, KeyError, OverflowError):
-            if self.passes("cells", cells):
-                raise
-            return None
+    def cells(self, path: str, data: bytes, header: tuple[str, ...]) -> rows.Cells | None:
+        """The cells of a CSV file: of all rows, or of those that can be read."""
+        text = Text(path, header, data)
+        return rows.Cells(path, columns(text)) if self.passes("text", text) else legible(text)
 
     def log(self, group: TaskGroup, protocol: str) -> Log | None:
+        """The log as far as it can be read."""
         path = f"{group.name}/{protocol}.csv"
-        if not self.folder.has(path):
+        if not self.folder.has(path) or (data := self.contents(path)) is None:
             return None
-        data = self.contents(path)
-        log = None if data is None else prescribed_log(path, data, protocol, group)
-        scopes = ["log"]
-        if data is not None and log is None:
-            log = self.cells(path, data, EPISODE_COLUMNS, lambda cells: rows.log(cells, protocol, group))
-            scopes = ["keys", "log"]
-        found = [] if log is None else [self.passes(scope, log) for scope in scopes]
-        return log if found and all(found) else None
+        if (log := prescribed_log(path, data, protocol, group)) is not None:
+            self.passes("log", log)
+            return log
+        if (cells := self.cells(path, data, EPISODE_COLUMNS)) is None:
+            return None
+        try:
+            keys: Log | None = rows.log(cells, protocol, group)
+            values = keys
+        except UNREAD:
+            if self.passes("cells", cells):
+                raise
+            keys, values = (
+                rows.log(part, protocol, group) if part else None
+                for part in (keys_alone(cells), every_cell(cells))
+            )
+        for scope, part in (("keys", keys), ("log", values)):
+            if part is not None:
+                self.passes(scope, part)
+        return keys
 
     def curves(self, group: TaskGroup, budget: str, runs: rows.Runs) -> Curves | None:
         path = f"{group.name}/curves.csv"
         if not self.folder.has(path) or (data := self.contents(path)) is None:
             return None
-        found = self.cells(
-            path, data, CURVE_COLUMNS, lambda cells: curves(cells, group, BUDGETS.get(budget), runs)
-        )
-        return found if found is not None and self.passes("curves", found) else None
+        cells = self.cells(path, data, CURVE_COLUMNS)
+        known = group, BUDGETS.get(budget), runs
+        try:
+            found = curves(cells, *known) if cells else None
+        except UNREAD:
+            if cells is None or self.passes("cells", cells):
+                raise
+            every = every_cell(cells)
+            found = curves(every, *known) if every else None
+        if found is not None:
+            self.passes("curves", found)
+        return found
 
     def arrays(self, group: TaskGroup, runs: rows.Runs) -> None:
         for entry in self.folder.files():
@@ -121,11 +134,16 @@ class _Reader:
 
     def group(self, group: TaskGroup, manifest: toml.Manifest | None) -> GroupEntry:
         odd = any(problem.where.startswith(f"{group.name}/") for problem in self.problems)
-        logs = {protocol: log for protocol in PROTOCOLS if (log := self.log(group, protocol)) is not None}
+        logs: dict[str, Log] = {}
+        there = [name for name in PROTOCOLS if odd or self.folder.has(f"{group.name}/{name}.csv")]
+        runs: rows.Runs = dict.fromkeys(there or PROTOCOLS)
+        for protocol in PROTOCOLS:
+            before = len(self.problems)
+            log = self.log(group, protocol)
+            if log is not None and len(self.problems) == before:
+                logs[protocol], runs[protocol] = log, log.runs
         learns = manifest is None or manifest.memory.get("parameters_last", 1) > 0
         self.passes("group", GroupLogs(group.name, logs, learns))
-        there = [name for name in PROTOCOLS if odd or self.folder.has(f"{group.name}/{name}.csv")]
-        runs: rows.Runs = {name: logs[name].runs if name in logs else None for name in there or PROTOCOLS}
         curves = self.curves(group, manifest.budget if manifest else "", runs)
         self.arrays(group, runs)
         return GroupEntry(group, logs, curves)

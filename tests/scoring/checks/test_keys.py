@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from gym_extensions.catalog.groups import group
+
 from .broken import GROUP, LOG, Broken, Judge, cell, each, lines
+
+ALL_TASKS = f"Choose one of: {', '.join(sorted(group(f'{GROUP}-v0').task_ids))}."
 
 BROKEN = (
     Broken(
@@ -24,6 +28,13 @@ BROKEN = (
                 "Did you mean 'gym_extensions/Hopper-v0'?",
             ),
         ),
+        also=("missing-cell", "unsorted-rows"),
+    ),
+    Broken(
+        "foreign-task",
+        "a task of a million letters",
+        cell(2, 2, "a" * 10**6),
+        ((f"{LOG}, row 2", f"There is no task '{'a' * 79}….", ALL_TASKS),),
         also=("missing-cell", "unsorted-rows"),
     ),
     Broken(

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import random
+import tracemalloc
 from pathlib import Path
 
+from gym_extensions.scoring.checks import broken
+from gym_extensions.scoring.log import EPISODE_COLUMNS
 from gym_extensions.scoring.submission import read
+from gym_extensions.scoring.text import Text
 
 from .broken import GROUP, HALF, LOG, Broken, Good, Judge, cell, each, edit, lines, put, row
 
@@ -90,6 +94,17 @@ BROKEN = (
 @each(BROKEN)
 def test_a_broken_folder_breaks_its_rule_and_says_so(example: Broken, judge: Judge) -> None:
     judge(example)
+
+
+def test_a_file_of_millions_of_rows_that_cannot_be_read_is_counted_in_little_memory() -> None:
+    header = ",".join(EPISODE_COLUMNS).encode()
+    tracemalloc.start()
+    found = broken("text", Text(LOG, EPISODE_COLUMNS, header + b"\n" + b"a\n" * 2**22))
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert [one.where for one in found] == [*(f"{LOG}, row {row}" for row in (2, 3, 4)), LOG]
+    assert found[-1].message == "4194301 more rows of this file break the same rule."
+    assert peak < 2**26
 
 
 def test_damaged_logs_are_told_and_never_raise(good: Good, tmp_path: Path) -> None:

@@ -49,7 +49,7 @@ def foreign_curve(curves: Curves) -> Iterator[Finding]:
     first = next(iter(rows.values()), None)
     if first is not None and first[2] not in members:
         hint = did_you_mean(first[2][:LONGEST_QUOTE], members)
-    yield from told(curves.path, list(rows), say, hint)
+    yield from told(curves.path, list(rows), say, hint, curves.numbers)
 
 
 @rule("curves")
@@ -68,7 +68,7 @@ def curve_order(curves: Curves) -> Iterator[Finding]:
     rows = _rows(late | (curves.step < 1))
     say = "Step {} does not follow the row above.".format
     hint = "Sort by protocol, run, task in training order and step; steps count from 0 in every curve."
-    yield from told(curves.path, rows, lambda row: say(curves.step[row]), hint)
+    yield from told(curves.path, rows, lambda row: say(curves.step[row]), hint, curves.numbers)
 
 
 @rule("curves")
@@ -76,7 +76,9 @@ def curve_not_finite(curves: Curves) -> Iterator[Finding]:
     """Every return of a curve is a finite number."""
     rows = _rows(~np.isfinite(curves.return_))
     hint = "Leave the row out where no episode ended; find the cause of NaN elsewhere."
-    yield from told(curves.path, rows, lambda row: f"The return is {curves.return_[row]}.", hint)
+    yield from told(
+        curves.path, rows, lambda row: f"The return is {curves.return_[row]}.", hint, curves.numbers
+    )
 
 
 @rule("curves")
@@ -94,7 +96,7 @@ def impossible_curve_return(curves: Curves) -> Iterator[Finding]:
         return f"The return is {float(curves.return_[row])!r}; {allowed}."
 
     hint = "Write the mean of the undiscounted, unscaled returns of the episodes that ended."
-    yield from told(curves.path, rows, say, hint)
+    yield from told(curves.path, rows, say, hint, curves.numbers)
 
 
 @rule("curves")
@@ -112,4 +114,4 @@ def over_budget(curves: Curves) -> Iterator[Finding]:
         return f"Step {curves.step[row]} is beyond the budget {budget!r}, which is {limit[row]} steps here."
 
     hint = "Train within the budget, or name the larger budget in submission.toml."
-    yield from told(curves.path, _rows(curves.step > SLACK * limit), say, hint)
+    yield from told(curves.path, _rows(curves.step > SLACK * limit), say, hint, curves.numbers)

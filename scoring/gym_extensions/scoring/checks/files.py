@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from pathlib import Path
 
 from gym_extensions.catalog.errors import did_you_mean
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.scoring.checks.rule import rule
-from gym_extensions.scoring.folder import DEEPEST, HERE, MANIFEST, Folder, is_folder
+from gym_extensions.scoring.folder import DEEPEST, HERE, MANIFEST, Folder, seen
 from gym_extensions.scoring.problems import Finding
 
 LOGS = tuple(f"{protocol}.csv" for protocol in PROTOCOLS)
@@ -23,11 +24,13 @@ ODD_KINDS = {
     "link": "a symbolic link",
     "device": "neither a file nor a folder",
     "unreadable": "a folder that cannot be read",
+    "shut": "a file that cannot be read",
 }
 ODD_HINTS = {
     "link": "Put the file itself in its place.",
     "device": "Put the file itself in its place.",
     "unreadable": "Give it read permission, or copy it again.",
+    "shut": "Give its folder read permission, or copy it again.",
 }
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
 NUMBER = "(0|[1-9][0-9]{0,8})"
@@ -40,10 +43,10 @@ POLICY = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,127}\.npz")
 @rule("folder")
 def not_a_submission(folder: Folder) -> Iterator[Finding]:
     """A submission is a folder that holds a file submission.toml."""
-    if folder.root.is_symlink() or any(entry.path == HERE for entry in folder.entries):
+    if seen(folder.root, Path.is_symlink) or any(entry.path == HERE for entry in folder.entries):
         return  # not_a_regular_file tells it
-    if not is_folder(folder.root):
-        what = "is not a folder" if folder.root.exists() else "does not exist"
+    if not seen(folder.root, Path.is_dir):
+        what = "is not a folder" if seen(folder.root) else "does not exist"
         yield Finding(folder.name, f"'{folder.name}' {what}.", f"Name a folder that holds {MANIFEST}.")
     elif not folder.has(MANIFEST):
         hint = f"Write {MANIFEST} as docs/rollout-log.md says, or name the folder that holds it."
@@ -61,7 +64,7 @@ def folder_name(folder: Folder) -> Iterator[Finding]:
 @rule("folder")
 def not_a_regular_file(folder: Folder) -> Iterator[Finding]:
     """Everything in a submission is a folder or a regular file: no symbolic link, no device."""
-    if folder.root.is_symlink():
+    if seen(folder.root, Path.is_symlink):
         yield Finding(folder.name, "This is a symbolic link.", "Put the folder itself in its place.")
     for entry in folder.entries:
         if entry.kind not in ("file", "folder"):

@@ -10,7 +10,7 @@ from gym_extensions.catalog.errors import did_you_mean
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, FIRST_REFERENCE_RUN, evaluation_seed
 from gym_extensions.catalog.tasks import TASKS
 from gym_extensions.scoring.checks.rule import rule
-from gym_extensions.scoring.problems import Finding, told
+from gym_extensions.scoring.problems import LONGEST_QUOTE, Finding, number, shown, told
 from gym_extensions.scoring.rows import Log, stages
 
 
@@ -22,10 +22,14 @@ def foreign_task(log: Log) -> Iterator[Finding]:
 
     def say(index: int) -> str:
         name = log.task[index]
-        return f"There is no task {name!r}." if name not in TASKS else f"{name} is no task of {log.group.id}."
+        return (
+            f"There is no task {shown(name)}."
+            if name not in TASKS
+            else f"{name} is no task of {log.group.id}."
+        )
 
-    hint = did_you_mean(log.task[rows[0]], members) if rows else ""
-    yield from told(log.path, rows, say, hint)
+    hint = did_you_mean(log.task[rows[0]][:LONGEST_QUOTE], members) if rows else ""
+    yield from told(log.path, rows, say, hint, log.numbers)
 
 
 @rule("keys")
@@ -36,7 +40,11 @@ def wrong_stage(log: Log) -> Iterator[Finding]:
     span = f"0 to {allowed[-1]}" if len(allowed) > 1 else "1"
     hint = "The stage is the number of tasks trained so far; it is 1 (trained) in single.csv and joint.csv."
     yield from told(
-        log.path, rows, lambda index: f"The stage is {log.stage[index]}; {span} is allowed.", hint
+        log.path,
+        rows,
+        lambda index: f"The stage is {log.stage[index]}; {span} is allowed.",
+        hint,
+        log.numbers,
     )
 
 
@@ -49,7 +57,11 @@ def wrong_episode(log: Log) -> Iterator[Finding]:
     last = EVALUATION_EPISODES - 1
     hint = f"Evaluate {EVALUATION_EPISODES} episodes a cell, numbered from 0."
     yield from told(
-        log.path, rows, lambda index: f"The episode is {log.episode[index]}; 0 to {last} exist.", hint
+        log.path,
+        rows,
+        lambda index: f"The episode is {log.episode[index]}; 0 to {last} exist.",
+        hint,
+        log.numbers,
     )
 
 
@@ -65,7 +77,9 @@ def wrong_seed(log: Log) -> Iterator[Finding]:
     rows = [index for index, key in enumerate(keys) if needed.get(key, log.seed[index]) != log.seed[index]]
     hint = "Reset with gym_extensions.catalog.protocol.evaluation_seed(group id, task id, episode)."
     say = "The seed is {}; this episode has {}.".format
-    yield from told(log.path, rows, lambda index: say(log.seed[index], needed[keys[index]]), hint)
+    yield from told(
+        log.path, rows, lambda index: say(log.seed[index], needed[keys[index]]), hint, log.numbers
+    )
 
 
 @rule("log")
@@ -74,7 +88,7 @@ def reserved_run(log: Log) -> Iterator[Finding]:
     bad = {run for run in log.runs if not 0 <= run < FIRST_REFERENCE_RUN}
     rows = [index for index, run in enumerate(log.run.tolist()) if run in bad] if bad else []
     hint = f"Train with seeds from 0 to {FIRST_REFERENCE_RUN - 1}."
-    yield from told(log.path, rows, lambda index: f"The run is {log.run[index]}.", hint)
+    yield from told(log.path, rows, lambda index: f"The run is {log.run[index]}.", hint, log.numbers)
 
 
 @rule("keys")
@@ -86,7 +100,13 @@ def duplicate_episode(log: Log) -> Iterator[Finding]:
         if seen.setdefault(cell, index) != index:
             again[index] = seen[cell]
     hint = "Keep the one row that was measured."
-    yield from told(log.path, list(again), lambda index: f"Row {again[index] + 2} is the same episode.", hint)
+    yield from told(
+        log.path,
+        list(again),
+        lambda index: f"Row {number(again[index], log.numbers)} is the same episode.",
+        hint,
+        log.numbers,
+    )
 
 
 @rule("keys")
@@ -99,7 +119,8 @@ def missing_cell(log: Log) -> Iterator[Finding]:
     )
     for run in log.runs:
         cells = list(product(stages(log.protocol, len(log.group.tasks)), log.group.task_ids))
-        lacking = [cell for cell in cells if there[(run, *cell)] < EVALUATION_EPISODES]
+        most = EVALUATION_EPISODES - log.unread  # the others may stand in rows that were told as unreadable
+        lacking = [cell for cell in cells if there[(run, *cell)] < most]
         for stage, task in lacking[:3]:
             count = f"{there[run, stage, task]} of {EVALUATION_EPISODES} episodes"
             found = f"Run {run}, stage {stage}, {task} has {count}."
@@ -118,5 +139,7 @@ def unsorted_rows(log: Log) -> Iterator[Finding]:
     if index is not None:
         found = "The row comes before the row above it."
         yield Finding(
-            f"{log.path}, row {index + 2}", found, "Sort by run, stage, task in training order, episode."
+            f"{log.path}, row {number(index, log.numbers)}",
+            found,
+            "Sort by run, stage, task in training order, episode.",
         )

@@ -11,11 +11,9 @@ import numpy as np
 from gym_extensions.catalog.errors import did_you_mean
 from gym_extensions.catalog.tasks import NAMESPACE
 from gym_extensions.scoring.checks.rule import rule
-from gym_extensions.scoring.problems import Finding, told
-from gym_extensions.scoring.text import Text
+from gym_extensions.scoring.problems import LONGEST_QUOTE, ROWS_TOLD, Finding, told
+from gym_extensions.scoring.text import BOM, Text, lines
 
-COMMA, LINE_END = b",\n"
-BOM = b"\xef\xbb\xbf"
 ODD = re.compile(rb"[^0-9A-Za-z,./\n\r+-]")
 EVEN = (ascii_letters + digits + ",./\n\r+-").encode()
 REWRITE = "Write it with gym_extensions.scoring.log.write_episodes or write_curves."
@@ -60,10 +58,12 @@ def truncated_file(text: Text) -> Iterator[Finding]:
 @rule("text")
 def wrong_header(text: Text) -> Iterator[Finding]:
     """The first line names the columns that docs/rollout-log.md names, in that order."""
-    first = text.data.removeprefix(BOM).split(b"\n", 1)[0].rstrip(b"\r").decode("utf-8", "backslashreplace")
+    line = text.data.removeprefix(BOM).split(b"\n", 1)[0].rstrip(b"\r")
+    first = line[:2000].decode("utf-8", "backslashreplace")
     names = first.split(",")
     if text.data.strip() and tuple(names) != text.header:
-        close = next((did_you_mean(name, text.header) for name in names if name not in text.header), "")
+        odd = next((name for name in names if name not in text.header), "")
+        close = did_you_mean(odd[:LONGEST_QUOTE], text.header)
         close = close if close.startswith("Did") else ""
         hint = f"Write {','.join(text.header)}. {close}".rstrip()
         yield Finding(f"{text.path}, row 1", f"The header is {first[:200]!r}.", hint)
@@ -80,29 +80,24 @@ def odd_character(text: Text) -> Iterator[Finding]:
         yield Finding(f"{text.path}, row {row}", found, REWRITE)
 
 
-def _full(data: bytes, commas: int) -> bool:
-    """Whether every line has that many commas and no cell is empty, found without cutting the text."""
-    values = np.frombuffer(data, dtype=np.uint8)
-    at = np.flatnonzero((values == COMMA) | (values == LINE_END))
-    if not at.size or at[0] == 0 or (np.diff(at) == 1).any():
-        return False
-    ends = np.flatnonzero(values[at] == LINE_END)
-    return bool((np.diff(ends, prepend=-1) == commas + 1).all())
-
-
 @rule("text")
 def cell_count(text: Text) -> Iterator[Finding]:
     """Every row has as many cells as the header, and none is empty."""
-    commas = len(text.header) - 1
-    if text.data.endswith(b"\n") and _full(text.data, commas):
-        return
-    rows = text.data.decode("utf-8", "backslashreplace").rstrip("\r\n").split("\n")[1:]
-    wrong = [index for index, row in enumerate(rows) if row.count(",") != commas or "" in row.split(",")]
+    first: dict[int, str] = {}
+    count = 0
+    for block in lines(text):
+        found = np.flatnonzero(block.wrong)
+        found = found[found + block.first > 0]
+        count += found.size
+        for at in found[: ROWS_TOLD - len(first)].tolist():
+            row = block.data[block.starts[at] : block.ends[at] - 1]
+            first[block.first + at - 1] = row.decode("utf-8", "backslashreplace")
 
     def say(index: int) -> str:
-        cells = rows[index].split(",")
-        if len(cells) != len(text.header):
-            return f"The row has {len(cells)} cells; {len(text.header)} are needed."
-        return f"The cell {text.header[cells.index('')]!r} is empty."
+        commas = first[index].count(",")
+        if commas != len(text.header) - 1:
+            return f"The row has {commas + 1} cells; {len(text.header)} are needed."
+        return f"The cell {text.header[first[index].split(',').index('')]!r} is empty."
 
-    yield from told(text.path, wrong, say, "Write every cell of every row.")
+    hint = "Write every cell of every row."
+    yield from told(text.path, list(first), say, hint, more=count - len(first))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -10,13 +10,7 @@ from gym_extensions.catalog.errors import BenchError
 from gym_extensions.scoring.bounds import WIDEST, bound
 from gym_extensions.scoring.checks.rule import rule
 from gym_extensions.scoring.problems import Finding, told
-from gym_extensions.scoring.rows import FLAGS, WHOLE, Cells, Log, is_number, is_whole
-
-KINDS: dict[str, tuple[Callable[[str], bool], str]] = {
-    **dict.fromkeys((*WHOLE, "step"), (is_whole, "a whole number")),
-    "return": (is_number, "a number"),
-    "terminated": (FLAGS.__contains__, "true or false"),
-}
+from gym_extensions.scoring.rows import KINDS, Cells, Log
 
 
 @rule("cells")
@@ -30,7 +24,7 @@ def bad_cell(cells: Cells) -> Iterator[Finding]:
             def say(index: int, name: str = name, column: list[str] = column) -> str:
                 return f"The {name} is {column[index][:40]!r}."
 
-            yield from told(cells.path, wrong, say, f"Write {kind}.")
+            yield from told(cells.path, wrong, say, f"Write {kind}.", cells.numbers)
 
 
 def _where(mask: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]) -> list[int]:
@@ -42,7 +36,7 @@ def not_finite(log: Log) -> Iterator[Finding]:
     """Every return is a finite number: an episode whose return is NaN or infinite was not measured."""
     rows = _where(~np.isfinite(log.return_))
     hint = "Find what the policy or the sum did there; the row cannot be scored."
-    yield from told(log.path, rows, lambda index: f"The return is {log.return_[index]}.", hint)
+    yield from told(log.path, rows, lambda index: f"The return is {log.return_[index]}.", hint, log.numbers)
 
 
 @rule("log")
@@ -52,7 +46,7 @@ def impossible_length(log: Log) -> Iterator[Finding]:
     rows = _where((limit > 0) & ((log.length < 1) | (log.length > limit)))
     say = "The length is {}; the task's episodes have 1 to {} steps.".format
     hint = "Count the steps from the reset to the end of the episode."
-    yield from told(log.path, rows, lambda index: say(log.length[index], limit[index]), hint)
+    yield from told(log.path, rows, lambda index: say(log.length[index], limit[index]), hint, log.numbers)
 
 
 @rule("log")
@@ -62,7 +56,7 @@ def unfinished_episode(log: Log) -> Iterator[Finding]:
     rows = _where(~log.terminated & (log.length >= 1) & (log.length < limit))
     say = "The episode stops after {} of {} steps and terminated is false.".format
     hint = "Evaluate every episode to its end; write terminated = true where the task ended it."
-    yield from told(log.path, rows, lambda index: say(log.length[index], limit[index]), hint)
+    yield from told(log.path, rows, lambda index: say(log.length[index], limit[index]), hint, log.numbers)
 
 
 @rule("log")
@@ -71,7 +65,9 @@ def impossible_end(log: Log) -> Iterator[Finding]:
     never = np.array([*(not bound(task).terminates for task in log.group.tasks), False])
     rows = _where(log.terminated & never[log.position])
     hint = "Write terminated = false where the time limit ended the episode."
-    yield from told(log.path, rows, lambda index: f"{log.task[index]} never ends an episode by itself.", hint)
+    yield from told(
+        log.path, rows, lambda index: f"{log.task[index]} never ends an episode by itself.", hint, log.numbers
+    )
 
 
 @rule("log")
@@ -89,7 +85,7 @@ def impossible_return(log: Log) -> Iterator[Finding]:
         span = f"{steps[index]} steps of this task give from {least[index]:g} to {most[index]:g}"
         return f"The return is {float(log.return_[index])!r}; {span}."
 
-    yield from told(log.path, rows, say, "Write the undiscounted, unscaled sum of the rewards.")
+    yield from told(log.path, rows, say, "Write the undiscounted, unscaled sum of the rewards.", log.numbers)
 
 
 @rule("keys")
@@ -114,7 +110,7 @@ def foreign_fingerprint(log: Log) -> Iterator[Finding]:
         return f"The fingerprint is {log.fingerprint[index][:40]!r}; {task} has {published[task]!r}."
 
     hint = "Evaluate in this benchmark's environments, with the pinned versions of gymnasium and mujoco."
-    yield from told(log.path, rows, say, hint)
+    yield from told(log.path, rows, say, hint, log.numbers)
 
 
 def fingerprint_of(task_id: str) -> str:
