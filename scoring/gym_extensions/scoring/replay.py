@@ -16,19 +16,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_extensions.catalog.errors import BenchError
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.catalog.traces import segments
 from gym_extensions.envs import make_batch
+from gym_extensions.scoring.fit import misfits, restored
 from gym_extensions.scoring.folder import scan, submission_folders
-from gym_extensions.scoring.problems import Problem, shown
+from gym_extensions.scoring.problems import Problem
 from gym_extensions.scoring.recorded import Array, Recorded, recorded, rows
 from gym_extensions.scoring.submission import read
 
 LANES = 256
-LEFT_OUT = "derived_"
-"""Saved names that begin so are recomputed by the warm-up step; a trace does not hold them."""
-UNFIT = (KeyError, ValueError, OverflowError, BenchError)
 HINT = "Record it with the pinned versions; if it was, tell the maintainers the platform that it was made on."
 
 
@@ -120,11 +117,13 @@ def _by_task(episode: Recorded) -> str:
 
 def replay(task: Task, episodes: Sequence[Recorded]) -> list[Problem]:
     """At most one problem an episode: the first segment that does not come out as claimed."""
-    misfits = dict(_misfits(task, episodes))
-    parts = [part for one in episodes if one.where not in misfits for part in segments_of(one)]
+    model = make_batch(task, 1)
+    unfit = dict(misfits(model, episodes))
+    model.close()
+    parts = [part for one in episodes if one.where not in unfit for part in segments_of(one)]
     first = [part for part in parts if part.index == 0]
     later = [part for part in parts if part.index > 0]
-    faults: dict[str, tuple[int, str]] = {where: (0, fault) for where, fault in misfits.items()}
+    faults: dict[str, tuple[int, str]] = {where: (0, fault) for where, fault in unfit.items()}
     for batch in filter(None, (first, later)):
         lanes = min(LANES, len(batch))
         env = make_batch(task, lanes, num_threads=len(os.sched_getaffinity(0)))
@@ -142,46 +141,15 @@ def replay(task: Task, episodes: Sequence[Recorded]) -> list[Problem]:
     ]
 
 
-def _misfits(task: Task, episodes: Sequence[Recorded]) -> Iterator[tuple[str, str]]:
-    """The traces whose actions or states are of another shape than the task's, and how."""
-    env: Any = make_batch(task, 1)
-    env.reset(seed=[episodes[0].seed])
-    saved = {name: rows.shape[1:] for name, rows in env.save_states().items()}
-    actions = env.single_action_space.shape
-    env.close()
-    needed = {name: shape for name, shape in saved.items() if not name.startswith(LEFT_OUT)}
-    for one in episodes:
-        shapes = {name: values.shape[1:] for name, values in one.states.items()}
-        wrong = sorted(name for name in {*shapes, *needed} if shapes.get(name) != needed.get(name))
-        if one.actions.shape[1:] != actions:
-            yield one.where, f"the recorded actions do not fit the task, whose actions are {actions}."
-        elif wrong and one.length > one.segment_steps:
-            yield one.where, f"the recorded states do not fit the task: {shown(wrong[0])}."
-
-
-def _unfit(env: Any, lanes: Sequence[Segment]) -> Iterator[str]:
-    """For every lane why its state cannot be restored, as a sentence, or nothing."""
-    for lane, part in enumerate(lanes):
-        states = {name: _state(part, name)[None] for name in part.episode.states}
-        try:
-            env.restore_states(states, lanes=[lane])
-        except UNFIT as mistake:
-            yield f"the recorded states do not fit the task: {type(mistake).__name__}."
-        else:
-            yield ""
-
-
 def _faults(env: Any, lanes: Sequence[Segment]) -> Iterator[str]:
     """For every lane what does not come out as claimed, as a sentence, or nothing."""
     steps = lanes[0].episode.segment_steps
     actions = _actions(lanes, steps)
     env.reset(seed=[part.episode.seed for part in lanes])
     if lanes[0].index > 0:
-        names = lanes[0].episode.states
-        try:
-            env.restore_states({name: np.stack([_state(part, name) for part in lanes]) for name in names})
-        except UNFIT:
-            yield from _unfit(env, lanes)
+        faults = restored(env, [_state(part) for part in lanes])
+        if any(faults):
+            yield from faults
             return
         env.step(actions[0])  # derived quantities lag one evaluation behind: this step is discarded
     rewards = np.zeros((steps, len(lanes)))
@@ -198,9 +166,9 @@ def _faults(env: Any, lanes: Sequence[Segment]) -> Iterator[str]:
         yield _fault(part, math.fsum(rewards[:count, lane]), ended.tolist(), state)
 
 
-def _state(part: Segment, name: str) -> Array:
-    state: Array = part.episode.states[name][part.index - 1]
-    return state
+def _state(part: Segment) -> dict[str, Array]:
+    """The recorded state one step before the segment."""
+    return {name: rows_of_name[part.index - 1] for name, rows_of_name in part.episode.states.items()}
 
 
 def _actions(lanes: Sequence[Segment], steps: int) -> NDArray[np.float32]:

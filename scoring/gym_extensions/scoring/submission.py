@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +13,8 @@ from gym_extensions.scoring.checks.across import GroupLogs
 from gym_extensions.scoring.checks.agreement import Said
 from gym_extensions.scoring.checks.arrays import Arrays
 from gym_extensions.scoring.checks.files import largest
-from gym_extensions.scoring.checks.rule import broken, rule
+from gym_extensions.scoring.checks.reading import Unreadable
+from gym_extensions.scoring.checks.rule import broken
 from gym_extensions.scoring.copies import without_copies
 from gym_extensions.scoring.curves import Curves, curves
 from gym_extensions.scoring.entry import GroupEntry, Submission
@@ -23,28 +22,12 @@ from gym_extensions.scoring.folder import MANIFEST, Folder, scan
 from gym_extensions.scoring.legible import every_cell, keys_alone, legible
 from gym_extensions.scoring.log import CURVE_COLUMNS, EPISODE_COLUMNS
 from gym_extensions.scoring.prescribed import prescribed_log
-from gym_extensions.scoring.problems import Finding, Problem
+from gym_extensions.scoring.problems import Problem
 from gym_extensions.scoring.rows import Log
 from gym_extensions.scoring.text import Text, columns
 
 UNREAD = (ValueError, KeyError, OverflowError)
 """What a cell of another kind than its column's raises."""
-
-
-@dataclass(frozen=True)
-class Unreadable:
-    """A file that the operating system did not give."""
-
-    path: str
-    reason: str
-
-
-@rule("unreadable")
-def unreadable_file(file: Unreadable) -> Iterator[Finding]:
-    """Every file of a submission can be read."""
-    yield Finding(
-        file.path, f"The file cannot be read: {file.reason}.", "Give it read permission, or copy it again."
-    )
 
 
 class _Reader:

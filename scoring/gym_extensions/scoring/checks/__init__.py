@@ -8,6 +8,7 @@ from gym_extensions.scoring.checks import (
     files,
     keys,
     manifest,
+    reading,
     text,
     values,
 )
@@ -23,6 +24,7 @@ __all__ = [
     "files",
     "keys",
     "manifest",
+    "reading",
     "text",
     "values",
 ]
