@@ -21,7 +21,7 @@ from . import (
     test_text,
     test_values,
 )
-from .broken import GROUP, TOML, TRACE, Good, arrays, cell, edit, put
+from .broken import GROUP, TOML, TRACE, Good, arrays, cell, edit, put, row
 
 TABLES = (
     test_files,
@@ -91,6 +91,20 @@ def test_what_belongs_to_a_log_under_a_wrong_name_is_not_called_foreign(good: Go
     folder = good(GROUP, tmp_path)
     (folder / GROUP / "single.csv").rename(folder / GROUP / "singel.csv")
     assert [problem.rule for problem in read(folder).problems] == ["unexpected-name"]
+
+
+def test_a_link_in_the_place_of_a_file_is_not_called_missing_too(good: Good, tmp_path: Path) -> None:
+    folder = good(GROUP, tmp_path)
+    for path in (TOML, f"{GROUP}/sequential.csv", f"{GROUP}/single.csv"):
+        (folder / path).rename(tmp_path / Path(path).name)
+        (folder / path).symlink_to(tmp_path / Path(path).name)
+    assert {problem.rule for problem in read(folder).problems} == {"not-a-regular-file"}
+
+
+def test_a_return_is_not_measured_by_an_impossible_length(good: Good, tmp_path: Path) -> None:
+    folder = good(GROUP, tmp_path)
+    row(2, lambda cells: [*cells[:5], "-5", "100.0", *cells[7:]])(folder)
+    assert [problem.rule for problem in read(folder).problems] == ["impossible-length"]
 
 
 def test_what_belongs_to_a_log_that_cannot_be_read_is_not_called_foreign(good: Good, tmp_path: Path) -> None:

@@ -48,7 +48,7 @@ def not_a_submission(folder: Folder) -> Iterator[Finding]:
     if not seen(folder.root, Path.is_dir):
         what = "is not a folder" if seen(folder.root) else "does not exist"
         yield Finding(folder.name, f"'{folder.name}' {what}.", f"Name a folder that holds {MANIFEST}.")
-    elif not folder.has(MANIFEST):
+    elif not any(entry.path == MANIFEST and entry.kind != "folder" for entry in folder.entries):
         hint = f"Write {MANIFEST} as docs/rollout-log.md says, or name the folder that holds it."
         yield Finding(folder.name, f"There is no {MANIFEST} in it.", hint)
 
@@ -120,9 +120,10 @@ def unexpected_name(folder: Folder) -> Iterator[Finding]:
 @rule("folder")
 def no_logs(folder: Folder) -> Iterator[Finding]:
     """Each group's folder holds at least one of sequential.csv, single.csv and joint.csv."""
+    there = {entry.path for entry in folder.entries if entry.kind != "folder"}
     for entry in folder.entries:
-        known = entry.kind == "folder" and entry.path in GROUPS
-        if known and not any(folder.has(f"{entry.path}/{log}") for log in LOGS):
+        known = entry.kind == "folder" and entry.path in GROUPS and entry.path not in there
+        if known and not any(f"{entry.path}/{log}" in there for log in LOGS):
             yield Finding(
                 entry.path, "There is no log in it.", f"Add one of {', '.join(LOGS)}, or remove the folder."
             )

@@ -79,7 +79,8 @@ def impossible_return(log: Log) -> Iterator[Finding]:
     )
     steps = np.maximum(log.length, 1)
     least, most = low * steps, high * steps + np.where(log.terminated, end, 0.0)
-    rows = _where(np.isfinite(log.return_) & ((log.return_ < least) | (log.return_ > most)))
+    judged = np.isfinite(log.return_) & (log.length >= 1)
+    rows = _where(judged & ((log.return_ < least) | (log.return_ > most)))
 
     def say(index: int) -> str:
         span = f"{steps[index]} steps of this task give from {least[index]:g} to {most[index]:g}"
