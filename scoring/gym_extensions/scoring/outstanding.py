@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from gym_extensions.scoring.intervals import interval
+
 Document = dict[str, Any]
 
 FORGETS = ("forgets {} most: {} → {}", "after_env_training", "fully_trained")
@@ -16,42 +18,56 @@ def _name(row: Document) -> str:
     return str(row["task"]).rsplit("/", 1)[-1].rsplit("-v", 1)[0]
 
 
-def _most(scored: Document, rows: Sequence[Document], columns: tuple[str, str], sign: int) -> Document | None:
-    """The row with the largest rise (sign 1) or fall (sign -1) between two columns; None where there is none.
+def _runs(scored: Document, alone: Document | None, place: int, column: str) -> list[float]:
+    """One mean return a run behind a cell of the table; none of a published table."""
+    if column == "single_env":
+        return [means[place] for means in alone["matrix"]] if alone else []
+    stage = {"fully_trained": -1, "after_env_training": place + 1}[column]
+    return [means[stage][place] for means in scored["matrix"]]
 
-    Differences are in the task's span from floor to ceiling; tasks without one count only where no task has
-    one.
+
+def _clear(runs: Sequence[Sequence[float]], sign: int) -> bool:
+    """Whether runs, before and after, rise (sign 1) or fall (sign -1) beyond chance; one cannot say no."""
+    before, after = runs
+    if min(len(before), len(after)) < 2:
+        return True
+    low = interval([sign * (b - a) for a, b in zip(before, after, strict=True)]).low
+    return low is not None and low > 0
+
+
+def outstanding(scored: Document, alone: Document | None = None) -> list[str]:
+    """Sentences on one group of a scorecard that has the paper's table; none where nothing stands out.
+
+    A difference is told where its 95 % interval over runs leaves out 0. The largest is chosen in the tasks'
+    spans from floor to ceiling; tasks without one count only where no task has one.
+
+    Args:
+        scored: the group's sequential part.
+        alone: its single part, if the entry has one.
     """
-    first, second = columns
-    whole = [row for row in rows if row[first] and row[second]]
-    spans = {row["task"]: scored["reference"][row["task"]] for row in whole}
-    normal = [row for row in whole if spans[row["task"]]["ceiling"] is not None]
-
-    def rise(row: Document) -> float:
-        span = spans[row["task"]]
-        height = span["ceiling"] - span["floor"] if normal else 1.0
-        difference: float = sign * (row[second]["mean"] - row[first]["mean"]) / height
-        return difference
-
-    best = max(normal or whole, key=rise, default=None)
-    return best if best is not None and rise(best) > 0 else None
-
-
-def outstanding(scored: Document) -> list[str]:
-    """Sentences on one group of a scorecard that has the paper's table; none where nothing stands out."""
     rows = scored.get("table", [])
+    references = [scored["reference"][row["task"]] for row in rows]
+    spans = [
+        known["ceiling"] - known["floor"] if known["ceiling"] is not None else None for known in references
+    ]
     told = []
-    for (sentence, first, second), part, sign in (
-        (FORGETS, rows[:-1], -1),
-        (HELPED, rows[1:], 1),
-        (HURT, rows[1:], -1),
+    for (sentence, first, second), places, sign in (
+        (FORGETS, range(len(rows) - 1), -1),
+        (HELPED, range(1, len(rows)), 1),
+        (HURT, range(1, len(rows)), -1),
     ):
-        row = _most(scored, part, (first, second), sign)
-        if row is not None:
-            told.append(
-                sentence.format(_name(row), f"{row[first]['mean']:.0f}", f"{row[second]['mean']:.0f}")
-            )
-    opened = [_name(row) for row in rows if scored["reference"][row["task"]]["open"]]
+        whole = [place for place in places if rows[place][first] and rows[place][second]]
+        normal = [place for place in whole if spans[place] is not None]
+        rises = {
+            place: sign * (rows[place][second]["mean"] - rows[place][first]["mean"]) / (spans[place] or 1.0)
+            for place in normal or whole
+            if _clear([_runs(scored, alone, place, column) for column in (first, second)], sign)
+        }
+        best = max(rises, key=rises.__getitem__, default=None)
+        if best is not None and rises[best] > 0:
+            means = (f"{rows[best][column]['mean']:.0f}" for column in (first, second))
+            told.append(sentence.format(_name(rows[best]), *means))
+    opened = [_name(row) for row, known in zip(rows, references, strict=True) if known["open"]]
     if opened:
         told.append(f"no reference agent has learned {', '.join(opened)}: in no normalised mean")
     return told

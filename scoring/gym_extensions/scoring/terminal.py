@@ -81,13 +81,13 @@ def _table(out: Console, scored: Document) -> None:
     out.print(shown)
 
 
-def _group(out: Console, name: str, protocol: str, scored: Document) -> None:
+def _group(out: Console, name: str, protocol: str, scored: Document, alone: Document | None) -> None:
     runs = f", {count(len(scored['runs']), 'run')}" if scored["runs"] else ""
     out.print(f"\n[bold]{name}, {protocol}[/bold], budget {scored['budget']}{runs}")
     _metrics(out, scored, protocol)
     if "table" in scored:
         _table(out, scored)
-    for sentence in outstanding(scored):
+    for sentence in outstanding(scored, alone):
         out.print(f"· {escape(sentence)}")
     for note in scored.get("notes", []):
         out.print(f"! {escape(note)}")
@@ -119,7 +119,7 @@ def show(out: Console, card: Document, references: Document) -> None:
     if references["provisional"] and any(found["runs"] for _, _, found in scored):
         out.print(f"  provisional references {references['version']!r}: fewer runs or a smaller budget")
     for name, protocol, found in scored:
-        _group(out, name, protocol, found)
+        _group(out, name, protocol, found, card["groups"][name].get("single"))
     for suite, protocols in card["suites"].items():
         for protocol, found in protocols.items():
             out.print(f"\n[bold]suite {suite}, {protocol}[/bold], {count(len(found['groups']), 'group')}")
