@@ -5,11 +5,13 @@ from __future__ import annotations
 import csv
 import shutil
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from gym_extensions.baselines.algorithms.random import Random
 from gym_extensions.baselines.train import train
 from gym_extensions.catalog.errors import BenchError
 from gym_extensions.catalog.fingerprints import published
@@ -156,3 +158,29 @@ def test_other_lanes_are_another_setting(random_submission):
         BenchError, match=r"hyperparameters\.lanes is None in this submission and 3 in the run"
     ):
         train("random", "hopper-gravity", "single", "smoke", 1, out=random_submission, lanes=3)
+
+
+class Tupled(Random):
+    """An agent whose card has a tuple, which TOML writes as a list."""
+
+    def card(self):
+        return replace(super().card(), hyperparameters={"train_freq": (8, "step")})
+
+
+def test_a_setting_that_is_a_tuple_is_the_same_setting_later(tmp_path):
+    for run in (0, 1):
+        train(Tupled, "hopper-gravity", "single", "smoke", run, out=tmp_path / "tupled", jobs=0)
+    found = tomllib.loads((tmp_path / "tupled" / "submission.toml").read_text())
+    assert found["hyperparameters"]["train_freq"] == [8, "step"]
+
+
+def test_a_setting_that_cannot_be_written_is_told_before_training(tmp_path):
+    class Strange(Tupled):
+        def card(self):
+            return replace(super().card(), hyperparameters={"clip": np.float32(0.5)})
+
+    announced = []
+    with pytest.raises(BenchError, match=r"A hyperparameter cannot be written: .*float32"):
+        train(
+            Strange, "hopper-gravity", "single", "smoke", 0, out=tmp_path, jobs=0, announce=announced.append
+        )

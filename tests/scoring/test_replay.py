@@ -169,6 +169,17 @@ def test_a_trace_whose_data_is_damaged_is_told(copy: Path) -> None:
     assert (problem.rule, problem.message) == ("trace-malformed", "It cannot be read.")
 
 
+def test_unstable_states_leave_no_log_of_the_simulator(
+    copy: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+    for path in traces(copy):
+        rewrite(path, lambda arrays: arrays["state_qvel"].__setitem__((slice(0, 1), 0), 1e200))
+    assert {problem.rule for problem in verify(copy).problems} == {"replay-differs"}
+    assert list((tmp_path / "here").iterdir()) == []
+
+
 @pytest.mark.parametrize("value", [100.0, 1.7e308])
 def test_a_return_that_is_not_the_sum_of_its_segments_is_told(copy: Path, value: float) -> None:
     def brag(arrays: Arrays) -> None:

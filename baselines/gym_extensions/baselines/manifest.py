@@ -50,8 +50,21 @@ def read(path: Path) -> dict[str, Any]:
 
 
 def written(card: Mapping[str, Any], budget: str, lanes: int | None) -> dict[str, Any]:
-    """The sections that follow from the run: ``protocol``, ``hyperparameters``, ``versions``."""
+    """The sections that follow from the run: ``protocol``, ``hyperparameters``, ``versions``.
+
+    Settings are as TOML gives them back (a tuple is a list), so that a later run finds its own.
+
+    Raises:
+        BenchError: a setting is of a kind that TOML has not.
+    """
     settings = dict(card["hyperparameters"]) | ({} if lanes is None else {"lanes": lanes})
+    try:
+        settings = tomllib.loads(tomli_w.dumps(settings))
+    except TypeError as mistake:
+        hint = "Give texts, numbers, true or false, and lists of them in the agent's card."
+        raise BenchError(
+            "bad-setting", f"A hyperparameter cannot be written: {mistake}.", hint=hint
+        ) from mistake
     return {
         "protocol": {"budget": budget, "algorithm": card["algorithm"], "evaluation": card["evaluation"]},
         "hyperparameters": settings,

@@ -59,7 +59,7 @@ def train(
     request = checked(groups, protocols, budget, runs, lanes)
     folder = Path(out)
     settings = Settings(name_of(agent), request.budget.name, lanes)
-    _refuse_foreign(made(agent), settings, folder, request)
+    _refuse_unfit(made(agent), settings, folder, request)
     plan = {log: wanted(folder, group(log[0]), log[1], request.runs) for log in request.logs()}
     units = [unit for asked in plan.values() for unit in asked]
     announce({unit.title: unit.cells(request.budget) for unit in units})
@@ -74,12 +74,11 @@ def train(
     return [folder / name / f"{protocol}.csv" for name, protocol in plan]
 
 
-def _refuse_foreign(make: Factory, settings: Settings, out: Path, request: Request) -> None:
-    """Says before hours of training, not after them, that the folder belongs to something else."""
+def _refuse_unfit(make: Factory, settings: Settings, out: Path, request: Request) -> None:
+    """Says before hours of training, not after them, which settings the manifest cannot hold."""
     path = out / manifest.NAME
     existing = manifest.read(path)
-    if existing:
-        env = make_batch(group(request.groups[0]).tasks[0], 1)
-        card = asdict(card_of(make(env.single_observation_space, env.single_action_space, 0), settings.agent))
-        env.close()
-        manifest.refuse_mixing(path, existing, manifest.written(card, settings.budget, settings.lanes))
+    env = make_batch(group(request.groups[0]).tasks[0], 1)
+    card = asdict(card_of(make(env.single_observation_space, env.single_action_space, 0), settings.agent))
+    env.close()
+    manifest.refuse_mixing(path, existing, manifest.written(card, settings.budget, settings.lanes))

@@ -33,7 +33,9 @@ class Reference:
 
     def normalised(self, value: float) -> float:
         """(value − floor) / (ceiling − floor), not clipped; raises ValueError for an open task."""
-        return self.all_normalised([value])[0]
+        if self.ceiling is None:
+            raise ValueError("An open task has no normalised return.")
+        return (value - self.floor) / (self.ceiling - self.floor)
 
     def all_normalised(self, values: Iterable[float]) -> list[float]:
         """Every value normalised; raises ValueError for an open task."""

@@ -8,12 +8,12 @@ problems.
 from __future__ import annotations
 
 import functools
+import re
 from dataclasses import dataclass
 from itertools import product
 from string import ascii_letters, digits
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gym_extensions.catalog.errors import BenchError
 from gym_extensions.catalog.fingerprints import published
@@ -30,17 +30,24 @@ RUN = b"\0"
 """Stands for the run in the prescribed rows."""
 LONGEST = 16
 """More bytes than a run's number has."""
+KEYS = ("stage", "position", "episode", "seed")
 PLAIN = (ascii_letters + digits + ",.+-").encode()
 
 
 @dataclass(frozen=True)
 class Prescribed:
-    """One run's rows without the measured cells: as bytes with ``RUN`` for the run, and by column."""
+    """One run's rows without the measured cells: as bytes with ``RUN`` for the run, and by column.
+
+    ``first`` is how the first row goes on after the run; ``lengths`` are the lengths that an episode can
+    have, by how they are written.
+    """
 
     rows: bytes
+    first: bytes
     task: list[str]
     fingerprint: list[str]
     numbers: dict[str, Whole]
+    lengths: dict[str, int]
 
 
 @functools.lru_cache(maxsize=128)
@@ -64,32 +71,41 @@ def _prescribed(protocol: str, group_id: str) -> Prescribed | None:
     ]
     return Prescribed(
         b"".join(RUN + row.encode() for row in rows),
+        rows[0].rpartition(",")[0].encode(),
         [ids[position] for _, position, _ in keys],
         [fingerprints[position] for _, position, _ in keys],
         {name: np.array(column, dtype=np.int64) for name, column in numbers.items()},
+        {str(steps): steps for steps in range(1, max(task.max_steps for task in group(group_id).tasks) + 1)},
     )
 
 
-def _measured(body: bytes) -> tuple[NDArray[np.uint8], NDArray[np.bool_], NDArray[np.intp]] | None:
-    """The body's bytes, which of them are measured cells with their commas, and each row's first byte."""
-    values = np.frombuffer(body, dtype=np.uint8)
-    ends = np.flatnonzero(values == ord("\n"))
+def _by_run(body: bytes, first: bytes) -> dict[int, bytes] | None:
+    """The rows of every run, which begins with this text behind its number; None where runs do not grow.
+
+    A run's rows at a time fit into a processor's cache.
+    """
+    marks = [match.start() for match in re.finditer(re.escape(first), body)]
+    starts = [body.rfind(b"\n", max(0, mark - LONGEST), mark) + 1 for mark in marks]
+    cells = [body[start:mark] for start, mark in zip(starts, marks, strict=True)]
+    if not all(len(cell) < LONGEST and cell.isdigit() and b"%d" % int(cell) == cell for cell in cells):
+        return None
+    runs = list(map(int, cells))
+    if not runs or starts[0] != 0 or runs != sorted(set(runs)):
+        return None
+    ends = [*starts[1:], len(body)]
+    return {run: body[start:end] for run, start, end in zip(runs, starts, ends, strict=True)}
+
+
+def _measured(rows: bytes, expected: bytes) -> bytes | None:
+    """The measured cells with their commas; None where the other bytes are not the expected ones."""
+    values = np.frombuffer(rows, dtype=np.uint8)
     commas = np.flatnonzero(values == ord(","))
-    if not ends.size or ends[-1] != values.size - 1 or commas.size != COMMAS * ends.size:
+    if commas.size % COMMAS:
         return None
     edges = commas.reshape(-1, COMMAS)[:, [FIRST - 1, FIRST - 1 + len(MEASURED)]].ravel() + 1
     lengths = np.diff(edges, prepend=0, append=values.size)
     inside = np.repeat(np.arange(lengths.size) % 2 == 1, lengths)
-    return values, inside, np.concatenate([[0], ends[:-1] + 1])
-
-
-def _runs(body: bytes, starts: NDArray[np.intp]) -> tuple[int, ...] | None:
-    """The runs that begin in these places, if each is a number and they grow."""
-    cells = [body[start : start + LONGEST].split(b",")[0] for start in starts.tolist()]
-    if not all(cell.isdigit() and str(int(cell)).encode() == cell for cell in cells):
-        return None
-    runs = tuple(map(int, cells))
-    return runs if list(runs) == sorted(set(runs)) else None
+    return values[inside].tobytes() if values[~inside].tobytes() == expected else None
 
 
 def prescribed_log(path: str, data: bytes, protocol: str, group: TaskGroup) -> Log | None:
@@ -101,21 +117,21 @@ def prescribed_log(path: str, data: bytes, protocol: str, group: TaskGroup) -> L
         protocol: sequential, single or joint.
         group: whose log it is.
     """
-    once, size = _prescribed(protocol, group.id), per_run(protocol, group)
-    body = data[len(HEADER) :]
-    if once is None or not data.startswith(HEADER) or (cut := _measured(body)) is None:
+    once = _prescribed(protocol, group.id)
+    if once is None or not data.startswith(HEADER):
         return None
-    values, inside, starts = cut
-    runs = _runs(body, starts[::size])
-    if runs is None or starts.size != size * len(runs):
+    rows = _by_run(data[len(HEADER) :], once.first)
+    if rows is None:
         return None
-    expected = b"".join(once.rows.replace(RUN, str(run).encode()) for run in runs)
-    measured = values[inside].tobytes()
-    if values[~inside].tobytes() != expected or measured.translate(None, PLAIN):
+    found = [_measured(own, once.rows.replace(RUN, b"%d" % run)) for run, own in rows.items()]
+    measured = b"".join(filter(None, found))
+    if None in found or measured.translate(None, PLAIN):
         return None
     cells = measured.decode("ascii").split(",")
+    runs, size = tuple(rows), per_run(protocol, group)
+    length, return_, ended = (cells[place : -1 : len(MEASURED)] for place in range(len(MEASURED)))
+    stage, position, episode, seed = (np.tile(once.numbers[key], len(runs)) for key in KEYS)
     try:
-        length, return_, ended = (cells[place : -1 : len(MEASURED)] for place in range(len(MEASURED)))
         return Log(
             path=path,
             protocol=protocol,
@@ -123,13 +139,14 @@ def prescribed_log(path: str, data: bytes, protocol: str, group: TaskGroup) -> L
             runs=runs,
             run=np.repeat(np.array(runs, dtype=np.int64), size),
             task=once.task * len(runs),
-            length=np.array(list(map(int, length)), dtype=np.int64),
-            return_=np.array(list(map(float, return_)), dtype=np.float64),
-            terminated=np.array([FLAGS[cell] for cell in ended], dtype=np.bool_),
+            length=np.fromiter(map(once.lengths.__getitem__, length), np.int64, len(length)),
+            return_=np.fromiter(map(float, return_), np.float64, len(return_)),
+            terminated=np.fromiter(map(FLAGS.__getitem__, ended), np.bool_, len(ended)),
             fingerprint=once.fingerprint * len(runs),
-            numbers=None,
-            unread=0,
-            **{name: np.tile(column, len(runs)) for name, column in once.numbers.items()},
+            stage=stage,
+            position=position,
+            episode=episode,
+            seed=seed,
         )
-    except (ValueError, KeyError, OverflowError):
+    except (ValueError, KeyError):
         return None

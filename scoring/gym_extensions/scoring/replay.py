@@ -8,11 +8,13 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
 from typing import Any
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
@@ -90,7 +92,8 @@ def verify(path: Path) -> Verification:
         task = episodes_of_task[0].task
         if task.id != task_id:
             raise ValueError("episodes are not sorted by task")
-        problems += replay(task, episodes_of_task)
+        with _no_log_file():
+            problems += replay(task, episodes_of_task)
     return Verification(len(found), episodes, tuple(problems))
 
 
@@ -109,6 +112,17 @@ def verified(document: dict[str, Any], folders: Sequence[Path]) -> dict[str, Any
             | ({"groups": {}, "suites": {}} if problems else {})
         )
     return document | {"submissions": cards}
+
+
+@contextmanager
+def _no_log_file() -> Iterator[None]:
+    """Keeps MuJoCo from writing its warnings (a stranger's states are unstable) into the current folder."""
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda _: None)
+    try:
+        yield
+    finally:
+        mujoco.set_mju_user_warning(before)
 
 
 def _by_task(episode: Recorded) -> str:

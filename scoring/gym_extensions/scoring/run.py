@@ -15,9 +15,12 @@ def mean(values: Iterable[float]) -> Number:
     return math.fsum(listed) / len(listed) if listed else None
 
 
-def deviation(values: Sequence[float], lost: int = 0) -> float:
-    """The standard deviation, dividing by n − ``lost`` (0: of these episodes, 1: of runs as a sample)."""
-    centre = math.fsum(values) / len(values)
+def deviation(values: Sequence[float], lost: int = 0, centre: float | None = None) -> float:
+    """The standard deviation, dividing by n − ``lost`` (0: of these episodes, 1: of runs as a sample).
+
+    ``centre`` is the values' mean, where it is known already.
+    """
+    centre = math.fsum(values) / len(values) if centre is None else centre
     gaps = [value - centre for value in values]
     return math.sqrt(math.fsum([gap * gap for gap in gaps]) / (len(values) - lost))
 

@@ -21,7 +21,8 @@ Cell = dict[str, float]
 
 
 def _pooled(episodes: Sequence[float]) -> Cell:
-    return {"mean": math.fsum(episodes) / len(episodes), "std": deviation(episodes)}
+    centre = math.fsum(episodes) / len(episodes)
+    return {"mean": centre, "std": deviation(episodes, centre=centre)}
 
 
 def shown_rows(scored: dict[str, Any]) -> list[dict[str, Any]]:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from gym_extensions.scoring.submission import read
 
 from .broken import GROUP, TOML, Broken, Good, Judge, each, edit
@@ -116,7 +118,7 @@ BROKEN = (
         (
             (
                 f"{TOML}, [hyperparameters] step",
-                "a number of very many digits is of another kind.",
+                "a number of very many digits is too large.",
                 "Give a text, a finite number, true or false, or a list of them.",
             ),
         ),
@@ -144,6 +146,39 @@ BROKEN = (
                 "Give a text, a finite number, true or false, or a list of them.",
             ),
         ),
+    ),
+    Broken(
+        "bad-hyperparameter",
+        "lists and texts without end, and lists within lists",
+        edit("step = 0.01", f"a = {[1] * 101}\nb = '{'x' * 4001}'\nc = [[1]]\nd = inf", TOML),
+        (
+            (
+                f"{TOML}, [hyperparameters] a",
+                f"[{'1, ' * 26}1… has 101 elements; 100 are allowed.",
+                "Give a text, a finite number, true or false, or a list of them.",
+            ),
+            (
+                f"{TOML}, [hyperparameters] b",
+                f"'{'x' * 78}… has 4001 characters; 4000 are allowed.",
+                "Give a text, a finite number, true or false, or a list of them.",
+            ),
+            (
+                f"{TOML}, [hyperparameters] c",
+                "[[1]] is of another kind.",
+                "Give a text, a finite number, true or false, or a list of them.",
+            ),
+            (
+                f"{TOML}, [hyperparameters] d",
+                "inf is not finite.",
+                "Give a text, a finite number, true or false, or a list of them.",
+            ),
+        ),
+    ),
+    Broken(
+        "control-character",
+        "a title that runs backwards",
+        edit("An entry", "An \\u202eentry", TOML),
+        ((f"{TOML}, title", "The text 'An \\u202eentry' holds a control character.", "Remove it."),),
     ),
     Broken(
         "control-character",
@@ -194,6 +229,24 @@ BROKEN = (
 @each(BROKEN)
 def test_a_broken_folder_breaks_its_rule_and_says_so(example: Broken, judge: Judge) -> None:
     judge(example)
+
+
+@pytest.mark.parametrize(
+    "title",
+    [
+        "Überprüft: “R₂”",
+        "👩\u200d🔬 TRPO",
+        "TRPO\u00a0v2",
+        "強化\u3000学習",
+        "می\u200cخواهم",
+        "\U0001fae8",
+        "so\u00adft",
+    ],
+)
+def test_a_title_is_in_anybodys_language(good: Good, tmp_path: Path, title: str) -> None:
+    folder = good(GROUP, tmp_path)
+    edit("An entry", title, TOML)(folder)
+    assert read(folder).problems == ()
 
 
 def test_the_description_may_have_lines(good: Good, tmp_path: Path) -> None:

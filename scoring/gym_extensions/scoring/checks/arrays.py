@@ -44,8 +44,8 @@ def malformed_arrays(arrays: Arrays) -> Iterator[Finding]:
     if arrays.found is None:
         yield Finding(arrays.path, "It is no .npz file: it cannot be read as a zip archive.", REWRITE)
     for member in arrays.members:
-        if not member.name.endswith(".npy") or "/" in member.name or ".." in member.name:
-            hint = "Write arrays alone, by numpy.savez_compressed."
+        if not member.name.endswith(".npy") or member.name.startswith("/") or ".." in member.name:
+            hint = "Write arrays alone, by numpy.savez_compressed, named without '..'."
             yield Finding(arrays.path, f"It holds {shown(member.name)}.", hint)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import unicodedata
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
@@ -30,6 +31,10 @@ from gym_extensions.scoring.problems import LONGEST_QUOTE, Finding, shown
 
 Tables = dict[str, Any]
 BARE = re.compile(r"[A-Za-z0-9_-]{1,80}")
+UNSEEN = ("Cc", "Cs", "Zl", "Zp")
+"""Unicode categories of control characters, halves of pairs, and ends of lines and paragraphs."""
+TURNING = frozenset("\u061c\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")
+"""Marks of direction, with which a text can look like another."""
 WEB = re.compile(r"(https?://[^\s<>\"']+)?")
 
 
@@ -167,14 +172,19 @@ def unknown_report(tables: Tables) -> Iterator[Finding]:
         yield Finding(_key("", "reported"), f"There is no table {shown(name)}.", _close(name, TABLES))
 
 
-def _plain(value: object) -> bool:
-    if isinstance(value, list):
-        return len(value) <= SHORT and all(not isinstance(one, list) and _plain(one) for one in value)
+def _unfit(value: object, inside: bool = False) -> str:
+    """Why a value cannot be a hyperparameter; empty where it can."""
+    if isinstance(value, list) and not inside:
+        if len(value) > SHORT:
+            return f"has {len(value)} elements; {SHORT} are allowed"
+        return next(filter(None, (_unfit(one, True) for one in value)), "")
+    if isinstance(value, str):
+        return f"has {len(value)} characters; {LONG} are allowed" if len(value) > LONG else ""
     if isinstance(value, float):
-        return math.isfinite(value)
+        return "" if math.isfinite(value) else "is not finite"
     if isinstance(value, int):
-        return abs(value) < 2**63
-    return isinstance(value, str) and len(value) <= LONG
+        return "" if abs(value) < 2**63 else "is too large"
+    return "is of another kind"
 
 
 @rule("manifest")
@@ -182,10 +192,10 @@ def bad_hyperparameter(tables: Tables) -> Iterator[Finding]:
     """A hyperparameter is a text, a finite number, true or false, or a list of them."""
     given = tables.get(FREE)
     for name, value in given.items() if isinstance(given, dict) else ():
-        if not _plain(value):
+        if unfit := _unfit(value):
             yield Finding(
                 _key(FREE, name),
-                f"{shown(value)} is of another kind.",
+                f"{shown(value)} {unfit}.",
                 "Give a text, a finite number, true or false, or a list of them.",
             )
 
@@ -205,11 +215,11 @@ def _texts(value: object, place: str, broken: bool = False) -> Iterator[tuple[st
 
 @rule("manifest")
 def control_character(tables: Tables) -> Iterator[Finding]:
-    """Texts hold printable characters alone, nothing that a terminal would obey.
+    """Texts hold nothing that a terminal would obey or that changes the direction of what follows.
 
     (The description and hyperparameters may have line breaks and tabs.)
     """
     for place, value, broken in _texts(tables, MANIFEST):
         text = value.replace("\n", "").replace("\t", "") if broken else value
-        if not text.isprintable():
+        if any(unicodedata.category(one) in UNSEEN or one in TURNING for one in text):
             yield Finding(place, f"The text {shown(value)} holds a control character.", "Remove it.")
