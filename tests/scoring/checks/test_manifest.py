@@ -159,7 +159,7 @@ BROKEN = (
             ),
             (
                 f"{TOML}, [hyperparameters] b",
-                f"'{'x' * 78}… has 4001 characters; 4000 are allowed.",
+                f"'{'x' * 79}… has 4001 characters; 4000 are allowed.",
                 "Give a text, a finite number, true or false, or a list of them.",
             ),
             (
