@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gym_extensions.scoring.intervals import Summary
-from gym_extensions.scoring.student import two_sided_p
+from gym_extensions.scoring.student import critical, two_sided_p
 
 Column = NDArray[np.float64]
 Index = int | NDArray[np.intp]
@@ -59,23 +59,44 @@ class Pairs:
         t, freedom = (float(found) for found in self.welch(a, b))
         return 1.0 if abs(t) < HOPELESS else two_sided_p(t, freedom)
 
-    def quick(self) -> Column:
-        """Nearly the p value of every pair, [a, b] for a < b; ``NO_PAIR`` elsewhere."""
+    def quick(self, level: float) -> Column:
+        """Nearly the p value of every pair that Holm's procedure may reject, [a, b] for a < b.
+
+        1 for the other pairs, and ``NO_PAIR`` where there is none.
+        """
         entries = self.mean.size
-        found = np.full((entries, entries), NO_PAIR)
-        nodes = np.linspace(self.freedom.min() / 2, self.freedom.max() + 0.5, NODES)
-        scales = np.array([math.lgamma(a + 0.5) - math.lgamma(a) - math.lgamma(0.5) for a in nodes.tolist()])
+        size, freedom = np.zeros((entries, entries)), np.ones((entries, entries))
         rows = max(1, CHUNK // entries)
-        for first in range(0, entries - 1, rows):
-            a, b = np.arange(first, min(first + rows, entries - 1))[:, None], np.arange(first + 1, entries)
-            t, freedom = self.welch(a, b)
-            size = np.abs(t)
-            p = np.where(np.isinf(t), 0.0, 1.0)
-            asked = (size >= HOPELESS) & (p > 0)
-            half = freedom[asked] / 2
-            p[asked] = _tail(size[asked], half, np.interp(half, nodes, scales))
-            found[first : first + len(a), first + 1 :] = np.where(a < b, p, NO_PAIR)
+        for first in range(0, entries, rows):
+            block = slice(first, first + rows)
+            t, freedom[block] = self.welch(np.arange(entries)[block, None], np.arange(entries))
+            size[block] = np.abs(t)
+        found = np.triu(np.ones((entries, entries)), 1) + np.tril(np.full((entries, entries), NO_PAIR))
+        size[found > 1] = 0
+        found[np.isinf(size)] = 0
+        asked = np.flatnonzero((size >= self._least(size, level)) & np.isfinite(size))
+        if asked.size:
+            nodes = np.linspace(self.freedom.min() / 2, self.freedom.max(), NODES)
+            scales = [math.lgamma(a + 0.5) - math.lgamma(a) - math.lgamma(0.5) for a in nodes.tolist()]
+            for chunk in np.split(asked, range(CHUNK, asked.size, CHUNK)):
+                half = freedom.flat[chunk] / 2
+                found.flat[chunk] = _tail(size.flat[chunk], half, np.interp(half, nodes, scales))
         return found
+
+    def _least(self, size: Column, level: float) -> float:
+        """A |t| that every pair reaches which Holm's procedure rejects.
+
+        It rejects at most those that reach some |t|. So no limit is above the level over the number of the
+        others, and all that it rejects reach the critical value of that limit at the most degrees of freedom.
+        """
+        count, most = self.mean.size * (self.mean.size - 1) // 2, 2 * float(self.freedom.max())
+        least = HOPELESS
+        while True:
+            able = int(np.count_nonzero(size >= least))
+            higher = critical(level / max(1, count - able), most) * (1 - CLOSE)
+            if higher <= least:
+                return least
+            least = higher
 
 
 def pairs(entries: Sequence[Summary]) -> Pairs:

@@ -49,7 +49,7 @@ def holm(values: Column, exact: Callable[..., float], level: float = LEVEL) -> N
 def different(entries: Sequence[Summary]) -> Apart:
     """The pairs [a, b] that Welch's test tells apart under Holm's correction over all pairs."""
     found = pairs(entries)
-    apart = holm(found.quick(), found.exact)
+    apart = holm(found.quick(LEVEL), found.exact)
     return apart | apart.T
 
 
