@@ -1,6 +1,6 @@
 """Measures how long many synthetic submissions take: five groups of five runs, with training curves.
 
-    python scoring/measure_speed.py [--submissions 1000] [--different 1000] [--workers 2]
+    python scoring/measure_speed.py [--submissions 1000] [--different 1000] [--workers N]
 
 So many different submissions are written and linked in turn under as many names as asked for, scored with
 synthetic references into scorecards and boards, then scored again from the cache, and again with one more.
@@ -113,7 +113,7 @@ def _processor() -> float:
     return spent.user + spent.system + spent.children_user + spent.children_system
 
 
-def run(folders: Sequence[Path], work: Work, workers: int, out: Path) -> tuple[float, float, float]:
+def run(folders: Sequence[Path], work: Work, workers: int | None, out: Path) -> tuple[float, float, float]:
     """Seconds to score the folders into scorecards, seconds for the boards, and processor time of both."""
     start, before, published = time.perf_counter(), _processor(), Publisher(out, work.references)
     for card in cards(folders, work, workers):
@@ -130,7 +130,7 @@ def main() -> None:
     options = argparse.ArgumentParser(description=__doc__.partition("\n")[0] if __doc__ else "")
     options.add_argument("--submissions", type=int, default=1000)
     options.add_argument("--different", type=int, default=1000)
-    options.add_argument("--workers", type=int, default=2)
+    options.add_argument("--workers", type=int, help="as score's --jobs")
     given = options.parse_args()
     tasks = {task: Reference(0.0, 1000.0, False) for name in NAMES for task in GROUPS[name].task_ids}
     references = References("synthetic", True, tasks, "0" * 64)

@@ -24,6 +24,8 @@ from gym_extensions.scoring.submission import read
 
 WORTH_WORKERS = 6
 """From so many submissions on, starting further processes pays."""
+WAITING = 1
+"""So many processes more than cores: while one waits for the disk, another works."""
 MANY_ENTRIES = 100
 """From so many submissions on, it pays for their boards."""
 
@@ -66,7 +68,7 @@ def _fault(path: Path, fault: Exception) -> Problem:
 
 def cards(folders: Sequence[Path], work: Work, workers: int | None = None) -> Iterator[dict[str, Any]]:
     """The scorecards of the folders, one by one in their order, whatever the number of worker processes."""
-    count = min(workers or os.cpu_count() or 1, len(folders))
+    count = min(workers or (os.cpu_count() or 1) + WAITING, len(folders))
     if count < 2 or (workers is None and len(folders) < WORTH_WORKERS):
         yield from map(work, folders)
         return

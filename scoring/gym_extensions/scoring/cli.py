@@ -43,7 +43,9 @@ def parser() -> argparse.ArgumentParser:
     made.add_argument(
         "--cache", type=Path, metavar="DIR", help="keep scorecards here and score only what has changed"
     )
-    made.add_argument("--jobs", type=int, metavar="N", help="worker processes (default: one a core)")
+    made.add_argument(
+        "--jobs", type=int, metavar="N", help="worker processes (default: one a core, and one more)"
+    )
     return made
 
 
