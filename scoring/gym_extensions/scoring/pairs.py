@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gym_extensions.scoring.intervals import Summary
-from gym_extensions.scoring.student import critical, two_sided_p
+from gym_extensions.scoring.student import coefficient, critical, two_sided_p
 
 Column = NDArray[np.float64]
 Index = int | NDArray[np.intp]
@@ -115,11 +115,7 @@ def _tail(t: Column, a: Column, scale: Column) -> Column:
     front = np.exp(a * np.log(x) + b * np.log1p(-x) + scale)
     value, above, below = np.ones_like(x), np.ones_like(x), np.zeros_like(x)
     for term in range(1, TERMS):
-        m = term // 2
-        if term % 2:
-            d = -(a + m) * (a + b + m) * x / ((a + 2 * m) * (a + 2 * m + 1))
-        else:
-            d = m * (b - m) * x / ((a + 2 * m - 1) * (a + 2 * m))
+        d = coefficient(term, a, b, x)
         below, above = 1 / (1 + d * below), 1 + d / above
         change = above * below
         value *= change

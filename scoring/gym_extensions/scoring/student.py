@@ -7,6 +7,12 @@ because the C library's logarithms differ in their last bits from machine to mac
 from __future__ import annotations
 
 import math
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+Real = TypeVar("Real", float, NDArray[np.float64])
 
 SMALLEST = 1e-300
 PRECISION = 1e-15
@@ -32,15 +38,19 @@ def _incomplete_beta(a: float, b: float, x: float) -> float:
     return math.exp(front) * _fraction(a, b, x) / a
 
 
+def coefficient(term: int, a: Real, b: float, x: Real) -> Real:
+    """d of that term in the continued fraction of I_x(a, b); of columns, each element's (DLMF 8.17.23)."""
+    m = term // 2
+    if term % 2:
+        return -(a + m) * (a + b + m) * x / ((a + 2 * m) * (a + 2 * m + 1))
+    return m * (b - m) * x / ((a + 2 * m - 1) * (a + 2 * m))
+
+
 def _fraction(a: float, b: float, x: float) -> float:
     """1 / (1 + d₁/(1 + d₂/(1 + …))) by Lentz's forward evaluation."""
     value, above, below = 1.0, 1.0, 0.0
     for term in range(1, TERMS):
-        m = term // 2
-        if term % 2:
-            d = -(a + m) * (a + b + m) * x / ((a + 2 * m) * (a + 2 * m + 1))
-        else:
-            d = m * (b - m) * x / ((a + 2 * m - 1) * (a + 2 * m))
+        d = coefficient(term, a, b, x)
         below = 1 / (1 + d * below or SMALLEST)
         above = 1 + d / above or SMALLEST
         value *= above * below
