@@ -31,7 +31,7 @@ UNREAD = (ValueError, KeyError, OverflowError)
 
 
 class _Reader:
-    """Reads one folder step by step, collecting problems; a part with problems is not read further."""
+    """Reads one folder step by step, collecting problems; each part as far as it can be read."""
 
     def __init__(self, folder: Folder) -> None:
         self.folder = folder
