@@ -155,3 +155,10 @@ def references() -> References:
         for task in group(f"{body}-gravity").task_ids
     }
     return References("synthetic", True, tasks, "0" * 64)
+
+
+@pytest.fixture
+def known(monkeypatch: pytest.MonkeyPatch, references: References) -> None:
+    """Scores with the synthetic references."""
+    monkeypatch.setattr("gym_extensions.scoring.normalise.load_references", lambda: references)
+    monkeypatch.setattr("gym_extensions.scoring.scorecard.load_references", lambda: references)

@@ -12,16 +12,8 @@ from pathlib import Path
 import pytest
 
 from gym_extensions.scoring import cli
-from gym_extensions.scoring.normalise import References
 
 Write = Callable[..., Path]
-
-
-@pytest.fixture
-def known(monkeypatch: pytest.MonkeyPatch, references: References) -> None:
-    """Scores with the synthetic references."""
-    monkeypatch.setattr("gym_extensions.scoring.normalise.load_references", lambda: references)
-    monkeypatch.setattr("gym_extensions.scoring.scorecard.load_references", lambda: references)
 
 
 def test_a_good_submission_exits_0_and_a_bad_one_1(submission: Write, known: None) -> None:
@@ -132,20 +124,6 @@ def test_out_writes_scorecards_and_boards(submission: Write, known: None, tmp_pa
     assert json.loads((out / "boards.json").read_text()) == {"format": 1, "boards": []}
 
 
-def test_compare_gives_the_interval_of_the_difference(
-    submission: Write, known: None, capsys: pytest.CaptureFixture[str]
-) -> None:
-    better = lambda p, run, stage, j, e: 100.0 * stage + 10 * j + run + e / 8 + 50  # noqa: E731
-    first, second = submission(name="a", value=better, protocols=("sequential",)), submission(name="b")
-    assert cli.main(["--compare", str(first), str(second)]) == 0
-    assert [line.rstrip() for line in capsys.readouterr().out.splitlines()][:4] == [
-        "hopper-gravity-v0, sequential, budget smoke",
-        "metric                               a       b  difference    95 % interval",
-        "Final performance                0.582   0.532       0.050   0.047 to 0.053",
-        "Learning performance             0.382   0.332       0.050   0.047 to 0.053",
-    ]
-
-
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
@@ -164,27 +142,6 @@ def test_misuse_exits_2(arguments: list[str], told: str, capsys: pytest.CaptureF
         cli.main(arguments)
     assert stopped.value.code == 2
     assert told in capsys.readouterr().err
-
-
-def test_compare_tells_the_problems_of_a_submission_that_has_some(
-    submission: Write, known: None, capsys: pytest.CaptureFixture[str]
-) -> None:
-    first, second = submission(name="a"), submission(name="b")
-    (second / "notes.txt").write_text("")
-    assert cli.main(["--compare", str(first), str(second)]) == 1
-    assert "notes.txt: A file of this name has no place here." in capsys.readouterr().out
-
-
-def test_compare_has_suites_and_the_joint_gap(
-    submission: Write, known: None, capsys: pytest.CaptureFixture[str]
-) -> None:
-    bodies = tuple(f"{body}-gravity" for body in ("hopper", "walker2d", "halfcheetah", "humanoid"))
-    pair = [submission(name=name, groups=bodies, protocols=("sequential", "joint")) for name in "ab"]
-    assert cli.main(["--compare", *map(str, pair)]) == 0
-    lines = capsys.readouterr().out.splitlines()
-    at = lines.index("suite gravity, sequential, budget smoke")
-    gaps = [line.split() for line in lines[at:] if line.startswith("Joint gap")]
-    assert gaps[0][4:] == ["0.000", "-0.001", "to", "0.001"]
 
 
 def test_out_holds_nothing_older(submission: Write, known: None, tmp_path: Path) -> None:
@@ -229,16 +186,6 @@ def test_a_printed_total_stands_beside_the_recomputed_one(capsys: pytest.Capture
     at = next(place for place, line in enumerate(lines) if line.startswith("| printed total"))
     assert lines[at - 1].startswith("| total | 1238.31 ± 1029.24 |")
     assert lines[at].startswith("| printed total | 990.95 ± 1022.32 |")
-
-
-def test_entries_that_share_no_board_cannot_be_compared(
-    submission: Write, known: None, capsys: pytest.CaptureFixture[str]
-) -> None:
-    first, second = submission(name="a"), submission(name="b", groups=("humanoid-gravity",))
-    assert cli.main(["--compare", str(first), str(second)]) == 2
-    assert capsys.readouterr().err == (
-        "error: a and b have no group with the same protocol and budget. Compare entries of one board.\n"
-    )
 
 
 def test_a_place_that_cannot_be_written_is_told(

@@ -19,7 +19,7 @@ from gym_extensions.scoring.entry import Submission
 from gym_extensions.scoring.folder import scan
 from gym_extensions.scoring.normalise import References
 from gym_extensions.scoring.places import board_keys, part
-from gym_extensions.scoring.problems import Problem
+from gym_extensions.scoring.problems import Problem, printable
 from gym_extensions.scoring.submission import read
 
 WORTH_WORKERS = 6
@@ -44,7 +44,7 @@ class Work:
         except BenchError:
             raise
         except Exception as fault:  # noqa: BLE001 - a folder that we have not foreseen must not stop the others
-            return score(Submission(path.name, None, {}, (_fault(path, fault),)), self.references)
+            return score(Submission(printable(path.name), None, {}, (_fault(path, fault),)), self.references)
 
     def _card(self, path: Path) -> dict[str, Any]:
         if self.cache is None or not NAME.fullmatch(path.name):
@@ -63,7 +63,7 @@ def _fault(path: Path, fault: Exception) -> Problem:
     last = traceback.extract_tb(fault.__traceback__)[-1]
     found = f"The scorer stopped with {type(fault).__name__} in {Path(last.filename).name}, {last.name}."
     hint = "This is a mistake of gym-extensions, whatever the folder holds: please report it."
-    return Problem("fault-of-the-scorer", path.name, found, hint)
+    return Problem("fault-of-the-scorer", printable(path.name), found, hint)
 
 
 def cards(folders: Sequence[Path], work: Work, workers: int | None = None) -> Iterator[dict[str, Any]]:

@@ -1,0 +1,57 @@
+"""``score --compare``: two entries side by side, with the interval of their difference."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from gym_extensions.scoring import cli
+
+Write = Callable[..., Path]
+
+
+def test_compare_gives_the_interval_of_the_difference(
+    submission: Write, known: None, capsys: pytest.CaptureFixture[str]
+) -> None:
+    better = lambda p, run, stage, j, e: 100.0 * stage + 10 * j + run + e / 8 + 50  # noqa: E731
+    first, second = submission(name="a", value=better, protocols=("sequential",)), submission(name="b")
+    assert cli.main(["--compare", str(first), str(second)]) == 0
+    assert [line.rstrip() for line in capsys.readouterr().out.splitlines()][:4] == [
+        "hopper-gravity-v0, sequential, budget smoke",
+        "metric                               a       b  difference    95 % interval",
+        "Final performance                0.582   0.532       0.050   0.047 to 0.053",
+        "Learning performance             0.382   0.332       0.050   0.047 to 0.053",
+    ]
+
+
+def test_compare_tells_the_problems_of_a_submission_that_has_some(
+    submission: Write, known: None, capsys: pytest.CaptureFixture[str]
+) -> None:
+    first, second = submission(name="a"), submission(name="b")
+    (second / "notes.txt").write_text("")
+    assert cli.main(["--compare", str(first), str(second)]) == 1
+    assert "notes.txt: A file of this name has no place here." in capsys.readouterr().out
+
+
+def test_compare_has_suites_and_the_joint_gap(
+    submission: Write, known: None, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bodies = tuple(f"{body}-gravity" for body in ("hopper", "walker2d", "halfcheetah", "humanoid"))
+    pair = [submission(name=name, groups=bodies, protocols=("sequential", "joint")) for name in "ab"]
+    assert cli.main(["--compare", *map(str, pair)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    at = lines.index("suite gravity, sequential, budget smoke")
+    gaps = [line.split() for line in lines[at:] if line.startswith("Joint gap")]
+    assert gaps[0][4:] == ["0.000", "-0.001", "to", "0.001"]
+
+
+def test_entries_that_share_no_board_cannot_be_compared(
+    submission: Write, known: None, capsys: pytest.CaptureFixture[str]
+) -> None:
+    first, second = submission(name="a"), submission(name="b", groups=("humanoid-gravity",))
+    assert cli.main(["--compare", str(first), str(second)]) == 2
+    assert capsys.readouterr().err == (
+        "error: a and b have no group with the same protocol and budget. Compare entries of one board.\n"
+    )
