@@ -33,6 +33,14 @@ def by_cells(data: bytes, protocol: str) -> Log:
     return rows.log(Cells(PATH, columns(Text(PATH, EPISODE_COLUMNS, data))), protocol, HOPPER)
 
 
+def with_return(data: bytes, return_: bytes) -> bytes:
+    """The log with another return in its first row."""
+    header, row, rest = data.split(b"\n", 2)
+    cells = row.split(b",")
+    cells[EPISODE_COLUMNS.index("return")] = return_
+    return b"\n".join([header, b",".join(cells), rest])
+
+
 def same(one: Log, other: Log) -> bool:
     pairs = [(getattr(one, field.name), getattr(other, field.name)) for field in fields(Log)]
     return all(
@@ -53,6 +61,47 @@ def test_the_bytes_and_the_cells_give_the_same_log(submission: Callable[..., Pat
     assert known is not None
     assert known.runs == (2, 7, 11)
     assert same(known, by_cells(data, protocol))
+
+
+HARD_TO_ROUND = [
+    # Next to the middle between two doubles, below, at and above it.
+    b"9007199254740992.999999999999999999999999999",
+    b"9007199254740993.0",
+    b"9007199254740993.000000000000000000000000001",
+    b"1.00000000000000011102230246251565404236316680908203125",
+    b"1.00000000000000011102230246251565404236316680908203124",
+    b"1.00000000000000011102230246251565404236316680908203126",
+    # The smallest doubles and the largest.
+    b"-0.0",
+    b"5e-324",
+    b"2.4703282292062327208e-324",
+    b"2.4703282292062327209e-324",
+    b"2.2250738585072011e-308",
+    b"1.7976931348623157e308",
+    b"-1.7976931348623158e+308",
+    b"6929495644600919.5",
+    b"3.2E-7",
+]
+
+
+@pytest.mark.parametrize("cell", HARD_TO_ROUND)
+def test_a_return_is_the_double_that_python_reads(log: bytes, cell: bytes) -> None:
+    known = by_bytes(with_return(log, cell))
+    assert known is not None
+    assert repr(known.return_.tolist()[0]) == repr(float(cell))
+
+
+def test_returns_of_any_size_are_the_doubles_that_python_reads(log: bytes) -> None:
+    chosen = random.Random(0)
+    rows = [row.split(b",") for row in log.splitlines()[1:]]
+    place = EPISODE_COLUMNS.index("return")
+    for cells in rows:
+        digits = "".join(chosen.choices("0123456789", k=chosen.randint(1, 25)))
+        cells[place] = f"{chosen.choice(['', '-'])}{chosen.randint(0, 9)}.{digits}".encode()
+        cells[place] += chosen.choice([b"", f"e{chosen.randint(-320, 290)}".encode()])
+    known = by_bytes(HEADER + b"\n".join([b",".join(cells) for cells in rows] + [b""]))
+    assert known is not None
+    assert known.return_.tolist() == [float(cells[place]) for cells in rows]
 
 
 def test_any_other_byte_outside_the_measured_cells_is_noticed(log: bytes) -> None:
@@ -88,6 +137,15 @@ def test_any_other_byte_outside_the_measured_cells_is_noticed(log: bytes) -> Non
         lambda data: data.replace(b",1000,", b",,", 1),
         lambda data: data.replace(b",1000,", b",99999999999999999999,", 1),
         lambda data: data.replace(b",false,", b",False,", 1),
+        # Cells that are something in JSON, but not what their column holds.
+        lambda data: with_return(data, b"12"),
+        lambda data: with_return(data, b"true"),
+        lambda data: with_return(data, b"null"),
+        lambda data: with_return(data, b"NaN"),
+        lambda data: with_return(data, b"1e400"),
+        lambda data: data.replace(b",1000,", b",1000.0,", 1),
+        lambda data: data.replace(b",1000,", b",01000,", 1),
+        lambda data: data.replace(b",false,", b",0,", 1),
         # As many commas in all, and none in the last row; a run of more digits than Python reads.
         lambda data: b"".join([*data.splitlines(keepends=True)[:-1], b"," * 16 + b"\n", b"x\n"]),
         lambda data: data.replace(b"\n2,0,", b"\n" + b"9" * 5000 + b",0,", 1),

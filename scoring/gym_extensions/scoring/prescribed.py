@@ -8,23 +8,26 @@ problems.
 from __future__ import annotations
 
 import functools
-import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
 from string import ascii_letters, digits
+from typing import Any
 
 import numpy as np
+import orjson
 
 from gym_extensions.catalog.errors import BenchError
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import TaskGroup, group
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, evaluation_seed
 from gym_extensions.scoring.log import EPISODE_COLUMNS
-from gym_extensions.scoring.rows import FLAGS, Log, Whole, per_run, stages
+from gym_extensions.scoring.rows import Log, Whole, per_run, stages
 
 HEADER = (",".join(EPISODE_COLUMNS) + "\n").encode()
-MEASURED = ("length", "return", "terminated")
-FIRST = EPISODE_COLUMNS.index(MEASURED[0])
+MEASURED = {"length": int, "return": float, "terminated": bool}
+"""The measured columns, and what each of their cells is as a value of JSON."""
+FIRST = EPISODE_COLUMNS.index(next(iter(MEASURED)))
 COMMAS = len(EPISODE_COLUMNS) - 1
 RUN = b"\0"
 """Stands for the run in the prescribed rows."""
@@ -38,8 +41,7 @@ PLAIN = (ascii_letters + digits + ",.+-").encode()
 class Prescribed:
     """One run's rows without the measured cells: as bytes with ``RUN`` for the run, and by column.
 
-    ``first`` is how the first row goes on after the run; ``lengths`` are the lengths that an episode can
-    have, by how they are written.
+    ``first`` is how the first row goes on after the run.
     """
 
     rows: bytes
@@ -47,7 +49,6 @@ class Prescribed:
     task: list[str]
     fingerprint: list[str]
     numbers: dict[str, Whole]
-    lengths: dict[str, int]
 
 
 @functools.lru_cache(maxsize=128)
@@ -75,28 +76,35 @@ def _prescribed(protocol: str, group_id: str) -> Prescribed | None:
         [ids[position] for _, position, _ in keys],
         [fingerprints[position] for _, position, _ in keys],
         {name: np.array(column, dtype=np.int64) for name, column in numbers.items()},
-        {str(steps): steps for steps in range(1, max(task.max_steps for task in group(group_id).tasks) + 1)},
     )
 
 
-def _by_run(body: bytes, first: bytes) -> dict[int, bytes] | None:
+def _places(data: bytes, wanted: bytes) -> Iterator[int]:
+    """Where in the data the wanted bytes begin."""
+    place = data.find(wanted)
+    while place >= 0:
+        yield place
+        place = data.find(wanted, place + 1)
+
+
+def _by_run(data: bytes, first: bytes) -> dict[int, memoryview] | None:
     """The rows of every run, which begins with this text behind its number; None where runs do not grow.
 
     A run's rows at a time fit into a processor's cache.
     """
-    marks = [match.start() for match in re.finditer(re.escape(first), body)]
-    starts = [body.rfind(b"\n", max(0, mark - LONGEST), mark) + 1 for mark in marks]
-    cells = [body[start:mark] for start, mark in zip(starts, marks, strict=True)]
+    marks = list(_places(data, first))
+    starts = [data.rfind(b"\n", max(0, mark - LONGEST), mark) + 1 for mark in marks]
+    cells = [data[start:mark] for start, mark in zip(starts, marks, strict=True)]
     if not all(len(cell) < LONGEST and cell.isdigit() and b"%d" % int(cell) == cell for cell in cells):
         return None
     runs = list(map(int, cells))
-    if not runs or starts[0] != 0 or runs != sorted(set(runs)):
+    if not runs or starts[0] != len(HEADER) or runs != sorted(set(runs)):
         return None
-    ends = [*starts[1:], len(body)]
-    return {run: body[start:end] for run, start, end in zip(runs, starts, ends, strict=True)}
+    ends = [*starts[1:], len(data)]
+    return {run: memoryview(data)[start:end] for run, start, end in zip(runs, starts, ends, strict=True)}
 
 
-def _measured(rows: bytes, expected: bytes) -> bytes | None:
+def _measured(rows: memoryview, expected: bytes) -> bytes | None:
     """The measured cells with their commas; None where the other bytes are not the expected ones."""
     values = np.frombuffer(rows, dtype=np.uint8)
     commas = np.flatnonzero(values == ord(","))
@@ -106,6 +114,22 @@ def _measured(rows: bytes, expected: bytes) -> bytes | None:
     lengths = np.diff(edges, prepend=0, append=values.size)
     inside = np.repeat(np.arange(lengths.size) % 2 == 1, lengths)
     return values[inside].tobytes() if values[~inside].tobytes() == expected else None
+
+
+def _columns(measured: bytes) -> list[list[Any]] | None:
+    """The measured cells as values, by column; None where one is written in another way than its column's.
+
+    Numbers and truth values are written in a log as in JSON, and orjson rounds them as ``float`` does.
+    """
+    if measured.translate(None, PLAIN):
+        return None
+    try:
+        values = orjson.loads(b"[%s]" % measured.removesuffix(b","))
+    except orjson.JSONDecodeError:
+        return None
+    columns = [values[place :: len(MEASURED)] for place in range(len(MEASURED))]
+    kinds = zip(columns, MEASURED.values(), strict=True)
+    return columns if all(set(map(type, column)) == {kind} for column, kind in kinds) else None
 
 
 def prescribed_log(path: str, data: bytes, protocol: str, group: TaskGroup) -> Log | None:
@@ -120,16 +144,14 @@ def prescribed_log(path: str, data: bytes, protocol: str, group: TaskGroup) -> L
     once = _prescribed(protocol, group.id)
     if once is None or not data.startswith(HEADER):
         return None
-    rows = _by_run(data[len(HEADER) :], once.first)
+    rows = _by_run(data, once.first)
     if rows is None:
         return None
     found = [_measured(own, once.rows.replace(RUN, b"%d" % run)) for run, own in rows.items()]
-    measured = b"".join(filter(None, found))
-    if None in found or measured.translate(None, PLAIN):
+    if None in found or (columns := _columns(b"".join(filter(None, found)))) is None:
         return None
-    cells = measured.decode("ascii").split(",")
     runs, size = tuple(rows), per_run(protocol, group)
-    length, return_, ended = (cells[place : -1 : len(MEASURED)] for place in range(len(MEASURED)))
+    length, return_, ended = columns
     stage, position, episode, seed = (np.tile(once.numbers[key], len(runs)) for key in KEYS)
     try:
         return Log(
@@ -139,14 +161,14 @@ def prescribed_log(path: str, data: bytes, protocol: str, group: TaskGroup) -> L
             runs=runs,
             run=np.repeat(np.array(runs, dtype=np.int64), size),
             task=once.task * len(runs),
-            length=np.fromiter(map(once.lengths.__getitem__, length), np.int64, len(length)),
-            return_=np.fromiter(map(float, return_), np.float64, len(return_)),
-            terminated=np.fromiter(map(FLAGS.__getitem__, ended), np.bool_, len(ended)),
+            length=np.array(length, dtype=np.int64),
+            return_=np.array(return_, dtype=np.float64),
+            terminated=np.array(ended, dtype=np.bool_),
             fingerprint=once.fingerprint * len(runs),
             stage=stage,
             position=position,
             episode=episode,
             seed=seed,
         )
-    except (ValueError, KeyError):
+    except OverflowError:
         return None
