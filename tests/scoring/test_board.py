@@ -12,7 +12,7 @@ from gym_extensions.scoring import batch
 from gym_extensions.scoring.board import board, boards
 from gym_extensions.scoring.normalise import References
 from gym_extensions.scoring.places import BoardKey, board_keys, slim
-from gym_extensions.scoring.scorecard import score_folders
+from gym_extensions.scoring.scorecard import score_folders, text
 
 FIVE = (0, 1, 2, 3, 4)
 GROUP = "hopper-gravity-v0"
@@ -112,7 +112,9 @@ def test_agents_that_are_told_the_task_have_a_board_of_their_own(enter: Enter) -
 
 
 def test_the_smoke_budget_is_on_no_board(submission: Callable[..., Path], references: References) -> None:
-    assert boards(score_folders([submission(runs=FIVE)], references)["submissions"]) == []
+    cards = score_folders([submission(runs=FIVE)], references)["submissions"]
+    assert boards(cards) == []
+    assert batch.boards_text(cards) == text({"format": 1, "boards": []})
 
 
 def test_a_reported_entry_stands_on_a_board_without_a_rank() -> None:
@@ -125,7 +127,8 @@ def test_a_reported_entry_stands_on_a_board_without_a_rank() -> None:
 def test_boards_made_side_by_side_are_the_same(enter: Enter, monkeypatch: pytest.MonkeyPatch) -> None:
     cards = [slim(enter(f"entry{number}", 100 * number, told=number > 2)) for number in range(1, 5)]
     monkeypatch.setattr(batch, "MANY_ENTRIES", 4)
-    assert batch.side_by_side(cards, 2) == batch.side_by_side(cards, 1) == boards(cards)
+    alone = text({"format": 1, "boards": boards(cards)})
+    assert batch.boards_text(cards, 2) == batch.boards_text(cards, 1) == alone
     assert len(boards(cards)) > 1
 
 

@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 import random
-import tracemalloc
 from collections.abc import Callable
-from itertools import islice
-from pathlib import Path
 
 import pytest
 from scipy import stats
 
 from gym_extensions.scoring import formulas
-from gym_extensions.scoring.batch import Work, cards
 from gym_extensions.scoring.distribution import iqm
-from gym_extensions.scoring.normalise import References
 from gym_extensions.scoring.run import Run
 
 Matrix = list[list[float]]
@@ -129,21 +124,3 @@ def test_the_interquartile_mean_is_scipys_trimmed_mean() -> None:
     for count in range(1, 40):
         values = [rng.gauss(0, 1) for _ in range(count)]
         assert iqm([values]) == pytest.approx(stats.trim_mean(values, 0.25), abs=1e-12)
-
-
-def test_memory_does_not_grow_with_the_number_of_submissions(
-    writer: Callable[..., Path], references: References, tmp_path: Path
-) -> None:
-    folders = [writer(tmp_path, name=f"e{number}", protocols=("single",)) for number in range(16)]
-    list(islice(cards(folders, Work(references), workers=1), 2))
-
-    def peak(count: int) -> int:
-        tracemalloc.start()
-        for _ in cards(folders[:count], Work(references), workers=1):
-            pass
-        found = tracemalloc.get_traced_memory()[1]
-        tracemalloc.stop()
-        return found
-
-    # A log here has 30 kB of text and its scorecard 10 kB: neither is held.
-    assert (peak(16) - peak(4)) / 12 < 8_000

@@ -4,21 +4,24 @@ from __future__ import annotations
 
 import os
 import traceback
+from collections import deque
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 from gym_extensions.catalog.errors import BenchError
-from gym_extensions.scoring.board import board, boards
+from gym_extensions.scoring.board import board
 from gym_extensions.scoring.cache import content_key, keep, kept
 from gym_extensions.scoring.card import score
 from gym_extensions.scoring.checks.files import NAME
 from gym_extensions.scoring.entry import Submission
 from gym_extensions.scoring.folder import scan
+from gym_extensions.scoring.jsontext import Made, made, text
 from gym_extensions.scoring.normalise import References
-from gym_extensions.scoring.places import board_keys, part
+from gym_extensions.scoring.places import BoardKey, board_keys, part
 from gym_extensions.scoring.problems import Problem, printable
 from gym_extensions.scoring.submission import read
 
@@ -26,8 +29,12 @@ WORTH_WORKERS = 6
 """From so many submissions on, starting further processes pays."""
 WAITING = 1
 """So many processes more than cores: while one waits for the disk, another works."""
+AHEAD = 4
+"""So many submissions a process are under way or wait to be taken, however slow who takes them is."""
 MANY_ENTRIES = 100
 """From so many submissions on, it pays for their boards."""
+BOARD_DEPTH = 2
+"""A board lies in the list of boards, which lies in the document."""
 
 
 @dataclass(frozen=True)
@@ -73,14 +80,26 @@ def cards(folders: Sequence[Path], work: Work, workers: int | None = None) -> It
         yield from map(work, folders)
         return
     with ProcessPoolExecutor(count) as pool:
-        yield from pool.map(work, folders, chunksize=2)
+        waiting = iter(folders)
+        ahead = deque(pool.submit(work, path) for path in islice(waiting, count * AHEAD))
+        while ahead:
+            card = ahead.popleft().result()
+            ahead.extend(pool.submit(work, path) for path in islice(waiting, 1))
+            yield card
 
 
-def side_by_side(slims: Sequence[dict[str, Any]], workers: int | None = None) -> list[dict[str, Any]]:
-    """``board.boards`` of slim scorecards: the same, whatever the number of worker processes."""
+def _made_board(slims: Sequence[dict[str, Any]], key: BoardKey) -> Made:
+    return made(board(slims, key), BOARD_DEPTH)
+
+
+def boards_text(slims: Sequence[dict[str, Any]], workers: int | None = None) -> str:
+    """The document of all boards of slim scorecards, the same whatever the number of worker processes."""
     keys = board_keys(slims)
+    parts = ([part(card, key) for card in slims] for key in keys)
     count = min(workers or os.cpu_count() or 1, len(keys))
     if count < 2 or len(slims) < MANY_ENTRIES:
-        return boards(slims)
-    with ProcessPoolExecutor(count) as pool:
-        return list(pool.map(board, ([part(card, key) for card in slims] for key in keys), keys))
+        found = list(map(_made_board, parts, keys))
+    else:
+        with ProcessPoolExecutor(count) as pool:
+            found = list(pool.map(_made_board, parts, keys))
+    return text({"format": 1, "boards": found})

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from gym_extensions.catalog.files import write_text
-from gym_extensions.scoring.batch import side_by_side
+from gym_extensions.scoring.batch import boards_text
 from gym_extensions.scoring.checks.files import NAME
 from gym_extensions.scoring.normalise import References
 from gym_extensions.scoring.places import slim
@@ -39,5 +39,4 @@ class Publisher:
         for path in (self.folder / "scorecards").glob("*.json"):
             if path.stem not in names:
                 path.unlink()
-        boards = side_by_side(self.slims, workers)
-        write_text(self.folder / "boards.json", text({"format": 1, "boards": boards}))
+        write_text(self.folder / "boards.json", boards_text(self.slims, workers))
