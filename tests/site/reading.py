@@ -1,0 +1,59 @@
+"""Reads the built pages as a browser would, and notes what is wrong with their markup."""
+
+from __future__ import annotations
+
+import re
+from html.parser import HTMLParser
+from typing import Any
+
+from gym_extensions.site.build import files
+
+VOID = {"meta", "link", "br", "col", "wbr", "img", "input", "hr"}
+SELF_CLOSING = {"line", "circle", "polygon", "polyline", "rect"}
+
+
+class Reader(HTMLParser):
+    """Reads a page strictly: what is opened is closed, in order."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(convert_charrefs=True)
+        self.open: list[str] = []
+        self.faults: list[str] = []
+        self.ids: list[str] = []
+        self.elements: list[tuple[str, dict[str, str]]] = []
+        self.words: list[str] = []
+        self.feed(text)
+        self.close()
+        self.faults += [f"<{tag}> is never closed" for tag in self.open]
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        names = [name for name, _ in attrs]
+        self.faults += [f"{name} twice in <{tag}>" for name in set(names) if names.count(name) > 1]
+        self.elements.append((tag, {name: value or "" for name, value in attrs}))
+        self.ids += [value or "" for name, value in attrs if name == "id"]
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        if tag not in SELF_CLOSING:
+            self.faults.append(f"<{tag}/> closes itself")
+        self.elements.append((tag, {name: value or "" for name, value in attrs}))
+
+    def handle_endtag(self, tag: str) -> None:
+        if not self.open or self.open[-1] != tag:
+            self.faults.append(f"</{tag}> where {self.open[-1:]} is open")
+        else:
+            self.open.pop()
+
+    def handle_data(self, data: str) -> None:
+        self.words.append(data)
+
+    @property
+    def said(self) -> str:
+        """All text, spaces evened."""
+        return re.sub(r"\s+", " ", " ".join(self.words))
+
+
+def read(document: dict[str, Any]) -> dict[str, Reader]:
+    """Every HTML page of the site by its path."""
+    return {path: Reader(text) for path, text in files(document) if path.endswith(".html")}
