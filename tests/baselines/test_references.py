@@ -12,6 +12,7 @@ import pytest
 
 from gym_extensions.baselines.measuring import Measurement, MeasurementWork, agent_seed, measure
 from gym_extensions.baselines.reference_rows import beats_floor, floor_row, is_open, summary, task_row
+from gym_extensions.catalog.errors import BenchError
 from gym_extensions.catalog.protocol import evaluation_seed
 from gym_extensions.scoring.normalise import CURRENT
 
@@ -153,6 +154,42 @@ def test_the_command_writes_what_the_contracts_say(tmp_path, monkeypatch, capsys
     before = files(tmp_path)
     assert references.main(argv) == 0
     assert files(tmp_path) == before
+
+
+def test_a_version_may_have_another_budget_for_each_group():
+    from gym_extensions.baselines.references import budgets_of
+    from gym_extensions.catalog.groups import group
+
+    hopper, pusher = (dict.fromkeys(group(name).task_ids) for name in ("hopper-gravity", "pusher"))
+    assert budgets_of("hopper-gravity, pusher", "1M") == dict.fromkeys([*hopper, *pusher], "1M")
+    found = budgets_of("hopper-gravity,pusher", "1M,100k")
+    assert found == dict.fromkeys(hopper, "1M") | dict.fromkeys(pusher, "100k")
+    assert list(found) == [*hopper, *pusher]
+
+
+@pytest.mark.parametrize(
+    ("groups", "budgets", "text"),
+    [
+        (
+            "hopper-gravity,pusher",
+            "1M,1M,100k",
+            "--budget: 2 groups have 3 budgets. Give one for all groups, or one a group.",
+        ),
+        (
+            "hopper-gravity,hopper-motor-noise",
+            "1M,100k",
+            "--budget: gym_extensions/Hopper-v0 is in two of the groups, with the budgets 1M and 100k. "
+            "Give these groups the same budget.",
+        ),
+        ("hopper-gravity", "2M", "There is no budget '2M'. Choose one of: 100k, 1M, paper, smoke."),
+    ],
+)
+def test_budgets_that_do_not_fit_are_refused(groups, budgets, text):
+    from gym_extensions.baselines.references import budgets_of
+
+    with pytest.raises(BenchError) as caught:
+        budgets_of(groups, budgets)
+    assert str(caught.value) == text
 
 
 @pytest.mark.parametrize("agent", ["random", "still"])

@@ -48,19 +48,27 @@ def ceiling_measurements(task_id: str, budget: str, runs: Sequence[int]) -> list
 
 
 def measured(
-    task_ids: Sequence[str], *, budget: str, runs: Sequence[int], out: Path, jobs: int, screen: Screen
+    budgets: Mapping[str, str], *, runs: Sequence[int], out: Path, jobs: int, screen: Screen
 ) -> dict[str, Any]:
-    """The whole document; its episodes are logged beside ``out``, parts of unfinished work are kept."""
-    ceilings = [each for task in task_ids for each in ceiling_measurements(task, budget, runs)]
-    wanted = [*ceilings, *(each for task in task_ids for each in floor_measurements(task).values())]
+    """The whole document; its episodes are logged beside ``out``, parts of unfinished work are kept.
+
+    Args:
+        budgets: for each task id, what its reference runs are trained for.
+        runs: the reference runs' training seeds.
+        out: the file that the document is for; its stem is the version.
+        jobs: processes side by side.
+        screen: shown what happens.
+    """
+    ceilings = [each for task, own in budgets.items() for each in ceiling_measurements(task, own, runs)]
+    wanted = [*ceilings, *(each for task in budgets for each in floor_measurements(task).values())]
     screen.plan({each.title: 1 for each in wanted})
     parts = out.parent / FOLDER / out.stem
     found: dict[Measurement, list[Episode]] = {}
     for index, episodes in run_all([MeasurementWork(each, parts) for each in wanted], jobs, screen.hear):
         found[wanted[index]] = episodes
     logs = out.parent / f"{out.stem}-logs"
-    tasks = {task: _task(task, found, logs) for task in task_ids}
-    final = budget == REFERENCE_BUDGET and len(runs) >= FULL_ENTRY_RUNS
+    tasks = {task: _task(task, found, logs) for task in budgets}
+    final = set(budgets.values()) == {REFERENCE_BUDGET} and len(runs) >= FULL_ENTRY_RUNS
     return {"format": 1, "version": out.stem, "provisional": not final, "tasks": tasks}
 
 
@@ -83,6 +91,24 @@ def _task(task: str, found: Mapping[Measurement, list[Episode]], logs: Path) -> 
     )
 
 
+def budgets_of(groups: str, budgets: str) -> dict[str, str]:
+    """Each task's budget, of groups named by commas: one budget for all, or one a group.
+
+    Raises BenchError for a name that is not known, another number of budgets, and a task that would have two.
+    """
+    names, given = ([name.strip() for name in listed.split(",")] for listed in (groups, budgets))
+    if len(given) not in (1, len(names)):
+        found = f"{len(names)} groups have {len(given)} budgets."
+        raise BenchError("bad-budget", found, "--budget", "Give one for all groups, or one a group.")
+    chosen: dict[str, str] = {}
+    for name, own in zip(names, given * (len(names) // len(given)), strict=True):
+        for task in group(name).task_ids:
+            if chosen.setdefault(task, budget_named(own).name) != own:
+                found = f"{task} is in two of the groups, with the budgets {chosen[task]} and {own}."
+                raise BenchError("bad-budget", found, "--budget", "Give these groups the same budget.")
+    return chosen
+
+
 @reports_mistakes
 def main(argv: list[str] | None = None) -> int:
     """Measures, and writes the file."""
@@ -91,23 +117,22 @@ def main(argv: list[str] | None = None) -> int:
         description="Measure floors (random and zero actions) and ceilings (trpo alone, or the oracle).",
     )
     command.add_argument("--groups", required=True, help="names by commas")
-    command.add_argument("--budget", default=REFERENCE_BUDGET, help=f"of {', '.join(BUDGETS)}")
+    command.add_argument(
+        "--budget", default=REFERENCE_BUDGET, help=f"one for all groups, or one a group: {', '.join(BUDGETS)}"
+    )
     command.add_argument("--runs", default="1000-1004", help="training seeds from 1000 on")
     command.add_argument("--out", required=True, type=Path, help="the file; its stem is the version's name")
     command.add_argument("--jobs", type=int, default=1, help="processes side by side")
     asked = command.parse_args(argv)
-    runs, budget = numbers(asked.runs), budget_named(asked.budget).name
+    runs, budgets = numbers(asked.runs), budgets_of(asked.groups, asked.budget)
     for run in runs:
         if run < FIRST_REFERENCE_RUN:
             hint = f"Give numbers from {FIRST_REFERENCE_RUN} on; those below are for submissions."
             raise BenchError("bad-run", f"{run} is no reference run.", "--runs", hint)
     if asked.jobs < 1:
         raise BenchError("bad-jobs", f"{asked.jobs} processes are too few.", "--jobs", "Give at least 1.")
-    ids = dict.fromkeys(task for name in asked.groups.split(",") for task in group(name.strip()).task_ids)
     with shown() as screen:
-        document = measured(
-            list(ids), budget=budget, runs=runs, out=asked.out, jobs=asked.jobs, screen=screen
-        )
+        document = measured(budgets, runs=runs, out=asked.out, jobs=asked.jobs, screen=screen)
     write_text(asked.out, json.dumps(document, indent=1, ensure_ascii=False) + "\n")
     print(f"The references are in {asked.out}.")  # noqa: T201
     return 0
