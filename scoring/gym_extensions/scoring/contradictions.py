@@ -25,7 +25,16 @@ def averaged(cells: Sequence[Printed]) -> float:
 def pooled(cells: Sequence[Printed]) -> float:
     """The standard deviation of all episodes together: √(mean(σ²) + population variance of the means)."""
     centre = row_mean(cells)
-    return math.sqrt(math.fsum(c.std**2 + (c.mean - centre) ** 2 for c in cells) / len(cells))
+    return math.sqrt(math.fsum(_square(c, centre) for c in cells) / len(cells))
+
+
+def _square(cell: Printed, centre: float) -> float:
+    """The mean square of a row's episodes about that centre: σ² + (mean − centre)².
+
+    By products: ``**`` is the C library's ``pow``, whose last bit differs from machine to machine.
+    """
+    gap = cell.mean - centre
+    return cell.std * cell.std + gap * gap
 
 
 def mean_agrees(group: PrintedGroup, column: str) -> bool:
@@ -58,8 +67,9 @@ def repair(group: PrintedGroup, column: str, name: str) -> Printed:
     others = [cells[column] for row, cells in group.rows.items() if row != name]
     count, total = len(others) + 1, group.total[column]
     mean = count * total.mean - math.fsum(cell.mean for cell in others)
-    square = count * total.std**2 - math.fsum(c.std**2 + (c.mean - total.mean) ** 2 for c in others)
-    return Printed(mean, math.sqrt(max(0.0, square - (mean - total.mean) ** 2)))
+    square = count * total.std * total.std - math.fsum(_square(c, total.mean) for c in others)
+    gap = mean - total.mean
+    return Printed(mean, math.sqrt(max(0.0, square - gap * gap)))
 
 
 def _wrong_means(group: PrintedGroup, groups: Mapping[str, PrintedGroup]) -> Iterator[str]:

@@ -70,8 +70,8 @@ class Summary:
 def summary(values: Sequence[float]) -> Summary:
     """The summary of one value a run."""
     centre, runs = math.fsum(values) / len(values), len(values)
-    square = deviation(values, lost=1) ** 2 / runs if runs > 1 else 0.0
-    return Summary(centre, square, runs - 1.0, runs)
+    spread = deviation(values, lost=1) if runs > 1 else 0.0
+    return Summary(centre, spread * spread / runs, runs - 1.0, runs)
 
 
 def summary_of(parts: Sequence[Summary]) -> Summary:
@@ -89,7 +89,7 @@ def _made_of(mean: float, parts: Sequence[Summary], count: int) -> Summary:
     runs = min(part.runs for part in parts)
     if runs < 2:
         return Summary(mean, 0.0, 0.0, runs)
-    error, freedom = combined([(part.square / count**2, part.freedom) for part in parts])
+    error, freedom = combined([(part.square / (count * count), part.freedom) for part in parts])
     return Summary(mean, error * error, freedom, runs)
 
 
