@@ -85,6 +85,21 @@ def test_quick_p_values_are_far_better_than_what_counts_as_close(spread: float) 
     assert (quick[np.tril_indices(150)] == NO_PAIR).all()
 
 
+@pytest.mark.parametrize("most", [400.0, 2000.0, 20_000.0])
+def test_quick_p_values_are_as_good_where_one_entry_has_two_runs_and_another_very_many(most: float) -> None:
+    # Degrees of freedom from 1 on in geometric progression; means about six standard errors apart.
+    rng = random.Random(6)
+    freedoms = [most ** (place / 99) for place in range(100)]
+    found = pairs([Summary(rng.gauss(0, 6), rng.uniform(0.1, 2), freedom, 2) for freedom in freedoms])
+    quick, both = found.quick(LEVEL), list(combinations(range(100), 2))
+    exact = {(a, b): found.exact(a, b) for a, b in both if quick[a, b] < 1}
+    seen = {pair: p for pair, p in exact.items() if p >= 1e-12}
+    assert max(abs(quick[pair] - p) / p for pair, p in seen.items()) <= CLOSE / 10
+    pooled = [float(found.welch(*pair)[1]) for pair in seen]
+    assert (min(pooled) < 2, max(pooled) > most) == (True, True)
+    assert (min(seen.values()) < 1e-11, max(seen.values()) > 0.03) == (True, True)
+
+
 @pytest.mark.parametrize("spread", [0.0, 1.0, 3.0, 10.0, 30.0])
 def test_all_pairs_at_once_are_told_apart_as_one_by_one(spread: float) -> None:
     rng = random.Random(2)

@@ -26,11 +26,18 @@ NO_PAIR = 2.0
 CLOSE = 1e-5
 """So near to its limit, in parts of it, a p value is looked up exactly."""
 NODES = 16384
-"""Between so many values of a the logarithm of the gamma functions is interpolated."""
+"""Between so many values of a the logarithm of the gamma functions is interpolated.
+
+It bends like log a / 2, so between nodes h apart it is off by (h/a)²/16, and by at most (h/a)²/9 at a = 1/2:
+the nodes are a geometric progression, where h/a is the same everywhere. From 1 to 40,000 degrees of freedom
+that is 5e-8, however unequal a board's entries are.
+"""
 CHUNK = 65536
 """So many pairs at once, whose columns stay in a processor's cache."""
 TERMS = 100
-PRECISION = 1e-9
+PRECISION = 1e-10
+"""Where a factor of the continued fraction is so near to 1 it ends: 2e-8 from its value at 2000 degrees of
+freedom, 2e-7 at 80,000 (measured)."""
 
 
 @dataclass(frozen=True)
@@ -76,7 +83,7 @@ class Pairs:
         found[np.isinf(size)] = 0
         asked = np.flatnonzero((size >= self._least(size, level)) & np.isfinite(size))
         if asked.size:
-            nodes = np.linspace(self.freedom.min() / 2, self.freedom.max(), NODES)
+            nodes = np.geomspace(self.freedom.min() / 2, self.freedom.max(), NODES)
             scales = [math.lgamma(a + 0.5) - math.lgamma(a) - math.lgamma(0.5) for a in nodes.tolist()]
             for chunk in np.split(asked, range(CHUNK, asked.size, CHUNK)):
                 half = freedom.flat[chunk] / 2
