@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ from gym_extensions.scoring.board import board, boards
 from gym_extensions.scoring.normalise import References
 from gym_extensions.scoring.places import BoardKey, board_keys, slim
 from gym_extensions.scoring.scorecard import score_folders, text
+from gym_extensions.scoring.suites import SUITES, suite_scores
 
 FIVE = (0, 1, 2, 3, 4)
 GROUP = "hopper-gravity-v0"
@@ -53,6 +55,35 @@ def test_entries_are_sorted_by_final_performance_and_ranked_by_intervals(enter: 
     assert tied["next"]["more_runs"] is None  # more than 100
     assert (high["next"]["separated"], high["next"]["more_runs"]) == (True, 0)
     assert "next" not in low
+
+
+def on_gravity(card: dict[str, Any], mean: float) -> dict[str, Any]:
+    """The scorecard with every group of the suite: five runs of each, with that mean and the deviation 1."""
+    groups = {}
+    for name in SUITES["gravity"]:
+        metrics = {
+            "final_performance": {
+                "runs": [mean + step / math.sqrt(2.5) for step in range(-2, 3)],
+                "mean": mean,
+            }
+        }
+        scored = card["groups"][GROUP]["sequential"]
+        groups[name] = {"sequential": scored | {"metrics": scored["metrics"] | metrics}}
+    return card | {"groups": groups, "suites": suite_scores(groups)}
+
+
+@pytest.mark.parametrize(("where", "gap", "more"), [(GROUP, 1.25, 7), ("gravity", 0.625, 6)])
+def test_the_runs_that_would_separate_two_are_those_of_every_group(
+    enter: Enter, where: str, gap: float, more: int
+) -> None:
+    # One and a quarter deviations apart on both: the suite's is half a group's. See test_ranks.
+    cards = [on_gravity(enter("high", 900), gap), on_gravity(enter("low", 200), 0.0)]
+    (high, _) = board(cards, BoardKey(where, "sequential", "100k", False))["rows"]
+    assert (high["next"]["name"], high["next"]["separated"], high["next"]["more_runs"]) == (
+        "low",
+        False,
+        more,
+    )
 
 
 def test_entries_with_fewer_runs_stand_below_without_a_rank_and_count_nowhere(enter: Enter) -> None:

@@ -8,11 +8,12 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+from scipy import stats
 
-from gym_extensions.scoring.intervals import Summary, summary
+from gym_extensions.scoring.intervals import Summary, less, summary, summary_of
 from gym_extensions.scoring.pairs import CLOSE, HOPELESS, NO_PAIR, pairs
 from gym_extensions.scoring.ranks import LEVEL, different, holm, rank_intervals, runs_to_separate
-from gym_extensions.scoring.student import critical, power, two_sided_p
+from gym_extensions.scoring.student import two_sided_p
 
 
 def rejected(values: list[float]) -> list[bool]:
@@ -90,7 +91,8 @@ def test_quick_p_values_are_as_good_where_one_entry_has_two_runs_and_another_ver
     # Degrees of freedom from 1 on in geometric progression; means about six standard errors apart.
     rng = random.Random(6)
     freedoms = [most ** (place / 99) for place in range(100)]
-    found = pairs([Summary(rng.gauss(0, 6), rng.uniform(0.1, 2), freedom, 2) for freedom in freedoms])
+    entries = [Summary(rng.gauss(0, 6), rng.uniform(0.1, 2), freedom, 2, 0, 0) for freedom in freedoms]
+    found = pairs(entries)
     quick, both = found.quick(LEVEL), list(combinations(range(100), 2))
     exact = {(a, b): found.exact(a, b) for a, b in both if quick[a, b] < 1}
     seen = {pair: p for pair, p in exact.items() if p >= 1e-12}
@@ -136,21 +138,34 @@ def test_ranks_do_not_depend_on_the_order_of_entries() -> None:
     assert turned == ranks[::-1]
 
 
+def entry(mean: float, deviation: float, groups: int = 1, runs: int = 5) -> Summary:
+    """An entry with that mean and that deviation over runs, of its mean over so many groups."""
+    places = [place - (runs - 1) / 2 for place in range(runs)]
+    unit = math.sqrt(sum(place * place for place in places) / (runs - 1))
+    group = summary([mean + deviation * math.sqrt(groups) * place / unit for place in places])
+    return group if groups == 1 else summary_of([group] * groups)
+
+
+def needed(gap: float, first: float, second: float, entries: int, groups: int = 1) -> int | None:
+    """The runs that separate two entries of these deviations, on a board of so many entries."""
+    return runs_to_separate(less(entry(gap, first, groups), entry(0, second, groups)), entries)
+
+
 @pytest.mark.parametrize(("runs", "gap"), [(5, 4.5), (10, 2.25)])
 def test_five_runs_separate_four_and_a_half_deviations_on_a_board_of_ten(runs: int, gap: float) -> None:
-    assert runs_to_separate(gap, 1.0, 1.0, 10) == runs
+    assert needed(gap, 1.0, 1.0, 10) == runs
 
 
 def test_runs_to_separate_in_dumb_cases() -> None:
-    assert runs_to_separate(0.0, 1.0, 1.0, 2) is None
-    assert runs_to_separate(0.01, 1.0, 1.0, 2) is None
-    assert runs_to_separate(1.0, 0.0, 0.0, 2) == 2
-    assert runs_to_separate(1.0, 1.0, 1.0, 2) == 17  # as any table of sample sizes has it: d = 1, 80 %, 5 %
+    assert needed(0.0, 1.0, 1.0, 2) is None
+    assert needed(0.01, 1.0, 1.0, 2) is None
+    assert needed(1.0, 0.0, 0.0, 2) == 2
+    assert needed(1.0, 1.0, 1.0, 2) == 17  # as any table of sample sizes has it: d = 1, 80 %, 5 %
 
 
 def test_runs_to_separate_has_the_power_that_it_names() -> None:
     rng = random.Random(11)
-    runs = runs_to_separate(2.0, 1.0, 0.5, 2)
+    runs = needed(2.0, 1.0, 0.5, 2)
     assert runs is not None
     seen = sum(
         different(
@@ -162,9 +177,19 @@ def test_runs_to_separate_has_the_power_that_it_names() -> None:
         for _ in range(2000)
     )
     assert seen / 2000 >= 0.78
-    fewer = runs - 1
-    limit = critical(0.05, (fewer - 1) * 1.25**2 / (1 + 0.0625))
-    assert power(2 / math.sqrt(1.25 / fewer), limit, (fewer - 1) * 1.25**2 / (1 + 0.0625)) < 0.8
+    assert not reaches(runs - 1, 2, [1.0], [0.5], 2)
+
+
+def reaches(runs: int, gap: float, first: list[float], second: list[float], entries: int) -> bool:
+    """The definition: the power of Welch's test, so many runs of every group, by scipy's noncentral t.
+
+    ``first`` and ``second`` are each entry's deviations over runs, one a group.
+    """
+    count = len(first)
+    squares = [one * one / runs / count**2 for one in (*first, *second)]
+    freedom = (runs - 1) * sum(squares) ** 2 / sum(square * square for square in squares)
+    limit = stats.t.isf(LEVEL / (entries * (entries - 1) / 2) / 2, freedom)
+    return bool(stats.nct.sf(limit, freedom, gap / math.sqrt(sum(squares))) >= 0.8)
 
 
 def test_runs_to_separate_is_the_least_number_that_has_the_power() -> None:
@@ -176,12 +201,26 @@ def test_runs_to_separate_is_the_least_number_that_has_the_power() -> None:
             rng.uniform(0.1, 2),
             rng.randint(2, 30),
         )
-        a, b = first**2, second**2
+        expected = (runs for runs in range(2, 101) if reaches(runs, gap, [first], [second], entries))
+        assert needed(gap, first, second, entries) == next(expected, None)
 
-        def reaches(runs: int, a: float = a, b: float = b, gap: float = gap, entries: int = entries) -> bool:
-            freedom = (runs - 1) * (a + b) ** 2 / (a * a + b * b)
-            limit = critical(LEVEL / (entries * (entries - 1) / 2), freedom)
-            return power(gap / math.sqrt((a + b) / runs), limit, freedom) >= 0.8
 
-        found = runs_to_separate(gap, first, second, entries)
-        assert found == next((runs for runs in range(2, 101) if reaches(runs)), None)
+@pytest.mark.parametrize(("entries", "groups", "runs"), [(10, 1, 25), (10, 4, 23), (2, 1, 12), (2, 4, 11)])
+def test_on_a_suite_every_group_brings_degrees_of_freedom(entries: int, groups: int, runs: int) -> None:
+    # One and a quarter deviations apart; four groups have 8 (n − 1) degrees of freedom, one has 2 (n − 1).
+    assert needed(1.25, 1.0, 1.0, entries, groups) == runs
+    same = [math.sqrt(groups)] * groups
+    assert [reaches(n, 1.25, same, same, entries) for n in (runs - 1, runs)] == [False, True]
+
+
+def test_so_it_is_where_groups_differ_in_deviations_and_in_runs() -> None:
+    rng = random.Random(17)
+    for _ in range(12):
+        count, entries, gap = rng.randint(2, 6), rng.randint(2, 20), rng.uniform(0.3, 2)
+        first, second = ([rng.uniform(0.1, 2) for _ in range(count)] for _ in range(2))
+        upper, lower = (
+            summary_of([entry(mean, one, runs=rng.randint(5, 12)) for one in deviations])
+            for mean, deviations in ((gap, first), (0.0, second))
+        )
+        expected = (runs for runs in range(2, 101) if reaches(runs, gap, first, second, entries))
+        assert runs_to_separate(less(upper, lower), entries) == next(expected, None)

@@ -102,4 +102,4 @@ def test_nothing_that_is_scored_is_squared_by_the_c_librarys_pow() -> None:
         if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow)
         if isinstance(node.right, ast.Constant) and not isinstance(node.left, ast.Constant)
     ]
-    assert [where for where in powers if not where.startswith("ranks.py")] == []
+    assert powers == []

@@ -7,7 +7,6 @@ move.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -89,9 +88,8 @@ def _rank(rows: Sequence[Document], cards: Mapping[str, Document], key: BoardKey
 
 def _next(row: Ranked, below: Ranked, apart: bool, ranked: int) -> Document:
     """How a ranked entry stands against the next: the pair's own interval, and what would separate them."""
-    between = span(less(row[1], below[1]))
-    spread, other = (math.sqrt(entry.square * one["runs"]) for one, entry in (row, below))
-    needed = runs_to_separate(between.mean, spread, other, ranked)
+    gap = less(row[1], below[1])
+    between, needed = span(gap), runs_to_separate(gap, ranked)
     more = None if needed is None else max(1, needed - min(row[0]["runs"], below[0]["runs"]))
     return {
         "name": below[0]["name"],

@@ -58,20 +58,28 @@ class Summary:
     """A mean over runs as a test needs it: the mean, its squared standard error, degrees of freedom.
 
     ``runs`` is how many runs it stands on: the fewest, where it is made of several means. With one run there
-    is no error: ``square`` and ``freedom`` are 0.
+    is no error: all but ``mean`` and ``runs`` are 0.
+
+    ``variance`` and ``groups`` tell what other numbers of runs would give, today's deviations kept: n runs of
+    everything that it is made of have the squared error variance / n and (n − 1) · groups degrees of freedom,
+    exactly. ``groups`` is 1 for one group and up to G for the mean over G of them.
     """
 
     mean: float
     square: float
     freedom: float
     runs: int
+    variance: float
+    groups: float
 
 
 def summary(values: Sequence[float]) -> Summary:
     """The summary of one value a run."""
     centre, runs = math.fsum(values) / len(values), len(values)
-    spread = deviation(values, lost=1) if runs > 1 else 0.0
-    return Summary(centre, spread * spread / runs, runs - 1.0, runs)
+    if runs < 2:
+        return Summary(centre, 0.0, 0.0, runs, 0.0, 0.0)
+    spread = deviation(values, lost=1)
+    return Summary(centre, spread * spread / runs, runs - 1.0, runs, spread * spread, 1.0)
 
 
 def summary_of(parts: Sequence[Summary]) -> Summary:
@@ -88,9 +96,10 @@ def less(first: Summary, second: Summary) -> Summary:
 def _made_of(mean: float, parts: Sequence[Summary], count: int) -> Summary:
     runs = min(part.runs for part in parts)
     if runs < 2:
-        return Summary(mean, 0.0, 0.0, runs)
+        return Summary(mean, 0.0, 0.0, runs, 0.0, 0.0)
     error, freedom = combined([(part.square / (count * count), part.freedom) for part in parts])
-    return Summary(mean, error * error, freedom, runs)
+    spread, groups = combined([(part.variance / (count * count), part.groups) for part in parts])
+    return Summary(mean, error * error, freedom, runs, spread * spread, groups)
 
 
 def span(found: Summary) -> Interval:

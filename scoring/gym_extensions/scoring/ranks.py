@@ -76,29 +76,26 @@ def _least_shift(level: float) -> float:
     return -normal.inv_cdf(level / 2) + normal.inv_cdf(POWER - level / 2) - MARGIN
 
 
-def runs_to_separate(gap: float, first: float, second: float, entries: int) -> int | None:
+def runs_to_separate(between: Summary, entries: int) -> int | None:
     """The least number of runs each at which two entries would be told apart, or None beyond 100.
 
     Welch's test at the level .05 / (M(M−1)/2), with 80 % power, if today's means and deviations were the
-    truth.
+    truth. On a suite that is so many runs of every group, each with its own deviation.
 
     Args:
-        gap: difference of the means.
-        first: standard deviation over runs of one entry.
-        second: that of the other.
+        between: the summary of their difference (``intervals.less``), each having two runs or more.
         entries: M, the board's ranked entries.
     """
     level = LEVEL / max(1, entries * (entries - 1) // 2)
-    a, b = first * first, second * second
-    if gap == 0:
+    if between.mean == 0:
         return None
-    if a + b == 0:
+    if between.variance == 0:
         return 2
     least = _least_shift(level)
 
     def separated(runs: int) -> bool:
-        freedom = (runs - 1) * (a + b) ** 2 / (a * a + b * b)
-        shift = abs(gap) / math.sqrt((a + b) / runs)
+        freedom = (runs - 1) * between.groups
+        shift = abs(between.mean) / math.sqrt(between.variance / runs)
         if shift < least:
             return False
         return power(shift, critical(level, freedom), freedom) >= POWER
