@@ -10,8 +10,10 @@ from typing import Any
 
 import pytest
 
+from gym_extensions.catalog.errors import BenchError
 from gym_extensions.scoring import batch
 from gym_extensions.scoring import cache as cache_module
+from gym_extensions.scoring.flat import csv_text, markdown_text
 from gym_extensions.scoring.normalise import References
 from gym_extensions.scoring.scorecard import score_folders
 
@@ -46,6 +48,28 @@ def test_only_what_is_new_or_has_changed_is_scored(
     submission(name="a", value=lambda p, r, s, j, e: 1.0 * s + r)
     assert score_folders(folders, references, cache)["submissions"][0] != first["submissions"][0]
     assert scored == ["a", "b", "c", "a"]
+
+
+def test_a_scorecard_from_the_cache_is_printed_as_it_was(
+    submission: Write, references: References, tmp_path: Path
+) -> None:
+    groups, protocols = ("hopper-gravity", "halfcheetah-gravity"), ("sequential", "single", "joint")
+    folders, cache = [submission(groups=groups, protocols=protocols)], tmp_path / "cache"
+    first, again = (score_folders(folders, references, cache) for _ in range(2))
+    assert csv_text(again) == csv_text(first)
+    assert markdown_text(again) == markdown_text(first)
+
+
+@pytest.mark.parametrize("place", ["a-file", "a-file/below"])
+def test_a_cache_that_cannot_be_written_is_told_and_is_no_fault_of_a_submission(
+    submission: Write, references: References, tmp_path: Path, place: str
+) -> None:
+    (tmp_path / "a-file").write_text("")
+    cache = tmp_path / place
+    with pytest.raises(BenchError) as told:
+        score_folders([submission()], references, cache)
+    assert (told.value.code, told.value.where) == ("not-written", str(cache / "entry.json"))
+    assert str(told.value).endswith(". Choose another folder for --cache, or leave it out.")
 
 
 def test_other_references_score_anew(

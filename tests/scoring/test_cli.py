@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -246,7 +247,8 @@ def _run(arguments: list[str], **environment: str) -> subprocess.CompletedProces
 
 def test_help_loads_no_table_library_and_no_simulator() -> None:
     code = (
-        "import sys\nfrom gym_extensions.scoring.cli import parser\nparser().format_help()\n"
+        "import sys\nimport gym_extensions.scoring.cli\n"
+        "from gym_extensions.scoring.options import parser\nparser().format_help()\n"
         "heavy = ('pandas', 'numpy', 'gymnasium', 'mujoco', 'torch', 'rich')\n"
         "print([name for name in heavy if name in sys.modules])"
     )
@@ -269,6 +271,23 @@ def test_colour_is_for_terminals_and_no_color_is_honoured(submission: Write) -> 
     assert b"\x1b[1m" in _run([folder], FORCE_COLOR="1", TERM="xterm-256color").stdout
     coloured = _run([folder], FORCE_COLOR="1", NO_COLOR="1", TERM="xterm-256color").stdout
     assert b"\x1b[3" not in coloured
+
+
+def test_what_strangers_write_is_shown_literally(submission: Write, manifest_text: str) -> None:
+    odd = ":rocket: [bold]x[/bold] [/] C:\\"
+    folder = submission(manifest=manifest_text.replace("An entry", odd.replace("\\", "\\\\")))
+    assert _run([str(folder)]).stdout.decode().splitlines()[0] == f"entry  {odd}  (well-formed)"
+
+
+def test_large_returns_are_told_in_thousands_at_80_columns(submission: Write) -> None:
+    def value(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
+        return 1e5 * stage + 2e3 * episode + run if position == 2 else 9.0 + run
+
+    shown = _run([str(submission(groups=("humanoid-standup-run",), value=value))], COLUMNS="80").stdout
+    rows = [re.split(r"  +", line.rstrip()) for line in shown.decode().splitlines()]
+    # After the last stage 300000 + 19000 ± 11533, before any training 19000 ± 11533.
+    found = next(row[1:] for row in rows if row[0] == "HumanoidStandup")
+    assert found == ["319k ± 12k", "219k ± 12k", "119k ± 12k", "119k ± 12k"]
 
 
 def test_output_is_readable_at_80_columns(submission: Write) -> None:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
 
 from gym_extensions.catalog.protocol import BUDGETS
-from gym_extensions.scoring import submission  # noqa: F401  (registers the rules of reading)
+from gym_extensions.scoring import submission  # registers the rules of reading
 from gym_extensions.scoring.checks import RULES
 from gym_extensions.scoring.log import CURVE_COLUMNS, EPISODE_COLUMNS
 from gym_extensions.scoring.manifest import SECTIONS
@@ -22,6 +23,15 @@ CARD = (DOCS / "scorecard.md").read_text(encoding="utf-8")
 def test_the_log_page_lists_every_rule_with_its_text() -> None:
     rows = [f"| `{rule.name}` | {rule.text} |" for rule in RULES.values()]
     assert [row for row in rows if row not in LOG] == []
+
+
+def test_the_log_page_lists_what_replay_tells() -> None:
+    sources = (
+        Path(submission.__file__).with_name(f"{name}.py").read_text() for name in ("recorded", "replay")
+    )
+    names = [name for source in sources for name in re.findall(r'Problem\(\s*"([a-z-]+)"', source)]
+    assert len(names) == 3
+    assert [name for name in names if f"| `{name}` |" not in LOG] == []
 
 
 def test_the_log_page_has_every_column_and_every_key_of_the_manifest() -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from gym_extensions import catalog, scoring
+from gym_extensions.catalog.errors import BenchError
 from gym_extensions.catalog.files import write_text
 from gym_extensions.scoring.checks.files import largest
 from gym_extensions.scoring.folder import Folder
@@ -51,14 +52,21 @@ def content_key(folder: Folder, references: str) -> str:
 
 
 def _text(card: Document) -> str:
-    return json.dumps(card, sort_keys=True, separators=(",", ":"), ensure_ascii=True, allow_nan=False)
+    return json.dumps(card, separators=(",", ":"), ensure_ascii=True, allow_nan=False)
 
 
 def keep(place: Path, key: str, card: Document) -> None:
-    """Writes a scorecard under its key, whole or not at all."""
+    """Writes a scorecard under its key, whole or not at all, its parts in the order that they have.
+
+    Raises BenchError where the place cannot be written.
+    """
     body = _text(card)
     digest = hashlib.sha256(body.encode()).hexdigest()
-    write_text(place, f'{{"key":"{key}","sha256":"{digest}","card":{body}}}\n')
+    try:
+        write_text(place, f'{{"key":"{key}","sha256":"{digest}","card":{body}}}\n')
+    except OSError as error:
+        hint = "Choose another folder for --cache, or leave it out."
+        raise BenchError("not-written", f"{error.strerror or error}.", str(place), hint) from error
 
 
 def kept(place: Path, key: str) -> Document | None:

@@ -34,11 +34,11 @@ def _reference(results: Results, references: References) -> Document:
 def missing(results: Results, protocol: str) -> list[str]:
     """What a full, ranked entry of this group would still need."""
     runs = len(results.runs[protocol])
-    lacking = [f"{FULL_ENTRY_RUNS - runs} more runs"] if runs < FULL_ENTRY_RUNS else []
-    if protocol == "sequential":
-        there = {*results.runs, *(["curves"] if results.curves else [])}
-        lacking += [f"{name}.csv" for name in ("single", "joint", "curves") if name not in there]
-    return lacking
+    more = FULL_ENTRY_RUNS - runs
+    lacking = [f"{more} more run{'s' if more > 1 else ''}"] if more > 0 else []
+    there = {*results.runs, *(["curves"] if results.curves else [])}
+    wanted = ("single", "joint", "curves") if protocol == "sequential" else ("sequential",)
+    return lacking + [f"{name}.csv" for name in wanted if name not in there]
 
 
 def score_group(results: Results, references: References, protocol: str, budget: str) -> Document:
@@ -59,7 +59,7 @@ def score_group(results: Results, references: References, protocol: str, budget:
         "curves": [
             {"run": run, "task": task, "points": list(map(list, zip(steps, values, strict=True)))}
             for (name, run, task), (steps, values) in results.curves.items()
-            if name == protocol
+            if name == protocol and run in results.runs[protocol]
         ],
         "missing": missing(results, protocol),
     }

@@ -9,44 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from gym_extensions.catalog.errors import BenchError, reports_mistakes
+from gym_extensions.scoring.options import asked
 
 FEW = 3
 """So many submissions are shown whole; of more, a line each, and their problems."""
-
-
-def parser() -> argparse.ArgumentParser:
-    """The command's arguments."""
-    made = argparse.ArgumentParser(
-        prog="score",
-        description="Checks submissions, scores them and prints their scorecards.",
-        epilog="Exit status: 0 everything is fine, 1 a submission has problems, 2 the command was misused.",
-    )
-    made.add_argument(
-        "folders", nargs="*", type=Path, metavar="FOLDER", help="a submission, or a folder of submissions"
-    )
-    form = made.add_mutually_exclusive_group()
-    form.add_argument("--json", action="store_true", help="print the scorecards as JSON (docs/scorecard.md)")
-    form.add_argument("--csv", action="store_true", help="print every metric as a row of CSV")
-    form.add_argument("--markdown", action="store_true", help="print tables in Markdown")
-    made.add_argument(
-        "--compare", nargs=2, type=Path, metavar=("A", "B"), help="compare two submissions, metric by metric"
-    )
-    made.add_argument(
-        "--verify", action="store_true", help="also replay the recorded episodes in the simulator"
-    )
-    made.add_argument(
-        "--out",
-        type=Path,
-        metavar="DIR",
-        help="write scorecards/<name>.json and boards.json here; older scorecards are removed",
-    )
-    made.add_argument(
-        "--cache", type=Path, metavar="DIR", help="keep scorecards here and score only what has changed"
-    )
-    made.add_argument(
-        "--jobs", type=int, metavar="N", help="worker processes (default: one a core, and one more)"
-    )
-    return made
 
 
 def _print(text: str) -> None:
@@ -57,21 +23,29 @@ def _print(text: str) -> None:
 
 
 def _compare(pair: list[Path], as_json: bool) -> int:
-    from gym_extensions.scoring import terminal
+    from gym_extensions.scoring import screens
     from gym_extensions.scoring.compare import compare
+    from gym_extensions.scoring.folder import submission_folders
     from gym_extensions.scoring.scorecard import score_folder, text
+    from gym_extensions.scoring.terminal import console
 
-    scored = [score_folder(path) for path in pair]
+    scored = []
+    for path in pair:
+        found = submission_folders([path])
+        if len(found) != 1:
+            hint = "Name two submissions."
+            raise BenchError("bad-compare", f"It holds {len(found)} submissions.", str(path), hint)
+        scored.append(score_folder(found[0]))
     broken = [card for card in scored if card["problems"]]
     for card in broken:
-        terminal.show_line(terminal.console(), card)
+        screens.show_line(console(errors=as_json), card)
     if broken:
         return 1
     compared = compare(*scored)
     if as_json:
         _print(text(compared))
     else:
-        terminal.show_comparison(terminal.console(), compared)
+        screens.show_comparison(console(), compared)
     return 0
 
 
@@ -85,18 +59,19 @@ def _verified(path: Path, card: dict[str, Any]) -> dict[str, Any]:
 
 
 def _score(options: argparse.Namespace) -> int:
-    from gym_extensions.scoring import terminal
+    from gym_extensions.scoring import screens
     from gym_extensions.scoring.batch import Work, cards
     from gym_extensions.scoring.flat import csv_text, markdown_text
     from gym_extensions.scoring.folder import submission_folders
     from gym_extensions.scoring.normalise import load_references
     from gym_extensions.scoring.publish import Publisher
     from gym_extensions.scoring.scorecard import document, text
+    from gym_extensions.scoring.terminal import console
 
     references = load_references()
     folders = submission_folders(options.folders)
     printed = next((form for form in ("json", "csv", "markdown") if getattr(options, form)), "")
-    out, kept, problems = terminal.console(), [], False
+    out, kept, problems = console(), [], False
     published = Publisher(options.out, references) if options.out else None
     known = document([], references)["references"]
     work = Work(references, options.cache)
@@ -107,9 +82,9 @@ def _score(options: argparse.Namespace) -> int:
             if printed:
                 kept.append(card)
             elif len(folders) > FEW:
-                terminal.show_line(out, card)
+                screens.show_line(out, card)
             else:
-                terminal.show(out, card, known)
+                screens.show(out, card, known)
         except BrokenPipeError:
             if not published:
                 raise
@@ -132,15 +107,7 @@ def _nobody_reads() -> None:
 @reports_mistakes
 def main(argv: list[str] | None = None) -> int:
     """Runs the command; gives the exit status."""
-    made = parser()
-    options = made.parse_args(argv)
-    if not options.folders and not options.compare:
-        made.error("name at least one FOLDER, or two with --compare")
-    alone = ("folders", "csv", "markdown", "out", "cache", "verify", "jobs")
-    if options.compare and any(getattr(options, name) for name in alone):
-        made.error("--compare takes two submissions, and of the other options --json alone")
-    if options.jobs is not None and options.jobs < 1:
-        made.error("--jobs takes a number from 1")
+    options = asked(argv)
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from gym_extensions.scoring.checks.across import outcomes
+from gym_extensions.scoring.checks.across import originals
 from gym_extensions.scoring.entry import GroupEntry
 from gym_extensions.scoring.rows import Log
 
@@ -20,8 +20,8 @@ def without_copies(entry: GroupEntry) -> GroupEntry:
 
 
 def _without_copies(entry: GroupEntry, logs: list[Log]) -> GroupEntry:
-    each = [dict(zip(log.runs, outcomes(log), strict=True)) for log in logs]
-    same: dict[tuple[object, ...], list[int]] = {}
+    each = [originals(log) for log in logs]
+    same: dict[tuple[int | None, ...], list[int]] = {}
     for run in sorted(set().union(*each)):
         same.setdefault(tuple(one.get(run) for one in each), []).append(run)
     copies = [runs for runs in same.values() if len(runs) > 1]

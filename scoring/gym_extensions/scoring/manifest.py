@@ -6,7 +6,7 @@ import tomllib
 from dataclasses import dataclass
 from typing import Any
 
-from gym_extensions.catalog.protocol import BUDGETS
+from gym_extensions.catalog.protocol import BUDGETS, Budget
 
 Scalar = str | int | float | bool
 
@@ -91,9 +91,37 @@ class Manifest:
         }
 
 
+DEEPEST = 8
+"""So many tables and lists may stand in one another."""
+
+
 def parse(data: bytes) -> dict[str, Any]:
-    """The tables of a TOML file; raises ValueError (tomllib's or Unicode's) where it is malformed."""
-    return tomllib.loads(data.decode("utf-8"))
+    """The tables of a TOML file.
+
+    Raises ValueError (tomllib's or Unicode's) where it is malformed, RecursionError where it is too deep.
+    """
+    tables = tomllib.loads(data.decode("utf-8"))
+    level: list[Any] = [tables]
+    for _ in range(DEEPEST):
+        inner = [value for one in level for value in (one.values() if isinstance(one, dict) else one)]
+        level = [value for value in inner if isinstance(value, (dict, list))]
+    if level:
+        raise RecursionError
+    return tables
+
+
+def budget_said(tables: dict[str, Any]) -> Budget | None:
+    """The budget that tables name, whatever else is wrong with them; None where they name none."""
+    protocol = tables.get("protocol")
+    name = protocol.get("budget") if isinstance(protocol, dict) else None
+    return BUDGETS.get(name) if isinstance(name, str) else None
+
+
+def learns_said(tables: dict[str, Any]) -> bool | None:
+    """Whether the agent has parameters to train, by tables that may be wrong elsewhere; None if not said."""
+    memory = tables.get("memory")
+    count = memory.get("parameters_last") if isinstance(memory, dict) else None
+    return count > 0 if isinstance(count, int) else None
 
 
 def manifest(tables: dict[str, Any]) -> Manifest:

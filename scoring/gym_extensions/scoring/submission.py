@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
-from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS
+from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.scoring import manifest as toml
 from gym_extensions.scoring import rows
 from gym_extensions.scoring.checks.across import GroupLogs
@@ -35,6 +35,7 @@ class _Reader:
 
     def __init__(self, folder: Folder) -> None:
         self.folder = folder
+        self.tables: dict[str, Any] = {}
         self.problems: list[Problem] = []
 
     def passes(self, scope: str, subject: Any) -> bool:
@@ -57,9 +58,9 @@ class _Reader:
         data = self.contents(MANIFEST) if self.folder.has(MANIFEST) else None
         if data is None or not self.passes("manifest-bytes", data):
             return None
-        tables = toml.parse(data)
-        found = toml.manifest(tables) if self.passes("manifest", tables) else None
-        self.passes("said", Said(self.folder, tables))
+        self.tables = toml.parse(data)
+        found = toml.manifest(self.tables) if self.passes("manifest", self.tables) else None
+        self.passes("said", Said(self.folder, self.tables))
         return found
 
     def cells(self, path: str, data: bytes, header: tuple[str, ...]) -> rows.Cells | None:
@@ -67,16 +68,16 @@ class _Reader:
         text = Text(path, header, data)
         return rows.Cells(path, columns(text)) if self.passes("text", text) else legible(text)
 
-    def log(self, group: TaskGroup, protocol: str) -> Log | None:
-        """The log as far as it can be read."""
+    def log(self, group: TaskGroup, protocol: str) -> tuple[Log | None, Log | None]:
+        """The log as far as its keys can be read, and as far as every cell can be."""
         path = f"{group.name}/{protocol}.csv"
         if not self.folder.has(path) or (data := self.contents(path)) is None:
-            return None
+            return None, None
         if (log := prescribed_log(path, data, protocol, group)) is not None:
             self.passes("log", log)
-            return log
+            return log, log
         if (cells := self.cells(path, data, EPISODE_COLUMNS)) is None:
-            return None
+            return None, None
         try:
             keys: Log | None = rows.log(cells, protocol, group)
             values = keys
@@ -90,14 +91,14 @@ class _Reader:
         for scope, part in (("keys", keys), ("log", values)):
             if part is not None:
                 self.passes(scope, part)
-        return keys
+        return keys, values
 
-    def curves(self, group: TaskGroup, budget: str, runs: rows.Runs) -> Curves | None:
+    def curves(self, group: TaskGroup, runs: rows.Runs) -> Curves | None:
         path = f"{group.name}/curves.csv"
         if not self.folder.has(path) or (data := self.contents(path)) is None:
             return None
         cells = self.cells(path, data, CURVE_COLUMNS)
-        known = group, BUDGETS.get(budget), runs
+        known = group, toml.budget_said(self.tables), runs
         try:
             found = curves(cells, *known) if cells else None
         except UNREAD:
@@ -115,19 +116,23 @@ class _Reader:
             if mine and (data := self.contents(entry.path)) is not None:
                 self.passes("arrays", Arrays(entry.path, data, group, runs))
 
-    def group(self, group: TaskGroup, manifest: toml.Manifest | None) -> GroupEntry:
+    def group(self, group: TaskGroup) -> GroupEntry:
         odd = any(problem.where.startswith(f"{group.name}/") for problem in self.problems)
         logs: dict[str, Log] = {}
+        readable: dict[str, Log] = {}
+        named: rows.Runs = {}
         there = [name for name in PROTOCOLS if odd or self.folder.has(f"{group.name}/{name}.csv")]
         runs: rows.Runs = dict.fromkeys(there or PROTOCOLS)
         for protocol in PROTOCOLS:
             before = len(self.problems)
-            log = self.log(group, protocol)
-            if log is not None and len(self.problems) == before:
-                logs[protocol], runs[protocol] = log, log.runs
-        learns = manifest is None or manifest.memory.get("parameters_last", 1) > 0
-        self.passes("group", GroupLogs(group.name, logs, learns))
-        curves = self.curves(group, manifest.budget if manifest else "", runs)
+            keys, values = self.log(group, protocol)
+            if values is not None:
+                readable[protocol] = values
+            named[protocol] = keys.runs if keys and not keys.unread else None
+            if keys is not None and len(self.problems) == before:
+                logs[protocol], runs[protocol] = keys, keys.runs
+        self.passes("group", GroupLogs(group.name, readable, named, toml.learns_said(self.tables)))
+        curves = self.curves(group, runs)
         self.arrays(group, runs)
         return GroupEntry(group, logs, curves)
 
@@ -139,7 +144,7 @@ def read(path: Path) -> Submission:
     reader.passes("folder", folder)
     manifest = reader.manifest()
     names = [name for name in GROUPS if any(entry.path == name for entry in folder.entries)]
-    groups = {GROUPS[name].id: reader.group(GROUPS[name], manifest) for name in names}
+    groups = {GROUPS[name].id: reader.group(GROUPS[name]) for name in names}
     problems = tuple(reader.problems)
     if not problems and manifest is not None:
         groups = {name: without_copies(entry) for name, entry in groups.items()}

@@ -55,6 +55,16 @@ def edit(old: str, new: str, path: str = LOG, count: int = 1) -> Spoil:
     return spoil
 
 
+def all_of(*spoils: Spoil) -> Spoil:
+    """Spoils in several ways."""
+
+    def spoil(folder: Path) -> None:
+        for each in spoils:
+            each(folder)
+
+    return spoil
+
+
 def row(number: int, change: Callable[[list[str]], list[str]], path: str = LOG) -> Spoil:
     """Changes the cells of the row of that number (the header is row 1)."""
 

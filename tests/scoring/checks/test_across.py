@@ -55,6 +55,32 @@ def test_identical_runs_of_an_agent_without_parameters_count_as_one(submission: 
     assert len(entry.logs["sequential"].return_) == 600
 
 
+def test_an_agent_without_parameters_is_the_same_in_both_files_or_in_none(
+    submission: Callable[..., Path],
+) -> None:
+    folder = submission(
+        value=lambda protocol, run, stage, position, episode: (
+            position + (run if protocol == "single" else 0.0)
+        )
+    )
+    edit("parameters_last = 100", "parameters_last = 0", TOML)(folder)
+    assert [(one.rule, one.where, one.message, one.hint) for one in read(folder).problems] == [
+        (
+            "identical-runs",
+            LOG,
+            "Run 1 is the same as run 0 in every episode. In single.csv they differ.",
+            "Train each run with its own seed, and write both files from the same agent.",
+        )
+    ]
+
+
+def test_a_mistake_elsewhere_in_the_manifest_makes_no_agent_learn(submission: Callable[..., Path]) -> None:
+    folder = submission(value=lambda protocol, run, stage, position, episode: float(position))
+    edit("parameters_last = 100", "parameters_last = 0", TOML)(folder)
+    edit("boundaries = ", "luck = true\nboundaries = ", TOML)(folder)
+    assert [one.rule for one in read(folder).problems] == ["unknown-key"]
+
+
 def test_identical_joint_runs_count_as_one_whatever_the_other_logs_hold(
     submission: Callable[..., Path],
 ) -> None:

@@ -8,7 +8,7 @@ import pytest
 
 from gym_extensions.scoring.submission import read
 
-from .broken import GROUP, LOG, Good, Spoil, cell, edit, lines, row
+from .broken import GROUP, LOG, TOML, Good, Spoil, cell, edit, lines, row
 
 CURVES = f"{GROUP}/curves.csv"
 
@@ -32,6 +32,40 @@ EXAMPLES: dict[str, tuple[tuple[Spoil, ...], tuple[tuple[str, str], ...]]] = {
     "a word for a length, and a hole": (
         (cell(6, 5, "abc"), lines(hole)),
         ((f"{LOG}, row 6", "bad-cell"), (LOG, "missing-cell")),
+    ),
+    "a row of too few cells, and holes in two other cells": (
+        (lines(lambda rows: [rows[0][:-1].rpartition(",")[0], *rows[1:100], *rows[101:200], *rows[201:]]),),
+        (
+            (f"{LOG}, row 2", "cell-count"),
+            *[(LOG, "missing-cell")] * 3,
+        ),
+    ),
+    "a row of too few cells, and as few missing": (
+        (lines(lambda rows: [rows[0][:-1].rpartition(",")[0], *rows[1:]]),),
+        ((f"{LOG}, row 2", "cell-count"),),
+    ),
+    "NaN in a run that single.csv lacks": (
+        (
+            cell(2, 6, "nan"),
+            lines(lambda rows: [line for line in rows if line[0] == "0"], f"{GROUP}/single.csv"),
+        ),
+        (
+            (f"{LOG}, row 2", "not-finite"),
+            (f"{GROUP}/single.csv", "different-runs"),
+            *((f"{CURVES}, row {number}", "foreign-curve") for number in (182, 183, 184)),
+            (CURVES, "foreign-curve"),
+        ),
+    ),
+    "a copied run, and another seed in it": (
+        (
+            lines(lambda rows: rows[:600] + ["1" + line[1:] for line in rows[:600]]),
+            cell(700, 4, "7"),
+        ),
+        ((f"{LOG}, row 700", "wrong-seed"), (LOG, "identical-runs")),
+    ),
+    "an unknown key, and a curve beyond the budget": (
+        (edit("boundaries = ", "luck = true\nboundaries = ", TOML), cell(13, 3, "99999", CURVES)),
+        ((f"{TOML}, [knows] luck", "unknown-key"), (f"{CURVES}, row 13", "over-budget")),
     ),
     "a word for an episode alone": (
         (cell(6, 3, "abc"),),

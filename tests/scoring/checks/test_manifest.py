@@ -130,10 +130,16 @@ BROKEN = (
         (
             (
                 TOML,
-                "It is not TOML: it is nested too deeply.",
-                "Correct that place; the format is at https://toml.io.",
+                "Its tables or lists are nested too deeply.",
+                "At most 8 may stand in one another.",
             ),
         ),
+    ),
+    Broken(
+        "malformed-toml",
+        "tables within tables",
+        edit("step = 0.01", f"{'a.' * 3000}step = 0.01", TOML),
+        ((TOML, "Its tables or lists are nested too deeply.", "At most 8 may stand in one another."),),
     ),
     Broken(
         "bad-hyperparameter",

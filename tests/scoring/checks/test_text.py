@@ -11,7 +11,7 @@ from gym_extensions.scoring.log import EPISODE_COLUMNS
 from gym_extensions.scoring.submission import read
 from gym_extensions.scoring.text import Text
 
-from .broken import GROUP, HALF, LOG, Broken, Good, Judge, cell, each, edit, lines, put, row
+from .broken import GROUP, HALF, LOG, Broken, Good, Judge, all_of, cell, each, edit, lines, put, row
 
 REWRITE = "Write it with gym_extensions.scoring.log.write_episodes or write_curves."
 
@@ -78,6 +78,18 @@ BROKEN = (
         "a quoted task",
         edit(HALF, f'"{HALF}"'),
         ((f"{LOG}, row 2", "The row holds the character '\"'.", REWRITE),),
+    ),
+    Broken(
+        "odd-character",
+        "five rows, the header among them",
+        all_of(edit("run,stage", "run, stage"), *(cell(number, 5, " 1000;") for number in (3, 5, 400, 1201))),
+        (
+            (f"{LOG}, row 1", "The row holds the character ' '.", REWRITE),
+            (f"{LOG}, row 3", "The row holds the character ' '.", REWRITE),
+            (f"{LOG}, row 5", "The row holds the character ' '.", REWRITE),
+            (LOG, "2 more rows of this file break the same rule.", REWRITE),
+        ),
+        also=("wrong-header",),
     ),
     Broken(
         "cell-count",

@@ -117,12 +117,15 @@ def missing_cell(log: Log) -> Iterator[Finding]:
         for run, stage, task, episode in set(log.cell)
         if 0 <= episode < EVALUATION_EPISODES
     )
+    cells = list(product(stages(log.protocol, len(log.group.tasks)), log.group.task_ids))
+    holes = sum(EVALUATION_EPISODES - there[(run, *cell)] for run in log.runs for cell in cells)
+    if holes <= log.unread:
+        return  # all may stand in rows that were told as unreadable
+    read = " that can be read" if log.unread else ""
     for run in log.runs:
-        cells = list(product(stages(log.protocol, len(log.group.tasks)), log.group.task_ids))
-        most = EVALUATION_EPISODES - log.unread  # the others may stand in rows that were told as unreadable
-        lacking = [cell for cell in cells if there[(run, *cell)] < most]
+        lacking = [cell for cell in cells if there[(run, *cell)] < EVALUATION_EPISODES]
         for stage, task in lacking[:3]:
-            count = f"{there[run, stage, task]} of {EVALUATION_EPISODES} episodes"
+            count = f"{there[run, stage, task]} of {EVALUATION_EPISODES} episodes{read}"
             found = f"Run {run}, stage {stage}, {task} has {count}."
             yield Finding(log.path, found, "Finish the evaluation of this run, or leave the whole run out.")
         if len(lacking) > 3:

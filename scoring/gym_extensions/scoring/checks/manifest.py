@@ -14,6 +14,7 @@ from gym_extensions.scoring.checks.rule import rule
 from gym_extensions.scoring.folder import MANIFEST
 from gym_extensions.scoring.manifest import (
     COUNT,
+    DEEPEST,
     FLAG,
     FREE,
     LONG,
@@ -53,13 +54,15 @@ def _close(name: str, choices: Iterable[str]) -> str:
 
 @rule("manifest-bytes")
 def malformed_toml(data: bytes) -> Iterator[Finding]:
-    """submission.toml is TOML in UTF-8."""
+    """submission.toml is TOML in UTF-8, with few tables and lists in one another."""
     try:
         parse(data)
-    except (ValueError, RecursionError) as mistake:
-        what = "it is nested too deeply" if isinstance(mistake, RecursionError) else str(mistake)[:200]
+    except ValueError as mistake:
         hint = "Correct that place; the format is at https://toml.io."
-        yield Finding(MANIFEST, f"It is not TOML: {what}.", hint)
+        yield Finding(MANIFEST, f"It is not TOML: {str(mistake)[:200]}.", hint)
+    except RecursionError:
+        hint = f"At most {DEEPEST} may stand in one another."
+        yield Finding(MANIFEST, "Its tables or lists are nested too deeply.", hint)
 
 
 @rule("manifest")

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
+from dataclasses import replace
 from string import ascii_letters, digits
 
 import numpy as np
@@ -14,7 +14,6 @@ from gym_extensions.scoring.checks.rule import rule
 from gym_extensions.scoring.problems import LONGEST_QUOTE, ROWS_TOLD, Finding, told
 from gym_extensions.scoring.text import BOM, Text, lines
 
-ODD = re.compile(rb"[^0-9A-Za-z,./\n\r+-]")
 EVEN = (ascii_letters + digits + ",./\n\r+-").encode()
 REWRITE = "Write it with gym_extensions.scoring.log.write_episodes or write_curves."
 
@@ -73,11 +72,23 @@ def wrong_header(text: Text) -> Iterator[Finding]:
 def odd_character(text: Text) -> Iterator[Finding]:
     """A log holds letters, digits and , . / + - alone (and the namespace): no quotes, no spaces, no tabs."""
     rest = text.data.removeprefix(BOM).replace(f"{NAMESPACE}/".encode(), b"")
-    match = ODD.search(rest) if rest.translate(None, EVEN) else None
-    if match:
-        row = rest.count(b"\n", 0, match.start()) + 1
-        found = f"The row holds the character {match[0].decode('latin-1')!r}."
-        yield Finding(f"{text.path}, row {row}", found, REWRITE)
+    if not rest.translate(None, EVEN):
+        return
+    first: dict[int, str] = {}
+    count = 0
+    for block in lines(replace(text, data=rest)):
+        odd = np.flatnonzero(~np.isin(np.frombuffer(block.data, dtype=np.uint8), list(EVEN)))
+        rows, places = np.unique(np.searchsorted(block.ends, odd, side="right"), return_index=True)
+        count += rows.size
+        for row, place in list(zip(rows, odd[places], strict=True))[: ROWS_TOLD - len(first)]:
+            first[block.first + int(row) - 1] = chr(block.data[place])
+    yield from told(
+        text.path,
+        list(first),
+        lambda row: f"The row holds the character {first[row]!r}.",
+        REWRITE,
+        more=count - len(first),
+    )
 
 
 @rule("text")
