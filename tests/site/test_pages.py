@@ -6,6 +6,8 @@ import re
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from gym_extensions.site.build import files
 from gym_extensions.site.page import pages
 
@@ -108,6 +110,23 @@ def test_a_suite_has_a_board_before_its_groups_and_a_row_on_the_entrys_page(docu
     assert ids[0] == "gravity-sequential-100k"
     assert "gravity suite, mean of 4 groups" in pages["index.html"].said
     assert "gravity suite, mean of 4 groups" in pages["submissions/agile.html"].said
+
+
+@pytest.mark.parametrize(
+    ("code", "said"),
+    [
+        ({"url": "https://example.org/agent", "commit": "abc1"}, "Code https://example.org/agent at abc1"),
+        ({"url": "https://example.org/agent", "commit": ""}, "Code https://example.org/agent"),
+        ({"url": "", "commit": "abc1"}, "Code commit abc1 , its address is not said"),
+    ],
+)
+def test_the_commit_of_the_code_is_said_with_and_without_an_address(
+    document: dict[str, Any], code: dict[str, str], said: str
+) -> None:
+    document["submissions"][0]["manifest"]["code"] = code
+    assert said in read(document)["submissions/agile.html"].said
+    document["submissions"][0]["manifest"]["code"] = {"url": "", "commit": ""}
+    assert " Code " not in read(document)["submissions/agile.html"].said
 
 
 def test_an_agent_that_learned_nothing_is_not_praised_for_forgetting_nothing(
