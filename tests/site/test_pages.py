@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from gym_extensions.scoring.card import REPORTED, WELL_FORMED
 from gym_extensions.site.build import files
 from gym_extensions.site.page import pages
 
@@ -146,6 +147,19 @@ def test_the_metrics_page_has_every_formula_of_the_scorer() -> None:
     for metric in (metric for protocol in METRICS.values() for metric in protocol):
         assert re.sub(r"\s+", " ", metric.formula) in said
         assert metric.name in page["metrics.html"].ids
+
+
+def test_replayed_says_that_a_sample_was_who_draws_it_and_what_is_not_in_it(document: dict[str, Any]) -> None:
+    said = read(document)["metrics.html"].said
+    assert "replayed A sample of the episodes" in said
+    assert "its author could draw again by changing the log" in said
+    assert "none of the other cells, on which zero-shot transfer and generalisation rest" in said
+
+
+def test_only_levels_of_trust_that_the_scorer_gives_are_explained(document: dict[str, Any]) -> None:
+    page = dict(files(document))["metrics.html"]
+    named = re.findall(r'class="trust trust-[a-z-]+">([a-z-]+)<', page)
+    assert named == [REPORTED, WELL_FORMED, "replayed", "refused"]
 
 
 def test_every_page_module_is_on_the_site_by_being_in_the_folder() -> None:
