@@ -19,6 +19,7 @@ from gym_extensions.catalog.protocol import EVALUATION_EPISODES, evaluation_seed
 from gym_extensions.scoring import scorecard
 from gym_extensions.scoring.log import Episode, write_episodes
 from gym_extensions.scoring.normalise import Reference, References
+from gym_extensions.scoring.scorecard import score_folders
 
 MANIFEST = """format = 1
 title = "{title}"
@@ -112,16 +113,36 @@ def test_one_folder_and_another_place(here: Path, capsys: pytest.CaptureFixture[
     assert [row["name"] for row in document["submissions"]] == ["alpha"]
 
 
-def test_a_refused_submission_is_told_shown_and_makes_exit_one(
+def test_every_problem_of_a_refused_submission_is_told_and_makes_exit_one(
     here: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     submission(here / "submissions", "alpha")
-    log = submission(here / "submissions", "beta") / "hopper-gravity" / "sequential.csv"
+    broken = submission(here / "submissions", "beta")
+    log = broken / "hopper-gravity" / "sequential.csv"
     log.write_text("\n".join(log.read_text(encoding="utf-8").splitlines()[:-1]) + "\n", encoding="utf-8")
+    (broken / "[red]:smile:.txt").write_text("of no use", encoding="utf-8")
     assert main(["site"]) == 1
     out = capsys.readouterr().out
-    assert "refused: beta (1 problem; `score` lists them, and so does its page)" in out.replace("\n", " ")
+    assert out.splitlines()[-1] == "_site/index.html"
+    told = " ".join(out.split("Refused, ")[1].split())
+    assert "on no board until every problem is gone: beta Beta (2 problems)" in told
+    (card,) = score_folders([broken])["submissions"]
+    assert len(card["problems"]) == 2
+    for problem in card["problems"]:
+        place = f"{problem['rule']} {problem['where']}: {problem['message']} {problem['hint']}"
+        assert " ".join(place.split()) in told
+    assert "alpha" not in told
     assert "19 of 20 episodes" in (here / "_site/submissions/beta.html").read_text(encoding="utf-8")
+
+
+def test_what_an_encoding_cannot_say_does_not_stop_the_output(here: Path) -> None:
+    folder = submission(here / "submissions", "alpha")
+    (folder / "\N{SNOWMAN}.txt").write_text("of no use", encoding="utf-8")
+    command = [sys.executable, "-m", "gym_extensions", "site"]
+    ascii_only = {**os.environ, "PYTHONIOENCODING": "ascii"}
+    done = subprocess.run(command, check=False, capture_output=True, text=True, env=ascii_only)
+    assert (done.returncode, done.stderr) == (1, "")
+    assert "\\u2603.txt" in done.stdout
 
 
 def test_a_folder_that_is_not_there_is_told(here: Path, capsys: pytest.CaptureFixture[str]) -> None:

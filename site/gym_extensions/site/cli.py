@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Sequence
+from io import TextIOWrapper
 from itertools import groupby
 from pathlib import Path
 
@@ -15,6 +17,7 @@ from rich.text import Text
 from gym_extensions.catalog.errors import BenchError, reports_mistakes
 from gym_extensions.scoring.folder import submission_folders
 from gym_extensions.scoring.scorecard import score_folders
+from gym_extensions.scoring.screens import show_line
 from gym_extensions.site import words
 from gym_extensions.site.boards import Board
 from gym_extensions.site.build import build
@@ -27,7 +30,7 @@ def arguments() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="gym-extensions site",
         description="Score submissions and build the leaderboard's pages.",
-        epilog="Exit status: 0 fine, 1 built, but a submission was refused (its page lists why), 2 usage.",
+        epilog="Exit status: 0 fine, 1 built, but a submission was refused (it says why), 2 usage.",
     )
     parser.add_argument(
         "submissions",
@@ -86,7 +89,7 @@ def _lead(board: Board) -> tuple[str, str, str, str]:
 
 @reports_mistakes
 def main(argv: list[str] | None = None) -> int:
-    """Builds the site, prints where it is and a short table; 1 where a submission was refused."""
+    """Builds the site; prints the boards, all problems of what is refused (exit status 1), and the place."""
     chosen = arguments().parse_args(argv)
     missing = [path for path in chosen.submissions if not path.exists()]
     if missing:
@@ -95,13 +98,17 @@ def main(argv: list[str] | None = None) -> int:
     document = scored(chosen.submissions, chosen.verify)
     index = build(document, chosen.out)
     leaderboard = Leaderboard(document)
-    console = Console(highlight=False)
+    # What strangers wrote is printed literally, and never stops the output in a narrow encoding.
+    if isinstance(sys.stdout, TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")
+    console = Console(highlight=False, markup=False, emoji=False)
     for title, boards in groupby(leaderboard.boards, key=chapter):
         console.print(table(title, tuple(boards)))
         console.print()
-    refused = [entry for entry in leaderboard.entries if entry.problems]
-    for entry in refused:
-        count = words.count(len(entry.problems), "problem")
-        console.print(Text(f"refused: {entry.name} ({count}; `score` lists them, and so does its page)"))
+    refused = [card for card in document["submissions"] if card["problems"]]
+    if refused:
+        console.print("Refused, and on no board until every problem is gone:")
+    for card in refused:
+        show_line(console, card)
     print(index)
     return 1 if refused else 0
