@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from markupsafe import Markup
 
 from gym_extensions.scoring.board import LEAST_LEARNED
+from gym_extensions.scoring.intervals import interval
 from gym_extensions.site import charts, heat, words
 from gym_extensions.site.axis import Axis, around
 from gym_extensions.site.document import Trial
@@ -79,17 +80,22 @@ class Lost:
 
 
 def most_lost(trial: Trial) -> Lost | None:
-    """The closed task that lost most of its normalised return, mean over runs; None if under .05."""
+    """The closed task that lost most of its normalised return, mean over runs; None if under .05.
+
+    As in ``score``'s "forgets X most", a loss counts where its 95 % interval over runs leaves out 0; one run
+    has none, and counts.
+    """
     if (trial.metric("learning_performance").mean or 0.0) < LEAST_LEARNED or not trial.matrix:
         return None
     cells = heat.mean(trial.matrix)
     losses = []
     for index, task in enumerate(trial.tasks[:-1]):
+        low = interval([run[index + 1][index] - run[-1][index] for run in trial.matrix]).low
         before, after = cells[index + 1][index], cells[-1][index]
         reference = trial.references.get(task)
         shares = [reference.normalise(value) for value in (before, after)] if reference else []
         known = [share for share in shares if share is not None]
-        if len(known) == 2:
+        if len(known) == 2 and (low is None or low > 0):
             losses.append((known[0] - known[1], -index, Lost(task, before, after)))
     worst = max(losses, default=None, key=lambda loss: loss[:2])
     return worst[2] if worst and worst[0] >= LITTLE_LOST else None
