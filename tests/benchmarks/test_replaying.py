@@ -12,8 +12,8 @@ from gym_extensions.baselines.evaluation import evaluate
 from gym_extensions.catalog.tasks import task as published
 from gym_extensions.catalog.traces import segments
 from gym_extensions.envs import make_batch
+from gym_extensions.scoring.lanes import replay
 from gym_extensions.scoring.recorded import Recorded
-from gym_extensions.scoring.replay import replay
 
 pytestmark = pytest.mark.bench
 

@@ -120,5 +120,5 @@ def test_an_unknown_id_has_no_fingerprint() -> None:
         fingerprints.published("gym_extensions/HoperGravityHalf-v0")
     assert str(caught.value) == (
         "No fingerprint is published for 'gym_extensions/HoperGravityHalf-v0'. Did you mean "
-        "'gym_extensions/HopperGravityHalf-v0'?"
+        "'gym_extensions/HopperGravityHalf-v0'? A new task's is published by: gym-extensions envs fingerprint"
     )

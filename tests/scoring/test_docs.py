@@ -27,7 +27,7 @@ def test_the_log_page_lists_every_rule_with_its_text() -> None:
 
 def test_the_log_page_lists_what_replay_tells() -> None:
     sources = (
-        Path(submission.__file__).with_name(f"{name}.py").read_text() for name in ("recorded", "replay")
+        Path(submission.__file__).with_name(f"{name}.py").read_text() for name in ("recorded", "lanes")
     )
     names = [name for source in sources for name in re.findall(r'Problem\(\s*"([a-z-]+)"', source)]
     assert len(names) == 3

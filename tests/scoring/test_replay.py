@@ -198,6 +198,31 @@ def test_a_trace_that_the_log_asks_for_and_is_not_there_is_told(copy: Path) -> N
     assert (problem.rule, problem.where) == ("trace-missing", f"{GROUP}/traces/{victim.name}")
 
 
+def test_a_submission_without_traces_stays_well_formed_and_says_so(
+    copy: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shutil.rmtree(copy / GROUP / "traces")
+    assert main([str(copy), "--verify", "--json"]) == 0
+    (card,) = json.loads(capsys.readouterr().out)["submissions"]
+    assert (card["trust"], card["problems"]) == ("well-formed", [])
+    assert card["notes"] == ["It holds no traces: nothing could be replayed."]
+    assert card["groups"] != {}
+
+
+def test_of_many_missing_traces_three_are_named_and_the_rest_counted(
+    copy: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for victim in traces(copy)[1:]:
+        victim.unlink()
+    assert main([str(copy), "--verify", "--json"]) == 1
+    (card,) = json.loads(capsys.readouterr().out)["submissions"]
+    assert [one["rule"] for one in card["problems"]] == ["trace-missing"] * 4
+    assert (card["problems"][3]["where"], card["problems"][3]["message"]) == (
+        GROUP,
+        "1 more place breaks the same rule.",
+    )
+
+
 def test_a_log_that_was_edited_asks_for_other_episodes(copy: Path) -> None:
     log = copy / GROUP / "single.csv"
     head, first, *rest = log.read_text().splitlines()

@@ -32,7 +32,7 @@ def published(task_id: str) -> str:
     """
     rows = table()["tasks"]
     if task_id not in rows:
-        hint = did_you_mean(task_id, rows)
+        hint = f"{did_you_mean(task_id, rows)} A new task's is published by: gym-extensions envs fingerprint"
         raise BenchError("no-fingerprint", f"No fingerprint is published for {task_id!r}.", hint=hint)
     digest: str = rows[task_id]["fingerprint"]
     return digest

@@ -1,7 +1,7 @@
 """Which episodes a submission must show: an audit sample that the finished log itself chooses.
 
-One episode of every cell R[T][j], R[j][j] and S[j] of every run. Nobody can choose it before the log is
-written: any change of the log chooses anew.
+One episode of every cell R[T][j], R[j][j] and S[j] of every run. It catches mistakes. Any change of the log
+chooses anew, so that an author who means to deceive can try until it suits (docs/rollout-log.md).
 """
 
 from __future__ import annotations

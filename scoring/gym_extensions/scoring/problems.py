@@ -66,6 +66,22 @@ def number(row: int, numbers: Numbers | None = None) -> int:
     return 2 + (row if numbers is None else int(numbers[row]))
 
 
+def told_briefly(problems: Sequence[Problem]) -> list[Problem]:
+    """The first problems of each rule, then for each rule one that counts the rest of its places."""
+    by_rule: dict[str, list[Problem]] = {}
+    for one in problems:
+        by_rule.setdefault(one.rule, []).append(one)
+    brief: list[Problem] = []
+    for rule, found in by_rule.items():
+        brief += found[:ROWS_TOLD]
+        rest = found[ROWS_TOLD:]
+        if rest:
+            places = "1 more place breaks" if len(rest) == 1 else f"{len(rest)} more places break"
+            where = rest[0].where.partition("/")[0]
+            brief.append(Problem(rule, where, f"{places} the same rule.", rest[0].hint))
+    return brief
+
+
 def told(
     path: str,
     rows: Sequence[int],

@@ -43,7 +43,7 @@ BROKEN = (
             (
                 "my entry!",
                 "The folder's name is 'my entry!'.",
-                "Rename it with letters, digits, dots, dashes and underscores, 64 at most.",
+                "Rename it with a letter or digit, then those, dots, dashes and underscores, 64 in all.",
             ),
         ),
     ),

@@ -10,6 +10,7 @@ from gym_extensions.scoring.checks import (
     manifest,
     reading,
     text,
+    texts,
     values,
 )
 from gym_extensions.scoring.checks.rule import RULES, broken
@@ -26,5 +27,6 @@ __all__ = [
     "manifest",
     "reading",
     "text",
+    "texts",
     "values",
 ]

@@ -55,9 +55,10 @@ def not_a_submission(folder: Folder) -> Iterator[Finding]:
 
 @rule("folder")
 def folder_name(folder: Folder) -> Iterator[Finding]:
-    """The folder's name is up to 64 letters, digits, dots, dashes, underscores: it becomes an address."""
+    """The folder's name is up to 64 letters, digits, dots, dashes, underscores, a letter or digit first: it
+    becomes an address."""
     if not NAME.fullmatch(folder.name):
-        hint = "Rename it with letters, digits, dots, dashes and underscores, 64 at most."
+        hint = "Rename it with a letter or digit, then those, dots, dashes and underscores, 64 in all."
         yield Finding(folder.name, f"The folder's name is '{folder.name}'.", hint)
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-import unicodedata
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
@@ -32,20 +31,16 @@ from gym_extensions.scoring.problems import LONGEST_QUOTE, Finding, shown
 
 Tables = dict[str, Any]
 BARE = re.compile(r"[A-Za-z0-9_-]{1,80}")
-UNSEEN = ("Cc", "Cs", "Zl", "Zp")
-"""Unicode categories of control characters, halves of pairs, and ends of lines and paragraphs."""
-TURNING = frozenset("\u061c\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")
-"""Marks of direction, with which a text can look like another."""
-WEB = re.compile(r"(https?://[^\s<>\"']+)?")
+WEB = re.compile(r"(https?://[^\s<>\"'/@]+(/[^\s<>\"']*)?)?")
 
 
-def _bare(name: str) -> str:
+def bare(name: str) -> str:
     """A key as it is written without quotes, or quoted."""
     return name if BARE.fullmatch(name) else shown(name)
 
 
-def _key(section: str, name: str) -> str:
-    return f"{MANIFEST}, {f'[{section}] ' if section else ''}{_bare(name)}"
+def key(section: str, name: str) -> str:
+    return f"{MANIFEST}, {f'[{section}] ' if section else ''}{bare(name)}"
 
 
 def _close(name: str, choices: Iterable[str]) -> str:
@@ -76,7 +71,7 @@ def unknown_key(tables: Tables) -> Iterator[Finding]:
         given = tables.get(section) if section and section != FREE else None
         for name in given if isinstance(given, dict) else ():
             if name not in fields:
-                yield Finding(_key(section, name), f"There is no key {shown(name)}.", _close(name, fields))
+                yield Finding(key(section, name), f"There is no key {shown(name)}.", _close(name, fields))
 
 
 @rule("manifest")
@@ -90,7 +85,7 @@ def missing_key(tables: Tables) -> Iterator[Finding]:
         for name, field in fields.items():
             if field.required and isinstance(given, dict) and name not in given:
                 yield Finding(
-                    _key(section, name), "The key is missing.", f"Add {name} with a value: {field.kind}."
+                    key(section, name), "The key is missing.", f"Add {name} with a value: {field.kind}."
                 )
 
 
@@ -148,11 +143,11 @@ def bad_value(tables: Tables) -> Iterator[Finding]:
         for name, field in fields.items():
             wrong = WRONG[field.kind](given[name], field.longest) if name in given else ""
             if wrong:
-                yield Finding(_key(section, name), wrong, f"Give {field.kind}.")
+                yield Finding(key(section, name), wrong, f"Give {field.kind}.")
             elif name in given and field.choices and given[name] not in field.choices and name != "budget":
                 choices = [str(choice) for choice in field.choices]
                 yield Finding(
-                    _key(section, name),
+                    key(section, name),
                     f"The value is {shown(given[name])}.",
                     did_you_mean(str(given[name]), choices),
                 )
@@ -164,7 +159,7 @@ def unknown_budget(tables: Tables) -> Iterator[Finding]:
     protocol = tables.get("protocol")
     name = protocol.get("budget") if isinstance(protocol, dict) else None
     if isinstance(name, str) and name not in BUDGETS:
-        yield Finding(_key("protocol", "budget"), f"There is no budget {shown(name)}.", _close(name, BUDGETS))
+        yield Finding(key("protocol", "budget"), f"There is no budget {shown(name)}.", _close(name, BUDGETS))
 
 
 @rule("manifest")
@@ -172,7 +167,7 @@ def unknown_report(tables: Tables) -> Iterator[Finding]:
     """A reported entry names one of the published tables that the project keeps with its sources."""
     name = tables.get("reported")
     if isinstance(name, str) and name not in TABLES:
-        yield Finding(_key("", "reported"), f"There is no table {shown(name)}.", _close(name, TABLES))
+        yield Finding(key("", "reported"), f"There is no table {shown(name)}.", _close(name, TABLES))
 
 
 def _unfit(value: object, inside: bool = False) -> str:
@@ -197,32 +192,7 @@ def bad_hyperparameter(tables: Tables) -> Iterator[Finding]:
     for name, value in given.items() if isinstance(given, dict) else ():
         if unfit := _unfit(value):
             yield Finding(
-                _key(FREE, name),
+                key(FREE, name),
                 f"{shown(value)} {unfit}.",
                 "Give a text, a finite number, true or false, or a list of them.",
             )
-
-
-def _texts(value: object, place: str, broken: bool = False) -> Iterator[tuple[str, str, bool]]:
-    """Every text with its place, and whether it may have line breaks."""
-    if isinstance(value, str):
-        yield place, value, broken
-    elif isinstance(value, dict):
-        for name, inner in value.items():
-            yield place, name, False
-            yield from _texts(inner, f"{place}, {_bare(name)}", broken or name in ("description", FREE))
-    elif isinstance(value, list):
-        for inner in value:
-            yield from _texts(inner, place, broken)
-
-
-@rule("manifest")
-def control_character(tables: Tables) -> Iterator[Finding]:
-    """Texts hold nothing that a terminal would obey or that changes the direction of what follows.
-
-    (The description and hyperparameters may have line breaks and tabs.)
-    """
-    for place, value, broken in _texts(tables, MANIFEST):
-        text = value.replace("\n", "").replace("\t", "") if broken else value
-        if any(unicodedata.category(one) in UNSEEN or one in TURNING for one in text):
-            yield Finding(place, f"The text {shown(value)} holds a control character.", "Remove it.")
