@@ -143,6 +143,15 @@ def test_ranks_are_intervals_and_one_entry_alone_has_none(entry: Make) -> None:
     assert [row.rank("final_performance") for row in only(entry("a", around(0.9))).rows] == [None]
 
 
+def test_nobody_is_ranked_on_a_metric_that_ranks_nobody_else(entry: Make) -> None:
+    none = around(0.0)
+    alone = only(entry("a", around(0.9)), entry("b", around(0.1), none), entry("c", around(0.2), none))
+    assert [words.rank(row.rank("forgetting")) for row in alone.rows] == ["", "", ""]
+    assert [words.rank(row.rank("final_performance")) for row in alone.rows] == ["rank 1", "rank 2", "rank 3"]
+    two = only(entry("a", around(0.9)), entry("b", around(0.1)), entry("c", around(0.2), none))
+    assert [words.rank(row.rank("forgetting")) for row in two.rows] == ["rank 1–2", "", "rank 1–2"]
+
+
 @pytest.mark.parametrize(
     ("runs", "sentence"),
     [

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import groupby
@@ -111,12 +112,14 @@ def boards(scored: Sequence[Json], entries: Sequence[Entry]) -> tuple[Board, ...
 
 def _board(board: Json, entries: dict[str, Entry]) -> Board:
     group, protocol = board["group"], board["protocol"]
+    ranked_on = Counter(
+        name for row in board["rows"] for name, score in row["metrics"].items() if score["rank"] is not None
+    )
     rows = []
     for row in board["rows"]:
         entry = entries[row["name"]]
         trials = [trial for trial in (*entry.trials, *entry.suites) if trial.group == group]
-        rows.append(
-            Row(entry, next(trial for trial in trials if trial.protocol == protocol), row, board["ranked"])
-        )
+        trial = next(trial for trial in trials if trial.protocol == protocol)
+        rows.append(Row(entry, trial, row, ranked_on))
     suite = any(trial.group == group for trial in rows[0].entry.suites)
     return Board(group, protocol, board["budget"], bool(board["told_the_task"]), suite, tuple(rows))

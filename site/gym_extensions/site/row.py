@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from gym_extensions.site.document import Entry, Estimate, Json, Trial
@@ -25,12 +26,12 @@ RANKS_SHOWN = ("final_performance", "single_task_performance", "forgetting")
 
 @dataclass(frozen=True)
 class Row:
-    """One entry on a board; ``place`` is what the scorer's board says, ``among`` how many are ranked."""
+    """One entry on a board; ``place`` is what the scorer's board says, ``ranked_on`` how many have a rank."""
 
     entry: Entry
     trial: Trial
     place: Json
-    among: int
+    ranked_on: Mapping[str, int]
 
     @property
     def lead(self) -> Estimate:
@@ -50,7 +51,7 @@ class Row:
     def rank(self, metric: str) -> tuple[int, int] | None:
         """First and last possible rank on a metric; None without one, or with nobody to rank against."""
         span = self.place["metrics"][metric]["rank"]
-        return (span[0], span[1]) if span and self.among > 1 else None
+        return (span[0], span[1]) if span and self.ranked_on[metric] > 1 else None
 
     def shown_rank(self, metric: str) -> tuple[int, int] | None:
         """The rank that stands in the table: the sorting metric's, and that of forgetting."""
