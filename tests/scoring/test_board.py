@@ -155,6 +155,17 @@ def test_a_reported_entry_stands_on_a_board_without_a_rank() -> None:
     assert found["rows"][0]["metrics"]["final_performance"]["mean"] is None
 
 
+def test_an_entry_that_repeats_another_is_told(enter: Enter) -> None:
+    cards = [enter("original", 500), enter("copied", 500), enter("other", 501), enter("again", 500)]
+    found = board(cards, KEY)
+    assert {row["name"]: row.get("same_as") for row in found["rows"]} == {
+        "again": None,
+        "copied": "again",
+        "original": "again",
+        "other": None,
+    }
+
+
 def test_boards_made_side_by_side_are_the_same(enter: Enter, monkeypatch: pytest.MonkeyPatch) -> None:
     cards = [slim(enter(f"entry{number}", 100 * number, told=number > 2)) for number in range(1, 5)]
     monkeypatch.setattr(batch, "MANY_ENTRIES", 4)

@@ -12,6 +12,7 @@ from typing import Any
 
 from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS
 from gym_extensions.scoring.card import REPORTED
+from gym_extensions.scoring.copies import repeats
 from gym_extensions.scoring.estimates import estimate
 from gym_extensions.scoring.intervals import Summary, less, span
 from gym_extensions.scoring.metrics import METRICS
@@ -109,11 +110,15 @@ def board(cards: Sequence[Document], key: BoardKey) -> Document:
     Returns:
         The board as docs/scorecard.md describes it: ``rows`` with every metric's mean, interval and rank
         interval (first and last possible rank, null without one); for each ranked row ``next``, the one
-        below it.
+        below it; ``same_as`` where an entry repeats another.
     """
     places = ((card, place(card, key)) for card in cards if told(card) == key.told)
     here = {card["name"]: (card, found) for card, found in places if found and found["budget"] == key.budget}
-    rows = [_entry(card, key, found) for card, found in here.values()]
+    same = repeats({name: found for name, (_, found) in here.items()})
+    rows = [
+        _entry(card, key, found) | ({"same_as": same[name]} if name in same else {})
+        for name, (card, found) in here.items()
+    ]
     first = METRICS[key.protocol][0].name
     for row in rows:
         if row["ranked"] and row["metrics"][first]["mean"] is None:

@@ -1,8 +1,10 @@
-"""Runs that are identical in every episode count once."""
+"""Runs that are identical in every episode count once; entries that repeat another are named."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 from gym_extensions.scoring.checks.across import originals
 from gym_extensions.scoring.entry import GroupEntry
@@ -54,3 +56,14 @@ def only(log: Log, runs: set[int]) -> Log:
         terminated=log.terminated[keep],
         fingerprint=[log.fingerprint[index] for index in keep],
     )
+
+
+def repeats(found: Mapping[str, dict[str, Any]]) -> dict[str, str]:
+    """Entries whose every metric is that of an entry before them in every run, by name, and that entry."""
+    first: dict[tuple[tuple[float, ...], ...], str] = {}
+    same = {}
+    for name, scored in sorted(found.items()):
+        runs = tuple(tuple(metric["runs"]) for _, metric in sorted(scored["metrics"].items()))
+        if any(runs) and first.setdefault(runs, name) != name:
+            same[name] = first[runs]
+    return same
