@@ -25,6 +25,13 @@ def test_a_null_says_why_and_is_not_shown_as_zero(document: dict[str, Any]) -> N
     assert 'class="none"' in row
 
 
+def test_a_dash_leads_to_its_reason_and_cannot_be_read_as_minus_one(document: dict[str, Any]) -> None:
+    page = dict(files(document))["index.html"]
+    cell = page.split('data-label="Forward transfer"')[1].split("</td>")[0]
+    (note,) = re.findall(r'– <a class="see" href="#([a-z0-9-]+)" title="[^"]+">note 1</a>', cell)
+    assert f'<li id="{note}">there is no single.csv to pair with</li>' in page
+
+
 def test_a_refused_submission_is_listed_with_what_to_do(document: dict[str, Any]) -> None:
     for path in ("index.html", "submissions/broken.html"):
         said = read(document)[path].said

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby
 
@@ -67,11 +67,6 @@ def whys(trials: Sequence[Trial]) -> tuple[str, ...]:
     """Why values of trials of one protocol are missing, each reason once, in order."""
     found = (trial.metric(name) for trial in trials for name in COLUMNS[trial.protocol])
     return tuple(dict.fromkeys(estimate.why for estimate in found if estimate.mean is None))
-
-
-def numbered(reasons: Sequence[str]) -> Callable[[str], str]:
-    """The number of a reason among those below a table."""
-    return lambda why: str(reasons.index(why) + 1)
 
 
 def axis(trials: Sequence[Trial]) -> Axis:
