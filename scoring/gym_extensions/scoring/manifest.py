@@ -15,6 +15,7 @@ COUNT = "a whole number"
 FLAG = "true or false"
 URL = "a web address, or an empty text"
 NAMES = "a list of texts"
+DIGEST = "a sha256 in 64 hexadecimal digits, or an empty text"
 SHORT, LONG = 100, 4000
 
 
@@ -47,7 +48,7 @@ SECTIONS: dict[str, dict[str, Field]] = {
     "versions": {
         name: Field(TEXT) for name in ("gym_extensions", "gymnasium", "mujoco", "numpy", "python", "platform")
     },
-    "archive": {"url": Field(URL, longest=500), "sha256": Field(TEXT)},
+    "archive": {"url": Field(URL, longest=500), "sha256": Field(DIGEST)},
     "hyperparameters": {},
 }
 """Every key of submission.toml, by section; the keys of ``hyperparameters`` are free."""

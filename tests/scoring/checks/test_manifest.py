@@ -69,7 +69,13 @@ BROKEN = (
         "bad-value",
         "a text in place of a number",
         edit("stored_steps = 2000", 'stored_steps = "2000"', TOML),
-        ((f"{TOML}, [memory] stored_steps", "'2000' is not a whole number from 0.", "Give a whole number."),),
+        (
+            (
+                f"{TOML}, [memory] stored_steps",
+                "'2000' is not a whole number from 0 to 2⁵³ − 1.",
+                "Give a whole number.",
+            ),
+        ),
     ),
     Broken(
         "bad-value",
@@ -207,6 +213,18 @@ BROKEN = (
             ("a tag", "TRPO\U000e0041"),
             ("a mark that joins", "TR\u034fPO"),
         )
+    ),
+    Broken(
+        "bad-value",
+        "a digest that is none",
+        edit("[versions]", '[archive]\nurl = ""\nsha256 = "z"\n[versions]', TOML),
+        (
+            (
+                f"{TOML}, [archive] sha256",
+                "'z' is not 64 digits of 0 to 9 and a to f.",
+                "Give a sha256 in 64 hexadecimal digits, or an empty text.",
+            ),
+        ),
     ),
     Broken(
         "bad-value",

@@ -14,6 +14,7 @@ from gym_extensions.scoring.folder import MANIFEST
 from gym_extensions.scoring.manifest import (
     COUNT,
     DEEPEST,
+    DIGEST,
     FLAG,
     FREE,
     LONG,
@@ -91,7 +92,7 @@ def missing_key(tables: Tables) -> Iterator[Finding]:
 
 def _count(value: object, longest: int) -> str:
     whole = isinstance(value, int) and not isinstance(value, bool) and 0 <= value < 2**53
-    return "" if whole else f"{shown(value)} is not a whole number from 0."
+    return "" if whole else f"{shown(value)} is not a whole number from 0 to 2⁵³ − 1."
 
 
 def _flag(value: object, longest: int) -> str:
@@ -101,7 +102,7 @@ def _flag(value: object, longest: int) -> str:
 def _names(value: object, longest: int) -> str:
     names = value if isinstance(value, list) and len(value) <= SHORT else [None]
     good = all(isinstance(name, str) and 0 < len(name) <= longest for name in names)
-    return "" if good else f"{shown(value)} is not a list of texts of at most {longest} characters."
+    return "" if good else f"{shown(value)} is not a list of texts of 1 to {longest} characters."
 
 
 def _text(value: object, longest: int) -> str:
@@ -118,8 +119,14 @@ def _url(value: object, longest: int) -> str:
     )
 
 
+def _digest(value: object, longest: int) -> str:
+    good = isinstance(value, str) and re.fullmatch("([0-9a-f]{64})?", value)
+    return "" if good else f"{shown(value)} is not 64 digits of 0 to 9 and a to f."
+
+
 WRONG: dict[str, Callable[[object, int], str]] = {
     COUNT: _count,
+    DIGEST: _digest,
     FLAG: _flag,
     NAMES: _names,
     TEXT: _text,
