@@ -155,10 +155,10 @@ def test_nobody_is_ranked_on_a_metric_that_ranks_nobody_else(entry: Make) -> Non
 @pytest.mark.parametrize(
     ("runs", "sentence"),
     [
-        ({"a": around(0.9)}, "It is the only full entry."),
+        ({"a": around(0.9)}, "It is the only ranked entry."),
         (
             {"a": around(0.9), "b": around(0.5), "c": around(0.4)},
-            "It is ahead of every other full entry, with 95\u202f% confidence.",
+            "It is ahead of every other ranked entry, with 95\u202f% confidence.",
         ),
         ({"a": around(0.9, runs=2)}, "It is the only entry with a value."),
         (
@@ -204,9 +204,30 @@ def test_a_tie_says_how_far_and_how_many_more_runs_it_would_take(entry: Make) ->
 
 
 def test_a_hopeless_tie_says_so(entry: Make) -> None:
-    lead = only(entry("a", around(0.9001, wide=9)), entry("b", around(0.9, wide=9))).lead()
+    lead = only(entry("a", around(0.91, wide=9)), entry("b", around(0.9, wide=9))).lead()
     assert lead is not None
     assert lead[1].endswith("which more than 100 more runs each would tell apart.")
+
+
+@pytest.mark.parametrize(("ahead", "ends"), [(0.0, "−0.07 to 0.07"), (0.0049, "−0.06 to 0.07")])
+def test_who_is_ahead_by_nothing_that_is_shown_is_level(entry: Make, ahead: float, ends: str) -> None:
+    lead = only(entry("a", around(0.5 + ahead, wide=3)), entry("b", around(0.5, wide=3))).lead()
+    assert lead is not None
+    assert lead[1] == (
+        f"It may rank from 1 to 2: it and B are level (difference {ends}); "
+        "to tell them apart would take more than 100 more runs each."
+    )
+
+
+def test_a_small_lead_that_is_told_apart_is_not_called_level(entry: Make) -> None:
+    three = {"a": 0.504, "b": 0.5, "c": 0.5}
+    cards = [entry(name, around(mean, wide=0.01)) for name, mean in three.items()]
+    cards[2] = entry("c", around(0.499, wide=9))
+    lead = only(*cards).lead()
+    assert lead is not None
+    assert lead[1] == (
+        "It may rank from 1 to 2: ahead of B by less than 0.01, which is told apart, but not of all others."
+    )
 
 
 def test_a_full_entry_leads_before_a_better_one_with_fewer_runs(entry: Make) -> None:

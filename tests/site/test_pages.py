@@ -120,6 +120,13 @@ def test_a_suite_has_a_board_before_its_groups_and_a_row_on_the_entrys_page(docu
     assert "gravity suite, mean of 4 groups" in pages["submissions/agile.html"].said
 
 
+def test_who_leads_a_board_leads_its_ranked_entries(document: dict[str, Any]) -> None:
+    """A full entry is another thing: on an entry's page it is one to which nothing is missing."""
+    index = read(document)["index.html"].said
+    assert "Agile leads the ranked entries with 0.55" in index
+    assert "full entr" not in index
+
+
 @pytest.mark.parametrize(
     ("code", "said"),
     [

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from gym_extensions.site.document import Json
 from gym_extensions.site.numerals import fixed, interval
 from gym_extensions.site.row import Row
 
@@ -27,20 +28,27 @@ def lead(rows: Sequence[Row], metric: str) -> tuple[Row, str] | None:
 def _ranked(ranked: Sequence[Row], metric: str) -> str:
     first, *others = ranked
     if not others:
-        return "It is the only full entry."
+        return "It is the only ranked entry."
     span = first.rank(metric) or (1, len(ranked))
     if span == (1, 1):
-        return "It is ahead of every other full entry, with 95\u202f% confidence."
-    below = first.place["next"]
-    second = others[0].entry.title
-    gap = below["difference"]
-    ends = "" if gap["low"] is None else f" ({interval(gap['low'], gap['high'])})"
-    start = f"It may rank from {span[0]} to {span[1]}: ahead of {second} by {fixed(gap['mean'])}{ends}"
+        return "It is ahead of every other ranked entry, with 95\u202f% confidence."
+    start = f"It may rank from {span[0]} to {span[1]}: "
+    return start + _against(others[0].entry.title, first.place["next"])
+
+
+def _against(second: str, below: Json) -> str:
+    """How it stands against the second: apart, level as far as two digits show, or ahead for now."""
+    gap, more = below["difference"], below["more_runs"]
+    ends = "" if gap["low"] is None else interval(gap["low"], gap["high"])
+    level = fixed(gap["mean"]) == fixed(0.0)
+    by = "less than 0.01" if level else fixed(gap["mean"]) + (f" ({ends})" if ends else "")
     if below["separated"]:
-        return f"{start}, which is told apart, but not of all others."
-    more = below["more_runs"]
+        return f"ahead of {second} by {by}, which is told apart, but not of all others."
     needed = "more than 100 more runs" if more is None else f"about {more} more run{'' if more == 1 else 's'}"
-    return f"{start}, which {needed} each would tell apart."
+    if level:
+        between = f" (difference {ends})" if ends else ""
+        return f"it and {second} are level{between}; to tell them apart would take {needed} each."
+    return f"ahead of {second} by {by}, which {needed} each would tell apart."
 
 
 def _unranked(valued: Sequence[Row]) -> str:

@@ -40,7 +40,7 @@ class Row:
 
     @property
     def ranked(self) -> bool:
-        """Whether it is a full entry, which has a rank interval."""
+        """Whether the board ranks it: then it has a rank interval."""
         return bool(self.place["ranked"])
 
     @property
