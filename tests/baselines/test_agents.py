@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from gym_extensions.baselines import algorithms
-from gym_extensions.baselines.agent import Described, Resumable, card_of
+from gym_extensions.baselines.agent import Described, Resumable
+from gym_extensions.baselines.cards import card_of
 from gym_extensions.baselines.seeds import training_seed
 from gym_extensions.catalog.tasks import TASKS
 from gym_extensions.catalog.traces import SEGMENTS, segments

@@ -8,7 +8,8 @@ import sys
 import pytest
 
 from gym_extensions.__main__ import main
-from gym_extensions.baselines.cli import numbers
+from gym_extensions.baselines import algorithms
+from gym_extensions.baselines.cli import numbers, parser
 from gym_extensions.catalog.errors import BenchError
 
 GOOD = {"--group": "hopper-gravity", "--budget": "smoke", "--out": "out"}
@@ -44,6 +45,15 @@ MISTAKES = [
     (
         words("trpo", runs="a"),
         "--runs: 'a' is no list of runs. Give numbers and ranges, as in 0,1 or 0-4.",
+    ),
+    (
+        words("trpo", runs="0,4-1"),
+        "--runs: The range '4-1' is empty. Write the smaller number first, as in 1-4.",
+    ),
+    (
+        words("still", out="still run"),
+        "still run: 'still run' is no name of a submission. "
+        "Begin with a letter or digit; then letters, digits, dots, dashes, underscores, 64 in all.",
     ),
     (
         words("trpo", jobs="0"),
@@ -112,6 +122,20 @@ def test_an_agent_of_ones_own_is_named_by_module_and_factory(tmp_path):
     )
     assert lines[-1] == "The submission is in out. Look at it with: score out"
     assert (tmp_path / "out/hopper-gravity/single.csv").exists()
+
+
+def test_the_printed_line_can_be_pasted_whatever_the_folder_above_is_called(tmp_path, monkeypatch, capsys):
+    from gym_extensions.baselines import train
+
+    monkeypatch.setattr(train, "train", lambda *_, **__: [])
+    assert main(words("still", out="my runs/still")) == 0
+    expected = "The submission is in my runs/still. Look at it with: score 'my runs/still'\n"
+    assert capsys.readouterr().out == expected
+
+
+def test_the_help_names_every_reference_agent(monkeypatch):
+    monkeypatch.setattr(algorithms, "names", lambda: ["sac", "trpo"])
+    assert "sac, trpo, or module:factory of your own" in " ".join(parser().format_help().split())
 
 
 def test_a_stopped_command_says_how_to_go_on(tmp_path, monkeypatch, capsys):

@@ -172,15 +172,3 @@ def test_a_setting_that_is_a_tuple_is_the_same_setting_later(tmp_path):
         train(Tupled, "hopper-gravity", "single", "smoke", run, out=tmp_path / "tupled", jobs=0)
     found = tomllib.loads((tmp_path / "tupled" / "submission.toml").read_text())
     assert found["hyperparameters"]["train_freq"] == [8, "step"]
-
-
-def test_a_setting_that_cannot_be_written_is_told_before_training(tmp_path):
-    class Strange(Tupled):
-        def card(self):
-            return replace(super().card(), hyperparameters={"clip": np.float32(0.5)})
-
-    announced = []
-    with pytest.raises(BenchError, match=r"A hyperparameter cannot be written: .*float32"):
-        train(
-            Strange, "hopper-gravity", "single", "smoke", 0, out=tmp_path, jobs=0, announce=announced.append
-        )

@@ -77,11 +77,6 @@ class Factory(Protocol):
     ) -> Agent: ...
 
 
-def card_of(agent: Agent, name: str) -> Card:
-    """The agent's own card, or one that knows only its name."""
-    return agent.card() if isinstance(agent, Described) else Card(algorithm=name)
-
-
 def acting_and_learning(seed: int) -> tuple[np.random.Generator, np.random.Generator]:
     """Two independent generators from one seed, so that evaluation leaves training untouched."""
     acting, learning = np.random.SeedSequence(seed).spawn(2)

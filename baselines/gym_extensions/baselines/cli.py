@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import argparse
 import re
+import shlex
 from pathlib import Path
 
+from gym_extensions.baselines import algorithms
 from gym_extensions.baselines.show import shown
 from gym_extensions.catalog.errors import BenchError, reports_mistakes
 from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS
@@ -22,8 +24,11 @@ def numbers(text: str) -> list[int]:
         if span is None:
             hint = "Give numbers and ranges, as in 0,1 or 0-4."
             raise BenchError("bad-runs", f"{text!r} is no list of runs.", "--runs", hint)
-        first = int(span[1])
-        found += range(first, int(span[2] or first) + 1)
+        first, last = int(span[1]), int(span[2] or span[1])
+        if last < first:
+            hint = f"Write the smaller number first, as in {last}-{first}."
+            raise BenchError("bad-runs", f"The range {part.strip()!r} is empty.", "--runs", hint)
+        found += range(first, last + 1)
     return found
 
 
@@ -34,7 +39,7 @@ def parser() -> argparse.ArgumentParser:
         description="Run an agent through a protocol and write its submission. "
         "Stopped and started again, it goes on at the last finished stage.",
     )
-    command.add_argument("agent", help="random, still, trpo, or module:factory of your own")
+    command.add_argument("agent", help=f"{', '.join(algorithms.names())}, or module:factory of your own")
     command.add_argument(
         "--group", required=True, help="one or several, as in hopper-gravity,walker2d-gravity"
     )
@@ -85,5 +90,5 @@ def main(argv: list[str] | None = None) -> int:
             raise
         hint = "Install the extra: pip install -c constraints.txt '.[baselines]'"
         raise BenchError("no-extra", f"Training needs {missing.name}.", hint=hint) from missing
-    print(f"The submission is in {asked.out}. Look at it with: score {asked.out}")
+    print(f"The submission is in {asked.out}. Look at it with: score {shlex.quote(str(asked.out))}")
     return 0

@@ -9,6 +9,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
+from gym_extensions.baselines.actions import clipped
 from gym_extensions.baselines.agent import Agent, Array, VectorEnv
 from gym_extensions.baselines.traces import Trace, cut
 
@@ -31,14 +32,6 @@ class Rollout:
     trace: Trace | None = None
 
 
-def clipped(actions: Array, env: VectorEnv) -> Array:
-    """The actions as they are applied: inside the action space, in its own type (float32)."""
-    space = env.single_action_space
-    low, high, kind = getattr(space, "low", None), getattr(space, "high", None), space.dtype
-    found = np.asarray(actions)
-    return found if low is None else np.clip(found, low, high).astype(kind, copy=False)
-
-
 def saved_states(env: VectorEnv) -> dict[str, Array]:
     """The state of every lane, by name, (lanes, …)."""
     if isinstance(env, StatesAtOnce):
@@ -58,7 +51,7 @@ def evaluate(agent: Agent, env: VectorEnv, seeds: Sequence[int], segment_steps: 
     rewards, actions, states = [], [], []
     lengths, terminated = np.zeros(lanes, int), np.zeros(lanes, bool)
     while not lengths.all():
-        applied = clipped(agent.act(observations), env)
+        applied = clipped(agent.act(observations), env, "act()")
         observations, reward, ends, cuts, _ = env.step(applied)
         rewards.append(np.array(reward, np.float64))
         ended = (ends | cuts) & (lengths == 0)

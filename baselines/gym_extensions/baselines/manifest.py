@@ -45,7 +45,7 @@ def read(path: Path) -> dict[str, Any]:
     try:
         return tomllib.loads(path.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as broken:
-        hint = "Correct it, or remove it and it is written anew."
+        hint = "Correct that place, or choose another --out."
         raise BenchError("bad-manifest", f"This is no TOML: {broken}.", str(path), hint) from broken
 
 
@@ -53,18 +53,9 @@ def written(card: Mapping[str, Any], budget: str, lanes: int | None) -> dict[str
     """The sections that follow from the run: ``protocol``, ``hyperparameters``, ``versions``.
 
     Settings are as TOML gives them back (a tuple is a list), so that a later run finds its own.
-
-    Raises:
-        BenchError: a setting is of a kind that TOML has not.
     """
     settings = dict(card["hyperparameters"]) | ({} if lanes is None else {"lanes": lanes})
-    try:
-        settings = tomllib.loads(tomli_w.dumps(settings))
-    except TypeError as mistake:
-        hint = "Give texts, numbers, true or false, and lists of them in the agent's card."
-        raise BenchError(
-            "bad-setting", f"A hyperparameter cannot be written: {mistake}.", hint=hint
-        ) from mistake
+    settings = tomllib.loads(tomli_w.dumps(settings))
     return {
         "protocol": {"budget": budget, "algorithm": card["algorithm"], "evaluation": card["evaluation"]},
         "hyperparameters": settings,

@@ -6,7 +6,8 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from gym_extensions.baselines.agent import Agent, Factory, VectorEnv, card_of
+from gym_extensions.baselines.agent import Agent, Factory, VectorEnv
+from gym_extensions.baselines.cards import card_of
 from gym_extensions.baselines.evaluation import evaluate
 from gym_extensions.baselines.progress import FOLDER, Finished, Progress
 from gym_extensions.baselines.recorder import Recorder

@@ -9,8 +9,8 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
+from gym_extensions.baselines.actions import clipped
 from gym_extensions.baselines.agent import Array, VectorEnv
-from gym_extensions.baselines.evaluation import clipped
 from gym_extensions.catalog.errors import BenchError
 
 EXCESS = 0.02
@@ -71,8 +71,10 @@ class Recorder(gym.vector.VectorWrapper):
         return self.env.reset(seed=fresh, options=options)
 
     def step(self, actions: Array) -> tuple[Any, Array, Array, Array, dict[str, Any]]:
-        """One step of every lane with clipped actions; raises ``BenchError`` when the budget is exceeded."""
-        observations, rewards, ends, cuts, infos = self.env.step(clipped(actions, self.env))
+        """One step of every lane with clipped actions; raises ``BenchError`` above the budget."""
+        observations, rewards, ends, cuts, infos = self.env.step(
+            clipped(actions, self.env, "env.step() in learn()")
+        )
         real = ~self._between
         self.taken += int(real.sum())
         self._sums += np.where(real, rewards, 0.0)

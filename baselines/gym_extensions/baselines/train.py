@@ -6,9 +6,11 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict
 from pathlib import Path
 
-from gym_extensions.baselines import manifest
-from gym_extensions.baselines.agent import Factory, card_of
+from gym_extensions.baselines import destination, manifest
+from gym_extensions.baselines.agent import Factory
 from gym_extensions.baselines.assemble import assemble, wanted
+from gym_extensions.baselines.cards import card_of
+from gym_extensions.baselines.fit import fit_agent
 from gym_extensions.baselines.jobs import run_all
 from gym_extensions.baselines.progress import Finished
 from gym_extensions.baselines.protocol import Listener, Settings
@@ -54,7 +56,8 @@ def train(
         The logs that were asked for, existing ones included.
 
     Raises:
-        BenchError: an unknown name, a foreign submission in ``out``, or an agent that exceeds the budget.
+        BenchError: an unknown name, a foreign submission in ``out``, a folder that cannot be one, an agent
+            that lacks what the loop calls, that gives no actions, or that exceeds the budget.
     """
     request = checked(groups, protocols, budget, runs, lanes)
     folder = Path(out)
@@ -62,6 +65,8 @@ def train(
     _refuse_unfit(made(agent), settings, folder, request)
     plan = {log: wanted(folder, group(log[0]), log[1], request.runs) for log in request.logs()}
     units = [unit for asked in plan.values() for unit in asked]
+    if units:
+        destination.prepare(folder)
     announce({unit.title: unit.cells(request.budget) for unit in units})
     finished: dict[Unit, list[Finished]] = {}
     for index, stages in run_all([UnitWork(unit, agent, settings, folder) for unit in units], jobs, listen):
@@ -75,10 +80,12 @@ def train(
 
 
 def _refuse_unfit(make: Factory, settings: Settings, out: Path, request: Request) -> None:
-    """Says before hours of training, not after them, which settings the manifest cannot hold."""
+    """Says before hours of training, not after them, what cannot become a submission."""
+    destination.refuse_unfit(out)
     path = out / manifest.NAME
     existing = manifest.read(path)
     env = make_batch(group(request.groups[0]).tasks[0], 1)
-    card = asdict(card_of(make(env.single_observation_space, env.single_action_space, 0), settings.agent))
+    agent = fit_agent(make, (env.single_observation_space, env.single_action_space), settings.agent)
+    card = asdict(card_of(agent, settings.agent))
     env.close()
     manifest.refuse_mixing(path, existing, manifest.written(card, settings.budget, settings.lanes))
