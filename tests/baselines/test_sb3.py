@@ -15,6 +15,7 @@ from gym_extensions.baselines.evaluation import evaluate  # noqa: E402
 from gym_extensions.baselines.recorder import Recorder  # noqa: E402
 from gym_extensions.baselines.sb3 import BatchVecEnv, sb3  # noqa: E402
 from gym_extensions.baselines.train import train  # noqa: E402
+from gym_extensions.catalog.errors import BenchError  # noqa: E402
 from gym_extensions.envs import make_batch  # noqa: E402
 
 SMALL = {"n_steps": 125, "batch_size": 25, "n_epochs": 2}
@@ -46,6 +47,27 @@ def test_ppo_learns_through_the_protocol_to_a_submission(tmp_path):
     with (tmp_path / "hopper-gravity/curves.csv").open() as file:
         last = max(int(row["step"]) for row in csv.DictReader(file))
     assert 900 < last <= 1000
+
+
+def test_every_setting_of_a_model_is_in_the_manifest_and_others_are_not_mixed_in(tmp_path):
+    def made(width: int):
+        network = {"net_arch": [width], "activation_fn": torch.nn.ReLU}
+        return sb3(
+            stable_baselines3.PPO, **SMALL, policy_kwargs=network, learning_rate=lambda left: 3e-4 * left
+        )
+
+    train(made(8), "hopper-gravity", "single", "smoke", 0, out=tmp_path)
+    found = tomllib.loads((tmp_path / "submission.toml").read_text())["hyperparameters"]
+    assert found.keys() == {*SMALL, "policy_kwargs", "learning_rate"}
+    assert found["policy_kwargs"] == "{'net_arch': [8], 'activation_fn': ReLU}"
+    with pytest.raises(BenchError) as told:
+        train(made(16), "hopper-gravity", "single", "smoke", 1, out=tmp_path)
+    assert str(told.value) == (
+        f"{tmp_path / 'submission.toml'}: hyperparameters.policy_kwargs is "
+        "\"{'net_arch': [8], 'activation_fn': ReLU}\" in this submission and "
+        "\"{'net_arch': [16], 'activation_fn': ReLU}\" in the run. "
+        "A submission is one algorithm at one budget with one set of settings; choose another --out."
+    )
 
 
 def learned(look: bool) -> list[float]:

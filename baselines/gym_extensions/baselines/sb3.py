@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import Any
 
 import gymnasium as gym
@@ -11,7 +11,8 @@ import torch
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.vec_env import VecEnv
 
-from gym_extensions.baselines.agent import Array, Card, Factory, Setting, VectorEnv
+from gym_extensions.baselines.agent import Array, Card, Factory, VectorEnv
+from gym_extensions.baselines.setting_texts import as_setting
 
 Infos = list[dict[str, Any]]
 
@@ -146,7 +147,7 @@ class Sb3Agent:
     def card(self) -> Card:
         """The manifest's words: the class's name and the settings that were given."""
         name = self._algorithm.__name__.lower()
-        plain = {key: value for key, value in self._settings.items() if _is_setting(value)}
+        settings = {key: as_setting(value) for key, value in self._settings.items()}
         evaluation = "deterministic" if self._deterministic else "sampled"
         parameters = sum(values.numel() for values in self._model.policy.parameters())
         stored = (
@@ -155,21 +156,13 @@ class Sb3Agent:
         )
         about = f"Stable-Baselines3's {self._algorithm.__name__}."
         title = self._algorithm.__name__
-        return Card(name, title, about, evaluation, plain, stored_steps=int(stored), parameters=parameters)
-
-
-def _is_setting(value: object) -> bool:
-    if isinstance(value, Sequence) and not isinstance(value, str):
-        return all(isinstance(entry, str | int | float | bool) for entry in value)
-    return isinstance(value, str | int | float | bool)
+        return Card(name, title, about, evaluation, settings, stored_steps=int(stored), parameters=parameters)
 
 
 class Sb3Factory:
     """Makes agents of one SB3 class and its settings; pickles, so that processes can have it."""
 
-    def __init__(
-        self, algorithm: type[BaseAlgorithm], deterministic: bool, settings: dict[str, Setting]
-    ) -> None:
+    def __init__(self, algorithm: type[BaseAlgorithm], deterministic: bool, settings: dict[str, Any]) -> None:
         self._algorithm, self._deterministic, self._settings = algorithm, deterministic, settings
         self.__name__ = algorithm.__name__.lower()
 
