@@ -104,3 +104,12 @@ def test_headings_go_down_one_step_at_a_time(document: dict[str, Any]) -> None:
         levels = [int(tag[1]) for tag, _ in page.elements if re.fullmatch("h[1-6]", tag)]
         assert levels[0] == 1
         assert all(after <= before + 1 for before, after in pairwise(levels)), path
+
+
+@pytest.mark.parametrize("place", [".lines li", ".glance td.leader", ".glance .sure"])
+def test_a_title_without_spaces_may_break_where_a_box_grows_with_its_words(
+    document: dict[str, Any], place: str
+) -> None:
+    sheet = dict(files(document))["static/style.css"]
+    (rule,) = re.findall(rf"^{re.escape(place)} {{(.*)}}$", sheet, re.MULTILINE)
+    assert "overflow-wrap: anywhere" in rule
