@@ -70,6 +70,16 @@ def test_every_setting_of_a_model_is_in_the_manifest_and_others_are_not_mixed_in
     )
 
 
+def test_settings_are_told_as_they_were_given_whatever_the_model_writes_into_them():
+    env = make_batch("Hopper", 1)
+    network = {"net_arch": [8]}
+    make = sb3(stable_baselines3.SAC, policy_kwargs=network, buffer_size=100)
+    for _ in range(2):
+        agent = make(env.single_observation_space, env.single_action_space, 3)
+        assert agent.card().hyperparameters == {"policy_kwargs": "{'net_arch': [8]}", "buffer_size": 100}
+    assert network == {"net_arch": [8]}
+
+
 def learned(look: bool) -> list[float]:
     env, lanes = make_batch("Hopper", 1), make_batch("Hopper", 2)
     make = sb3(stable_baselines3.PPO, deterministic=False, **SMALL)

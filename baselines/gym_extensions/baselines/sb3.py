@@ -11,7 +11,7 @@ import torch
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.vec_env import VecEnv
 
-from gym_extensions.baselines.agent import Array, Card, Factory, VectorEnv
+from gym_extensions.baselines.agent import Array, Card, Factory, Setting, VectorEnv
 from gym_extensions.baselines.setting_texts import as_setting
 
 Infos = list[dict[str, Any]]
@@ -114,8 +114,10 @@ class Sb3Agent:
         seed: int,
         deterministic: bool,
         settings: dict[str, Any],
+        *,
+        told: dict[str, Setting],
     ) -> None:
-        self._algorithm, self._spaces, self._settings = algorithm, spaces, settings
+        self._algorithm, self._spaces, self._settings, self._told = algorithm, spaces, settings, told
         self._seed, self._deterministic = seed % 2**31, deterministic
         torch.set_num_threads(1)
         self._model = self._made(1)
@@ -123,7 +125,9 @@ class Sb3Agent:
         self._acting = torch.Generator().manual_seed(self._seed + 1).get_state()
 
     def _made(self, lanes: int) -> BaseAlgorithm:
-        policy: dict[str, Any] = {"policy": "MlpPolicy", "device": "cpu", "seed": self._seed} | self._settings
+        # SAC and A2C write into the policy_kwargs that they are given.
+        given = {key: dict(one) if isinstance(one, dict) else one for key, one in self._settings.items()}
+        policy: dict[str, Any] = {"policy": "MlpPolicy", "device": "cpu", "seed": self._seed} | given
         return self._algorithm(env=_Spaces(*self._spaces, lanes), **policy)
 
     def act(self, observations: Array) -> Array:
@@ -147,7 +151,6 @@ class Sb3Agent:
     def card(self) -> Card:
         """The manifest's words: the class's name and the settings that were given."""
         name = self._algorithm.__name__.lower()
-        settings = {key: as_setting(value) for key, value in self._settings.items()}
         evaluation = "deterministic" if self._deterministic else "sampled"
         parameters = sum(values.numel() for values in self._model.policy.parameters())
         stored = (
@@ -156,7 +159,9 @@ class Sb3Agent:
         )
         about = f"Stable-Baselines3's {self._algorithm.__name__}."
         title = self._algorithm.__name__
-        return Card(name, title, about, evaluation, settings, stored_steps=int(stored), parameters=parameters)
+        return Card(
+            name, title, about, evaluation, self._told, stored_steps=int(stored), parameters=parameters
+        )
 
 
 class Sb3Factory:
@@ -164,6 +169,7 @@ class Sb3Factory:
 
     def __init__(self, algorithm: type[BaseAlgorithm], deterministic: bool, settings: dict[str, Any]) -> None:
         self._algorithm, self._deterministic, self._settings = algorithm, deterministic, settings
+        self._told = {key: as_setting(value) for key, value in settings.items()}
         self.__name__ = algorithm.__name__.lower()
 
     def __call__(
@@ -171,7 +177,8 @@ class Sb3Factory:
     ) -> Sb3Agent:
         """An untrained agent."""
         spaces = (observation_space, action_space)
-        return Sb3Agent(self._algorithm, spaces, seed, self._deterministic, dict(self._settings))
+        given = (self._algorithm, spaces, seed, self._deterministic, self._settings)
+        return Sb3Agent(*given, told=self._told)
 
 
 def sb3(algorithm: type[BaseAlgorithm], *, deterministic: bool = True, **settings: Any) -> Factory:
