@@ -132,7 +132,7 @@ def test_who_leads_a_board_leads_its_ranked_entries(document: dict[str, Any]) ->
     [
         ({"url": "https://example.org/agent", "commit": "abc1"}, "Code https://example.org/agent at abc1"),
         ({"url": "https://example.org/agent", "commit": ""}, "Code https://example.org/agent"),
-        ({"url": "", "commit": "abc1"}, "Code commit abc1 , its address is not said"),
+        ({"url": "", "commit": "abc1"}, "Code commit abc1"),
     ],
 )
 def test_the_commit_of_the_code_is_said_with_and_without_an_address(
