@@ -159,7 +159,7 @@ def test_an_entry_that_repeats_another_is_told(enter: Enter) -> None:
     cards = [enter("original", 500), enter("copied", 500), enter("other", 501), enter("again", 500)]
     found = board(cards, KEY)
     assert {row["name"]: row.get("same_as") for row in found["rows"]} == {
-        "again": None,
+        "again": "copied",
         "copied": "again",
         "original": "again",
         "other": None,

@@ -236,6 +236,11 @@ def test_a_full_entry_leads_before_a_better_one_with_fewer_runs(entry: Make) -> 
     assert lead[0].entry.name == "full"
 
 
+def test_an_entry_says_whose_results_it_repeats(entry: Make) -> None:
+    found = only(entry("a", around(0.5)), entry("b", around(0.5)), entry("c", around(0.6)))
+    assert {row.entry.name: row.same_as for row in found.rows} == {"a": "b", "b": "a", "c": ""}
+
+
 def test_nobody_leads_where_nobody_has_a_value(entry: Make) -> None:
     assert only(entry("a", None)).lead() is None
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import re
 from pathlib import Path
 from typing import Any
@@ -192,3 +193,13 @@ def test_curves_are_drawn_where_the_document_has_them(document: dict[str, Any]) 
     page = read(document)["submissions/agile.html"]
     assert "Learning curves" in page.said
     assert "gym_extensions/Hopper-v0: training returns, at the end 100" in str(page.elements)
+
+
+def test_the_board_names_an_entry_whose_results_another_repeats(document: dict[str, Any]) -> None:
+    assert "the same results as" not in read(document)["index.html"].said
+    copied = copy.deepcopy(document["submissions"][0])
+    copied.update(name="copied", title="Something new")
+    document["submissions"].insert(1, copied)
+    said = read(document)["index.html"].said
+    assert "the same results as copied" in said
+    assert "the same results as agile" in said

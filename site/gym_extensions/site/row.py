@@ -48,6 +48,11 @@ class Row:
         """Its training runs; on a suite those of the group that has fewest."""
         return int(self.place["runs"])
 
+    @property
+    def same_as(self) -> str:
+        """The folder's name of the entry whose results it repeats digit for digit; empty without one."""
+        return str(self.place.get("same_as", ""))
+
     def rank(self, metric: str) -> tuple[int, int] | None:
         """First and last possible rank on a metric; None without one, or with nobody to rank against."""
         span = self.place["metrics"][metric]["rank"]
