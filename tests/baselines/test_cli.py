@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import subprocess
 import sys
 
@@ -147,6 +148,31 @@ def test_a_stopped_command_says_how_to_go_on(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(train, "train", interrupted)
     assert main([*words("trpo")[:-1], str(tmp_path)]) == 130
     assert capsys.readouterr().out == "Stopped. The same command goes on from the last finished stage.\n"
+
+
+def test_a_full_disk_is_told_and_how_to_go_on(tmp_path, monkeypatch, capsys):
+    from gym_extensions.baselines import train
+
+    def full(*_, **__):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(train, "train", full)
+    assert main(words("trpo", out="mine")) == 2
+    assert capsys.readouterr().err == (
+        "error: mine: No space left on device. "
+        "Make room; the same command goes on from the last finished stage.\n"
+    )
+
+
+def test_a_file_that_an_agent_of_ones_own_misses_keeps_its_own_words(monkeypatch):
+    from gym_extensions.baselines import train
+
+    def missing(*_, **__):
+        raise FileNotFoundError(errno.ENOENT, "No such file or directory", "weights.npz")
+
+    monkeypatch.setattr(train, "train", missing)
+    with pytest.raises(FileNotFoundError, match=r"weights\.npz"):
+        main(words("trpo"))
 
 
 def test_training_without_the_extra_says_what_to_install(tmp_path, monkeypatch, capsys):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import errno
 import re
 import shlex
 from pathlib import Path
@@ -14,6 +15,8 @@ from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS
 
 EXTRA = ("tomli_w", "torch", "stable_baselines3")
 """What the extra ``baselines`` brings."""
+FULL = (errno.ENOSPC, errno.EDQUOT)
+"""The disk is full, or the user's part of it."""
 
 
 def numbers(text: str) -> list[int]:
@@ -85,6 +88,11 @@ def main(argv: list[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("Stopped. The same command goes on from the last finished stage.")
         return 130
+    except OSError as refusal:
+        if refusal.errno not in FULL:
+            raise
+        hint = "Make room; the same command goes on from the last finished stage."
+        raise BenchError("no-room", f"{refusal.strerror}.", str(asked.out), hint) from refusal
     except ModuleNotFoundError as missing:
         if missing.name not in EXTRA:
             raise

@@ -48,7 +48,7 @@ def prepare(out: Path) -> None:
         out.mkdir(parents=True, exist_ok=True)
         probe = out / f"{FOLDER}.probe"
         probe.touch()
-        probe.unlink()
+        probe.unlink(missing_ok=True)
 
 
 def _is_foreign(name: str) -> bool:
