@@ -146,6 +146,6 @@ def read(path: Path) -> Submission:
     names = [name for name in GROUPS if any(entry.path == name for entry in folder.entries)]
     groups = {GROUPS[name].id: reader.group(GROUPS[name]) for name in names}
     problems = tuple(reader.problems)
-    if not problems and manifest is not None:
+    if not problems and not toml.learns_said(reader.tables):  # a learning agent's copies are problems
         groups = {name: without_copies(entry) for name, entry in groups.items()}
     return Submission(folder.name, manifest, groups, problems)

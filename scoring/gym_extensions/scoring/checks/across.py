@@ -43,10 +43,14 @@ def different_runs(group: GroupLogs) -> Iterator[Finding]:
 def outcomes(log: Log) -> dict[int, tuple[bytes, ...]]:
     """What each run of a log measured, as bytes: episode by episode, whatever the order of the rows."""
     order = np.lexsort((log.episode, log.position, log.stage, log.run))
-    starts = np.searchsorted(log.run[order], log.runs)
-    columns = (log.stage, log.position, log.episode, log.length, log.return_, log.terminated)
-    rows = [np.split(column[order], starts[1:]) for column in columns]
-    return {run: tuple(part.tobytes() for part in own) for run, *own in zip(log.runs, *rows, strict=True)}
+    starts = np.searchsorted(log.run[order], log.runs).tolist()
+    ends = [*starts[1:], order.size]
+    measured = (log.stage, log.position, log.episode, log.length, log.return_, log.terminated)
+    columns = [column[order] for column in measured]
+    return {
+        run: tuple(column[start:end].tobytes() for column in columns)
+        for run, start, end in zip(log.runs, starts, ends, strict=True)
+    }
 
 
 def originals(log: Log) -> dict[int, int]:
