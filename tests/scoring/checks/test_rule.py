@@ -19,6 +19,7 @@ from . import (
     test_keys,
     test_manifest,
     test_text,
+    test_texts,
     test_values,
 )
 from .broken import GROUP, TOML, TRACE, Good, arrays, cell, edit, put, row
@@ -26,6 +27,7 @@ from .broken import GROUP, TOML, TRACE, Good, arrays, cell, edit, put, row
 TABLES = (
     test_files,
     test_manifest,
+    test_texts,
     test_agreement,
     test_text,
     test_keys,
