@@ -17,6 +17,8 @@ URL = "a web address, or an empty text"
 NAMES = "a list of texts"
 DIGEST = "a sha256 in 64 hexadecimal digits, or an empty text"
 SHORT, LONG = 100, 4000
+DEEPEST = 8
+"""So many tables and lists may stand in one another."""
 
 
 @dataclass(frozen=True)
@@ -90,10 +92,6 @@ class Manifest:
             "versions": self.versions,
             "archive": self.archive,
         }
-
-
-DEEPEST = 8
-"""So many tables and lists may stand in one another."""
 
 
 def parse(data: bytes) -> dict[str, Any]:
