@@ -28,9 +28,9 @@ TRUST = {
     "well-formed": "The logs are complete and keep every rule; they were not replayed for these pages.",
     "replayed": (
         "A sample of the episodes (or all, where it says so), run again from their recorded actions, gives "
-        "the claimed returns. The finished log draws the sample, so its author could draw again by changing the "
-        "log; and it holds episodes right after each task’s own training and at the end alone, none of the "
-        "other cells, on which zero-shot transfer and generalisation rest."
+        "the claimed returns. The finished log draws the sample, so its author could draw again by changing "
+        "the log; and it holds episodes right after each task’s own training and at the end alone, none of "
+        "the other cells, on which zero-shot transfer and generalisation rest."
     ),
     "refused": "Breaks a rule, and is on no board.",
 }
