@@ -1,7 +1,6 @@
-"""One BLAS thread for every test, set before numpy is loaded.
+"""One BLAS thread for every test, and a submission made up by formula, that tests read, break and score.
 
-The number of threads may decide the last bit of a matrix product. Tests train in this process and compare
-with what the command writes, whose processes have one thread each whatever the variable says.
+The number of BLAS threads can change the last bit of a matrix product, so it is set before numpy is loaded.
 """
 
 from __future__ import annotations
@@ -9,3 +8,165 @@ from __future__ import annotations
 import os
 
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
+
+import shutil
+from collections.abc import Callable
+from itertools import product
+from pathlib import Path
+
+import pytest
+
+from gym_extensions.catalog.budgets import BUDGETS
+from gym_extensions.catalog.fingerprints import published
+from gym_extensions.catalog.groups import group
+from gym_extensions.catalog.protocol import EVALUATION_EPISODES, evaluation_seed
+from gym_extensions.rollouts.episodes import CurvePoint, Episode, write_curves, write_episodes
+from gym_extensions.scoring.references import Reference, References
+
+MANIFEST = """format = 1
+title = "An entry"
+authors = ["A. Nonymous"]
+description = "Made up by a formula."
+
+[code]
+url = ""
+commit = ""
+
+[protocol]
+budget = "smoke"
+algorithm = "formula"
+evaluation = "sampled"
+
+[hyperparameters]
+step = 0.01
+
+[knows]
+task_in_training = false
+task_in_evaluation = false
+boundaries = false
+
+[memory]
+stored_steps = 2000
+parameters_first = 100
+parameters_last = 100
+
+[versions]
+gym_extensions = "1.0.0"
+gymnasium = "1.4.0"
+mujoco = "4.0.0"
+numpy = "2.4.6"
+python = "3.11.7"
+platform = "Linux-x86_64"
+"""
+
+Value = Callable[[str, int, int, int, int], float]
+"""The return of an episode: a function of protocol, run, stage, task's position from 1, episode."""
+
+
+def formula(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
+    """Returns that differ in every row and lie within what Hopper can give in 1000 steps."""
+    return 100.0 * stage + 10.0 * position + run + episode / 8 + (0.5 if protocol == "single" else 0.0)
+
+
+def write_submission(
+    root: Path,
+    *,
+    name: str = "entry",
+    groups: tuple[str, ...] = ("hopper-gravity",),
+    runs: tuple[int, ...] = (0, 1),
+    protocols: tuple[str, ...] = ("sequential", "single"),
+    value: Value = formula,
+    curves: int = 0,
+    manifest: str = MANIFEST,
+) -> Path:
+    """Writes a complete submission and gives its folder; ``curves`` is the number of points of each curve."""
+    folder = root / name
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "submission.toml").write_text(manifest, encoding="utf-8", newline="\n")
+    for group_name in groups:
+        members = group(group_name)
+        for protocol in protocols:
+            stages = range(len(members.tasks) + 1) if protocol == "sequential" else (1,)
+            rows = [
+                Episode(
+                    run=run,
+                    stage=stage,
+                    task=task.id,
+                    episode=episode,
+                    seed=evaluation_seed(members.id, task.id, episode),
+                    length=task.max_steps,
+                    return_=float(value(protocol, run, stage, position, episode)),
+                    terminated=False,
+                    fingerprint=published(task.id),
+                )
+                for run, stage, (position, task), episode in product(
+                    runs, stages, enumerate(members.tasks, 1), range(EVALUATION_EPISODES)
+                )
+            ]
+            write_episodes(folder / group_name / f"{protocol}.csv", rows, members.task_ids)
+        if curves:
+            steps = BUDGETS["smoke"].steps_for(group_name)
+            points = [
+                CurvePoint(
+                    protocol, run, task, steps * point // curves, float(value(protocol, run, 1, 1, point))
+                )
+                for protocol, run, task, point in product(
+                    protocols, runs, members.task_ids, range(1, curves + 1)
+                )
+            ]
+            write_curves(folder / group_name / "curves.csv", points, members.task_ids)
+    return folder
+
+
+@pytest.fixture
+def submission(tmp_path: Path) -> Callable[..., Path]:
+    """Writes a submission below the test's folder: ``submission(name=…, runs=…, value=…)``."""
+
+    def write(**changes: object) -> Path:
+        return write_submission(tmp_path, **changes)  # type: ignore[arg-type]
+
+    return write
+
+
+@pytest.fixture(scope="session")
+def good(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, Path], Path]:
+    """Copies the good submission of a group, with curves, to a place: quicker than writing it anew."""
+    made: dict[str, Path] = {}
+
+    def copy(group_name: str, root: Path) -> Path:
+        if group_name not in made:
+            place = tmp_path_factory.mktemp("good")
+            made[group_name] = write_submission(place, groups=(group_name,), curves=12)
+        return Path(shutil.copytree(made[group_name], root / "entry"))
+
+    return copy
+
+
+@pytest.fixture
+def writer() -> Callable[..., Path]:
+    """``write_submission`` itself, for folders elsewhere."""
+    return write_submission
+
+
+@pytest.fixture
+def manifest_text() -> str:
+    """The submission.toml of the made-up entry."""
+    return MANIFEST
+
+
+@pytest.fixture
+def references() -> References:
+    """Synthetic references of the gravity groups: floor 0, ceiling 1000, so that p is R / 1000."""
+    tasks = {
+        task: Reference(0.0, 1000.0, False)
+        for body in ("hopper", "walker2d", "halfcheetah", "humanoid")
+        for task in group(f"{body}-gravity").task_ids
+    }
+    return References("synthetic", True, tasks, "0" * 64)
+
+
+@pytest.fixture
+def known(monkeypatch: pytest.MonkeyPatch, references: References) -> None:
+    """Scores with the synthetic references."""
+    monkeypatch.setattr("gym_extensions.scoring.references.load_references", lambda: references)
+    monkeypatch.setattr("gym_extensions.scoring.pipeline.score.load_references", lambda: references)

@@ -7,12 +7,12 @@ import sys
 from collections.abc import Callable
 from importlib.metadata import version
 
-from gym_extensions.catalog.errors import BenchError, did_you_mean, reports_mistakes
+from gym_extensions.errors import BenchError, did_you_mean, reports_mistakes
 
 COMMANDS = {
     "envs": ("gym_extensions.envs.cli", "list, show and check the environments"),
     "train": ("gym_extensions.baselines.cli", "run an agent through a protocol and write a submission"),
-    "reference": ("gym_extensions.baselines.references", "measure floors and ceilings"),
+    "reference": ("gym_extensions.baselines.references.cli", "measure floors and ceilings"),
     "score": ("gym_extensions.scoring.cli", "check and score submissions"),
     "site": ("gym_extensions.site.cli", "build the leaderboard's pages"),
 }

@@ -7,10 +7,10 @@ import pytest
 
 from gym_extensions.baselines import algorithms
 from gym_extensions.baselines.agent import Described, Resumable
-from gym_extensions.baselines.cards import card_of
-from gym_extensions.baselines.seeds import training_seed
-from gym_extensions.catalog.tasks import TASKS
-from gym_extensions.catalog.traces import SEGMENTS, segments
+from gym_extensions.baselines.agent_checks import card_of
+from gym_extensions.baselines.training.seeding import training_seed
+from gym_extensions.catalog.bodies import SEGMENTS, segments
+from gym_extensions.catalog.registry import TASKS
 from gym_extensions.envs import make_batch
 
 NAMES = ("random", "still", "trpo")

@@ -11,7 +11,7 @@ import pytest
 from gym_extensions.__main__ import main
 from gym_extensions.baselines import algorithms
 from gym_extensions.baselines.cli import numbers, parser
-from gym_extensions.catalog.errors import BenchError
+from gym_extensions.errors import BenchError
 
 GOOD = {"--group": "hopper-gravity", "--budget": "smoke", "--out": "out"}
 

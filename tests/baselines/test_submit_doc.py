@@ -54,7 +54,8 @@ def test_the_card_of_the_page_says_what_the_manifest_says(tmp_path):
 
 
 def test_the_line_for_stable_baselines3_is_ours():
-    from gym_extensions.baselines import sb3, train
+    from gym_extensions.baselines import train
+    from gym_extensions.baselines.adapters import sb3
 
     assert "train(sb3(PPO" in blocks()[2]
     assert callable(sb3.sb3)

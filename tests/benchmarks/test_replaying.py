@@ -8,12 +8,12 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from gym_extensions.baselines.evaluation import evaluate
-from gym_extensions.catalog.tasks import task as published
-from gym_extensions.catalog.traces import segments
+from gym_extensions.baselines.training.evaluation import evaluate
+from gym_extensions.catalog.bodies import segments
+from gym_extensions.catalog.registry import task as published
 from gym_extensions.envs import make_batch
-from gym_extensions.scoring.lanes import replay
-from gym_extensions.scoring.recorded import Recorded
+from gym_extensions.rollouts.trace_reader import Recorded
+from gym_extensions.scoring.replay.segments import replay
 
 pytestmark = pytest.mark.bench
 

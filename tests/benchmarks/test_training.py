@@ -11,9 +11,9 @@ import pytest
 from mujoco.batch import Batch
 
 from gym_extensions.baselines.algorithms.trpo import Trpo
-from gym_extensions.baselines.recorder import Recorder
-from gym_extensions.catalog.protocol import budget
-from gym_extensions.catalog.tasks import task
+from gym_extensions.baselines.training.recorder import Recorder
+from gym_extensions.catalog.budgets import budget
+from gym_extensions.catalog.registry import task
 from gym_extensions.envs import make, make_batch
 
 pytestmark = pytest.mark.bench

@@ -11,8 +11,8 @@ import pytest
 from scipy import stats
 
 from gym_extensions.envs import make
-from gym_extensions.envs.bodies.goals import Box, moved
-from gym_extensions.envs.bodies.striker import facing
+from gym_extensions.envs.effects.goals import Box, moved
+from gym_extensions.envs.mujoco.striker import facing
 
 
 def uniform(values: np.ndarray, low: float, high: float) -> None:

@@ -12,10 +12,11 @@ from pathlib import Path
 import pytest
 
 from gym_extensions.catalog import fingerprints
-from gym_extensions.catalog.errors import BenchError
-from gym_extensions.catalog.tasks import TASKS, task
-from gym_extensions.catalog.variations import Gravity
-from gym_extensions.envs import canary, fingerprint, models
+from gym_extensions.catalog.registry import TASKS, task
+from gym_extensions.catalog.variations.gravity import Gravity
+from gym_extensions.envs import canary, fingerprint
+from gym_extensions.envs.mujoco import compile as models
+from gym_extensions.errors import BenchError
 
 HALF = "gym_extensions/HopperGravityHalf-v0"
 

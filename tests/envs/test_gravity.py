@@ -9,8 +9,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from gym_extensions.catalog.errors import BenchError
 from gym_extensions.envs import Gravity, make
+from gym_extensions.errors import BenchError
 
 BODIES = ("Hopper", "Walker2d", "HalfCheetah", "Humanoid")
 Z_GRAVITY = {

@@ -9,11 +9,11 @@ import mujoco
 import numpy as np
 import pytest
 
-from gym_extensions.catalog.errors import BenchError
-from gym_extensions.catalog.limbs import LimbScale
 from gym_extensions.catalog.task import Task
+from gym_extensions.catalog.variations.morphology import LimbScale
 from gym_extensions.envs import Gravity, group, make
-from gym_extensions.envs.models import base_spec, compile_model
+from gym_extensions.envs.mujoco.compile import base_spec, compile_model
+from gym_extensions.errors import BenchError
 
 # kg. Mass of a capsule: 1000·π·r²·(L + 4r/3), of a sphere: 1000·4/3·π·r³; HalfCheetah's are scaled to 14.
 TOTAL = {"Hopper": 15.820013406, "Walker2d": 23.677136633, "HalfCheetah": 14.0, "Humanoid": 42.116030492}

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gym_extensions.catalog.errors import BenchError
 from gym_extensions.envs import Gravity, MovingGoal, Task, group, make
+from gym_extensions.errors import BenchError
 
 WHERE = "gym_extensions/HopperGravityHalf-v0"
 

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-from gym_extensions.catalog.errors import BenchError
 from gym_extensions.catalog.groups import GROUPS
-from gym_extensions.catalog.tasks import TASKS
+from gym_extensions.catalog.registry import TASKS
 from gym_extensions.envs import make
+from gym_extensions.errors import BenchError
 
 MUJOCO = [row.id for row in TASKS.values() if row.base != "Navigation"]
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from gymnasium.vector import AsyncVectorEnv, SyncVectorEnv
 
-from gym_extensions.catalog.errors import BenchError
 from gym_extensions.catalog.groups import GROUPS, PAPER_GROUPS
-from gym_extensions.catalog.tasks import TASKS, task
+from gym_extensions.catalog.registry import TASKS, task
 from gym_extensions.envs import TaskId, VectorTaskId, group, make, make_batch
+from gym_extensions.errors import BenchError
 
 BODY_GROUPS = [name for name, row in GROUPS.items() if row.tasks[0].base != "Navigation"]
 VARIED = [row.id for row in TASKS.values() if row.base != "Navigation" and row.variations]

@@ -248,7 +248,7 @@ def _run(arguments: list[str], **environment: str) -> subprocess.CompletedProces
 def test_help_loads_no_table_library_and_no_simulator() -> None:
     code = (
         "import sys\nimport gym_extensions.scoring.cli\n"
-        "from gym_extensions.scoring.options import parser\nparser().format_help()\n"
+        "from gym_extensions.scoring.cli import parser\nparser().format_help()\n"
         "heavy = ('pandas', 'numpy', 'gymnasium', 'mujoco', 'torch', 'rich')\n"
         "print([name for name in heavy if name in sys.modules])"
     )
@@ -257,7 +257,8 @@ def test_help_loads_no_table_library_and_no_simulator() -> None:
 
 def test_scoring_loads_no_simulator_and_no_torch(submission: Write) -> None:
     code = (
-        "import sys\nfrom pathlib import Path\nfrom gym_extensions.scoring.scorecard import score_folders\n"
+        "import sys\nfrom pathlib import Path\n"
+        "from gym_extensions.scoring.pipeline.score import score_folders\n"
         "score_folders([Path(sys.argv[1])])\n"
         "print([name for name in ('pandas', 'gymnasium', 'mujoco', 'torch') if name in sys.modules])"
     )

@@ -10,10 +10,10 @@ from pathlib import Path
 
 import pytest
 
-from gym_extensions.scoring.batch import Work, cards
-from gym_extensions.scoring.folder import submission_folders
-from gym_extensions.scoring.normalise import References
-from gym_extensions.scoring.scorecard import document, score_folders, text
+from gym_extensions.rollouts.folder import submission_folders
+from gym_extensions.scoring.pipeline.batch import Work, cards
+from gym_extensions.scoring.pipeline.score import document, score_folders, text
+from gym_extensions.scoring.references import References
 
 Write = Callable[..., Path]
 

@@ -12,11 +12,11 @@ from typing import Any
 
 import pytest
 
-from gym_extensions.baselines.reference_rows import beats_floor, is_open, summary
-from gym_extensions.baselines.seeds import training_seed
+from gym_extensions.baselines.references.rows import beats_floor, is_open, summary
+from gym_extensions.baselines.training.seeding import training_seed
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.protocol import FIRST_REFERENCE_RUN, evaluation_seed
-from gym_extensions.scoring.normalise import CURRENT, REFERENCES, load_references, parse_references
+from gym_extensions.scoring.references import CURRENT, REFERENCES, load_references, parse_references
 
 LOGS = Path(__file__).parents[2] / "scoring" / "reference-logs"
 VERSIONS = sorted(path.stem for path in REFERENCES.glob("*.json"))

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from gym_extensions.catalog.groups import group
-from gym_extensions.scoring.metrics import METRICS
+from gym_extensions.scoring.metrics.definitions import METRICS
 
 QUANTILES = {2: 12.706, 3: 4.303, 4: 3.182, 5: 2.776}
 """t(.975, N − 1), three digits, from a printed table."""

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from gym_extensions.catalog.errors import BenchError
+from gym_extensions.errors import BenchError
 from gym_extensions.site import build as module
 from gym_extensions.site.build import MARK, build, files
 

@@ -12,14 +12,14 @@ from typing import Any
 import pytest
 
 from gym_extensions.__main__ import main
-from gym_extensions.catalog.files import write_text
+from gym_extensions.atomic import write_text
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, evaluation_seed
-from gym_extensions.scoring import scorecard
-from gym_extensions.scoring.log import Episode, write_episodes
-from gym_extensions.scoring.normalise import Reference, References
-from gym_extensions.scoring.scorecard import score_folders
+from gym_extensions.rollouts.episodes import Episode, write_episodes
+from gym_extensions.scoring.pipeline import score as scorecard
+from gym_extensions.scoring.pipeline.score import score_folders
+from gym_extensions.scoring.references import Reference, References
 
 MANIFEST = """format = 1
 title = "{title}"
@@ -161,7 +161,7 @@ def test_a_folder_that_is_not_a_site_is_left_alone(here: Path, capsys: pytest.Ca
 
 
 def test_verify_replays_and_shows_how_much(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from gym_extensions.scoring import replay
+    from gym_extensions.scoring.replay import verify as replay
 
     replayed = []
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from gym_extensions.scoring.outstanding import outstanding
-from gym_extensions.site.panels import most_lost
+from gym_extensions.scoring.scorecard.highlights import outstanding
+from gym_extensions.site.charts.small_multiples import most_lost
 from gym_extensions.site.parse import entries
 
 from .conftest import sequential, submission

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from gym_extensions.scoring.card import REPORTED, WELL_FORMED
+from gym_extensions.scoring.scorecard.build import REPORTED, WELL_FORMED
 from gym_extensions.site.build import files
 from gym_extensions.site.page import pages
 
@@ -153,7 +153,7 @@ def test_an_agent_that_learned_nothing_is_not_praised_for_forgetting_nothing(
 
 
 def test_the_metrics_page_has_every_formula_of_the_scorer() -> None:
-    from gym_extensions.scoring.metrics import METRICS
+    from gym_extensions.scoring.metrics.definitions import METRICS
 
     page = read(
         {"format": 1, "references": {"version": "x", "provisional": False, "sha256": ""}, "submissions": []}

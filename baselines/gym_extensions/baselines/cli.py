@@ -9,9 +9,10 @@ import shlex
 from pathlib import Path
 
 from gym_extensions.baselines import algorithms
-from gym_extensions.baselines.show import shown
-from gym_extensions.catalog.errors import BenchError, reports_mistakes
-from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS
+from gym_extensions.baselines.training.display import shown
+from gym_extensions.catalog.budgets import BUDGETS
+from gym_extensions.catalog.protocol import PROTOCOLS
+from gym_extensions.errors import BenchError, reports_mistakes
 
 EXTRA = ("tomli_w", "torch", "stable_baselines3")
 """What the extra ``baselines`` brings."""

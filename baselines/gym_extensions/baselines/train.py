@@ -6,17 +6,18 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict
 from pathlib import Path
 
-from gym_extensions.baselines import destination, manifest
 from gym_extensions.baselines.agent import Factory
-from gym_extensions.baselines.assemble import assemble, wanted
-from gym_extensions.baselines.cards import card_of
-from gym_extensions.baselines.fit import fit_agent
-from gym_extensions.baselines.jobs import run_all
-from gym_extensions.baselines.progress import Finished
-from gym_extensions.baselines.protocol import Listener, Settings
-from gym_extensions.baselines.requests import Request, checked
-from gym_extensions.baselines.units import Unit
-from gym_extensions.baselines.work import UnitWork, made, name_of
+from gym_extensions.baselines.agent_checks import card_of
+from gym_extensions.baselines.agent_fit import fit_agent
+from gym_extensions.baselines.submission import folder as destination
+from gym_extensions.baselines.submission import manifest
+from gym_extensions.baselines.submission.writer import assemble, wanted
+from gym_extensions.baselines.training.jobs import Unit
+from gym_extensions.baselines.training.progress import Finished
+from gym_extensions.baselines.training.request import Request, checked
+from gym_extensions.baselines.training.runner import Listener, Settings
+from gym_extensions.baselines.training.work import UnitWork, made, name_of
+from gym_extensions.baselines.training.workers import run_all
 from gym_extensions.catalog.groups import group
 from gym_extensions.envs import make_batch
 

@@ -10,8 +10,8 @@ from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
-from gym_extensions.catalog.errors import BenchError, did_you_mean
 from gym_extensions.catalog.task import Task
+from gym_extensions.errors import BenchError, did_you_mean
 
 PATH = Path(__file__).with_name("fingerprints.json")
 FORMAT = 1

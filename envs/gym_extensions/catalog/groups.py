@@ -6,10 +6,11 @@ import functools
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from gym_extensions.catalog import navigation
-from gym_extensions.catalog.body_tasks import PLANAR_BODIES, RUNNING_BODIES
-from gym_extensions.catalog.errors import BenchError, did_you_mean
-from gym_extensions.catalog.tasks import Task, task
+from gym_extensions.catalog import navigation_tasks as navigation
+from gym_extensions.catalog.mujoco_tasks import PLANAR_BODIES, RUNNING_BODIES
+from gym_extensions.catalog.registry import task
+from gym_extensions.catalog.task import Task
+from gym_extensions.errors import BenchError, did_you_mean
 
 GRAVITY_ORDER = (
     "{B}GravityHalf",

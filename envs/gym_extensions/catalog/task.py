@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from gym_extensions.catalog.variations import Variation
+from gym_extensions.catalog.variations.base import Variation
 
 NAMESPACE = "gym_extensions"
 

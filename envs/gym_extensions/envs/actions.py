@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_extensions.catalog.errors import BenchError
+from gym_extensions.errors import BenchError
 
 
 def check_actions(actions: Any, shape: tuple[int, ...], where: str) -> NDArray[Any]:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gym_extensions.catalog.task import Task
-from gym_extensions.envs.build import construct
+from gym_extensions.envs.make import construct
 
 SEEDS = (0, 1)
 STEPS = 8

@@ -7,9 +7,10 @@ import sys
 from pathlib import Path
 
 from gym_extensions.catalog import fingerprints
-from gym_extensions.catalog.errors import reports_mistakes
 from gym_extensions.catalog.groups import GROUPS, group
-from gym_extensions.catalog.tasks import TASKS, Task, task
+from gym_extensions.catalog.registry import TASKS, task
+from gym_extensions.catalog.task import Task
+from gym_extensions.errors import reports_mistakes
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -44,7 +45,7 @@ def _list(names: list[str]) -> int:
 
 
 def _show(row: Task) -> int:
-    from gym_extensions.envs.manual.sheet import sheet
+    from gym_extensions.envs.docgen.summary import sheet
 
     print(sheet(row))
     return 0
@@ -68,7 +69,7 @@ def _check(names: list[str]) -> int:
 
 
 def _write(replace: bool) -> int:
-    from gym_extensions.catalog.files import write_text
+    from gym_extensions.atomic import write_text
     from gym_extensions.envs import fingerprint
 
     table, changed = fingerprint.renewed(replace)
@@ -80,9 +81,9 @@ def _write(replace: bool) -> int:
 
 
 def _docs(out: Path, with_pictures: bool) -> int:
-    from gym_extensions.catalog.files import write_bytes, write_text
-    from gym_extensions.envs.manual.pages import pages
-    from gym_extensions.envs.manual.pictures import pictures
+    from gym_extensions.atomic import write_bytes, write_text
+    from gym_extensions.envs.docgen.pages import pages
+    from gym_extensions.envs.docgen.thumbnails import pictures
 
     texts, images = pages(), pictures() if with_pictures else {}
     for name, text in texts.items():

@@ -11,9 +11,10 @@ from typing import Any
 
 from gym_extensions.catalog import fingerprints
 from gym_extensions.catalog.fingerprints import definition, digest
-from gym_extensions.catalog.tasks import TASKS, Task
+from gym_extensions.catalog.registry import TASKS
+from gym_extensions.catalog.task import Task
 from gym_extensions.envs import canary
-from gym_extensions.envs.models import base_bytes
+from gym_extensions.envs.mujoco.compile import base_bytes
 
 ENGINE = ("mujoco", "gymnasium")
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import gymnasium as gym
 
-from gym_extensions.catalog.tasks import TASKS
-from gym_extensions.envs.build import ENTRY_POINT
+from gym_extensions.catalog.registry import TASKS
+from gym_extensions.envs.make import ENTRY_POINT
 
 
 def register() -> None:

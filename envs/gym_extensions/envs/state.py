@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_extensions.catalog.errors import BenchError
+from gym_extensions.errors import BenchError
 
 State = dict[str, NDArray[np.float64]]
 DERIVED = "derived_"

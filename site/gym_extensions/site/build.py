@@ -11,10 +11,17 @@ from pathlib import Path
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
-from gym_extensions.catalog.errors import BenchError
-from gym_extensions.site import boards, charts, glossary, heat, numerals, panels, profiles, words
+from gym_extensions.errors import BenchError
+from gym_extensions.site import glossary
+from gym_extensions.site.charts import heatmap as heat
+from gym_extensions.site.charts import performance_profile as profiles
+from gym_extensions.site.charts import small_multiples as panels
+from gym_extensions.site.charts import strip_plot as charts
 from gym_extensions.site.document import Json
 from gym_extensions.site.page import Leaderboard, pages
+from gym_extensions.site.text import labels as words
+from gym_extensions.site.text import numbers as numerals
+from gym_extensions.site.views import board as boards
 
 HERE = Path(__file__).parent
 MARK = ".gym-extensions-site"

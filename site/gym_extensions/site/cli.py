@@ -14,15 +14,15 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from gym_extensions.catalog.errors import BenchError, reports_mistakes
-from gym_extensions.scoring.folder import submission_folders
-from gym_extensions.scoring.scorecard import score_folders
-from gym_extensions.scoring.screens import show_line
-from gym_extensions.site import words
-from gym_extensions.site.boards import Board
+from gym_extensions.errors import BenchError, reports_mistakes
+from gym_extensions.rollouts.folder import submission_folders
+from gym_extensions.scoring.output.summary import show_line
+from gym_extensions.scoring.pipeline.score import score_folders
 from gym_extensions.site.build import build
 from gym_extensions.site.document import Json
 from gym_extensions.site.page import Leaderboard
+from gym_extensions.site.text import labels as words
+from gym_extensions.site.views.board import Board
 
 
 def arguments() -> argparse.ArgumentParser:
@@ -50,7 +50,7 @@ def scored(paths: Sequence[Path], verify: bool) -> Json:
     if not verify:
         return document
     # Loads the simulator, which scoring and pages otherwise never do.
-    from gym_extensions.scoring.replay import verified
+    from gym_extensions.scoring.replay.verify import verified
 
     cards: list[Json] = []
     for folder, card in zip(submission_folders(list(paths)), document["submissions"], strict=True):

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from gym_extensions.scoring.board import LEAST_LEARNED
+from gym_extensions.scoring.leaderboard.board import LEAST_LEARNED
 
 Json = Mapping[str, Any]
 FORMAT = 1

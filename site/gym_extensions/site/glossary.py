@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from gym_extensions.scoring.metrics import METRICS
+from gym_extensions.scoring.metrics.definitions import METRICS
 
 
 @dataclass(frozen=True)

@@ -10,11 +10,11 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
-from gym_extensions.catalog.errors import BenchError
-from gym_extensions.scoring.board import boards as scored_boards
-from gym_extensions.site.boards import Board, boards
+from gym_extensions.errors import BenchError
+from gym_extensions.scoring.leaderboard.board import boards as scored_boards
 from gym_extensions.site.document import Entry, Json, Version
 from gym_extensions.site.parse import entries, version
+from gym_extensions.site.views.board import Board, boards
 
 
 @dataclass(frozen=True)

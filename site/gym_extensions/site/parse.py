@@ -7,7 +7,7 @@ from typing import Any
 
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.protocol import PROTOCOLS
-from gym_extensions.scoring.table import COLUMNS as TABLE
+from gym_extensions.scoring.metrics.paper_table import COLUMNS as TABLE
 from gym_extensions.site.document import (
     FORMAT,
     Curve,

@@ -11,12 +11,13 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AsyncVectorEnv, SyncVectorEnv
 
-from gym_extensions.catalog.errors import BenchError
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import group
-from gym_extensions.catalog.navigation import FAMILIES, Course
-from gym_extensions.catalog.tasks import TASKS
+from gym_extensions.catalog.navigation_tasks import FAMILIES
+from gym_extensions.catalog.registry import TASKS
+from gym_extensions.catalog.variations.maps import Course
 from gym_extensions.envs import Gravity, make, make_batch
+from gym_extensions.errors import BenchError
 
 NAVIGATION = [row.id for row in TASKS.values() if row.base == "Navigation"]
 OF_A_FAMILY = {family: group(f"nav-{family}").task_ids for family in FAMILIES}

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gym_extensions.envs.navigation import draw_maps
+from gym_extensions.envs.navigation import generate_maps as draw_maps
 from gym_extensions.envs.navigation.grid import draw, goals, load, map_bytes, parse
 
 MAPS = range(10)

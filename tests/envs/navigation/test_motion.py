@@ -9,7 +9,7 @@ import pytest
 
 from gym_extensions.envs.navigation.grid import Arena, Grid, load, parse
 from gym_extensions.envs.navigation.motion import crosses, touches
-from gym_extensions.envs.navigation.world import World
+from gym_extensions.envs.navigation.simulation import World
 
 # Free inside: x and y from 10 to 60, but for the block x 30–40, y 30–40.
 BLOCK = parse(["#######", "#.....#", "#.....#", "#..#..#", "#.....#", "#.....#", "#######"])

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gym_extensions.envs.navigation.grid import Arena, Grid, arena, load, parse
-from gym_extensions.envs.navigation.world import World
+from gym_extensions.envs.navigation.simulation import World
 
 OPEN = ["#" + "." * 28 + "#"] * 28
 ROOM = parse(["#" * 30, *OPEN, "#" * 30])

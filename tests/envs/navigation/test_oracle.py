@@ -7,12 +7,12 @@ import math
 import numpy as np
 import pytest
 
-from gym_extensions.catalog.tasks import task
+from gym_extensions.catalog.registry import task
 from gym_extensions.envs import make
 from gym_extensions.envs.navigation.grid import Arena, goals, parse
 from gym_extensions.envs.navigation.oracle import Oracle, oracle_returns
-from gym_extensions.envs.navigation.plan import FINENESS
-from gym_extensions.envs.navigation.world import World
+from gym_extensions.envs.navigation.planner import FINENESS
+from gym_extensions.envs.navigation.simulation import World
 
 ROOM = parse(["#" * 40, *["#" + "." * 38 + "#"] * 38, "#" * 40])
 # One wall across the room at x 200-210, with a passage of one cell at y 380-390 (the room's top).

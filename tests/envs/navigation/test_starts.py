@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from gym_extensions.catalog.errors import BenchError
 from gym_extensions.envs import make, make_batch
 from gym_extensions.envs.navigation.motion import touches
+from gym_extensions.errors import BenchError
 
 TASK = "State-Based-Navigation-2d-Map2-Goal1"
 ID = f"gym_extensions/{TASK}-v0"

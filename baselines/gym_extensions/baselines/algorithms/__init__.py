@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 from gym_extensions.baselines.agent import Factory
-from gym_extensions.catalog.errors import BenchError, did_you_mean
+from gym_extensions.errors import BenchError, did_you_mean
 
 
 def names() -> list[str]:

@@ -8,7 +8,7 @@ import gymnasium as gym
 import numpy as np
 
 from gym_extensions.baselines.agent import Array, Card, VectorEnv, acting_and_learning
-from gym_extensions.baselines.arrays import load_arrays, restore_generator, save_arrays, saved_generator
+from gym_extensions.baselines.checkpoint import load_arrays, restore_generator, save_arrays, saved_generator
 
 
 class Random:

@@ -8,7 +8,7 @@ import gymnasium as gym
 import numpy as np
 
 from gym_extensions.baselines.agent import Array, Card, VectorEnv
-from gym_extensions.baselines.arrays import save_arrays
+from gym_extensions.baselines.checkpoint import save_arrays
 
 
 class Still:

@@ -11,12 +11,12 @@ import gymnasium as gym
 import numpy as np
 
 from gym_extensions.baselines.agent import Array, Card, Setting, VectorEnv, acting_and_learning
-from gym_extensions.baselines.arrays import load_arrays, restore_generator, save_arrays, saved_generator
-from gym_extensions.baselines.trpo.advantages import advantages
-from gym_extensions.baselines.trpo.collect import Gathered, Lanes, gather
-from gym_extensions.baselines.trpo.policy import Batch, initial_policy, mean_and_log_sigma
+from gym_extensions.baselines.checkpoint import load_arrays, restore_generator, save_arrays, saved_generator
+from gym_extensions.baselines.trpo.batch import Gathered, Lanes, gather
+from gym_extensions.baselines.trpo.gae import advantages
+from gym_extensions.baselines.trpo.gaussian_policy import Batch, initial_policy, mean_and_log_sigma
 from gym_extensions.baselines.trpo.update import TrustRegion, updated
-from gym_extensions.baselines.trpo.value import ValueFunction
+from gym_extensions.baselines.trpo.value_function import ValueFunction
 
 HIDDEN = (100, 50, 25)
 LAST_SCALE = 0.01

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gym_extensions.baselines.agent import Array
-from gym_extensions.baselines.trpo.network import Sizes
-from gym_extensions.baselines.trpo.policy import (
+from gym_extensions.baselines.trpo.gaussian_policy import (
     Batch,
     divergence,
     fisher_product,
@@ -17,7 +16,8 @@ from gym_extensions.baselines.trpo.policy import (
     mean_and_log_sigma,
     surrogate_gradient,
 )
-from gym_extensions.baselines.trpo.solve import conjugate_gradient, dot, line_search
+from gym_extensions.baselines.trpo.mlp import Sizes
+from gym_extensions.baselines.trpo.optimize import conjugate_gradient, dot, line_search
 
 
 @dataclass(frozen=True)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from gym_extensions.catalog.tasks import Task
+from gym_extensions.catalog.task import Task
+from gym_extensions.envs.navigation.env import Navigation, course
 from gym_extensions.envs.navigation.grid import arena, map_bytes
-from gym_extensions.envs.navigation.single import Navigation, course
-from gym_extensions.envs.navigation.vector import NavigationVector
+from gym_extensions.envs.navigation.vector_env import NavigationVector
 
 
 def construct(task: Task, **rendering: Any) -> Navigation:

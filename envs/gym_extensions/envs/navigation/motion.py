@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from gym_extensions.envs.navigation.compiled import compiled
 from gym_extensions.envs.navigation.grid import CELL, GOAL_RADIUS
+from gym_extensions.envs.navigation.jit import compiled
 
 STEP_REWARD, COLLISION_REWARD, GOAL_REWARD = -1.0, -5.0, 10.0
 MAX_SPEED = 5.0

@@ -8,11 +8,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_extensions.catalog.tasks import Task
+from gym_extensions.catalog.task import Task
+from gym_extensions.envs.navigation.env import course
 from gym_extensions.envs.navigation.grid import Arena, arena
-from gym_extensions.envs.navigation.plan import NEVER, choose, look, steps_to_go
-from gym_extensions.envs.navigation.single import course
-from gym_extensions.envs.navigation.vector import NavigationVector
+from gym_extensions.envs.navigation.planner import NEVER, choose, look, steps_to_go
+from gym_extensions.envs.navigation.vector_env import NavigationVector
 
 
 class Oracle:

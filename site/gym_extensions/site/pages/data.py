@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from gym_extensions.scoring.scorecard import text
+from gym_extensions.scoring.pipeline.score import text
 from gym_extensions.site.page import Leaderboard, Page, Render
 
 PATH = "scorecards.json"

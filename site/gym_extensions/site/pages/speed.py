@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from itertools import groupby
 from pathlib import Path
 
-from gym_extensions.site.memories import MEASURE, footprint
 from gym_extensions.site.page import Leaderboard, Page, Render
-from gym_extensions.site.speeds import Race, race
+from gym_extensions.site.views.benchmarks import Race, race
+from gym_extensions.site.views.memory import MEASURE, footprint
 
 PATH = "speed.html"
 MEASURED = Path(__file__).parent.parent / "measured" / "ratios.json"

@@ -1,0 +1,1 @@
+"""Measures floors and ceilings, and writes a version of the references."""

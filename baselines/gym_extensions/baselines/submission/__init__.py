@@ -1,0 +1,1 @@
+"""Writes a submission: merges finished runs, draws the audit sample, keeps the manifest."""

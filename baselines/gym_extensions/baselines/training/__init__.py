@@ -1,0 +1,1 @@
+"""The loop: trains an agent through a protocol, evaluates it, records the log."""

@@ -1,0 +1,1 @@
+"""What can differ between a task and its base: one module per kind of variation."""

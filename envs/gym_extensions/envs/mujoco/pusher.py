@@ -1,0 +1,42 @@
+"""Pusher: Gymnasium's class, with a goal that may be drawn at reset and may move."""
+
+from __future__ import annotations
+
+import numpy as np
+from gymnasium.envs.mujoco.pusher_v5 import PusherEnv
+from numpy.typing import NDArray
+
+from gym_extensions.catalog.variations.goals import MovingGoal
+from gym_extensions.envs.effects.goals import APART, PUSHER_GOAL, PUSHER_OBJECT
+from gym_extensions.envs.mujoco.task_env import TaskEnv
+
+ARM_SPEED = 0.005
+"""Largest speed of an arm joint at reset, rad/s (Gymnasium's pusher_v5)."""
+
+
+class Pusher(TaskEnv, PusherEnv):
+    """Gymnasium's Pusher-v5 with the task's model.
+
+    With ``MovingGoal`` the goal's slide offsets (y, x) are drawn first, then the object's until it lies
+    farther than .17 m from the goal.
+    """
+
+    def start_body(self) -> None:
+        """Draws goal, object and arm velocities."""
+        if not any(isinstance(variation, MovingGoal) for variation in self.task.variations):
+            super().start_body()
+            return
+        self.goal_pos = PUSHER_GOAL.draw(self.np_random)
+        while True:
+            self.cylinder_pos = PUSHER_OBJECT.draw(self.np_random)
+            if np.linalg.norm(self.cylinder_pos - self.goal_pos) > APART:
+                break
+        qpos = np.concatenate([self.init_qpos[:-4], self.cylinder_pos, self.goal_pos])
+        qvel = self.init_qvel + self.np_random.uniform(-ARM_SPEED, ARM_SPEED, self.model.nv)
+        qvel[-4:] = 0
+        self.set_state(qpos, qvel)  # type: ignore[no-untyped-call]
+
+    def goal_place(self) -> NDArray[np.float64]:
+        """The goal's slide offsets (y, x), m, as a view into qpos."""
+        offsets: NDArray[np.float64] = self.data.qpos[-2:]
+        return offsets

@@ -1,0 +1,117 @@
+"""Draws the ten maps and their goals: ``python -m gym_extensions.envs.navigation.generate_maps [--check]``.
+
+The rule is the 2017 one on cells (Henderson et al. 2017's code): rectangles ~ Poisson(92), centre uniform,
+1–3 cells wide and 1–5 high, dropped if they would leave the map; the outermost ring is solid; pockets that
+are not joined by edges to the largest free region are filled. The map's number is the seed, so a run gives
+the same bytes each time.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gym_extensions.envs.navigation import grid
+from gym_extensions.envs.navigation.grid import CELL, COLUMNS, GOALS, MAPS, ROWS
+
+RECTANGLES = 92
+MOST_WIDE, MOST_HIGH = 3, 5
+GOAL_CLEARANCE = 20.0
+"""Smallest distance of a goal's centre from every obstacle, the border among them, in units."""
+GOAL_SPACING = 150.0
+"""Smallest distance between two goals of a map, in units."""
+FOLDER = Path(__file__).with_name("maps")
+
+
+def free_regions(cells: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """The number of the region that each free cell belongs to, joined by edges, from 1; 0 for obstacles."""
+    regions = np.zeros(cells.shape, dtype=np.int64)
+    for start in np.argwhere(~cells):
+        if regions[tuple(start)]:
+            continue
+        number, frontier = int(regions.max()) + 1, [tuple(start)]
+        regions[tuple(start)] = number
+        while frontier:
+            row, column = frontier.pop()
+            for near in ((row + 1, column), (row - 1, column), (row, column + 1), (row, column - 1)):
+                inside = 0 <= near[0] < cells.shape[0] and 0 <= near[1] < cells.shape[1]
+                if inside and not cells[near] and not regions[near]:
+                    regions[near] = number
+                    frontier.append(near)
+    return regions
+
+
+def draw_cells(generator: np.random.Generator) -> NDArray[np.bool_]:
+    """The obstacles of a new map, shape (48, 64), row 0 at the bottom."""
+    cells = np.zeros((ROWS, COLUMNS), dtype=bool)
+    cells[[0, -1], :] = cells[:, [0, -1]] = True
+    for _ in range(generator.poisson(RECTANGLES)):
+        width, height = (
+            generator.integers(1, MOST_WIDE, endpoint=True),
+            generator.integers(1, MOST_HIGH, endpoint=True),
+        )
+        left = round(generator.uniform(0, COLUMNS) - width / 2)
+        bottom = round(generator.uniform(0, ROWS) - height / 2)
+        if left >= 0 and bottom >= 0 and left + width <= COLUMNS and bottom + height <= ROWS:
+            cells[bottom : bottom + height, left : left + width] = True
+    regions = free_regions(cells)
+    largest = np.bincount(regions[regions > 0]).argmax()
+    return np.asarray(regions != largest)
+
+
+def clearances(cells: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """The distance from each cell's centre to the closest edge of an obstacle, in units; 0 in an obstacle."""
+    blocked = np.argwhere(cells)
+    gaps = np.abs(np.argwhere(np.ones_like(cells))[:, None, :] - blocked[None, :, :]) * CELL - CELL / 2
+    return np.asarray(np.hypot(*np.maximum(gaps, 0.0).transpose(2, 0, 1)).min(axis=1).reshape(cells.shape))
+
+
+def draw_goals(cells: NDArray[np.bool_], generator: np.random.Generator) -> list[tuple[float, float]]:
+    """Three cell centres, drawn one by one, far enough from obstacles and from each other."""
+    rows, columns = np.nonzero(clearances(cells) >= GOAL_CLEARANCE)
+    centres = (np.column_stack([columns, rows]) + 0.5) * CELL
+    while True:
+        left, drawn = centres, list[tuple[float, float]]()
+        while len(left) and len(drawn) < GOALS:
+            x, y = left[generator.integers(len(left))]
+            drawn.append((float(x), float(y)))
+            left = left[np.hypot(left[:, 0] - x, left[:, 1] - y) >= GOAL_SPACING]
+        if len(drawn) == GOALS:
+            return drawn
+
+
+def drawn_files() -> dict[str, str]:
+    """The text of every file in ``maps``, by its name."""
+    texts, rows = {}, ["map,goal,x,y"]
+    for number in range(MAPS):
+        generator = np.random.default_rng(number)
+        cells = draw_cells(generator)
+        texts[f"map{number}.txt"] = grid.draw(cells)
+        for goal, (x, y) in enumerate(draw_goals(cells, generator)):
+            rows.append(f"{number},{goal},{x:g},{y:g}")
+    return texts | {"goals.csv": "\n".join(rows) + "\n"}
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Writes the files, or with ``--check`` says which of them differ (exit status 1)."""
+    parser = argparse.ArgumentParser(prog="draw_maps", description="Draws the navigation maps and goals.")
+    parser.add_argument("--check", action="store_true", help="write nothing; name the files that differ")
+    check = parser.parse_args(argv).check
+    differing = []
+    for name, text in sorted(drawn_files().items()):
+        path = FOLDER / name
+        if not path.exists() or path.read_bytes() != text.encode("ascii"):
+            differing.append(name)
+            if not check:
+                path.write_bytes(text.encode("ascii"))
+    if check and differing:
+        sys.stderr.write(f"not as drawn: {', '.join(differing)}\n")
+    return 1 if check and differing else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,124 @@
+"""Many agents, each alone in its arena, moved and observed at once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gym_extensions.envs.navigation.grid import Arena
+from gym_extensions.envs.navigation.motion import advance, touches
+from gym_extensions.envs.navigation.nearest_obstacle import find_nearest
+from gym_extensions.envs.navigation.observations import PIXEL
+from gym_extensions.envs.navigation.raycast import BEAMS, cast_ranges
+from gym_extensions.envs.navigation.rendering import background, move_agents
+from gym_extensions.errors import BenchError
+
+START_CLEARANCE = 100.0
+"""Smallest distance of a drawn start from the goal, in units."""
+
+
+class World:
+    """The positions of many agents and what they observe.
+
+    Args:
+        arenas: the grid and the goal of each agent; all grids of one size.
+        family: what the agents observe, a key of the catalog's ``FAMILIES``.
+    """
+
+    def __init__(self, arenas: Sequence[Arena], family: str) -> None:
+        self.arenas, self.family = tuple(arenas), family
+        grids = list(dict.fromkeys(arena.grid for arena in arenas))
+        self._solids = np.stack([grid.solid for grid in grids])
+        self._map_of = np.array([grids.index(arena.grid) for arena in arenas])
+        self._goals = np.array([arena.goal for arena in arenas], dtype=np.float64)
+        self.positions = np.full((len(arenas), 2), np.nan)
+        self._rewards, self._reached = np.zeros(len(arenas)), np.zeros(len(arenas), dtype=np.bool_)
+        if family == "image":
+            self._prepare_pictures()
+        else:
+            self._numbers = self._fixed_numbers()
+
+    def advance(
+        self, actions: NDArray[Any], waiting: NDArray[np.bool_]
+    ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+        """Rewards and arrivals, shape (agents,) each, after every agent that is not waiting has moved.
+
+        Args:
+            actions: displacements in units, shape (agents, 2), clipped here.
+            waiting: agents that stay where they are with reward 0, shape (agents,).
+        """
+        moves = np.ascontiguousarray(actions, dtype=np.float64)
+        rewards, reached = self._rewards, self._reached
+        advance(self._solids, self._map_of, self._goals, self.positions, moves, waiting, rewards, reached)
+        return rewards.copy(), reached.copy()
+
+    def observe(self) -> NDArray[Any]:
+        """What every agent observes, shape (agents, …); every agent has been placed."""
+        if self.family == "image":
+            move_agents(
+                self._pictures, self._backgrounds, self._background_of, self._shown, self.positions, PIXEL
+            )
+            return np.copy(self._pictures)
+        numbers = self._numbers
+        if self.family.startswith("range"):
+            cast_ranges(self._solids, self._map_of, self.positions, numbers)
+            if self.family == "range-known":
+                numbers[:, BEAMS : BEAMS + 2] = self.positions
+        else:
+            numbers[:, :2] = self.positions
+            find_nearest(self._solids, self._map_of, self.positions, numbers)
+        return numbers.copy()
+
+    def draw_start(self, agent: int, generator: np.random.Generator) -> None:
+        """Places an agent uniformly over the free space that is far enough from its goal."""
+        size, goal = self.arenas[agent].grid.size, self._goals[agent]
+        while True:
+            x, y = generator.uniform((0.0, 0.0), size)
+            far = np.hypot(x - goal[0], y - goal[1]) >= START_CLEARANCE
+            if far and not touches(self.arenas[agent].grid.solid, x, y):
+                self.positions[agent] = x, y
+                return
+
+    def place(self, agent: int, point: Any, where: str) -> None:
+        """Places an agent at a point, in units.
+
+        Raises:
+            BenchError: the point is not two finite numbers, or lies in an obstacle or outside the map.
+        """
+        width, height = self.arenas[agent].grid.size
+        hint = f"Give (x, y) in free space, 0 < x < {width:g} and 0 < y < {height:g}."
+        try:
+            given = np.asarray(point, dtype=np.float64)
+        except (TypeError, ValueError):
+            given = np.array(np.nan)
+        if given.shape != (2,) or not np.isfinite(given).all():
+            raise BenchError("bad-start", f"The start is {point!r}, not two finite numbers.", where, hint)
+        if touches(self.arenas[agent].grid.solid, given[0], given[1]):
+            place = f"({given[0]:g}, {given[1]:g})"
+            raise BenchError(
+                "bad-start", f"The start {place} lies in an obstacle or outside the map.", where, hint
+            )
+        self.positions[agent] = given
+
+    def _fixed_numbers(self) -> NDArray[np.float32]:
+        """The observations' array with the goals, which never change, filled in."""
+        widths = {"state": 4, "state-goal": 6, "range": BEAMS, "range-known": BEAMS + 4}
+        numbers = np.zeros((len(self.arenas), widths[self.family]), dtype=np.float32)
+        if self.family in ("state-goal", "range-known"):
+            numbers[:, -2:] = self._goals
+        return numbers
+
+    def _prepare_pictures(self) -> None:
+        distinct: Mapping[tuple[int, tuple[float, float]], Arena] = {
+            (int(number), arena.goal): arena for number, arena in zip(self._map_of, self.arenas, strict=True)
+        }
+        order = list(distinct)
+        self._backgrounds = np.stack([background(arena, PIXEL) for arena in distinct.values()])
+        self._background_of = np.array(
+            [order.index((int(n), arena.goal)) for n, arena in zip(self._map_of, self.arenas, strict=True)]
+        )
+        self._pictures = self._backgrounds[self._background_of]
+        self._shown = np.full((len(self.arenas), 2), np.nan)

@@ -1,0 +1,74 @@
+"""Tells an agent which task it is in: a one-hot vector appended to the observation."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from gymnasium.spaces import Box
+from gymnasium.vector import VectorEnv, VectorObservationWrapper
+from numpy.typing import NDArray
+
+from gym_extensions.catalog.groups import TaskGroup
+from gym_extensions.catalog.task import Task
+from gym_extensions.errors import BenchError
+
+Tasks = TaskGroup | Sequence[Task]
+
+
+def one_hot(task: Task, tasks: Tasks) -> NDArray[np.float64]:
+    """A vector as long as there are tasks, 1 at the task's place.
+
+    Raises:
+        BenchError: the task is not among them.
+    """
+    members = list(tasks.tasks) if isinstance(tasks, TaskGroup) else list(tasks)
+    if task not in members:
+        known = ", ".join(member.name for member in members)
+        raise BenchError("foreign-task", f"{task.id} is not among {known}.", "TaskId")
+    return np.array([float(member == task) for member in members])
+
+
+def _appended(space: gym.Space[Any], length: int) -> Box:
+    """The space with entries in [0, 1] appended; raises ``BenchError`` for a space that is no flat box."""
+    if not isinstance(space, Box) or len(space.shape) != 1:
+        message = f"The observation space {space} is no vector to append to."
+        raise BenchError("no-vector", message, "TaskId", "Give the task another way, as an input of its own.")
+    low, high = np.append(space.low, np.zeros(length)), np.append(space.high, np.ones(length))
+    return Box(low.astype(space.dtype), high.astype(space.dtype), dtype=space.dtype.type)
+
+
+class TaskId(gym.ObservationWrapper[Any, Any, Any], gym.utils.RecordConstructorArgs):
+    """One environment whose observations end with its task's one-hot vector.
+
+    Args:
+        env: an environment of one of the tasks.
+        tasks: a group, or the tasks in the order of the vector's entries.
+    """
+
+    def __init__(self, env: gym.Env[Any, Any], tasks: Tasks) -> None:
+        gym.utils.RecordConstructorArgs.__init__(self, tasks=tasks)
+        super().__init__(env)
+        self._id = one_hot(env.get_wrapper_attr("task"), tasks)
+        self.observation_space = _appended(env.observation_space, self._id.size)
+
+    def observation(self, observation: NDArray[Any]) -> NDArray[Any]:
+        """The observation with the vector appended, in the observation's own precision."""
+        return np.concatenate([observation, self._id.astype(observation.dtype)])
+
+
+class VectorTaskId(VectorObservationWrapper):
+    """A vector environment whose lanes' observations end with their tasks' one-hot vectors."""
+
+    def __init__(self, env: VectorEnv[Any, Any, Any], tasks: Tasks) -> None:
+        super().__init__(env)
+        lanes: Any = env  # VectorEnv declares no call, its implementations have it
+        self._ids = np.stack([one_hot(task, tasks) for task in lanes.call("task")])
+        self.single_observation_space = _appended(env.single_observation_space, self._ids.shape[1])
+        self.observation_space = gym.vector.utils.batch_space(self.single_observation_space, env.num_envs)
+
+    def observations(self, observations: NDArray[Any]) -> NDArray[Any]:
+        """Observations (lanes, …) with each lane's vector appended."""
+        return np.concatenate([observations, self._ids.astype(observations.dtype)], axis=1)

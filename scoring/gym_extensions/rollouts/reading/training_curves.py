@@ -1,0 +1,62 @@
+"""The cells of curves.csv as training curves."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gym_extensions.catalog.budgets import Budget
+from gym_extensions.catalog.groups import TaskGroup
+from gym_extensions.rollouts.reading.evaluation_log import Cells, Runs, Whole
+
+Key = tuple[str, int, str]
+"""Protocol, run and task id of a curve."""
+
+
+@dataclass(frozen=True)
+class Curves:
+    """The rows of curves.csv as columns; ``runs`` are those of each protocol's log.
+
+    ``numbers`` is as that of ``Cells``.
+    """
+
+    path: str
+    group: TaskGroup
+    budget: Budget | None
+    runs: Runs
+    protocol: list[str]
+    run: list[int]
+    task: list[str]
+    step: Whole
+    return_: NDArray[np.float64]
+    numbers: Whole | None = None
+
+    @functools.cached_property
+    def blocks(self) -> list[tuple[Key, int, int]]:
+        """The curves in the order of the file: key, first row, and the row after the last."""
+        keys = list(zip(self.protocol, self.run, self.task, strict=True))
+        starts = [row for row, key in enumerate(keys) if row == 0 or key != keys[row - 1]]
+        return [
+            (keys[start], start, stop) for start, stop in zip(starts, [*starts[1:], len(keys)], strict=True)
+        ]
+
+
+def curves(cells: Cells, group: TaskGroup, budget: Budget | None, runs: Runs) -> Curves:
+    """The curves of cells; raises ValueError or OverflowError for a cell of another kind."""
+    columns = cells.columns
+    number = {cell: int(cell) for cell in set(columns["run"])}
+    return Curves(
+        path=cells.path,
+        group=group,
+        budget=budget,
+        runs=runs,
+        protocol=columns["protocol"],
+        run=[number[cell] for cell in columns["run"]],
+        task=columns["task"],
+        step=np.array(list(map(int, columns["step"])), dtype=np.int64),
+        return_=np.array(list(map(float, columns["return"])), dtype=np.float64),
+        numbers=cells.numbers,
+    )

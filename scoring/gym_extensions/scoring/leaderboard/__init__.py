@@ -1,0 +1,1 @@
+"""Boards: the entries of one group side by side, with rank intervals."""

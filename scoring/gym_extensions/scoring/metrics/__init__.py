@@ -1,0 +1,1 @@
+"""From returns to metrics: one formula per metric."""

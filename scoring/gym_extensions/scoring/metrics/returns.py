@@ -1,0 +1,90 @@
+"""Checked logs -> the returns of a group as arrays; every cell exists, or there are no results."""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gym_extensions.catalog.budgets import BUDGETS
+from gym_extensions.catalog.groups import TaskGroup
+from gym_extensions.catalog.protocol import EVALUATION_EPISODES, stages
+from gym_extensions.rollouts.reading.evaluation_log import Log
+from gym_extensions.rollouts.reading.training_curves import Curves, Key
+from gym_extensions.rollouts.submission import GroupEntry
+
+Returns = NDArray[np.float64]
+Cells = list[list[list[list[float]]]]
+Means = list[list[list[float]]]
+Curve = tuple[list[int], list[float]]
+"""A training curve: steps, and the mean return of the training episodes ended since the point before."""
+
+
+@dataclass(frozen=True)
+class Results:
+    """Raw returns of a group, each array or None.
+
+    ``sequential`` has axes [run, stage, task, episode], ``single`` and ``joint`` [run, task, episode];
+    ``runs`` holds the training seeds of each. ``curves`` holds a curve by (protocol, run, task id);
+    ``steps`` is the budget's training steps a task.
+    """
+
+    group: TaskGroup
+    steps: int
+    runs: dict[str, tuple[int, ...]]
+    sequential: Returns | None = None
+    single: Returns | None = None
+    joint: Returns | None = None
+    curves: dict[Key, Curve] = field(default_factory=dict)
+
+    @functools.cached_property
+    def returns(self) -> dict[str, Cells]:
+        """Returns as lists [run][stage][task][episode] by protocol; single and joint logs have one stage."""
+        arrays = {
+            "sequential": self.sequential,
+            "single": None if self.single is None else self.single[:, None],
+            "joint": None if self.joint is None else self.joint[:, None],
+        }
+        return {protocol: array.tolist() for protocol, array in arrays.items() if array is not None}
+
+    @functools.cached_property
+    def means(self) -> dict[str, Means]:
+        """Mean raw returns [run][stage][task] by protocol, by ``math.fsum``."""
+        return {
+            protocol: [[[math.fsum(cell) / len(cell) for cell in row] for row in run] for run in runs]
+            for protocol, runs in self.returns.items()
+        }
+
+
+def _array(log: Log | None) -> Returns | None:
+    if log is None:
+        return None
+    tasks = len(log.group.tasks)
+    shape = (len(log.runs), len(stages(log.protocol, tasks)), tasks, EVALUATION_EPISODES)
+    if log.return_.size != np.prod(shape):
+        raise ValueError(f"{log.path} is not a complete log.")
+    cells = log.return_.reshape(shape)
+    return cells if log.protocol == "sequential" else cells[:, 0]
+
+
+def _curves(curves: Curves | None) -> dict[Key, Curve]:
+    if curves is None:
+        return {}
+    steps, values = curves.step.tolist(), curves.return_.tolist()
+    return {key: (steps[start:stop], values[start:stop]) for key, start, stop in curves.blocks}
+
+
+def results(entry: GroupEntry, budget: str) -> Results:
+    """The results of a group's checked logs."""
+    return Results(
+        group=entry.group,
+        steps=BUDGETS[budget].steps_for(entry.group.name),
+        runs={protocol: log.runs for protocol, log in entry.logs.items()},
+        sequential=_array(entry.logs.get("sequential")),
+        single=_array(entry.logs.get("single")),
+        joint=_array(entry.logs.get("joint")),
+        curves=_curves(entry.curves),
+    )

@@ -1,0 +1,1 @@
+"""Scorecards as terminal text, CSV, Markdown and JSON."""

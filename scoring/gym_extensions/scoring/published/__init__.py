@@ -1,0 +1,1 @@
+"""Tables of results that were published without logs."""

@@ -1,0 +1,1 @@
+"""Replays recorded episodes in the simulator. The only room that loads one."""

@@ -1,0 +1,1 @@
+"""The scorecard: one submission's metrics, intervals and notes as a typed document."""

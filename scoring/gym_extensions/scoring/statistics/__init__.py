@@ -1,0 +1,1 @@
+"""Means, intervals, tests and ranks over runs."""

@@ -1,0 +1,135 @@
+"""The range sensor: where the beams go, and what they read."""
+
+from __future__ import annotations
+
+import math
+
+import mujoco
+import numpy as np
+import pytest
+
+from gym_extensions.catalog.variations.obstacles import Wall
+from gym_extensions.envs import make
+from gym_extensions.envs.effects import range_sensor as sensor
+
+
+@pytest.mark.parametrize("body", ["Hopper", "Walker2d", "HalfCheetah", "Humanoid"])
+def test_readings_agree_with_mujocos_ray_and_frames_at_100_random_poses(body: str) -> None:
+    env = make(f"{body}Wall").unwrapped
+    generator = np.random.default_rng(8)
+    box = env.model.geom("wall")
+    hits = 0
+    for _ in range(100):
+        env.reset(seed=int(generator.integers(2**31)))
+        qpos = env.data.qpos.copy()
+        qpos[0] += generator.uniform(-1, 2)
+        if body == "Humanoid":
+            qpos[2] = generator.uniform(0.2, 1.6)
+            qpos[3:7] += generator.normal(0, 0.3, 4)
+        else:
+            qpos[1] += generator.uniform(-0.6, 0.1)
+            qpos[2] = generator.uniform(-1, 1)
+        env.set_state(qpos, env.data.qvel.copy())
+        torso = env.data.body("torso")
+        frame = torso.xmat.reshape(3, 3)
+        seen = env._get_obs()[-10:]
+        for beam, reading in enumerate(seen):
+            angle = math.radians(-45 + 10 * beam)
+            direction = math.cos(angle) * frame[:, 0] + math.sin(angle) * frame[:, 2]
+            distance = mujoco.mju_rayGeom(
+                env.data.mocap_pos[0], np.eye(3).ravel(), box.size, torso.xpos, direction, box.type[0], None
+            )
+            inside = (np.abs(torso.xpos - env.data.mocap_pos[0]) <= box.size).all()
+            expected = 0.0 if distance < 0 or distance > 10 or inside else distance / 10
+            assert reading == pytest.approx(expected, abs=1e-9)
+            hits += expected > 0
+    assert hits > 50
+
+
+def test_beam_0_looks_down_and_beam_9_up_at_45_degrees() -> None:
+    qpos = np.array([1.0, 1.25, 0.0])
+    origin, directions = sensor.planar_fan(qpos, 0.0)
+    assert origin.tolist() == [1.0, 0.0, 1.25]
+    half = math.sqrt(0.5)
+    np.testing.assert_allclose(directions[0], [half, 0, -half], atol=1e-15)
+    np.testing.assert_allclose(directions[9], [half, 0, half], atol=1e-15)
+    angles = np.degrees(np.arctan2(directions[:, 2], directions[:, 0]))
+    np.testing.assert_allclose(angles, np.arange(-45, 46, 10), atol=1e-12)
+
+
+def test_a_body_pitched_forward_by_ten_degrees_looks_ten_degrees_lower() -> None:
+    level = sensor.planar_fan(np.array([0.0, 1.25, 0.0]), 0.0)[1]
+    pitched = sensor.planar_fan(np.array([0.0, 1.25, math.radians(10)]), 0.0)[1]
+    np.testing.assert_allclose(pitched[1:], level[:-1], atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("origin", "direction", "reading"),
+    [
+        ((0.0, 0.0, 0.1), (1.0, 0.0, 0.0), 0.18),  # the face of a wall at x 2 lies at 1.8
+        ((0.0, 0.0, -0.1), (1.0, 0.0, 0.0), 0.18),  # the part of the box below the floor counts
+        ((0.0, 0.0, 0.4), (1.0, 0.0, 0.0), 0.0),  # over the top, which is at .375
+        ((0.0, 0.5, 0.1), (1.0, 0.0, 0.0), 0.0),  # past the side, which is at .4
+        ((3.0, 0.0, 0.1), (1.0, 0.0, 0.0), 0.0),  # behind
+        ((2.0, 0.0, 0.1), (1.0, 0.0, 0.0), 0.0),  # inside
+        ((2.0, 0.0, 1.375), (0.0, 0.0, -1.0), 0.1),  # from above on the top
+        ((-8.2, 0.0, 0.1), (1.0, 0.0, 0.0), 1.0),  # exactly at the reach of 10 m
+        ((-8.3, 0.0, 0.1), (1.0, 0.0, 0.0), 0.0),  # beyond it
+    ],
+)
+def test_a_reading_is_the_distance_over_ten_metres(
+    origin: tuple[float, ...], direction: tuple[float, ...], reading: float
+) -> None:
+    beams = np.tile(direction, (10, 1))
+    half_sizes = np.array(Wall().half_sizes)
+    found = sensor.readings(np.array(origin), beams, np.array([2.0, 0.0, 0.125]), half_sizes)
+    assert found == pytest.approx(np.full(10, reading), abs=1e-12)
+
+
+def test_many_lanes_at_once_read_bit_for_bit_as_one_and_in_0_to_1_over_100000_poses() -> None:
+    generator = np.random.default_rng(1)
+    count = 100_000
+    walls = np.stack([generator.uniform(-5, 5, count), np.zeros(count), np.full(count, 0.125)], axis=1)
+    for body, nq in (("Hopper", 3), ("Humanoid", 7), ("HumanoidStandup", 7)):
+        qpos = generator.normal(0, 1, (count, nq))
+        fan = sensor.FANS[body]
+        half_sizes = np.array(Wall(0.8).half_sizes)
+        together = sensor.readings(*fan(qpos, 0.0), walls, half_sizes)
+        assert together.min() == 0
+        assert 0 < together.max() <= 1
+        for lane in range(0, count, 997):
+            alone = sensor.readings(*fan(qpos[lane], 0.0), walls[lane], half_sizes)
+            np.testing.assert_array_equal(alone, together[lane])
+
+
+@pytest.mark.parametrize("name", ["HumanoidStandupAndRunWall"])
+def test_lying_bodies_look_along_the_worlds_x_whatever_their_attitude(name: str) -> None:
+    env = make(name).unwrapped
+    env.reset(seed=0)
+    wall = env.data.mocap_pos[0, 0]
+    for quaternion in ([1, 0, 0, 0], [0.5, 0.5, -0.5, 0.5], [0, 0, 0, 2]):
+        qpos = env.init_qpos.copy()
+        qpos[:3], qpos[3:7] = (0.0, 0.0, 0.105), quaternion
+        env.set_state(qpos, np.zeros(env.model.nv))
+        seen = env._get_obs()[-10:]
+        # Beams 4 and 5 look 5° down and up: both meet the face.
+        face = (wall - 0.2) / math.cos(math.radians(5)) / 10
+        assert seen[5] == pytest.approx(face if (wall - 0.2) * math.tan(math.radians(5)) <= 0.27 else 0.0)
+
+
+def test_a_straight_hopper_sees_the_wall_with_one_or_two_beams() -> None:
+    env = make("HopperWall").unwrapped
+    env.reset(seed=0)
+    for x in np.linspace(1.8, 3.8, 41):
+        env.data.mocap_pos[0, 0] = x
+        env.set_state(env.init_qpos, env.init_qvel)
+        assert np.count_nonzero(env._get_obs()[-10:]) in (1, 2)
+
+
+def test_halfcheetah_starts_blind_in_a_few_episodes_of_a_hundred() -> None:
+    # From height .7 a wall at 3.6 m fills 8.3° of the fan, from atan(.825/3.6) to atan(.325/4): less than the
+    # 10° between two beams.
+    env = make("HalfCheetahWall")
+    env.reset(seed=1)
+    blind = sum(not env.reset()[0][-10:].any() for _ in range(1000))
+    assert 0.01 < blind / 1000 < 0.04

@@ -1,0 +1,60 @@
+"""Machine code is kept on disk, found again, and never outlives the sources that it was made from."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+from gym_extensions.envs.navigation import jit as compiled
+
+HERE = Path(compiled.__file__).parent
+CODE = """
+from gym_extensions.envs.navigation.motion import touches
+from gym_extensions.envs.navigation.grid import parse
+print(touches(parse(["###", "#.#", "###"]).solid, 14.0, 15.0))
+print(sum(touches.stats.cache_hits.values()), sum(touches.stats.cache_misses.values()))
+"""
+
+
+def run(root: Path, **environment: str) -> list[str]:
+    """What the code prints when the packages below ``root`` come first."""
+    # A bare package in place of gym_extensions.envs, whose import would load much that is not needed here.
+    script = (
+        "import sys, types\n"
+        "sys.modules['gym_extensions.envs'] = package = types.ModuleType('gym_extensions.envs')\n"
+        f"package.__path__ = [{str(root)!r}]\n"
+    ) + CODE
+    done = subprocess.run(
+        [sys.executable, "-c", script],
+        env=os.environ | environment,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return done.stdout.split()
+
+
+def test_code_is_found_again_until_a_constant_in_another_file_of_the_same_time_and_size_changes(
+    tmp_path: Path,
+) -> None:
+    copy = shutil.copytree(HERE, tmp_path / "navigation", ignore=shutil.ignore_patterns("__pycache__"))
+    assert run(tmp_path) == ["False", "0", "1"]
+    assert run(tmp_path) == ["False", "1", "0"]
+    # The file of the compiled function stays as it is; the size of a cell, which it reads, does not.
+    module = copy / "grid.py"
+    module.write_text(module.read_text("utf-8").replace("CELL = 10.0", "CELL = 14.0"), "utf-8")
+    assert run(tmp_path) == ["True", "0", "1"]
+
+
+def test_where_nothing_can_be_kept_it_is_compiled_all_the_same(tmp_path: Path) -> None:
+    shutil.copytree(HERE, tmp_path / "navigation", ignore=shutil.ignore_patterns("__pycache__"))
+    # Files stand where numba would make its folders, so that neither can be made, not even by root.
+    (tmp_path / "navigation" / "__pycache__").write_text("", encoding="ascii")
+    (tmp_path / "home").write_text("", encoding="ascii")
+    home = str(tmp_path / "home")
+    environment = {"HOME": home, "XDG_CACHE_HOME": home, "PYTHONDONTWRITEBYTECODE": "1"}
+    assert run(tmp_path, **environment) == ["False", "0", "1"]
+    assert run(tmp_path, **environment) == ["False", "0", "1"]

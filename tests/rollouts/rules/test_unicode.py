@@ -1,0 +1,119 @@
+"""Rules about what the texts of submission.toml show."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from gym_extensions.rollouts.reader import read
+
+from .broken import GROUP, TOML, Broken, Good, Judge, each, edit
+
+BROKEN = (
+    *(
+        Broken(
+            "empty-title",
+            f"a title of {name}",
+            edit("An entry", title, TOML),
+            ((f"{TOML}, title", f"The title {title!r} shows nothing.", "Name the entry."),),
+            also=also,
+        )
+        for name, title, also in (
+            ("spaces", "   ", ()),
+            ("a letter without ink", "\u3164", ("control-character",)),
+        )
+    ),
+    *(
+        Broken(
+            "control-character",
+            f"a title that looks like another by {name}",
+            edit("An entry", title, TOML),
+            ((f"{TOML}, title", f"The text {title!r} holds an unseen character.", "Remove it."),),
+        )
+        for name, title in (
+            ("a space of no width", "TR\u200bPO"),
+            ("a soft hyphen", "TR\u00adPO"),
+            ("a joiner between Latin letters", "TR\u200dPO"),
+            ("a tag", "TRPO\U000e0041"),
+            ("a mark that joins", "TR\u034fPO"),
+        )
+    ),
+    Broken(
+        "control-character",
+        "a title that runs backwards",
+        edit("An entry", "An \\u202eentry", TOML),
+        (
+            (
+                f"{TOML}, title",
+                "The text 'An \\u202eentry' holds an unseen character.",
+                "Remove it.",
+            ),
+        ),
+    ),
+    Broken(
+        "control-character",
+        "an escape sequence in the title",
+        edit("An entry", "An \\u001b[31mentry", TOML),
+        (
+            (
+                f"{TOML}, title",
+                "The text 'An \\x1b[31mentry' holds an unseen character.",
+                "Remove it.",
+            ),
+        ),
+    ),
+    Broken(
+        "control-character",
+        "a title of two lines",
+        edit("An entry", "An entry\\n  (replayed)", TOML),
+        (
+            (
+                f"{TOML}, title",
+                "The text 'An entry\\n  (replayed)' holds an unseen character.",
+                "Remove it.",
+            ),
+        ),
+    ),
+    Broken(
+        "control-character",
+        "an escape sequence in a key",
+        edit("step = 0.01", '"\\u001b[31mstep" = nan', TOML),
+        (
+            (
+                f"{TOML}, hyperparameters",
+                "The text '\\x1b[31mstep' holds an unseen character.",
+                "Remove it.",
+            ),
+        ),
+        also=("bad-hyperparameter",),
+    ),
+)
+
+
+@each(BROKEN)
+def test_a_broken_folder_breaks_its_rule_and_says_so(example: Broken, judge: Judge) -> None:
+    judge(example)
+
+
+@pytest.mark.parametrize(
+    "title",
+    [
+        "Überprüft: “R₂”",
+        "👩\u200d🔬 TRPO",
+        "TRPO\u00a0v2",
+        "強化\u3000学習",
+        "می\u200cخواهم",
+        "\U0001fae8",
+    ],
+)
+def test_a_title_is_in_anybodys_language(good: Good, tmp_path: Path, title: str) -> None:
+    folder = good(GROUP, tmp_path)
+    edit("An entry", title, TOML)(folder)
+    assert read(folder).problems == ()
+
+
+def test_the_description_may_have_lines(good: Good, tmp_path: Path) -> None:
+    folder = good(GROUP, tmp_path)
+    edit("Made up by a formula.", "Made up\\n\\tby a formula.", TOML)(folder)
+    assert read(folder).problems == ()

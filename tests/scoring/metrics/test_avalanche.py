@@ -1,0 +1,254 @@
+"""Forgetting and transfer against Avalanche, an independent library of continual learning.
+
+Avalanche's own stream plugins are driven through its own order of calls, so that which terms are counted and
+how they are averaged is its code: an evaluation of the stream before any training, then for every experience
+j = 1..T `before_training_exp` and again an evaluation of the stream. What a plugin emits last is compared.
+
+===================== ====================================== =====================================
+Avalanche             at the end of T experiences            here
+===================== ====================================== =====================================
+StreamForgetting      mean over j < T of p[j][j] − p[T][j]   forgetting
+StreamBWT             its negative, term by term             minus forgetting
+StreamForwardTransfer mean over j ≥ 2 of p[j−1][j] − p[0][j] zero-shot transfer
+StreamAccuracy        mean over the episodes of stage T      final performance
+functional.forgetting all p[j][j] − p[s][j], s > j           terms of forgetting, all later stages
+===================== ====================================== =====================================
+
+Three differences, each held by a test. A mean of no terms is 0.0 there and None here. What Avalanche calls
+forward transfer is zero-shot transfer here; forward transfer here needs the task trained alone, which
+Avalanche has not. It has no open tasks: one is trained on there and left out of the stream that is evaluated.
+Worst-case forgetting (the maximum of Chaudhry et al.) has no counterpart: Avalanche keeps the first value.
+"""
+
+from __future__ import annotations
+
+import json
+import random
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from importlib import import_module, metadata
+from itertools import islice
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+
+from gym_extensions import scoring
+from gym_extensions.scoring.metrics import formulas
+from gym_extensions.scoring.metrics.run import Run
+from gym_extensions.scoring.statistics.descriptive import Number, mean
+
+KIT = Path(str(scoring.__file__)).parent / "conformance" / "sequential.json"
+EXACT = 1e-12
+
+Cells = dict[tuple[int, int], list[float]]
+"""The normalised returns of the episodes on task j after stage s."""
+
+
+@pytest.fixture(scope="module")
+def avalanche() -> Iterator[SimpleNamespace]:
+    """Avalanche's metric classes, from its installed modules.
+
+    `import avalanche` loads all of it, and with it torchvision, whose wheel asks for a CUDA build of torch.
+    Two packages are therefore entered without running their ``__init__``: the root and the one that lists all
+    metrics. Every module below them that is loaded is Avalanche's own; all are forgotten afterwards.
+    """
+    root = Path(str(metadata.distribution("avalanche-lib").locate_file("avalanche")))
+
+    def package(*names: str) -> ModuleType:
+        found = ModuleType(".".join(("avalanche", *names)))
+        found.__path__ = [str(root.joinpath(*names))]
+        sys.modules[found.__name__] = found
+        return found
+
+    before = set(sys.modules)
+    try:
+        package()
+        metrics: Any = package("evaluation", "metrics")
+        accuracy = import_module("avalanche.evaluation.metrics.accuracy")
+        metrics.TaskAwareAccuracy = accuracy.TaskAwareAccuracy
+        metrics.Mean = import_module("avalanche.evaluation.metrics.mean").Mean
+        backward = import_module("avalanche.evaluation.metrics.forgetting_bwt")
+        forward = import_module("avalanche.evaluation.metrics.forward_transfer")
+        yield SimpleNamespace(
+            Mean=metrics.Mean,
+            StreamForgetting=backward.StreamForgetting,
+            StreamBWT=backward.StreamBWT,
+            StreamForwardTransfer=forward.StreamForwardTransfer,
+            StreamAccuracy=accuracy.StreamAccuracy,
+            forgetting=import_module("avalanche.evaluation.functional").forgetting,
+        )
+    finally:
+        for name in set(sys.modules) - before:
+            if name.split(".")[0] == "avalanche":
+                del sys.modules[name]
+
+
+def of_returns(library: SimpleNamespace, plugin: str) -> Any:
+    """The plugin on returns for accuracies: the two methods that its base class asks a subclass to give."""
+    members = {
+        "metric_update": lambda self, strategy: self._current_metric.update(strategy.mb_output.item()),
+        "metric_result": lambda self, strategy: self._current_metric.result(),
+    }
+    made = type(f"{plugin}OfReturns", (getattr(library, plugin),), members)()
+    made._current_metric = library.Mean()
+    return made
+
+
+def emitted(plugin: Any, T: int, scored: Sequence[int], cells: Cells) -> float:
+    """What the plugin emits after the last evaluation: an episode is a minibatch, a return of 1 a success."""
+
+    def experience(j: int) -> SimpleNamespace:
+        return SimpleNamespace(current_experience=j - 1, origin_stream=SimpleNamespace(name="test"))
+
+    strategy = SimpleNamespace(is_eval=True, eval_every=0, clock=SimpleNamespace(train_iterations=0))
+    strategy.experience = experience(1)
+    strategy.mb_y = torch.ones(1, dtype=torch.float64)
+    values: list[Any] = []
+    for stage in range(T + 1):
+        if stage:
+            strategy.experience = experience(stage)
+            plugin.before_training_exp(strategy)
+        plugin.before_eval(strategy)
+        for j in scored:
+            strategy.experience = experience(j)
+            plugin.before_eval_exp(strategy)
+            for value in cells[stage, j]:
+                strategy.mb_output = torch.tensor([value], dtype=torch.float64)
+                plugin.after_eval_iteration(strategy)
+            plugin.after_eval_exp(strategy)
+        values = plugin.after_eval(strategy)
+    [last] = values
+    return float(last.value)
+
+
+def run_of(T: int, scored: Sequence[int], cells: Cells) -> Run:
+    means = {place: mean(values) for place, values in cells.items()}
+    return Run(T, tuple(scored), {place: value for place, value in means.items() if value is not None})
+
+
+def same(ours: Number, theirs: float) -> None:
+    """Equal, or no term: None here and 0.0 there."""
+    if ours is None:
+        assert theirs == 0.0
+    else:
+        assert theirs == pytest.approx(ours, abs=EXACT)
+
+
+def golden() -> Iterator[tuple[str, dict[str, Number], int, tuple[int, ...], Cells]]:
+    """Every run of the published matrices: name, what is published, T, tasks that are not open, p."""
+    for case in json.loads(KIT.read_text(encoding="utf-8"))["cases"]:
+        heights = list(enumerate(zip(case["floor"], case["ceiling"], strict=True), 1))
+        known = {j: (floor, ceiling - floor) for j, (floor, ceiling) in heights if ceiling is not None}
+        for number, matrix in enumerate(case["sequential"]):
+            cells = {
+                (s, j): [
+                    float((value - floor) / height)
+                    for value in (row[j - 1] if isinstance(row[j - 1], list) else [row[j - 1]])
+                ]
+                for s, row in enumerate(matrix)
+                for j, (floor, height) in known.items()
+            }
+            published = {
+                metric: None if values is None else values[number]
+                for metric, values in case["expected"].items()
+            }
+            yield case["name"], published, len(heights), tuple(known), cells
+
+
+def random_runs(draw: Callable[[random.Random], list[float]]) -> Iterator[tuple[int, list[int], Cells]]:
+    """Forty runs of two to eight tasks; in every other one some tasks are open."""
+    rng = random.Random(5)
+    for number in range(40):
+        T = rng.randint(2, 8)
+        scored = [j for j in range(1, T + 1) if number % 2 or rng.random() < 0.7]
+        yield T, scored, {(s, j): draw(rng) for s in range(T + 1) for j in scored}
+
+
+def returns(rng: random.Random) -> list[float]:
+    """Returns of a cell: a zero, as often as not; else episodes below the floor and above the ceiling."""
+    return [0.0] if rng.random() < 0.5 else [rng.uniform(-2, 2) for _ in range(3)]
+
+
+def successes(rng: random.Random) -> list[float]:
+    return [float(rng.random() < 0.5) for _ in range(20)]
+
+
+def test_published_matrices_are_what_avalanche_makes_of_them(avalanche: SimpleNamespace) -> None:
+    for name, published, T, scored, cells in golden():
+        for metric, formula, plugin, sign in (
+            ("forgetting", formulas.forgetting, "StreamForgetting", 1),
+            ("forgetting", formulas.forgetting, "StreamBWT", -1),
+            ("zero_shot_transfer", formulas.zero_shot_transfer, "StreamForwardTransfer", 1),
+        ):
+            theirs = sign * emitted(of_returns(avalanche, plugin), T, scored, cells)
+            ours = formula(run_of(T, scored, cells))
+            same(ours, theirs)
+            if metric in published:
+                assert (published[metric] is None) == (ours is None), name
+                same(published[metric], theirs)
+
+
+def test_forgetting_and_zero_shot_transfer_of_returns_are_avalanches(avalanche: SimpleNamespace) -> None:
+    for T, scored, cells in random_runs(returns):
+        run = run_of(T, scored, cells)
+        for ours, plugin, sign in (
+            (formulas.forgetting(run), "StreamForgetting", 1),
+            (formulas.forgetting(run), "StreamBWT", -1),
+            (formulas.zero_shot_transfer(run), "StreamForwardTransfer", 1),
+        ):
+            same(ours, sign * emitted(of_returns(avalanche, plugin), T, scored, cells))
+
+
+def test_metrics_of_success_rates_are_those_of_avalanches_plugins_as_they_are(
+    avalanche: SimpleNamespace,
+) -> None:
+    for T, scored, cells in islice(random_runs(successes), 10):
+        run = run_of(T, scored, cells)
+        for ours, plugin, sign in (
+            (formulas.final_performance(run), avalanche.StreamAccuracy(), 1),
+            (formulas.forgetting(run), avalanche.StreamForgetting(), 1),
+            (formulas.forgetting(run), avalanche.StreamBWT(), -1),
+            (formulas.zero_shot_transfer(run), avalanche.StreamForwardTransfer(), 1),
+        ):
+            same(ours, sign * emitted(plugin, T, scored, cells))
+
+
+def test_forgetting_at_every_later_stage_is_a_mean_of_avalanches_forgetting_matrix(
+    avalanche: SimpleNamespace,
+) -> None:
+    """Its matrix holds 0 up to the stage that trains j; those are no terms here. The means are plain ones."""
+    for T, scored, cells in random_runs(returns):
+        matrix = [[mean(cells[s, j]) for j in scored] for s in range(T + 1)]
+        drops = avalanche.forgetting(matrix, boundary_indices=list(scored))
+        columns = [drops[j + 1 :, place] for place, j in enumerate(scored) if j < T]
+        run = run_of(T, scored, cells)
+        if not columns:
+            assert formulas.forgetting_all_later_stages(run) is None
+            continue
+        later = float(np.mean([column.mean() for column in columns]))
+        assert formulas.forgetting_all_later_stages(run) == pytest.approx(later, abs=EXACT)
+        last = float(np.mean([column[-1] for column in columns]))
+        assert formulas.forgetting(run) == pytest.approx(last, abs=EXACT)
+
+
+def test_a_mean_of_no_terms_is_none_here_and_zero_in_avalanche(avalanche: SimpleNamespace) -> None:
+    cells = {(0, 1): [0.2], (1, 1): [0.7]}
+    for formula, plugin in (
+        (formulas.forgetting, "StreamForgetting"),
+        (formulas.zero_shot_transfer, "StreamForwardTransfer"),
+    ):
+        assert formula(run_of(1, (1,), cells)) is None
+        assert emitted(of_returns(avalanche, plugin), 1, (1,), cells) == 0.0
+
+
+def test_avalanches_forward_transfer_is_not_the_forward_transfer_here(avalanche: SimpleNamespace) -> None:
+    """Theirs: how well task 2 goes before it is trained. Here: what task 1 did for learning task 2."""
+    cells = {(0, 1): [0.0], (0, 2): [0.0], (1, 1): [1.0], (1, 2): [0.25], (2, 1): [0.5], (2, 2): [1.0]}
+    run = Run(2, (1, 2), run_of(2, (1, 2), cells).cells, alone={1: 1.0, 2: 0.5})
+    assert emitted(of_returns(avalanche, "StreamForwardTransfer"), 2, (1, 2), cells) == 0.25
+    assert formulas.zero_shot_transfer(run) == 0.25
+    assert formulas.forward_transfer(run) == 0.5

@@ -1,0 +1,252 @@
+"""Replay tells a recorded episode from an invented one; every kind of lie has its row."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gym_extensions.baselines.train import train
+from gym_extensions.rollouts.reader import read
+from gym_extensions.scoring.cli import main
+from gym_extensions.scoring.replay.verify import verify
+
+Arrays = dict[str, np.ndarray[Any, Any]]
+GROUP = "halfcheetah-gravity"  # its episodes are 1000 steps long: 100 segments each
+
+
+@pytest.fixture(scope="module")
+def honest(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("submissions") / "honest"
+    train("random", GROUP, "single", "smoke", 0, out=folder)
+    return folder
+
+
+@pytest.fixture
+def copy(honest: Path, tmp_path: Path) -> Path:
+    shutil.copytree(honest, tmp_path / "copy", ignore=shutil.ignore_patterns(".progress"))
+    return tmp_path / "copy"
+
+
+def traces(folder: Path) -> list[Path]:
+    return sorted((folder / GROUP / "traces").iterdir())
+
+
+def rewrite(path: Path, edit: Callable[[Arrays], object]) -> None:
+    with np.load(path, allow_pickle=False) as file:
+        arrays = {name: file[name].copy() for name in file.files}
+    edit(arrays)
+    np.savez_compressed(path, **arrays)  # type: ignore[arg-type]
+
+
+def shift_action(arrays: Arrays) -> None:
+    arrays["actions"][5] *= -1
+
+
+def move_return_between_segments(arrays: Arrays) -> None:
+    arrays["segment_returns"][3] += 0.5
+    arrays["segment_returns"][4] -= 0.5
+
+
+def start_a_segment_elsewhere(arrays: Arrays) -> None:
+    arrays["state_qvel"][6, 0] += 5.0
+
+
+def test_an_honest_sample_replays_and_says_how_much_it_is(honest: Path) -> None:
+    found = verify(honest)
+    assert found.problems == ()
+    assert found.level == "replayed (sample: 5 of 100 episodes)"
+
+
+@pytest.mark.parametrize(
+    ("lie", "told"),
+    [
+        (shift_action, "Steps 0 and following: the rewards sum to "),
+        (move_return_between_segments, "Steps 30 and following: the rewards sum to "),
+        (
+            start_a_segment_elsewhere,
+            "Steps 60 and following: the state's 'qvel' before the next segment differs",
+        ),
+    ],
+)
+def test_a_lie_in_one_trace_is_found_at_its_first_segment(
+    copy: Path, lie: Callable[[Arrays], object], told: str
+) -> None:
+    victim = traces(copy)[0]
+    rewrite(victim, lie)
+    (problem,) = verify(copy).problems
+    assert (problem.rule, problem.where) == ("replay-differs", f"{GROUP}/traces/{victim.name}")
+    assert problem.message.startswith(told)
+    assert verify(copy).level is None
+
+
+@pytest.mark.parametrize(
+    ("break_", "message"),
+    [
+        (lambda arrays: arrays.pop("segment_returns"), "It lacks 'segment_returns'."),
+        (
+            lambda arrays: arrays.update(segment_steps=np.array(25)),
+            "Its segments have 25 steps, those of HalfCheetah have 10.",
+        ),
+        (
+            lambda arrays: arrays.update(actions=arrays["actions"][:-1]),
+            "'actions' is float32 of shape (999, 6); 1000 rows of float32 belong there.",
+        ),
+        (lambda arrays: arrays["state_qpos"].fill(np.nan), "'state_qpos' holds a value that is not finite."),
+        (
+            lambda arrays: arrays.update(segment_returns=np.zeros((100, 2))),
+            "'segment_returns' is float64 of shape (100, 2); 100 numbers of float64 belong there.",
+        ),
+        (lambda arrays: arrays.update(luck=np.zeros(1)), "It holds an unknown array 'luck'."),
+    ],
+)
+def test_a_trace_of_the_wrong_form_is_told(
+    copy: Path, break_: Callable[[Arrays], object], message: str
+) -> None:
+    rewrite(traces(copy)[0], break_)
+    (problem,) = verify(copy).problems
+    assert (problem.rule, problem.message) == ("trace-malformed", message)
+
+
+def add_a_state_of_luck(arrays: Arrays) -> None:
+    arrays["state_luck"] = np.zeros((len(arrays["state_qpos"]), 2))
+
+
+def leave_out_a_joint(arrays: Arrays) -> None:
+    arrays["state_qpos"] = arrays["state_qpos"][:, 1:].copy()
+
+
+def leave_out_an_action(arrays: Arrays) -> None:
+    arrays["actions"] = arrays["actions"][:, 1:].copy()
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (
+            lambda arrays: arrays.pop("state_qvel"),
+            "Steps 0 and following: the recorded states do not fit the task: 'qvel'.",
+        ),
+        (
+            add_a_state_of_luck,
+            "Steps 0 and following: the recorded states do not fit the task: 'luck'.",
+        ),
+        (
+            leave_out_a_joint,
+            "Steps 0 and following: the recorded states do not fit the task: 'qpos'.",
+        ),
+        (
+            leave_out_an_action,
+            "Steps 0 and following: the recorded actions do not fit the task, whose actions are (6,).",
+        ),
+    ],
+)
+def test_what_does_not_fit_the_task_is_told_of_its_own_trace_alone(
+    copy: Path, change: Callable[[Arrays], object], message: str
+) -> None:
+    victim = traces(copy)[0]
+    rewrite(victim, change)
+    (problem,) = verify(copy).problems
+    assert (problem.rule, problem.where, problem.message) == (
+        "replay-differs",
+        f"{GROUP}/traces/{victim.name}",
+        message,
+    )
+
+
+def test_a_trace_whose_data_is_damaged_is_told(copy: Path) -> None:
+    victim = traces(copy)[0]
+    data = bytearray(victim.read_bytes())
+    data[600] ^= 0xFF  # inside the first array
+    victim.write_bytes(bytes(data))
+    assert read(copy).problems == ()
+    (problem,) = verify(copy).problems
+    assert (problem.rule, problem.message) == ("trace-malformed", "It cannot be read.")
+
+
+def test_unstable_states_leave_no_log_of_the_simulator(
+    copy: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+    for path in traces(copy):
+        rewrite(path, lambda arrays: arrays["state_qvel"].__setitem__((slice(0, 1), 0), 1e200))
+    assert {problem.rule for problem in verify(copy).problems} == {"replay-differs"}
+    assert list((tmp_path / "here").iterdir()) == []
+
+
+@pytest.mark.parametrize("value", [100.0, 1.7e308])
+def test_a_return_that_is_not_the_sum_of_its_segments_is_told(copy: Path, value: float) -> None:
+    def brag(arrays: Arrays) -> None:
+        arrays["segment_returns"][:2] = value
+
+    rewrite(traces(copy)[0], brag)
+    (problem,) = verify(copy).problems
+    assert problem.rule == "trace-malformed"
+    assert "segments' returns sum to" in problem.message
+
+
+def test_a_trace_that_the_log_asks_for_and_is_not_there_is_told(copy: Path) -> None:
+    victim = traces(copy)[2]
+    victim.unlink()
+    (problem,) = verify(copy).problems
+    assert (problem.rule, problem.where) == ("trace-missing", f"{GROUP}/traces/{victim.name}")
+
+
+def test_a_submission_without_traces_stays_well_formed_and_says_so(
+    copy: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shutil.rmtree(copy / GROUP / "traces")
+    assert main([str(copy), "--verify", "--json"]) == 0
+    (card,) = json.loads(capsys.readouterr().out)["submissions"]
+    assert (card["trust"], card["problems"]) == ("well-formed", [])
+    assert card["notes"] == ["It holds no traces: nothing could be replayed."]
+    assert card["groups"] != {}
+
+
+def test_of_many_missing_traces_three_are_named_and_the_rest_counted(
+    copy: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for victim in traces(copy)[1:]:
+        victim.unlink()
+    assert main([str(copy), "--verify", "--json"]) == 1
+    (card,) = json.loads(capsys.readouterr().out)["submissions"]
+    assert [one["rule"] for one in card["problems"]] == ["trace-missing"] * 4
+    assert (card["problems"][3]["where"], card["problems"][3]["message"]) == (
+        GROUP,
+        "1 more place breaks the same rule.",
+    )
+
+
+def test_a_log_that_was_edited_asks_for_other_episodes(copy: Path) -> None:
+    log = copy / GROUP / "single.csv"
+    head, first, *rest = log.read_text().splitlines()
+    cells = first.split(",")
+    cells[6] = repr(float(cells[6]) + 1.0)
+    log.write_text("\n".join([head, ",".join(cells), *rest]) + "\n")
+    assert "trace-missing" in {problem.rule for problem in verify(copy).problems}
+
+
+def test_score_verify_gives_the_level_of_trust_and_the_exit_status(
+    honest: Path, copy: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([str(honest), "--verify", "--json"]) == 0
+    (card,) = json.loads(capsys.readouterr().out)["submissions"]
+    assert card["trust"] == "replayed (sample: 5 of 100 episodes)"
+    rewrite(traces(copy)[0], shift_action)
+    assert main([str(copy), "--verify", "--json"]) == 1
+    (card,) = json.loads(capsys.readouterr().out)["submissions"]
+    assert (card["trust"], card["groups"]) == (None, {})
+    assert card["problems"][0]["rule"] == "replay-differs"
+
+
+def test_a_submission_with_problems_is_not_replayed(copy: Path) -> None:
+    (copy / "submission.toml").write_text("format = 2\n")
+    found = verify(copy)
+    assert found.replayed == 0
+    assert found.problems != ()

@@ -1,0 +1,69 @@
+"""What stands out in a group: the largest difference, and only one that the runs bear out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from gym_extensions.scoring.pipeline.score import score_folder
+from gym_extensions.scoring.references import Reference, References
+from gym_extensions.scoring.scorecard.highlights import outstanding
+
+Write = Callable[..., Path]
+FORGETS_HALF = "forgets HopperGravityHalf most: {} → {}"
+
+
+def told(folder: Path, references: References) -> list[str]:
+    group = score_folder(folder, references)["groups"]["hopper-gravity-v0"]
+    return outstanding(group["sequential"], group.get("single"))
+
+
+def forgets(fall: float, noise: float, runs: int = 5) -> Callable[..., float]:
+    """An agent whose return on the first task falls by so much, give or take what differs between runs."""
+
+    def value(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
+        fallen = fall + noise * (run - (runs - 1) / 2) if position == 1 and stage == 5 else 0.0
+        return 500.0 - fallen + run / 8
+
+    return value
+
+
+def test_what_every_run_forgets_stands_out(submission: Write, references: References) -> None:
+    # Falls of 190, 195, 200, 205, 210.
+    folder = submission(runs=tuple(range(5)), value=forgets(200, 5))
+    assert told(folder, references) == [FORGETS_HALF.format(500, 300)]
+
+
+def test_a_difference_that_chance_explains_does_not(submission: Write, references: References) -> None:
+    # Falls of -380, -180, 20, 220, 420: their mean is 20, and its interval reaches far below 0.
+    assert told(submission(runs=tuple(range(5)), value=forgets(20, 200)), references) == []
+
+
+def test_one_run_is_told_as_it_is(submission: Write, references: References) -> None:
+    assert told(submission(runs=(0,), value=forgets(20, 0, 1)), references) == [FORGETS_HALF.format(500, 480)]
+
+
+def test_the_largest_is_measured_in_the_spans_of_the_tasks(submission: Write, references: References) -> None:
+    def value(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
+        return 500.0 - (stage == 5) * {1: 90.0, 2: 100.0}.get(position, 0.0) + run
+
+    folder = submission(value=value)
+    assert told(folder, references) == ["forgets HopperGravityThreeQuarters most: 500 → 400"]
+    first = "gym_extensions/HopperGravityHalf-v0"
+    narrow = References("x", True, {**references.tasks, first: Reference(0.0, 500.0, False)})
+    assert told(folder, narrow) == [FORGETS_HALF.format(500, 410)]
+
+
+def test_help_and_harm_are_after_the_earlier_tasks_against_alone(
+    submission: Write, references: References
+) -> None:
+    def value(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
+        change = (
+            {2: 100.0, 3: -50.0}.get(position, 0.0) if protocol == "sequential" and stage >= position else 0.0
+        )
+        return 400.0 + change + run / 8
+
+    assert told(submission(value=value), references) == [
+        "earlier tasks help HopperGravityThreeQuarters most: 400 alone, 500 after them",
+        "earlier tasks hurt Hopper most: 400 alone, 350 after them",
+    ]

@@ -1,0 +1,262 @@
+"""Boards: who is compared with whom, in what order, and what may be said of the first."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from gym_extensions.site.page import Leaderboard
+from gym_extensions.site.text import labels as words
+from gym_extensions.site.views.board import COLUMNS, Board
+
+FIVE = (-0.02, -0.01, 0.0, 0.01, 0.02)
+"""Five runs around a mean: standard deviation .0158, interval ± .0196."""
+QUANTILES = {2: 12.706, 3: 4.303, 4: 3.182, 5: 2.776}
+"""t(.975, N − 1), three digits, from a printed table."""
+
+Card = dict[str, Any]
+Make = Callable[..., Card]
+
+
+@pytest.fixture
+def entry(document: Card) -> Make:
+    """Makes a card with one sequential log on hopper-gravity out of the values of its runs."""
+    pattern = document["submissions"][0]
+
+    def make(name: str, final: list[float] | None, learning: list[float] | None = None, **facts: Any) -> Card:
+        card: Card = copy.deepcopy(pattern)
+        card.update(name=name, title=name.title(), trust=facts.pop("trust", "well-formed"))
+        budget = facts.pop("budget", "100k")
+        card["manifest"].update(facts)
+        scores = card["groups"]["hopper-gravity-v0"]["sequential"]
+        card["groups"] = {"hopper-gravity-v0": {"sequential": scores}}
+        runs = final or [0.0] * 5
+        scores.update(budget=budget, runs=list(range(len(runs))))
+        null = {"mean": None, "low": None, "high": None, "runs": [], "why": "Every task is open."}
+        scores["metrics"] |= {
+            "final_performance": estimate(final) if final else null,
+            "learning_performance": estimate(learning or around(0.9, len(runs))),
+            "forgetting": estimate(around(0.1, len(runs))),
+        }
+        return card
+
+    return make
+
+
+def estimate(runs: list[float]) -> Card:
+    """A metric with its interval."""
+    mean = sum(runs) / len(runs)
+    if len(runs) == 1:
+        return {"mean": mean, "low": None, "high": None, "runs": runs}
+    variance = sum((run - mean) ** 2 for run in runs) / (len(runs) - 1)
+    half = QUANTILES[len(runs)] * (variance / len(runs)) ** 0.5
+    return {"mean": mean, "low": mean - half, "high": mean + half, "runs": runs}
+
+
+def around(mean: float, runs: int = 5, wide: float = 1.0) -> list[float]:
+    """Values of runs around a mean."""
+    return [mean + wide * spread for spread in FIVE[:runs]]
+
+
+def of(*cards: Card) -> tuple[Board, ...]:
+    """The boards of these cards."""
+    references = {"version": "made-up", "provisional": False, "sha256": ""}
+    return Leaderboard({"format": 1, "references": references, "submissions": list(cards)}).boards
+
+
+def only(*cards: Card) -> Board:
+    """The one board of these cards."""
+    (board,) = of(*cards)
+    return board
+
+
+def names(board: Board) -> list[str]:
+    """Its entries from top to bottom."""
+    return [row.entry.name for row in board.rows]
+
+
+def test_a_board_is_sorted_by_final_performance_then_name(entry: Make) -> None:
+    board = only(entry("b", around(0.3)), entry("c", around(0.9)), entry("a", around(0.3)))
+    assert names(board) == ["c", "a", "b"]
+
+
+def test_an_entry_without_a_value_stands_last_and_not_at_zero(entry: Make) -> None:
+    board = only(entry("open", None), entry("worse", around(-0.5)))
+    assert names(board) == ["worse", "open"]
+    assert [heading for heading, _ in board.bodies] == ["", "Not ranked: Every task is open."]
+
+
+def test_entries_with_fewer_than_five_runs_stand_below_under_a_heading(entry: Make) -> None:
+    board = only(entry("lucky", around(0.9, runs=4)), entry("full", around(0.4)))
+    assert [(heading, [row.entry.name for row in rows]) for heading, rows in board.bodies] == [
+        ("", ["full"]),
+        ("Not ranked: Fewer than 5 runs.", ["lucky"]),
+    ]
+
+
+def test_forgetting_stands_right_beside_learning_performance() -> None:
+    columns = COLUMNS["sequential"]
+    assert columns.index("forgetting") == columns.index("learning_performance") + 1
+
+
+def test_entries_told_the_task_have_a_board_of_their_own(entry: Make) -> None:
+    told = {"task_in_training": True, "task_in_evaluation": True, "boundaries": True}
+    first, second = of(entry("a", around(0.5)), entry("b", around(0.9), knows=told))
+    assert (names(first), first.told) == (["a"], False)
+    assert (names(second), second.told) == (["b"], True)
+    assert second.id == "hopper-gravity-v0-sequential-100k-told"
+
+
+def test_being_told_the_task_while_training_alone_is_no_other_board(entry: Make) -> None:
+    knows = {"task_in_training": True, "task_in_evaluation": False, "boundaries": False}
+    assert not only(entry("a", around(0.5), knows=knows)).told
+
+
+def test_budgets_are_never_compared_and_smoke_is_on_no_board(entry: Make) -> None:
+    found = of(*(entry(f"at-{name}", around(0.5), budget=name) for name in ("smoke", "100k", "1M", "paper")))
+    assert [(board.budget, names(board)) for board in found] == [
+        ("paper", ["at-paper"]),
+        ("1M", ["at-1M"]),
+        ("100k", ["at-100k"]),
+    ]
+
+
+def test_a_refused_submission_is_on_no_board(document: Card) -> None:
+    broken = document["submissions"][-1]
+    broken["groups"] = document["submissions"][0]["groups"]
+    assert "broken" not in {row.entry.name for board in Leaderboard(document).boards for row in board.rows}
+
+
+def test_a_published_table_alone_makes_no_board(entry: Make) -> None:
+    table = entry("table", None, trust="reported")
+    assert of(table) == ()
+    assert names(only(table, entry("a", around(0.5)))) == ["a", "table"]
+
+
+def test_ranks_are_intervals_and_one_entry_alone_has_none(entry: Make) -> None:
+    tied = only(entry("a", around(0.9)), entry("b", around(0.9)), entry("c", around(0.1)))
+    spans = [words.rank(row.rank("final_performance")) for row in tied.rows]
+    assert spans == ["rank 1–2", "rank 1–2", "rank 3"]
+    assert [row.rank("final_performance") for row in only(entry("a", around(0.9))).rows] == [None]
+
+
+def test_nobody_is_ranked_on_a_metric_that_ranks_nobody_else(entry: Make) -> None:
+    none = around(0.0)
+    alone = only(entry("a", around(0.9)), entry("b", around(0.1), none), entry("c", around(0.2), none))
+    assert [words.rank(row.rank("forgetting")) for row in alone.rows] == ["", "", ""]
+    assert [words.rank(row.rank("final_performance")) for row in alone.rows] == ["rank 1", "rank 2", "rank 3"]
+    two = only(entry("a", around(0.9)), entry("b", around(0.1)), entry("c", around(0.2), none))
+    assert [words.rank(row.rank("forgetting")) for row in two.rows] == ["rank 1–2", "", "rank 1–2"]
+
+
+@pytest.mark.parametrize(
+    ("runs", "sentence"),
+    [
+        ({"a": around(0.9)}, "It is the only ranked entry."),
+        (
+            {"a": around(0.9), "b": around(0.5), "c": around(0.4)},
+            "It is ahead of every other ranked entry, with 95\u202f% confidence.",
+        ),
+        ({"a": around(0.9, runs=2)}, "It is the only entry with a value."),
+        (
+            {"a": around(0.9, runs=4), "b": around(0.5, runs=4)},
+            "Its interval lies above that of every other entry.",
+        ),
+        (
+            {"a": around(0.9, runs=2), "b": around(0.85, runs=2), "c": around(0.82, runs=2)},
+            "Its interval does not lie clear of B and C, so the order may be chance.",
+        ),
+        (
+            {"a": around(0.9, runs=2), **{name: around(0.88, runs=2) for name in "bcde"}},
+            "Its interval does not lie clear of 4 others, so the order may be chance.",
+        ),
+        (
+            {"a": [0.9], "b": around(0.1, runs=2)},
+            "It has one run, so nothing can be said about how sure that is.",
+        ),
+        (
+            {"a": around(0.9, runs=2), "b": [0.1]},
+            "Its interval lies above that of every other entry, or above its one run.",
+        ),
+        (
+            {"a": around(0.9, runs=2), "b": [0.87]},
+            "Its interval does not lie clear of B, so the order may be chance.",
+        ),
+    ],
+)
+def test_a_lead_is_never_surer_than_its_runs(
+    entry: Make, runs: dict[str, list[float]], sentence: str
+) -> None:
+    lead = only(*(entry(name, values) for name, values in runs.items())).lead()
+    assert lead is not None
+    assert (lead[0].entry.name, lead[1]) == ("a", sentence)
+
+
+def test_a_tie_says_how_far_and_how_many_more_runs_it_would_take(entry: Make) -> None:
+    lead = only(entry("a", around(0.92, wide=3)), entry("b", around(0.9, wide=3))).lead()
+    assert lead is not None
+    # Difference .02; s = .0474 on both sides: √(2 · .0474² / 5) = .03, t(.975, 8) = 2.306: ± .0692.
+    assert lead[1].startswith("It may rank from 1 to 2: ahead of B by 0.02 (−0.05 to 0.09), which ")
+    assert lead[1].endswith(" more runs each would tell apart.")
+
+
+def test_a_hopeless_tie_says_so(entry: Make) -> None:
+    lead = only(entry("a", around(0.91, wide=9)), entry("b", around(0.9, wide=9))).lead()
+    assert lead is not None
+    assert lead[1].endswith("which more than 100 more runs each would tell apart.")
+
+
+@pytest.mark.parametrize(("ahead", "ends"), [(0.0, "−0.07 to 0.07"), (0.0049, "−0.06 to 0.07")])
+def test_who_is_ahead_by_nothing_that_is_shown_is_level(entry: Make, ahead: float, ends: str) -> None:
+    lead = only(entry("a", around(0.5 + ahead, wide=3)), entry("b", around(0.5, wide=3))).lead()
+    assert lead is not None
+    assert lead[1] == (
+        f"It may rank from 1 to 2: it and B are level (difference {ends}); "
+        "to tell them apart would take more than 100 more runs each."
+    )
+
+
+def test_a_small_lead_that_is_told_apart_is_not_called_level(entry: Make) -> None:
+    three = {"a": 0.504, "b": 0.5, "c": 0.5}
+    cards = [entry(name, around(mean, wide=0.01)) for name, mean in three.items()]
+    cards[2] = entry("c", around(0.499, wide=9))
+    lead = only(*cards).lead()
+    assert lead is not None
+    assert lead[1] == (
+        "It may rank from 1 to 2: ahead of B by less than 0.01, which is told apart, but not of all others."
+    )
+
+
+def test_a_full_entry_leads_before_a_better_one_with_fewer_runs(entry: Make) -> None:
+    lead = only(entry("lucky", around(0.9, runs=1)), entry("full", around(0.4))).lead()
+    assert lead is not None
+    assert lead[0].entry.name == "full"
+
+
+def test_an_entry_says_whose_results_it_repeats(entry: Make) -> None:
+    found = only(entry("a", around(0.5)), entry("b", around(0.5)), entry("c", around(0.6)))
+    assert {row.entry.name: row.same_as for row in found.rows} == {"a": "b", "b": "a", "c": ""}
+
+
+def test_nobody_leads_where_nobody_has_a_value(entry: Make) -> None:
+    assert only(entry("a", None)).lead() is None
+
+
+@pytest.mark.parametrize(
+    ("learning", "said"),
+    [
+        ([0.4, 0.5, 0.6, 0.5, 0.5], ""),
+        ([0.05, 0.05, 0.051, 0.05, 0.05], ""),
+        ([-0.1, 0.1, 0.0, 0.05, -0.05], "nothing learned to forget"),
+        ([0.9, 0.1], "nothing learned to forget, as far as 2 runs can show"),
+        ([0.0999], "nothing learned to forget"),
+        ([0.1], ""),
+    ],
+)
+def test_who_learned_nothing_has_nothing_to_forget(entry: Make, learning: list[float], said: str) -> None:
+    (row,) = only(entry("a", around(0.5, runs=len(learning)), learning)).rows
+    assert (words.nothing(row.trial) if row.trial.learned_nothing else "") == said
+    assert ("instead" in row.place["metrics"]["forgetting"]) is bool(said), "the scorer says otherwise"
