@@ -16,8 +16,9 @@ from gym_extensions.scoring.leaderboard.keys import BoardKey, board_keys, place,
 from gym_extensions.scoring.metrics.definitions import METRICS
 from gym_extensions.scoring.scorecard.build import REPORTED
 from gym_extensions.scoring.scorecard.estimates import estimate
-from gym_extensions.scoring.statistics.intervals import Summary, less, span
-from gym_extensions.scoring.statistics.ranking import different, rank_intervals, runs_to_separate
+from gym_extensions.scoring.statistics.intervals import Summary, subtract, to_interval
+from gym_extensions.scoring.statistics.ranking import rank_intervals, runs_to_separate
+from gym_extensions.scoring.statistics.welch import significant_pairs
 
 Document = dict[str, Any]
 Ranked = tuple[Document, Summary]
@@ -77,7 +78,7 @@ def _rank(rows: Sequence[Document], cards: Mapping[str, Document], key: BoardKey
         if not metric.better or not ranked:
             continue
         entries = [entry for _, entry in ranked]
-        apart = different(entries)
+        apart = significant_pairs(entries)
         for (row, _), ranks in zip(ranked, rank_intervals(entries, apart, metric.better), strict=True):
             row["metrics"][metric.name]["rank"] = list(ranks)
         if metric is METRICS[key.protocol][0]:
@@ -89,8 +90,8 @@ def _rank(rows: Sequence[Document], cards: Mapping[str, Document], key: BoardKey
 
 def _next(row: Ranked, below: Ranked, apart: bool, ranked: int) -> Document:
     """How a ranked entry stands against the next: the pair's own interval, and what would separate them."""
-    gap = less(row[1], below[1])
-    between, needed = span(gap), runs_to_separate(gap, ranked)
+    gap = subtract(row[1], below[1])
+    between, needed = to_interval(gap), runs_to_separate(gap, ranked)
     more = None if needed is None else max(1, needed - min(row[0]["runs"], below[0]["runs"]))
     return {
         "name": below[0]["name"],

@@ -9,7 +9,7 @@ from gym_extensions.catalog.suites import SUITES
 from gym_extensions.errors import BenchError
 from gym_extensions.scoring.metrics.definitions import METRICS
 from gym_extensions.scoring.scorecard.estimates import estimate
-from gym_extensions.scoring.statistics.intervals import less, span
+from gym_extensions.scoring.statistics.intervals import subtract, to_interval
 
 Document = dict[str, Any]
 
@@ -19,7 +19,7 @@ def _metrics(first: Document, second: Document, names: Sequence[str], protocol: 
     for metric in METRICS[protocol]:
         one, other = (estimate(card["groups"], names, protocol, metric) for card in (first, second))
         if one is not None and other is not None:
-            gap = span(less(one, other))
+            gap = to_interval(subtract(one, other))
             found[metric.name] = {
                 "first": one.mean,
                 "second": other.mean,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from gym_extensions.scoring.metrics.run import Run
-from gym_extensions.scoring.statistics.descriptive import Number, deviation, mean
+from gym_extensions.scoring.statistics.descriptive import Number, mean, standard_deviation
 
 
 def final_performance(run: Run) -> Number:
@@ -59,7 +59,7 @@ def average_over_training(run: Run) -> Number:
 
 def spread(run: Run) -> Number:
     """Mean over j of the population standard deviation of the normalised returns at stage T."""
-    return mean(deviation(run.last[j]) for j in run.scored)
+    return mean(standard_deviation(run.last[j]) for j in run.scored)
 
 
 def worst_tenth(run: Run) -> Number:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from gym_extensions.scoring.metrics.returns import Results
-from gym_extensions.scoring.statistics.descriptive import deviation
+from gym_extensions.scoring.statistics.descriptive import standard_deviation
 
 COLUMNS = {
     "fully_trained": "Fully Trained",
@@ -22,7 +22,7 @@ Cell = dict[str, float]
 
 def _pooled(episodes: Sequence[float]) -> Cell:
     centre = math.fsum(episodes) / len(episodes)
-    return {"mean": centre, "std": deviation(episodes, centre=centre)}
+    return {"mean": centre, "std": standard_deviation(episodes, center=centre)}
 
 
 def shown_rows(scored: dict[str, Any]) -> list[dict[str, Any]]:
@@ -58,7 +58,9 @@ def table(results: Results) -> tuple[list[dict[str, object]], dict[str, Cell | N
     for name in COLUMNS:
         means = [cell["mean"] for row in cells if (cell := row[name])]
         pooled = [value for row in episodes for value in row[name] or ()]
-        total[name] = {"mean": math.fsum(means) / len(means), "std": deviation(pooled)} if means else None
+        total[name] = (
+            {"mean": math.fsum(means) / len(means), "std": standard_deviation(pooled)} if means else None
+        )
     rows: list[dict[str, object]] = [
         {"task": task, **row} for task, row in zip(results.group.task_ids, cells, strict=True)
     ]

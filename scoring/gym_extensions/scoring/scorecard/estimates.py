@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from gym_extensions.scoring.metrics.definitions import FINAL, JOINT_GAP, Metric
-from gym_extensions.scoring.statistics.intervals import Summary, less, summary, summary_of
+from gym_extensions.scoring.statistics.intervals import Summary, mean_of_groups, subtract, summary
 
 
 def estimate(
@@ -24,12 +24,12 @@ def estimate(
     whole = [part for part in parts if part is not None]
     if not whole or len(whole) < len(parts):
         return None
-    return whole[0] if len(whole) == 1 else summary_of(whole)
+    return whole[0] if len(whole) == 1 else mean_of_groups(whole)
 
 
 def _of_group(protocols: Mapping[str, Any], protocol: str, metric: Metric) -> Summary | None:
     if metric is JOINT_GAP:  # no function of one run: joint and sequential runs are not pairs
         joint, own = (_of_group(protocols, name, FINAL) for name in ("joint", protocol))
-        return less(joint, own) if joint and own else None
+        return subtract(joint, own) if joint and own else None
     values = protocols.get(protocol, {}).get("metrics", {}).get(metric.name, {}).get("runs", [])
     return summary(values) if values else None

@@ -9,7 +9,7 @@ from gym_extensions.catalog.suites import SUITES
 from gym_extensions.scoring.metrics.definitions import METRICS, Metric
 from gym_extensions.scoring.metrics.evaluate import ONE_RUN, Score
 from gym_extensions.scoring.scorecard.estimates import estimate
-from gym_extensions.scoring.statistics.intervals import span
+from gym_extensions.scoring.statistics.intervals import to_interval
 
 
 def _score(groups: Mapping[str, Any], suite: str, protocol: str, metric: Metric) -> Score:
@@ -17,7 +17,7 @@ def _score(groups: Mapping[str, Any], suite: str, protocol: str, metric: Metric)
     if whole is None:
         lacking = [name for name in SUITES[suite] if estimate(groups, (name,), protocol, metric) is None]
         return Score(None, why=f"It has no value in {', '.join(lacking)}.")
-    found = span(whole)
+    found = to_interval(whole)
     return Score(found, why=ONE_RUN if found.low is None else "")
 
 
