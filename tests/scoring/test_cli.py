@@ -249,7 +249,7 @@ def test_help_loads_no_table_library_and_no_simulator() -> None:
     code = (
         "import sys\nimport gym_extensions.scoring.cli\n"
         "from gym_extensions.scoring.cli import parser\nparser().format_help()\n"
-        "heavy = ('pandas', 'numpy', 'gymnasium', 'mujoco', 'torch', 'rich')\n"
+        "heavy = ('pandas', 'numpy', 'scipy', 'gymnasium', 'mujoco', 'torch', 'rich')\n"
         "print([name for name in heavy if name in sys.modules])"
     )
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, check=True).stdout == b"[]\n"

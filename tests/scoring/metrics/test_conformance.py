@@ -25,11 +25,12 @@ from gym_extensions.scoring.statistics.intervals import (
     Interval,
     difference,
     interval,
-    span,
+    mean_of_groups,
     summary,
-    summary_of,
+    to_interval,
 )
-from gym_extensions.scoring.statistics.ranking import different, rank_intervals
+from gym_extensions.scoring.statistics.ranking import rank_intervals
+from gym_extensions.scoring.statistics.welch import significant_pairs
 
 KIT = Path(str(scoring.__file__)).parent / "conformance"
 EXACT = 1e-12
@@ -156,7 +157,7 @@ def test_intervals_of_a_mean(case: dict[str, Any]) -> None:
 
 @pytest.mark.parametrize("case", kit("intervals")["suite"], ids=named)
 def test_intervals_of_a_suite(case: dict[str, Any]) -> None:
-    _same(span(summary_of([summary(values) for values in case["groups"]])), case)
+    _same(to_interval(mean_of_groups([summary(values) for values in case["groups"]])), case)
 
 
 @pytest.mark.parametrize("case", kit("intervals")["difference"], ids=named)
@@ -190,6 +191,5 @@ def test_the_papers_table(case: dict[str, Any]) -> None:
 @pytest.mark.parametrize("case", kit("ranks")["cases"], ids=named)
 def test_rank_intervals(case: dict[str, Any]) -> None:
     entries = [summary(values) for values in case["entries"]]
-    assert [list(span) for span in rank_intervals(entries, different(entries), case["better"])] == case[
-        "ranks"
-    ]
+    ranks = rank_intervals(entries, significant_pairs(entries), case["better"])
+    assert [list(first_and_last) for first_and_last in ranks] == case["ranks"]
