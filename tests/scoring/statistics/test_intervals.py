@@ -123,6 +123,11 @@ def test_welch_satterthwaite_by_hand() -> None:
     assert welch_satterthwaite([(0.0, 4.0), (0.0, 2.0)]) == (0.0, 6.0)
 
 
+def test_degrees_of_freedom_are_at_least_the_smallest_where_squares_underflow() -> None:
+    # The square of 3.85e-162 is three times the smallest positive number, a quarter of it rounds to one.
+    assert welch_satterthwaite([(3.85e-162, 4.0), (0.0, 9.0)])[1] == 4.0
+
+
 def test_no_power_operator_on_scored_numbers() -> None:
     # ** of floats is the C library's pow, whose last bit depends on the machine; a product is exact.
     powers = [

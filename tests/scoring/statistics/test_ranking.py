@@ -73,9 +73,13 @@ def test_a_difference_of_one_deviation_takes_17_runs() -> None:
     assert needed(1.0, 1.0, 1.0, 2) == 17
 
 
-def test_entries_that_cannot_be_separated() -> None:
-    assert needed(0.0, 1.0, 1.0, 2) is None
-    assert needed(0.01, 1.0, 1.0, 2) is None
+@pytest.mark.parametrize(("gap", "runs"), [(0.401, 99), (0.399, 100), (0.397, None), (0.01, None), (0, None)])
+def test_more_than_100_runs_are_none(gap: float, runs: int | None) -> None:
+    assert needed(gap, 1.0, 1.0, 2) == runs
+
+
+def test_the_order_of_the_two_entries_does_not_matter() -> None:
+    assert needed(-1.0, 1.0, 0.5, 2) == needed(1.0, 1.0, 0.5, 2) == 12
 
 
 @pytest.mark.parametrize(("gap", "deviation"), [(1.0, 0.0), (1e6, 1.0), (1.0, 1e-150), (1.0, 1e-161)])
