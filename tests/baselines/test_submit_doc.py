@@ -55,6 +55,7 @@ def test_the_card_of_the_page_says_what_the_manifest_says(tmp_path):
 
 def test_the_line_for_stable_baselines3_is_ours():
     from gym_extensions.baselines import train
+    pytest.importorskip("torch")
     from gym_extensions.baselines.adapters import sb3
 
     assert "train(sb3(PPO" in blocks()[2]
