@@ -1,6 +1,7 @@
 """Writes docs/adr/README.md, the index of the decisions, from their titles and status lines.
 
-Run it after adding a record or changing a status: ``python docs/adr/index.py``. A test fails while the index is stale.
+Run it after adding a record or changing a status: ``python docs/adr/index.py``. A test fails while the index is
+stale.
 """
 
 from __future__ import annotations
@@ -14,8 +15,9 @@ HEADER = """# Decisions
 
 <!-- Written by docs/adr/index.py. -->
 
-Each record states a decision, the reason and the consequences. A record is not rewritten when the decision changes: a new
-record supersedes it, and both status lines say so (`Status: superseded by ADR 56`, `Status: accepted, supersedes ADR 45 and ADR 55`).
+Each record states a decision, the reason and the consequences. A record is not rewritten when the decision
+changes: a new record supersedes it, and both status lines say so (`Status: superseded by ADR 56`,
+`Status: accepted, supersedes ADR 45 and ADR 55`).
 
 | number | title | status | superseded by |
 | ---: | --- | --- | --- |
@@ -48,7 +50,7 @@ def _numbers(pattern: str, status: str) -> list[int]:
 
 
 def read(path: Path) -> Record:
-    """The record in a file named ``0001-title.md``. Raises SystemExit if its title or status line is missing."""
+    """The record in a file named ``0001-title.md``; SystemExit if its title or status line is missing."""
     text = path.read_text("utf-8")
     title = re.match(r"# (\d+)\. (.+)\n", text)
     status = re.search(r"^\**Status[:.]\**:? *(.+)$", text, flags=re.MULTILINE)
