@@ -1,7 +1,6 @@
 """Writes docs/adr/README.md, the index of the decisions, from their titles and status lines.
 
-Run it after adding a record or changing a status: ``python docs/adr/index.py``. A test fails while the index is
-stale.
+Run it after adding a record or changing a status: ``python docs/adr/index.py``. A test fails if it is stale.
 """
 
 from __future__ import annotations
