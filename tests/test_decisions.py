@@ -66,7 +66,7 @@ def test_a_superseded_record_links_to_its_successor(
         "| 2 | [Title 2](0002-title.md) | superseded | [ADR 3](0003-title.md) |",
         "| 3 | [Title 3](0003-title.md) | accepted |  |",
     ]
-    assert script.records()[2].supersedes == [1, 2]
+    assert script.records()[2].supersedes == (1, 2)
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ HEADER = """# Decisions
 
 Each record states a decision, the reason and the consequences. A record is not rewritten when the decision
 changes: a new record supersedes it, and both status lines say so (`Status: superseded by ADR 56`,
-`Status: accepted, supersedes ADR 45 and ADR 55`).
+`Status: accepted, supersedes ADR 45 and ADR 55`). The number of a record is never used again.
 
 | number | title | status | superseded by |
 | ---: | --- | --- | --- |
@@ -25,27 +25,19 @@ changes: a new record supersedes it, and both status lines say so (`Status: supe
 
 @dataclass(frozen=True)
 class Record:
-    """One decision: its number, file name, title and the status line without its label."""
+    """One decision: number, file name, title, status line, and the records it replaces or is replaced by."""
 
     number: int
     file: str
     title: str
     status: str
-
-    @property
-    def superseded_by(self) -> list[int]:
-        """Numbers of the records that replace this one."""
-        return _numbers(r"superseded by (.*)", self.status)
-
-    @property
-    def supersedes(self) -> list[int]:
-        """Numbers of the records that this one replaces."""
-        return _numbers(r"supersedes (.*)", self.status)
+    supersedes: tuple[int, ...]
+    superseded_by: tuple[int, ...]
 
 
-def _numbers(pattern: str, status: str) -> list[int]:
-    match = re.search(pattern, status)
-    return [int(number) for number in re.findall(r"\bADR (\d+)", match[1])] if match else []
+def _numbers(pattern: str, text: str) -> tuple[int, ...]:
+    match = re.search(pattern, text)
+    return tuple(int(number) for number in re.findall(r"\bADR (\d+)", match[1])) if match else ()
 
 
 def read(path: Path) -> Record:
@@ -57,7 +49,15 @@ def read(path: Path) -> Record:
         raise SystemExit(f"{path.name}: the first line must be '# {int(path.name[:4])}. Title'.")
     if status is None:
         raise SystemExit(f"{path.name}: add a line 'Status: accepted' below the title.")
-    return Record(int(title[1]), path.name, title[2], status[1])
+    header = text.partition("**Context")[0]
+    return Record(
+        int(title[1]),
+        path.name,
+        title[2],
+        status[1],
+        supersedes=_numbers(r"[Ss]upersedes (.*)", header),
+        superseded_by=_numbers(r"superseded by (.*)", status[1]),
+    )
 
 
 def records() -> list[Record]:
