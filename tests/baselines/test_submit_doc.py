@@ -8,6 +8,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 PAGE = Path(__file__).parents[2] / "docs/submit.md"
 
 
@@ -55,6 +57,8 @@ def test_the_card_of_the_page_says_what_the_manifest_says(tmp_path):
 
 def test_the_line_for_stable_baselines3_is_ours():
     from gym_extensions.baselines import train
+
+    pytest.importorskip("torch")
     from gym_extensions.baselines.adapters import sb3
 
     assert "train(sb3(PPO" in blocks()[2]

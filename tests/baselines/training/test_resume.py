@@ -26,6 +26,7 @@ MANY_THREADS = {**os.environ, "OPENBLAS_NUM_THREADS": "2"}
 """What a user's shell may say; the command's processes have one thread all the same."""
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no process groups to kill")
 def test_killed_at_a_moment_and_started_again_the_files_are_those_of_one_go(trpo_submission, tmp_path):
     out = tmp_path / "killed"
     unit = out / ".progress/hopper-gravity/sequential-run0"

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import importlib
 import time
 import tracemalloc
 from collections.abc import Callable
-from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
+
+import pytest
 
 from gym_extensions.scoring.pipeline.batch import AHEAD, Work, cards
 from gym_extensions.scoring.references import References
@@ -31,21 +33,19 @@ def test_memory_does_not_grow_with_the_number_of_submissions(
     assert (peak(16) - peak(4)) / 12 < 8_000
 
 
-@dataclass(frozen=True)
-class Marked(Work):
-    """Scores nothing, and leaves a mark for each folder that it was given."""
-
-    def __call__(self, path: Path) -> dict[str, str]:
-        path.touch()
-        return {"name": path.name}
-
-
-def test_workers_do_not_run_far_ahead_of_who_takes_the_scorecards(
-    references: References, tmp_path: Path
+def test_workers_do_not_run_far_ahead_of_the_consumer(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    folders = [tmp_path / f"e{number:02}" for number in range(40)]
-    taken = cards(folders, Marked(references), workers=2)
+    # The work is in a module that every worker can import, because Python 3.14 no longer forks its workers.
+    (tmp_path / "leaves_a_mark.py").write_text(
+        "def work(path):\n    path.touch()\n    return {'name': path.name}\n"
+    )
+    monkeypatch.syspath_prepend(str(tmp_path))
+    work = importlib.import_module("leaves_a_mark").work
+    folders = [tmp_path / "marks" / f"e{number:02}" for number in range(40)]
+    (tmp_path / "marks").mkdir()
+    taken = cards(folders, work, workers=2)
     first = next(taken)
     time.sleep(1)
-    assert len(list(tmp_path.iterdir())) <= 2 * AHEAD + 1
+    assert len(list((tmp_path / "marks").iterdir())) <= 2 * AHEAD + 1
     assert [first, *taken] == [{"name": path.name} for path in folders]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -57,6 +58,11 @@ def _no_log_file() -> Iterator[None]:
         mujoco.set_mju_user_warning(before)
 
 
+def _processors() -> int:
+    """Number of processors that this process may use."""
+    return len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count() or 1
+
+
 def replay(task: Task, episodes: Sequence[Recorded]) -> list[Problem]:
     """At most one problem an episode: the first segment that does not come out as claimed."""
     with _no_log_file():
@@ -69,7 +75,7 @@ def replay(task: Task, episodes: Sequence[Recorded]) -> list[Problem]:
         faults: dict[str, tuple[int, str]] = {where: (0, fault) for where, fault in unfit.items()}
         for batch in filter(None, (first, later)):
             lanes = min(LANES, len(batch))
-            env = make_batch(task, lanes, num_threads=len(os.sched_getaffinity(0)))
+            env = make_batch(task, lanes, num_threads=_processors())
             for at in range(0, len(batch), lanes):
                 chunk = batch[at : at + lanes]
                 padded = chunk + [chunk[-1]] * (lanes - len(chunk))
