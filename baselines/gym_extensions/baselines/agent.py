@@ -114,14 +114,12 @@ class Described(Protocol):
 class Factory(Protocol):
     """Creates untrained agents: an agent's class, or any function with these three arguments."""
 
-    def __call__(
-        self, observation_space: gym.Space[Any], action_space: gym.Space[Any], seed: int, /
-    ) -> Agent:
+    def __call__(self, observation_space: Any, action_space: Any, seed: int, /) -> Agent:
         """Creates an untrained agent.
 
         Args:
-            observation_space: of one environment.
-            action_space: of one environment.
+            observation_space: the Gymnasium space of one environment's observations.
+            action_space: the Gymnasium space of one environment's actions.
             seed: the source of all the agent's randomness.
 
         Returns:

@@ -58,5 +58,6 @@ def name_of(agent: str | Factory) -> str:
     if isinstance(agent, str):
         module, _, attribute = agent.partition(":")
     else:
-        module, attribute = type(agent).__module__, getattr(agent, "__name__", type(agent).__name__)
+        module = getattr(agent, "__module__", type(agent).__module__)
+        attribute = getattr(agent, "__name__", type(agent).__name__)
     return attribute if attribute not in ("", "make") else module.rpartition(".")[2]
