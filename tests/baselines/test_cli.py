@@ -6,6 +6,7 @@ import errno
 import subprocess
 import sys
 from collections.abc import Callable, Mapping
+from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -134,7 +135,7 @@ class StopsInSecondTask:
         self.shape, self.calls = action_space.shape, 0
 
     def act(self, observations: Any) -> Any:
-        return np.zeros((len(observations), *self.shape))
+        return np.ones((len(observations), *self.shape))
 
     def learn(self, env: Any, steps: int) -> None:
         self.calls += 1
@@ -213,6 +214,18 @@ def test_a_full_disk_is_reported(
     assert main(command("trpo", out="mine")) == 2
     message = f"error: mine: No space left on device. Free some disk space. {AGAIN}\n"
     assert capsys.readouterr().err == message
+
+
+def test_a_worker_that_died_is_reported(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    replace_train(monkeypatch, raising(BrokenProcessPool("terminated abruptly")))
+    assert main(command("trpo", out="mine")) == 2
+    assert capsys.readouterr().err == (
+        "error: A worker process ended unexpectedly. "
+        f"If memory ran out, use fewer --jobs or --num-envs. {AGAIN}\n"
+    )
 
 
 def test_a_missing_file_of_the_agent_is_raised_unchanged(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import doctest
+import importlib
 import inspect
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -42,9 +45,22 @@ def test_importing_the_package_loads_neither_a_simulator_nor_torch() -> None:
     assert loaded("import gym_extensions.baselines") == "[]\n"
 
 
-def test_reference_agents_are_available_without_torch() -> None:
+def test_reference_agents_train_without_torch(tmp_path: Path) -> None:
     code = (
+        "sys.modules['torch'] = sys.modules['stable_baselines3'] = None;"
         "from gym_extensions.baselines import Agent, Card, Factory, Resumable, algorithms, train;"
-        "[algorithms.factory(name) for name in algorithms.names()]"
+        "[algorithms.factory(name) for name in algorithms.names()];"
+        f"train('trpo', 'hopper-gravity', 'joint', 'smoke', 0, out={str(tmp_path / 'mine')!r});"
+        "del sys.modules['torch'], sys.modules['stable_baselines3']"
     )
     assert loaded(code) == "['mujoco']\n"
+    assert (tmp_path / "mine/hopper-gravity/joint.csv").exists()
+
+
+@pytest.mark.parametrize(("module", "package"), [("agent", ""), ("adapters.sb3", "stable_baselines3")])
+def test_the_examples_of_the_docstrings_run(module: str, package: str) -> None:
+    if package:
+        pytest.importorskip(package)
+    failures, examples = doctest.testmod(importlib.import_module(f"gym_extensions.baselines.{module}"))
+    assert failures == 0
+    assert examples > 0

@@ -8,6 +8,7 @@ import os
 import shlex
 import subprocess
 from collections.abc import Iterable, Mapping
+from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 
 from gym_extensions.baselines import algorithms
@@ -98,6 +99,9 @@ def main(argv: list[str] | None = None) -> int:
             raise
         hint = f"Free some disk space. {next_step(options.out, titles)}"
         raise BenchError("disk-full", f"{error.strerror}.", str(options.out), hint) from error
+    except BrokenProcessPool as error:
+        hint = f"If memory ran out, use fewer --jobs or --num-envs. {next_step(options.out, titles)}"
+        raise BenchError("worker-died", "A worker process ended unexpectedly.", hint=hint) from error
     except ModuleNotFoundError as missing:
         if missing.name not in SB3_PACKAGES:
             raise

@@ -63,8 +63,7 @@ def train(
             exceeded budget.
 
     Example:
-        >>> train("random", "hopper-gravity", "single", "smoke", runs=0, out="mine")  # doctest: +SKIP
-        [PosixPath('mine/hopper-gravity/single.csv')]
+        >>> logs = train("random", "hopper-gravity", "single", "smoke", 0, out="mine")  # doctest: +SKIP
     """
     request = parse_request(groups, protocols, budget, runs, num_envs)
     path = Path(out)

@@ -61,4 +61,4 @@ def test_the_message_names_the_call_that_produced_the_actions(
     agent: Any, message: str, tmp_path: Path
 ) -> None:
     with pytest.raises(BenchError, match=message):
-        train(agent, "hopper-gravity", "sequential", "smoke", 0, out=tmp_path)
+        train(agent, "hopper-gravity", "single", "smoke", 0, out=tmp_path)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import signal
 import threading
 from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
@@ -91,6 +92,7 @@ _events: Queue[Event] | None = None
 def _initialize(events: Queue[Event]) -> None:
     global _events  # noqa: PLW0603  (the only way to pass a pool's initializer arguments on)
     _events = events
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # on Ctrl-C, the parent process stops its workers
     threading.Thread(target=_exit_with_parent, daemon=True).start()
 
 
