@@ -35,6 +35,14 @@ def test_an_unknown_name_is_an_attribute_error() -> None:
         baselines.trian  # noqa: B018
 
 
+@pytest.mark.parametrize("package", ["torch", "stable_baselines3"])
+def test_a_missing_extra_is_named_with_the_command_that_installs_it(package: str) -> None:
+    code = f"import sys; sys.modules[{package!r}] = None; from gym_extensions.baselines import sb3"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    message = f"sb3 needs {package}. Install it with: pip install 'gym-extensions[sb3]'"
+    assert done.stderr.splitlines()[-1] == f"ModuleNotFoundError: {message}"
+
+
 def loaded(code: str) -> str:
     heavy = "{'mujoco', 'torch', 'stable_baselines3'}"
     code = f"import sys; {code}; print(sorted({heavy} & set(sys.modules)))"

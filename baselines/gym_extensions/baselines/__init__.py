@@ -21,12 +21,21 @@ __all__ = ["Agent", "Card", "Factory", "Resumable", "sb3", "train"]
 
 MODULES = {"sb3": "adapters.sb3", "train": "train_agent"}
 """The module of each public name; the others are in ``agent``."""
+SB3_PACKAGES = ("torch", "stable_baselines3")
+"""Packages of the extra ``sb3``."""
+SB3_HINT = "Install it with: pip install 'gym-extensions[sb3]'"
 
 
 def __getattr__(name: str) -> Any:
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    module = importlib.import_module(f"{__name__}.{MODULES.get(name, 'agent')}")
+    try:
+        module = importlib.import_module(f"{__name__}.{MODULES.get(name, 'agent')}")
+    except ModuleNotFoundError as missing:
+        if missing.name not in SB3_PACKAGES:
+            raise
+        message = f"{name} needs {missing.name}. {SB3_HINT}"
+        raise ModuleNotFoundError(message, name=missing.name) from missing
     return getattr(module, name)
 
 

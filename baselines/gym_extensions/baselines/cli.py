@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 
-from gym_extensions.baselines import algorithms
+from gym_extensions.baselines import SB3_HINT, SB3_PACKAGES, algorithms
 from gym_extensions.baselines.training.display import open_screen
 from gym_extensions.baselines.training.progress import reusable_stages
 from gym_extensions.baselines.training.request import parse_names, parse_runs, require_positive
@@ -19,8 +19,6 @@ from gym_extensions.catalog.budgets import BUDGETS
 from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.errors import BenchError, reports_mistakes
 
-SB3_PACKAGES = ("torch", "stable_baselines3")
-"""Packages of the extra ``sb3``."""
 DISK_FULL = (errno.ENOSPC, errno.EDQUOT)
 
 
@@ -105,8 +103,7 @@ def main(argv: list[str] | None = None) -> int:
     except ModuleNotFoundError as missing:
         if missing.name not in SB3_PACKAGES:
             raise
-        hint = "Install it with: pip install 'gym-extensions[sb3]'"
-        raise BenchError("missing-extra", f"The agent needs {missing.name}.", hint=hint) from missing
+        raise BenchError("missing-extra", f"The agent needs {missing.name}.", hint=SB3_HINT) from missing
     print(f"The submission is in {options.out}. Score it with: score {_quote(str(options.out))}")
     return 0
 
