@@ -109,7 +109,7 @@ def test_a_floor_is_what_its_log_says(version: str, task: str) -> None:
 @every_task
 def test_the_floor_is_the_better_of_two_agents_that_look_at_nothing(version: str, task: str) -> None:
     floor = row_of(version, task)["floor"]
-    assert sorted(floor["agents"]) == ["random", "still"]
+    assert sorted(floor["agents"]) == ["random", "zero"]
     assert floor["mean"] == max(agent["mean"] for agent in floor["agents"].values())
     better = floor["agents"][floor["agent"]]
     assert (floor["mean"], floor["standard_error"]) == (better["mean"], better["standard_error"])

@@ -176,9 +176,9 @@ def everything() -> Document:
                 "Keeper",
             ),
             submission(
-                "still",
+                "zero",
                 {"hopper-gravity-v0": {"sequential": sequential("hopper-gravity", nothing(2))}},
-                "Still",
+                "Zero action",
             ),
             submission("oracle", copy.deepcopy(hopper), "Oracle", knows=told),
             submission(

@@ -148,7 +148,7 @@ def test_the_commit_of_the_code_is_said_with_and_without_an_address(
 def test_an_agent_that_learned_nothing_is_not_praised_for_forgetting_nothing(
     document: dict[str, Any],
 ) -> None:
-    assert "nothing learned to forget" in read(document)["submissions/still.html"].said
+    assert "nothing learned to forget" in read(document)["submissions/zero.html"].said
     assert "nothing learned to forget" not in read(document)["submissions/agile.html"].said
 
 

@@ -117,9 +117,9 @@ def test_scores_on_a_board_are_the_scorecards_and_do_not_move_when_somebody_join
 def test_who_learned_nothing_has_no_rank_for_forgetting(enter: Enter) -> None:
     idle = enter("idle", 0, value=lambda p, run, stage, j, e: float((run * 7 + stage * 3 + j + e) % 11) - 5)
     found = board([idle, enter("learner", 900)], KEY)
-    learner, still = found["rows"]
-    assert still["metrics"]["forgetting"]["instead"] == "nothing learned to forget"
-    assert still["metrics"]["forgetting"]["rank"] is None
+    learner, zero = found["rows"]
+    assert zero["metrics"]["forgetting"]["instead"] == "nothing learned to forget"
+    assert zero["metrics"]["forgetting"]["rank"] is None
     assert learner["metrics"]["forgetting"]["rank"] == [1, 1]
     assert "instead" not in learner["metrics"]["forgetting"]
 

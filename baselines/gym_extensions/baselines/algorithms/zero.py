@@ -1,4 +1,4 @@
-"""The zero action: the other half of the floor; standing still is better than flailing on many tasks."""
+"""The zero action: one of the two agents that measure the floor. On many tasks it beats random actions."""
 
 from __future__ import annotations
 
@@ -11,30 +11,30 @@ from gym_extensions.baselines.agent import Array, Card, VectorEnv
 from gym_extensions.baselines.checkpoint import save_arrays
 
 
-class Still:
-    """The zero action, whatever is seen."""
+class Zero:
+    """Returns the zero action for every observation."""
 
     def __init__(self, observation_space: gym.spaces.Box, action_space: gym.spaces.Box, seed: int) -> None:
         self._shape = action_space.shape
 
     def act(self, observations: Array) -> Array:
-        """Zeros."""
+        """Zeros (num_envs, …)."""
         return np.zeros((len(observations), *self._shape), np.float32)
 
     def learn(self, env: VectorEnv, steps: int) -> None:
-        """Nothing: no step is taken."""
+        """Does nothing and takes no steps."""
 
     def card(self) -> Card:
-        """The manifest's words."""
+        """The agent's description in the manifest."""
         text = "The zero action in every step; learns nothing."
-        return Card("still", title="Still", description=text, evaluation="deterministic")
+        return Card("zero", title="Zero action", description=text, evaluation="deterministic")
 
     def save(self, path: Path) -> None:
-        """Writes an empty archive: there is nothing to keep."""
+        """Writes an empty archive: the agent has no state."""
         save_arrays(path)
 
     def load(self, path: Path) -> None:
-        """Nothing to restore."""
+        """Does nothing: the agent has no state."""
 
 
-make = Still
+make = Zero
