@@ -9,16 +9,16 @@ from gym_extensions.baselines import algorithms
 from gym_extensions.baselines.agent import Described, Resumable
 from gym_extensions.baselines.agent_checks import card_of
 from gym_extensions.baselines.training.seeding import training_seed
-from gym_extensions.catalog.bodies import SEGMENTS, segments
+from gym_extensions.catalog.bodies import BODIES
 from gym_extensions.catalog.registry import TASKS
-from gym_extensions.envs import make_batch
+from gym_extensions.envs import make_vec
 
 NAMES = ("random", "still", "trpo")
 
 
 @pytest.fixture(scope="module")
 def spaces():
-    env = make_batch("Pusher", 1)
+    env = make_vec("Pusher", 1)
     return env.single_observation_space, env.single_action_space
 
 
@@ -70,7 +70,7 @@ def test_seeds_differ_by_run_and_by_purpose():
 
 
 def test_every_task_is_cut_into_segments_of_its_family():
-    found = {segments(task).steps for task in TASKS.values()}
+    found = {task.body.segments.steps for task in TASKS.values()}
     assert found == {5, 10}
-    assert {task.base for task in TASKS.values() if segments(task).steps == 5} <= {"Pusher", "Striker"}
-    assert all(row.tolerance > 0 for row in SEGMENTS.values())
+    assert {task.base for task in TASKS.values() if task.body.segments.steps == 5} <= {"Pusher", "Striker"}
+    assert all(body.segments.tolerance > 0 for body in BODIES.values())

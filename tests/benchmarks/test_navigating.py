@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from gymnasium.vector import SyncVectorEnv
 
-from gym_extensions.envs import make, make_batch
+from gym_extensions.envs import make, make_vec
 
 pytestmark = pytest.mark.bench
 
@@ -25,7 +25,7 @@ TASKS = {
 def test_agent_steps_a_second_on_one_core(side_by_side: Any, timed: Any, name: str) -> None:
     """The bars of range (10⁶) and image (2·10⁴) agent-steps a second are absolute; here is what came out."""
     own, short = TASKS[name]
-    batch = make_batch(name, AGENTS)
+    batch = make_vec(name, AGENTS)
     peer: Any = SyncVectorEnv([lambda: make(name)] * AGENTS)
     actions = np.random.default_rng(0).uniform(-5, 5, (max(own, short), AGENTS, 2)).astype(np.float32)
 
@@ -36,7 +36,7 @@ def test_agent_steps_a_second_on_one_core(side_by_side: Any, timed: Any, name: s
     for env in (batch, peer):
         env.reset(seed=0)
     contestants = {
-        "make_batch": timed(own * AGENTS, lambda: steps(batch, own)),
+        "make_vec": timed(own * AGENTS, lambda: steps(batch, own)),
         f"SyncVectorEnv({AGENTS})": timed(short * AGENTS, lambda: steps(peer, short)),
     }
     side_by_side("navigation", contestants, task=name.partition("-Nav")[0], lanes=AGENTS, threads=1)

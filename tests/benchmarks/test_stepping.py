@@ -64,7 +64,7 @@ def alone(env: gym.Env[Any, Any], given: Any) -> Callable[[], tuple[int, float]]
 
 @pytest.mark.parametrize("body", BODIES)
 def test_the_batch_against_raw_physics(side_by_side: Any, body: str) -> None:
-    env: Any = envs.make_batch(body, LANES, num_threads=THREADS)
+    env: Any = envs.make_vec(body, LANES, num_threads=THREADS)
     single: Any = envs.make(body).unwrapped
     given = drawn(env.single_action_space, STEPS[body], LANES)
     raw = Batch(single.model, LANES, THREADS)
@@ -88,14 +88,14 @@ def test_the_batch_against_raw_physics(side_by_side: Any, body: str) -> None:
             own += time.perf_counter() - between
         return len(given) * LANES, own
 
-    contestants = {"make_batch": batch, "Batch.step": lambda: (len(given) * LANES, spent["raw"])}
+    contestants = {"make_vec": batch, "Batch.step": lambda: (len(given) * LANES, spent["raw"])}
     bars = {"Batch.step": RAW_BAR.get(body, 0.95)}
     side_by_side("stepping, raw", contestants, bars=bars, task=body, lanes=LANES, threads=THREADS)
 
 
 @pytest.mark.parametrize("body", BODIES)
 def test_the_batch_against_other_vector_environments(side_by_side: Any, body: str) -> None:
-    ours = envs.make_batch(body, LANES, num_threads=THREADS)
+    ours = envs.make_vec(body, LANES, num_threads=THREADS)
     space: Any = ours.single_action_space
     steps = STEPS[body]
     short = max(steps // 4, 4)
@@ -103,7 +103,7 @@ def test_the_batch_against_other_vector_environments(side_by_side: Any, body: st
     sync = gym.make_vec(gym_id, LANES, vectorization_mode="sync")
     processes = gym.make_vec(gym_id, 4, vectorization_mode="async")
     contestants = {
-        "make_batch": stepping(ours, drawn(space, steps, LANES)),
+        "make_vec": stepping(ours, drawn(space, steps, LANES)),
         "SyncVectorEnv(64)": stepping(sync, drawn(space, short, LANES)),
         "AsyncVectorEnv(4)": stepping(processes, drawn(space, 4 * steps, 4)),
         "Gymnasium single": alone(gym.make(gym_id), drawn(space, short * LANES)),
@@ -157,7 +157,7 @@ def bare(body: str, steps: int) -> Callable[[], tuple[int, float]]:
 def test_the_cost_of_a_lane_against_their_number(side_by_side: Any, body: str) -> None:
     contestants = {}
     for lanes in (64, 1, 4, 16, 256, 512):
-        env = envs.make_batch(body, lanes, num_threads=THREADS)
+        env = envs.make_vec(body, lanes, num_threads=THREADS)
         steps = max(2, STEPS[body] * LANES // 4 // lanes)
         contestants[f"{lanes} lanes"] = stepping(env, drawn(env.single_action_space, steps, lanes))  # type: ignore[arg-type]
     side_by_side("lanes", contestants, rounds=5, task=body, threads=THREADS)
@@ -167,7 +167,7 @@ def test_the_cost_of_a_lane_against_their_number(side_by_side: Any, body: str) -
 def test_a_wall_with_its_sensor_against_the_same_body_without(side_by_side: Any, body: str) -> None:
     contestants = {}
     for name in (f"{body}Wall", body):
-        env = envs.make_batch(name, LANES, num_threads=THREADS)
+        env = envs.make_vec(name, LANES, num_threads=THREADS)
         contestants[name] = stepping(env, drawn(env.single_action_space, STEPS[body], LANES))  # type: ignore[arg-type]
     side_by_side(
         "wall and sensor", contestants, bars={body: 0.85}, task=f"{body}Wall", lanes=LANES, threads=THREADS
@@ -177,8 +177,8 @@ def test_a_wall_with_its_sensor_against_the_same_body_without(side_by_side: Any,
 MEMORY = """
 import resource
 import numpy as np
-from gym_extensions.envs import make_batch
-env = make_batch("Humanoid", 512, num_threads=2)
+from gym_extensions.envs import make_vec
+env = make_vec("Humanoid", 512, num_threads=2)
 env.reset(seed=0)
 for _ in range(20):
     env.step(np.full((512, 17), 0.3, np.float32))

@@ -87,7 +87,7 @@ def test_a_task_without_a_row_and_a_row_without_a_task_are_told(monkeypatch: pyt
 
 
 def test_publishing_again_changes_no_byte() -> None:
-    table, changed = fingerprint.renewed()
+    table, changed = fingerprint.updated()
     assert changed == []
     assert fingerprint.text(table) == fingerprints.PATH.read_text()
     assert json.loads(fingerprint.text(table)) == table

@@ -14,11 +14,11 @@ WHERE = "gym_extensions/HopperGravityHalf-v0"
 @pytest.mark.parametrize(
     ("action", "text"),
     [
-        (np.zeros(4), "The action has shape (4,), not (3,). Give one number an actuator."),
-        (np.zeros((1, 3)), "The action has shape (1, 3), not (3,). Give one number an actuator."),
-        (0.5, "The action has shape (), not (3,). Give one number an actuator."),
-        (np.array([0, np.nan, 0]), "action[1] is nan. Give finite numbers alone."),
-        (np.array([0, 0, -np.inf]), "action[2] is -inf. Give finite numbers alone."),
+        (np.zeros(4), "The action has shape (4,), not (3,). Give one number per actuator."),
+        (np.zeros((1, 3)), "The action has shape (1, 3), not (3,). Give one number per actuator."),
+        (0.5, "The action has shape (), not (3,). Give one number per actuator."),
+        (np.array([0, np.nan, 0]), "action[1] is nan. Give finite numbers."),
+        (np.array([0, 0, -np.inf]), "action[2] is -inf. Give finite numbers."),
         (["a", "b", "c"], "The action holds <U1 values. Give floating-point numbers."),
         ([True, False, True], "The action holds bool values. Give floating-point numbers."),
     ],

@@ -9,7 +9,7 @@ from gymnasium.vector import AsyncVectorEnv, SyncVectorEnv
 
 from gym_extensions.catalog.groups import GROUPS, PAPER_GROUPS
 from gym_extensions.catalog.registry import TASKS, task
-from gym_extensions.envs import TaskId, VectorTaskId, group, make, make_batch
+from gym_extensions.envs import TaskId, VectorTaskId, group, make, make_vec
 from gym_extensions.errors import BenchError
 
 BODY_GROUPS = [name for name, row in GROUPS.items() if row.tasks[0].base != "Navigation"]
@@ -108,7 +108,7 @@ def test_the_observation_space_holds_what_occurs(name: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", FAMILIES)
 def test_the_observation_space_holds_what_occurs_in_100000_steps(name: str) -> None:
-    lanes = make_batch(name, 50)
+    lanes = make_vec(name, 50)
     lanes.action_space.seed(0)
     lanes.reset(seed=0)
     low, high = lanes.single_observation_space.low, lanes.single_observation_space.high
@@ -133,7 +133,7 @@ def test_a_task_id_is_a_one_hot_vector_at_the_observations_end() -> None:
 @pytest.mark.parametrize("lanes", [5, 7])
 def test_lanes_of_a_vector_environment_carry_their_tasks_vectors(lanes: int) -> None:
     members = group("hopper-gravity")
-    env = VectorTaskId(make_batch(members.tasks, lanes), members)
+    env = VectorTaskId(make_vec(members.tasks, lanes), members)
     seen, _ = env.reset(seed=0)
     assert seen in env.observation_space
     assert seen[:, -5:].argmax(axis=1).tolist() == [lane % 5 for lane in range(lanes)]

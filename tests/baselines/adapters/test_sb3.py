@@ -15,14 +15,14 @@ from gym_extensions.baselines.adapters.sb3 import BatchVecEnv, sb3  # noqa: E402
 from gym_extensions.baselines.train import train  # noqa: E402
 from gym_extensions.baselines.training.evaluation import evaluate  # noqa: E402
 from gym_extensions.baselines.training.recorder import Recorder  # noqa: E402
-from gym_extensions.envs import make_batch  # noqa: E402
+from gym_extensions.envs import make_vec  # noqa: E402
 from gym_extensions.errors import BenchError  # noqa: E402
 
 SMALL = {"n_steps": 125, "batch_size": 25, "n_epochs": 2}
 
 
 def test_an_ended_lane_starts_anew_and_its_last_observation_is_told():
-    batch = make_batch("Hopper", 3)
+    batch = make_vec("Hopper", 3)
     env = BatchVecEnv(Recorder(batch, ["Hopper"], steps=1000, batch_steps=100, seed=0))
     env.reset()
     for _ in range(200):
@@ -71,7 +71,7 @@ def test_every_setting_of_a_model_is_in_the_manifest_and_others_are_not_mixed_in
 
 
 def test_settings_are_told_as_they_were_given_whatever_the_model_writes_into_them():
-    env = make_batch("Hopper", 1)
+    env = make_vec("Hopper", 1)
     network = {"net_arch": [8]}
     make = sb3(stable_baselines3.SAC, policy_kwargs=network, buffer_size=100)
     for _ in range(2):
@@ -81,7 +81,7 @@ def test_settings_are_told_as_they_were_given_whatever_the_model_writes_into_the
 
 
 def learned(look: bool) -> list[float]:
-    env, lanes = make_batch("Hopper", 1), make_batch("Hopper", 2)
+    env, lanes = make_vec("Hopper", 1), make_vec("Hopper", 2)
     make = sb3(stable_baselines3.PPO, deterministic=False, **SMALL)
     agent = make(env.single_observation_space, env.single_action_space, 3)
     for _ in range(2):

@@ -11,7 +11,7 @@ from gym_extensions.baselines.algorithms import trpo
 from gym_extensions.baselines.algorithms.random import Random
 from gym_extensions.baselines.training.evaluation import evaluate
 from gym_extensions.baselines.training.recorder import Recorder
-from gym_extensions.envs import make, make_batch
+from gym_extensions.envs import make, make_vec
 from gym_extensions.rollouts.traces import cut, trace_bytes
 
 SEEDS = [11, 12, 13, 14]
@@ -22,7 +22,7 @@ def random_agent(env, seed=0):
 
 
 def trained(steps: int, look: bool) -> np.ndarray:
-    env, lanes = make_batch("Hopper", 2), make_batch("Hopper", 4)
+    env, lanes = make_vec("Hopper", 2), make_vec("Hopper", 4)
     agent = trpo.make(env.single_observation_space, env.single_action_space, 5)
     for _ in range(2):
         agent.learn(Recorder(env, ["Hopper"], steps=steps, batch_steps=100, seed=1), steps)
@@ -36,7 +36,7 @@ def test_evaluation_changes_nothing_that_is_learned():
 
 
 def test_an_episode_is_the_single_environments_from_the_same_seed():
-    lanes = make_batch("Hopper", 4)
+    lanes = make_vec("Hopper", 4)
     found = evaluate(random_agent(lanes), lanes, SEEDS, 10)
     env = make("Hopper")
     for seed, rollout in zip(SEEDS, found, strict=True):
@@ -48,7 +48,7 @@ def test_an_episode_is_the_single_environments_from_the_same_seed():
 
 
 def test_evaluated_again_from_the_same_seeds_it_is_the_same():
-    lanes = make_batch("Hopper", 4)
+    lanes = make_vec("Hopper", 4)
     first, again = (evaluate(random_agent(lanes), lanes, SEEDS, 10) for _ in range(2))
     assert [trace_bytes(row.trace) for row in first] == [trace_bytes(row.trace) for row in again]
 
@@ -64,7 +64,7 @@ class Loud:
 
 
 def test_actions_are_applied_and_recorded_inside_the_box():
-    lanes = make_batch("Hopper", 2)
+    lanes = make_vec("Hopper", 2)
     trace = evaluate(Loud(), lanes, SEEDS[:2], 10)[0].trace
     assert trace.actions.dtype == np.float32
     assert (trace.actions == 1.0).all()
@@ -72,7 +72,7 @@ def test_actions_are_applied_and_recorded_inside_the_box():
 
 @pytest.mark.parametrize("task", ["Hopper", "HumanoidGravityHalf"])
 def test_a_segment_replays_from_the_recorded_state_after_one_warm_up_step(task):
-    lanes = make_batch(task, 4)
+    lanes = make_vec(task, 4)
     rollout = max(evaluate(random_agent(lanes), lanes, SEEDS, 5), key=lambda row: row.length)
     trace, env = rollout.trace, make(task)
     assert len(trace.segment_returns) == math.ceil(rollout.length / 5) > 2

@@ -86,10 +86,10 @@ def test_each_task_of_joint_training_has_its_own_points():
 def test_episodes_of_a_thousand_steps_in_the_quick_budgets_lanes_give_a_long_enough_curve():
     plan = budget("100k")
     steps = plan.steps_for("halfcheetah-gravity")
-    recorder = recorded([1000] * plan.lanes, steps=steps, batch=plan.batch_steps)
+    recorder = recorded([1000] * plan.num_envs, steps=steps, batch=plan.batch_steps)
     recorder.reset()
     while recorder.taken < steps:
-        recorder.step(np.zeros((plan.lanes, 1)))
+        recorder.step(np.zeros((plan.num_envs, 1)))
     recorder.flush()
     assert len(recorder.points) >= CURVE_POINTS
 

@@ -69,13 +69,13 @@ def test_a_worker_ends_when_the_command_is_killed(tmp_path):
 
 def test_an_agent_that_is_saved_and_loaded_goes_on_as_if_never_stopped(tmp_path):
     from gym_extensions.baselines.training.recorder import Recorder
-    from gym_extensions.envs import make_batch
+    from gym_extensions.envs import make_vec
 
     def learn(agent):
-        env = make_batch("Hopper", 2)
+        env = make_vec("Hopper", 2)
         agent.learn(Recorder(env, ["Hopper"], steps=400, batch_steps=200, seed=9), 400)
 
-    env = make_batch("Hopper", 2)
+    env = make_vec("Hopper", 2)
     spaces = (env.single_observation_space, env.single_action_space)
     kept, loaded = trpo.make(*spaces, 4), trpo.make(*spaces, 5)
     learn(kept)

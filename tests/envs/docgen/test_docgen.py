@@ -13,7 +13,7 @@ from gym_extensions.envs import cli, make
 from gym_extensions.envs.docgen.descriptions import SENTENCES, differences
 from gym_extensions.envs.docgen.pages import pages
 from gym_extensions.envs.docgen.prose import HISTORY, PROSE
-from gym_extensions.envs.docgen.summary import sheet
+from gym_extensions.envs.docgen.summary import summary
 from gym_extensions.envs.docgen.tables import action_fields, indexed, observation_fields
 
 DOCS = Path(__file__).parents[3] / "docs" / "environments"
@@ -88,7 +88,7 @@ def test_a_difference_is_told_in_numbers(name: str, sentence: str) -> None:
 def test_show_prints_every_fact(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["show", "StrikerMovingStart"]) == 0
     told = capsys.readouterr().out
-    assert told == sheet(task("StrikerMovingStart")) + "\n"
+    assert told == summary(task("StrikerMovingStart")) + "\n"
     for fact in ("100 steps", "striker-v0", "x ~ U(0.43, 0.55)", "motor of r_wrist_roll_joint", "-3 … 3"):
         assert fact in told
     assert "smallest distance of ball and goal" in told

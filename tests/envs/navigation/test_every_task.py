@@ -16,7 +16,7 @@ from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.navigation_tasks import FAMILIES
 from gym_extensions.catalog.registry import TASKS
 from gym_extensions.catalog.variations.maps import Course
-from gym_extensions.envs import Gravity, make, make_batch
+from gym_extensions.envs import Gravity, make, make_vec
 from gym_extensions.errors import BenchError
 
 NAVIGATION = [row.id for row in TASKS.values() if row.base == "Navigation"]
@@ -79,7 +79,7 @@ def test_every_task_has_a_fingerprint_of_its_own(task_id: str) -> None:
 def test_the_same_seeds_give_the_same_episodes_single_sync_async_and_batch(family: str) -> None:
     tasks = OF_A_FAMILY[family][4:7]
     makers = [lambda task=task: make(task) for task in tasks]
-    vectors = [SyncVectorEnv(makers), AsyncVectorEnv(makers), make_batch(tasks, 3)]
+    vectors = [SyncVectorEnv(makers), AsyncVectorEnv(makers), make_vec(tasks, 3)]
     actions = random_actions(30, 3)
     seeds = [5, 6, 2**31 - 1]
     firsts = [vector.reset(seed=seeds)[0] for vector in vectors]
@@ -105,7 +105,7 @@ def test_a_batch_is_bit_for_bit_the_single_environments_through_ends_and_resets(
         make(task, max_steps=limit).unwrapped.task
         for task, limit in zip(OF_A_FAMILY[family], limits, strict=True)
     ]
-    batch, sync = make_batch(tasks, 30), SyncVectorEnv([lambda task=task: make(task) for task in tasks])
+    batch, sync = make_vec(tasks, 30), SyncVectorEnv([lambda task=task: make(task) for task in tasks])
     seeds = list(range(100, 130))
     np.testing.assert_array_equal(batch.reset(seed=seeds)[0], sync.reset(seed=seeds)[0])
     for action in random_actions(120, 30):
@@ -119,7 +119,7 @@ def test_a_batch_is_bit_for_bit_the_single_environments_through_ends_and_resets(
 
 def test_an_int_seed_is_spawned_and_none_goes_on() -> None:
     tasks = OF_A_FAMILY["state"][:2]
-    one, other = make_batch(tasks, 4), make_batch(tasks, 4)
+    one, other = make_vec(tasks, 4), make_vec(tasks, 4)
     first = one.reset(seed=9)[0]
     np.testing.assert_array_equal(first, other.reset(seed=9)[0])
     second = one.reset()[0]
@@ -129,7 +129,7 @@ def test_an_int_seed_is_spawned_and_none_goes_on() -> None:
 
 
 def test_a_mask_resets_some_lanes_and_leaves_the_others() -> None:
-    batch = make_batch(OF_A_FAMILY["state"][0], 3)
+    batch = make_vec(OF_A_FAMILY["state"][0], 3)
     first = batch.reset(seed=1)[0]
     again = batch.reset(options={"reset_mask": np.array([False, True, False])})[0]
     assert (first == again).all(axis=1).tolist() == [True, False, True]
@@ -151,7 +151,7 @@ def test_a_pickled_environment_is_a_fresh_one_of_the_same_task(family: str) -> N
 @pytest.mark.parametrize("family", FAMILIES)
 def test_a_saved_state_continues_bit_for_bit_elsewhere(family: str) -> None:
     task = OF_A_FAMILY[family][3]
-    env, elsewhere, batch = make(task).unwrapped, make(task).unwrapped, make_batch(task, 3)
+    env, elsewhere, batch = make(task).unwrapped, make(task).unwrapped, make_vec(task, 3)
     actions = random_actions(60, 1)[:, 0]
     env.reset(seed=1)
     for action in actions[:30]:
@@ -165,7 +165,7 @@ def test_a_saved_state_continues_bit_for_bit_elsewhere(family: str) -> None:
     elsewhere.reset(seed=2)
     elsewhere.restore_state(saved)
     batch.reset(seed=3)
-    batch.restore_states({name: value[None] for name, value in saved.items()}, lanes=[1])
+    batch.restore_states({name: value[None] for name, value in saved.items()}, indices=[1])
     for action in actions[30:]:
         expected, got, rows = env.step(action), elsewhere.step(action), batch.step(np.tile(action, (3, 1)))
         np.testing.assert_array_equal(got[0], expected[0])
@@ -198,7 +198,7 @@ def test_a_state_that_cannot_be_is_refused() -> None:
 @pytest.mark.parametrize("family", FAMILIES)
 def test_declared_spaces_hold_100000_random_steps(family: str) -> None:
     lanes = 60
-    batch = make_batch(OF_A_FAMILY[family], lanes)
+    batch = make_vec(OF_A_FAMILY[family], lanes)
     space = batch.single_observation_space
     observations, _ = batch.reset(seed=0)
     rewards = set()
@@ -217,9 +217,9 @@ def test_declared_spaces_hold_100000_random_steps(family: str) -> None:
 
 def test_lanes_of_two_families_are_refused() -> None:
     with pytest.raises(BenchError) as refused:
-        make_batch([OF_A_FAMILY["state"][0], OF_A_FAMILY["image"][0]], 2)
+        make_vec([OF_A_FAMILY["state"][0], OF_A_FAMILY["image"][0]], 2)
     assert str(refused.value) == (
-        "make_batch: The lanes observe differently: image, state. Give tasks of one navigation family."
+        "make_vec: The lanes observe differently: image, state. Give tasks of one navigation family."
     )
 
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from gym_extensions.envs import make, make_batch
+from gym_extensions.envs import make, make_vec
 from gym_extensions.envs.navigation.motion import touches
 from gym_extensions.errors import BenchError
 
@@ -81,7 +81,7 @@ BAD = [
 
 @pytest.mark.parametrize(("start", "message"), BAD)
 def test_a_start_that_is_not_a_free_point_is_refused(start: object, message: str) -> None:
-    for env in (make(TASK), make_batch(TASK, 2)):
+    for env in (make(TASK), make_vec(TASK, 2)):
         with pytest.raises(BenchError) as refused:
             env.reset(options={"start": start})
         assert refused.value.code == "bad-start"

@@ -12,12 +12,12 @@ from gym_extensions import envs
 from gym_extensions.catalog.registry import TASKS
 from gym_extensions.catalog.task import Task
 from gym_extensions.catalog.variations.actuation import MotorNoise
-from gym_extensions.catalog.variations.base import AtRunTime
+from gym_extensions.catalog.variations.base import RuntimeVariation
 from gym_extensions.catalog.variations.goals import MovingGoal, MovingStart, TrackingGoal
 from gym_extensions.catalog.variations.gravity import Gravity
 from gym_extensions.catalog.variations.morphology import LimbScale
 from gym_extensions.catalog.variations.obstacles import RangeSensor, SensorNoise, Wall
-from gym_extensions.envs.make_vec import lane_seeds
+from gym_extensions.envs.seeding import spawn_seeds
 
 STEPS = 1000
 SEED, SCALE = 5, 1.2
@@ -25,9 +25,9 @@ SEED, SCALE = 5, 1.2
 
 def lockstep(tasks: Sequence[str | Task], lanes: int, steps: int, dtype: type = np.float32) -> None:
     """Steps a batch and single environments side by side and compares every number."""
-    batch = envs.make_batch(tasks, lanes)
+    batch = envs.make_vec(tasks, lanes)
     singles = [envs.make(tasks[lane % len(tasks)]) for lane in range(lanes)]
-    seeds = lane_seeds(SEED, lanes)
+    seeds = spawn_seeds(SEED, lanes)
     observations, _ = batch.reset(seed=SEED)
     firsts = [env.reset(seed=own)[0] for env, own in zip(singles, seeds, strict=True)]
     assert np.array_equal(observations, firsts)
@@ -111,8 +111,8 @@ def test_costs_keep_the_precision_of_the_actions(body: str) -> None:
 
 
 def test_a_variation_unknown_to_the_arrays_is_not_ignored() -> None:
-    class Whim(AtRunTime):
+    class Whim(RuntimeVariation):
         """Something new at run time."""
 
-    env = envs.make_batch(Task("HopperWhim", "Hopper", (Whim(),)), 2)
-    assert type(env).__name__ == "OneByOne"
+    env = envs.make_vec(Task("HopperWhim", "Hopper", (Whim(),)), 2)
+    assert type(env).__name__ == "SequentialVectorEnv"

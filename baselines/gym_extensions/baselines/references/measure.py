@@ -18,7 +18,7 @@ from gym_extensions.catalog.budgets import budget
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.protocol import evaluation_seed
 from gym_extensions.catalog.registry import task as task_named
-from gym_extensions.envs import make_batch
+from gym_extensions.envs import make_vec
 from gym_extensions.rollouts.episodes import Episode
 
 ARRIVAL = 10.0
@@ -80,7 +80,7 @@ def measure(what: Measurement, listen: Listener) -> list[Episode]:
     """The measurement's episodes at the prescribed reference seeds."""
     if what.agent == ORACLE:
         return _oracle_episodes(what)
-    lanes = make_batch(what.task, min(LANES, what.episodes))
+    lanes = make_vec(what.task, min(LANES, what.episodes))
     spaces = (lanes.single_observation_space, lanes.single_action_space)
     agent = algorithms.factory(what.agent)(*spaces, agent_seed(what))
     if what.budget:
@@ -107,7 +107,7 @@ def _oracle_episodes(what: Measurement) -> list[Episode]:
 
 def _train(agent: Agent, what: Measurement, listen: Listener) -> None:
     plan = budget(what.budget)
-    env = make_batch(what.task, Settings(what.agent, what.budget).lanes_for(1))
+    env = make_vec(what.task, Settings(what.agent, what.budget).lanes_for(1))
     steps = plan.batches * plan.batch_steps
     seed = training_seed(what.run, REFERENCE, what.task, "training")
     report = lambda taken: listen(News(what.title, 1, taken))  # noqa: E731

@@ -14,12 +14,11 @@ from gym_extensions.baselines.training.jobs import Stage, Unit
 from gym_extensions.baselines.training.progress import FOLDER, Finished, Progress
 from gym_extensions.baselines.training.recorder import Recorder
 from gym_extensions.baselines.training.seeding import training_seed
-from gym_extensions.catalog.bodies import segments
 from gym_extensions.catalog.budgets import budget
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, evaluation_seed
 from gym_extensions.catalog.task import Task
-from gym_extensions.envs import make_batch
+from gym_extensions.envs import make_vec
 from gym_extensions.rollouts.episodes import CurvePoint, Episode
 from gym_extensions.rollouts.layout import trace_name
 from gym_extensions.rollouts.traces import trace_bytes
@@ -35,7 +34,7 @@ class Settings:
 
     def lanes_for(self, tasks: int) -> int:
         """Training lanes: a multiple of the number of tasks, so that each has as many."""
-        wanted = self.lanes or budget(self.budget).lanes
+        wanted = self.lanes or budget(self.budget).num_envs
         return -(-wanted // tasks) * tasks
 
 
@@ -63,7 +62,7 @@ class Evaluator:
     def lanes(self, task: Task) -> VectorEnv:
         """As many lanes of the task as a cell has episodes."""
         if task.id not in self._lanes:
-            self._lanes[task.id] = make_batch(task, EVALUATION_EPISODES)
+            self._lanes[task.id] = make_vec(task, EVALUATION_EPISODES)
         return self._lanes[task.id]
 
     def cell(self, agent: Agent, stage: int, task: Task) -> list[Episode]:
@@ -71,7 +70,7 @@ class Evaluator:
         unit = self._unit
         seeds = [evaluation_seed(unit.of.id, task.id, episode) for episode in range(EVALUATION_EPISODES)]
         rows = []
-        rollouts = evaluate(agent, self.lanes(task), seeds, segments(task).steps)
+        rollouts = evaluate(agent, self.lanes(task), seeds, task.body.segments.steps)
         for episode, (seed, found) in enumerate(zip(seeds, rollouts, strict=True)):
             if found.trace is not None:
                 name = trace_name(unit.protocol, unit.run, stage, task.name, episode)
@@ -126,7 +125,7 @@ def run_unit(unit: Unit, make: Factory, settings: Settings, out: Path, listen: L
 
 def _train(unit: Unit, stage: Stage, agent: Agent, settings: Settings, listen: Listener) -> list[CurvePoint]:
     ids = [task.id for task in stage.trained]
-    env = make_batch(stage.trained, settings.lanes_for(len(ids)))
+    env = make_vec(stage.trained, settings.lanes_for(len(ids)))
     seed = training_seed(unit.run, unit.of.id, *ids, "training")
     batch = budget(settings.budget).batch_steps
     report = lambda taken: listen(News(unit.title, stage.number, taken))  # noqa: E731
