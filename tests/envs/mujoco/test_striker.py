@@ -1,91 +1,37 @@
-"""The arm tasks: resets, rewards, and Striker's model."""
+"""Striker: resets, rewards and the model."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
-import gymnasium as gym
 import mujoco
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from scipy import stats
 
-from gym_extensions.envs import make
-from gym_extensions.envs.effects.goals import Box, moved
+from gym_extensions.envs.make import construct_mujoco
 from gym_extensions.envs.mujoco.striker import facing
+from gym_extensions.envs.mujoco.task_env import TaskEnv
 
 
-def uniform(values: np.ndarray, low: float, high: float) -> None:
+def uniform(values: NDArray[np.float64], low: float, high: float) -> None:
     assert values.min() >= low
     assert values.max() <= high
     assert stats.kstest(values, "uniform", args=(low, high - low)).pvalue > 1e-3
 
 
-def resets(name: str, read, count: int = 2000) -> np.ndarray:
-    env = make(name).unwrapped
+def resets(
+    name: str, read: Callable[[TaskEnv], NDArray[np.float64]], count: int = 2000
+) -> NDArray[np.float64]:
+    env = construct_mujoco(name)
     env.reset(seed=0)
     rows = []
     for _ in range(count):
         env.reset()
         rows.append(read(env))
     return np.array(rows)
-
-
-def test_pusher_is_bit_for_bit_gymnasiums_over_300_steps() -> None:
-    ours, theirs = make("Pusher"), gym.make("Pusher-v5")
-    seen, expected = ours.reset(seed=1)[0], theirs.reset(seed=1)[0]
-    generator = np.random.default_rng(5)
-    for _ in range(300):
-        np.testing.assert_array_equal(seen, expected)
-        action = generator.uniform(-2, 2, 7).astype(np.float32)
-        seen, *ours_rest, _ = ours.step(action)
-        expected, *theirs_rest, _ = theirs.step(action)
-        assert ours_rest == theirs_rest
-        if ours_rest[2]:
-            seen, expected = ours.reset()[0], theirs.reset()[0]
-
-
-def test_the_moving_goal_is_drawn_uniformly_and_the_object_away_from_it() -> None:
-    rows = resets("PusherMovingGoal", lambda env: np.concatenate([env.data.qpos, env.data.qvel]))
-    objects, goals = rows[:, 7:9], rows[:, 9:11]
-    uniform(goals[:, 0], -0.2, 0.0)
-    uniform(goals[:, 1], -0.1, 0.3)
-    assert (objects >= [-0.3, -0.2]).all()
-    assert (objects <= [0, 0.2]).all()
-    apart = np.linalg.norm(objects - goals, axis=1)
-    assert 0.17 < apart.min() < 0.18
-    for joint in range(7):
-        uniform(rows[:, 11 + joint], -0.005, 0.005)
-    assert not rows[:, 18:].any()
-    assert not rows[:, :7].any()
-
-
-def test_the_object_is_drawn_uniformly_where_the_goal_leaves_room() -> None:
-    # Given the goal, what is kept of uniform draws is uniform: compare with rejection done here.
-    rows = resets("PusherMovingGoal", lambda env: env.data.qpos[7:11].copy())
-    generator = np.random.default_rng(4)
-    expected = []
-    while len(expected) < 4000:
-        goal = generator.uniform([-0.2, -0.1], [0, 0.3])
-        place = generator.uniform([-0.3, -0.2], [0, 0.2])
-        while np.linalg.norm(place - goal) <= 0.17:
-            place = generator.uniform([-0.3, -0.2], [0, 0.2])
-        expected.append(place)
-    for axis in (0, 1):
-        assert stats.ks_2samp(rows[:, axis], np.array(expected)[:, axis]).pvalue > 1e-3
-
-
-def test_moving_goal_pays_as_pusher() -> None:
-    env = make("PusherMovingGoal").unwrapped
-    env.reset(seed=2)
-    generator = np.random.default_rng(0)
-    for _ in range(20):
-        action = generator.uniform(-2, 2, 7).astype(np.float32)
-        reward = env.step(action)[1]
-        place = {name: env.data.body(name).xpos for name in ("object", "goal", "tips_arm")}
-        expected = -np.linalg.norm(place["object"] - place["goal"]) - 0.1 * np.square(action).sum()
-        expected -= 0.5 * np.linalg.norm(place["object"] - place["tips_arm"])
-        assert reward == pytest.approx(expected, rel=1e-6)
 
 
 def test_striker_starts_with_a_fixed_ball_and_a_drawn_goal() -> None:
@@ -115,7 +61,7 @@ def test_strikers_moving_start_draws_the_ball_and_keeps_the_goal_away() -> None:
 
 
 def test_strikers_observation_is_arm_then_tip_ball_goal() -> None:
-    env = make("Striker").unwrapped
+    env = construct_mujoco("Striker")
     seen, _ = env.reset(seed=3)
     assert seen.shape == (23,)
     np.testing.assert_array_equal(seen[:7], np.zeros(7))
@@ -126,7 +72,7 @@ def test_strikers_observation_is_arm_then_tip_ball_goal() -> None:
 
 
 def test_strikers_reward_is_that_of_the_state_after_the_step() -> None:
-    env = make("Striker").unwrapped
+    env = construct_mujoco("Striker")
     generator = np.random.default_rng(7)
     for seed in range(3):
         env.reset(seed=seed)
@@ -153,7 +99,7 @@ def test_strikers_reward_is_that_of_the_state_after_the_step() -> None:
 
 
 def test_the_smallest_distance_includes_the_one_at_reset() -> None:
-    env = make("Striker").unwrapped
+    env = construct_mujoco("Striker")
     env.reset(seed=1)
     start = float(np.linalg.norm(env.data.body("object").xpos - env.data.body("goal").xpos))
     env.data.qvel[7] = -3  # the ball rolls away
@@ -179,7 +125,7 @@ def test_the_cups_open_side_faces_the_ball(
 
 
 def test_a_ball_shot_at_the_open_side_stays_in_the_cup_and_the_cup_stays_in_place() -> None:
-    env = make("Striker").unwrapped
+    env = construct_mujoco("Striker")
     for seed in range(5):
         env.reset(seed=seed)
         cup = env.data.mocap_pos[0].copy()
@@ -192,13 +138,13 @@ def test_a_ball_shot_at_the_open_side_stays_in_the_cup_and_the_cup_stays_in_plac
         assert passed < 0.05, seed
 
 
-def _distance_after_step(env: gym.Env) -> float:
+def _distance_after_step(env: TaskEnv) -> float:
     env.step(np.zeros(7, np.float32))
     return float(np.linalg.norm(env.data.body("object").xpos[:2] - env.data.body("goal").xpos[:2]))
 
 
 def test_strikers_model_has_the_numbers_of_2017() -> None:
-    model = make("Striker").unwrapped.model
+    model = construct_mujoco("Striker").model
     assert (model.nq, model.nv, model.nu, model.nmocap) == (9, 9, 7, 1)
     assert model.opt.timestep == 0.01
     assert not model.opt.gravity.any()
@@ -228,56 +174,3 @@ def test_strikers_model_has_the_numbers_of_2017() -> None:
         np.testing.assert_array_equal(plate.size, [0.032, 0.001, 0.04])
         expected = [-0.075 * math.sin(turn), 0.075 * math.cos(turn), 0.04]
         np.testing.assert_allclose(plate.pos, expected, atol=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("place", "velocity", "expected"),
-    [
-        ([0.5, 0.5], [0.1, -0.1], ([0.6, 0.4], [0.1, -0.1])),
-        ([0.95, 0.5], [0.1, 0.0], ([0.95, 0.5], [-0.1, 0.0])),  # 5 cm to the edge, 5 cm back
-        ([0.02, 0.97], [-0.1, 0.1], ([0.08, 0.93], [0.1, -0.1])),
-    ],
-)
-def test_a_moving_goal_is_reflected_at_its_box(place: list, velocity: list, expected: tuple) -> None:
-    found = moved(np.array(place), np.array(velocity), Box((0.0, 0.0), (1.0, 1.0)), 1.0)
-    np.testing.assert_allclose(found[0], expected[0], atol=1e-12)
-    np.testing.assert_allclose(found[1], expected[1], atol=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("name", "low", "high"),
-    [
-        ("PusherTrackingGoal", (0.35, -0.25), (0.75, -0.05)),
-        ("StrikerTrackingGoal", (0.15, 0.1), (0.7, 1.0)),
-    ],
-)
-def test_a_tracking_goal_moves_at_its_velocity_within_its_box(name: str, low: tuple, high: tuple) -> None:
-    env = make(name).unwrapped
-    generator = np.random.default_rng(0)
-    for seed in range(10):
-        before = env.reset(seed=seed)[0][-3:-1]
-        speed = np.abs(env.save_state()["goal_velocity"])
-        assert (speed <= 0.2).all()
-        order = speed[::-1] if name.startswith("Pusher") else speed
-        straight = 0
-        for _ in range(100):
-            after = env.step(generator.uniform(-2, 2, 7).astype(np.float32))[0][-3:-1]
-            assert (after >= np.array(low) - 1e-9).all()
-            assert (after <= np.array(high) + 1e-9).all()
-            straight += np.allclose(np.abs(after - before), order * 0.05, atol=1e-12)
-            before = after
-        assert straight >= 90
-    np.testing.assert_array_equal(env.data.qvel[9:], np.zeros(len(env.data.qvel) - 9))
-
-
-def test_tracking_velocities_are_drawn_uniformly() -> None:
-    rows = resets("StrikerTrackingGoal", lambda env: env.save_state()["goal_velocity"])
-    uniform(rows[:, 0], -0.2, 0.2)
-    uniform(rows[:, 1], -0.2, 0.2)
-
-
-@pytest.mark.parametrize(
-    ("base", "tracking"), [("PusherMovingGoal", "PusherTrackingGoal"), ("Striker", "StrikerTrackingGoal")]
-)
-def test_a_tracking_task_starts_as_the_task_without(base: str, tracking: str) -> None:
-    np.testing.assert_array_equal(make(base).reset(seed=3)[0], make(tracking).reset(seed=3)[0])

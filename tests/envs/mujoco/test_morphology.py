@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import itertools
 import math
+from typing import Any
 
 import mujoco
 import numpy as np
 import pytest
 
+from gym_extensions.catalog.bodies import body as body_named
 from gym_extensions.catalog.task import Task
 from gym_extensions.catalog.variations.morphology import LimbScale
 from gym_extensions.envs import Gravity, group, make
+from gym_extensions.envs.make import construct_mujoco
 from gym_extensions.envs.mujoco.compile import base_spec, compile_model
 from gym_extensions.errors import BenchError
 
@@ -61,7 +64,7 @@ def test_the_table_is_the_38_tasks_of_the_paper_and_halfcheetahs_head() -> None:
 @pytest.mark.parametrize(("body", "part", "size", "factor"), ROWS)
 def test_a_part_has_the_radius_and_mass_of_the_table(body: str, part: str, size: str, factor: float) -> None:
     mass, radii = PARTS[body, part]
-    base, model = make(body).unwrapped.model, make(f"{body}{size}{part}").unwrapped.model
+    base, model = construct_mujoco(body).model, construct_mujoco(f"{body}{size}{part}").model
     for geom in range(base.ngeom):
         name = base.geom(geom).name
         expected = base.geom_size[geom].copy()
@@ -82,7 +85,7 @@ def test_a_part_has_the_radius_and_mass_of_the_table(body: str, part: str, size:
 def test_places_joints_and_everything_else_of_the_model_stay(
     body: str, part: str, size: str, factor: float
 ) -> None:
-    base, model = make(body).unwrapped.model, make(f"{body}{size}{part}").unwrapped.model
+    base, model = construct_mujoco(body).model, construct_mujoco(f"{body}{size}{part}").model
     kept = "geom_pos geom_quat body_pos body_quat jnt_axis jnt_pos jnt_range dof_armature dof_damping"
     for name in [*kept.split(), "actuator_gear", "actuator_ctrlrange", "geom_friction", "geom_contype"]:
         np.testing.assert_array_equal(getattr(model, name), getattr(base, name), err_msg=name)
@@ -96,17 +99,17 @@ def test_inertia_is_that_of_the_new_shape_at_the_new_mass() -> None:
     across = rod * (3 * radius**2 + length**2) / 12
     across += ball * (2 * radius**2 / 5 + length**2 / 4 + 3 * length * radius / 8)
     along = rod * radius**2 / 2 + ball * 2 * radius**2 / 5
-    inertia = make("HopperBigTorso").unwrapped.model.body("torso").inertia
+    inertia = construct_mujoco("HopperBigTorso").model.body("torso").inertia
     assert sorted(inertia) == pytest.approx(sorted([across, across, along]), rel=1e-8)
 
 
 def test_halfcheetahs_total_moves_by_the_parts_share_alone() -> None:
-    model = make("HalfCheetahBigFoot").unwrapped.model
+    model = construct_mujoco("HalfCheetahBigFoot").model
     assert model.body_mass.sum() == pytest.approx(14 + 0.25 * 1.979916318, abs=1e-8)
 
 
 def test_humanoids_big_feet_overlap_and_do_not_push_each_other() -> None:
-    env = make("HumanoidBigFoot").unwrapped
+    env = construct_mujoco("HumanoidBigFoot")
     model, data = env.model, env.data
     mujoco.mj_resetData(model, data)
     mujoco.mj_forward(model, data)
@@ -114,7 +117,7 @@ def test_humanoids_big_feet_overlap_and_do_not_push_each_other() -> None:
     apart = np.linalg.norm(data.geom_xpos[feet[0]] - data.geom_xpos[feet[1]])
     assert apart - 2 * 0.09375 == pytest.approx(-0.0075, abs=1e-6)
     assert data.ncon == 0
-    assert [make(f"Humanoid{size}").unwrapped.model.nexclude for size in ("", "SmallFoot", "BigHand")] == [
+    assert [construct_mujoco(f"Humanoid{size}").model.nexclude for size in ("", "SmallFoot", "BigHand")] == [
         0
     ] * 3
 
@@ -134,7 +137,7 @@ def test_variations_applied_by_hand_compose_in_any_order() -> None:
     chosen = (LimbScale("Head", 2.0), LimbScale("Foot", 1.2), LimbScale("Torso", 0.9))
     masses = []
     for order in itertools.permutations(chosen):
-        spec = base_spec("HalfCheetah")
+        spec = base_spec(body_named("HalfCheetah"))
         for variation in order:
             variation.apply(spec)
         with pytest.warns(UserWarning, match="settotalmass"):
@@ -145,7 +148,7 @@ def test_variations_applied_by_hand_compose_in_any_order() -> None:
 
 def test_scaling_there_and_back_is_the_base() -> None:
     model = compile_model(Task("Free", "HalfCheetah", (LimbScale("Leg", 2.0), LimbScale("Leg", 0.5))))
-    base = make("HalfCheetah").unwrapped.model
+    base = construct_mujoco("HalfCheetah").model
     np.testing.assert_allclose(model.body_mass, base.body_mass, rtol=1e-14)
     np.testing.assert_array_equal(model.geom_size, base.geom_size)
 
@@ -161,13 +164,18 @@ def test_free_parameters_go_through_make() -> None:
 @pytest.mark.parametrize(
     ("body", "part", "text"),
     [
-        ("HalfCheetah", "Fot", "HalfCheetah has no part 'Fot' to scale. Did you mean 'Foot'?"),
+        ("HalfCheetah", "Fot", "HalfCheetah has no part 'Fot'. Did you mean 'Foot'?"),
         (
             "Hopper",
             "Arm",
-            "Hopper has no part 'Arm' to scale. Choose one of: Foot, Leg, Thigh, Torso.",
+            "Hopper has no part 'Arm'. Choose one of: Foot, Leg, Thigh, Torso.",
         ),
-        ("Pusher", "Arm", "The arm has no part 'Arm' to scale."),
+        (
+            "Pusher",
+            "Arm",
+            "gym_extensions/Pusher.LimbScale-Arm-1.1-v0: LimbScale does not fit Pusher. It fits Hopper, "
+            "Walker2d, HalfCheetah, Humanoid, HumanoidStandup, HumanoidStandupAndRun.",
+        ),
     ],
 )
 def test_an_unknown_part_is_refused(body: str, part: str, text: str) -> None:
@@ -177,7 +185,7 @@ def test_an_unknown_part_is_refused(body: str, part: str, text: str) -> None:
 
 
 @pytest.mark.parametrize("factor", [0, -0.5, float("nan"), float("inf"), "big"])
-def test_a_part_is_scaled_by_a_finite_number_above_zero(factor: object) -> None:
+def test_the_factor_must_be_a_finite_number_above_0(factor: Any) -> None:
     with pytest.raises(BenchError) as caught:
-        LimbScale("Foot", factor)  # type: ignore[arg-type]
+        LimbScale("Foot", factor)
     assert str(caught.value) == f"LimbScale's factor for 'Foot' is {factor!r}. Give a finite number above 0."

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import gymnasium as gym
 import mujoco
 import numpy as np
 import pytest
 
+from gym_extensions.catalog.custom import customize
 from gym_extensions.envs import Gravity, make
+from gym_extensions.envs.make import construct_mujoco
 from gym_extensions.errors import BenchError
 
 BODIES = ("Hopper", "Walker2d", "HalfCheetah", "Humanoid")
@@ -43,13 +46,13 @@ def test_an_unvaried_body_is_bit_for_bit_gymnasiums_over_1000_steps(
 @pytest.mark.parametrize("body", BODIES)
 @pytest.mark.parametrize("suffix", Z_GRAVITY)
 def test_gravity_is_exactly_as_specified(body: str, suffix: str) -> None:
-    gravity = make(body + suffix).unwrapped.model.opt.gravity
+    gravity = construct_mujoco(body + suffix).model.opt.gravity
     assert gravity.tolist() == [0.0, 0.0, Z_GRAVITY[suffix]]
 
 
 @pytest.mark.parametrize("body", BODIES)
 def test_a_gravity_task_differs_from_its_base_in_gravity_alone(body: str) -> None:
-    base, varied = (make(name).unwrapped.model for name in (body, f"{body}GravityOneAndHalf"))
+    base, varied = (construct_mujoco(name).model for name in (body, f"{body}GravityOneAndHalf"))
     varied.opt.gravity = base.opt.gravity
     binary = [np.zeros(mujoco.mj_sizeModel(model), np.uint8) for model in (base, varied)]
     for model, buffer in zip((base, varied), binary, strict=True):
@@ -58,7 +61,7 @@ def test_a_gravity_task_differs_from_its_base_in_gravity_alone(body: str) -> Non
 
 
 def test_a_hopper_in_free_fall_at_half_gravity_loses_4_905_metres_per_second_in_a_second() -> None:
-    env = make("HopperGravityHalf").unwrapped
+    env = construct_mujoco("HopperGravityHalf")
     env.reset(seed=0)
     env.set_state(env.init_qpos + np.array([0, 50, 0, 0, 0, 0]), np.zeros(6))
     for _ in range(125):
@@ -74,11 +77,13 @@ def test_gravity_takes_any_positive_factor() -> None:
 
 
 def test_a_free_parameter_that_is_published_is_the_published_task() -> None:
-    assert make("Hopper", [Gravity(0.5)]).unwrapped.task.id == "gym_extensions/HopperGravityHalf-v0"
+    assert (
+        construct_mujoco(customize("Hopper", [Gravity(0.5)])).task.id == "gym_extensions/HopperGravityHalf-v0"
+    )
 
 
 @pytest.mark.parametrize("factor", [0, -1.0, float("nan"), float("inf"), "half"])
-def test_a_factor_must_be_a_finite_number_above_zero(factor: object) -> None:
+def test_the_factor_must_be_a_finite_number_above_0(factor: Any) -> None:
     with pytest.raises(BenchError) as caught:
         Gravity(factor)
     assert str(caught.value) == f"Gravity's factor is {factor!r}. Give a finite number above 0."

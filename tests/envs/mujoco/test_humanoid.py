@@ -8,21 +8,23 @@ import numpy as np
 import pytest
 
 from gym_extensions.envs import make
+from gym_extensions.envs.make import construct_mujoco
+from gym_extensions.envs.mujoco.task_env import TaskEnv
 
 
-def centre(env: gym.Env) -> float:
+def center(env: TaskEnv) -> float:
     masses = env.model.body_mass
     return float(masses @ env.data.xipos[:, 0] / masses.sum())
 
 
-def costs(env: gym.Env) -> float:
+def costs(env: TaskEnv) -> float:
     contact = min(0.5e-6 * float(np.square(env.data.cfrc_ext[:14]).sum()), 10)
     return 0.1 * float(np.square(env.data.ctrl).sum()) + contact
 
 
 @pytest.mark.parametrize("suffix", ["", "WithSensor", "Wall"])
 def test_standing_up_and_running_is_paid_for_speed_height_and_standing(suffix: str) -> None:
-    env = make(f"HumanoidStandupAndRun{suffix}").unwrapped
+    env = construct_mujoco(f"HumanoidStandupAndRun{suffix}")
     generator = np.random.default_rng(2)
     env.reset(seed=9)
     for step in range(120):
@@ -30,10 +32,10 @@ def test_standing_up_and_running_is_paid_for_speed_height_and_standing(suffix: s
             qpos = env.data.qpos.copy()
             qpos[2] = 1.3
             env.set_state(qpos, env.data.qvel.copy())
-        before = centre(env)
+        before = center(env)
         _, reward, terminated, truncated, _ = env.step(generator.uniform(-0.4, 0.4, 17).astype(np.float32))
         z = env.data.qpos[2]
-        expected = 1.25 * (centre(env) - before) / 0.015 + z / 0.003 - costs(env) + (5 if 1 < z < 2 else 1)
+        expected = 1.25 * (center(env) - before) / 0.015 + z / 0.003 - costs(env) + (5 if 1 < z < 2 else 1)
         assert reward == pytest.approx(expected, rel=1e-12)
         assert not terminated
         assert not truncated
@@ -69,7 +71,7 @@ def test_lying_still_earns_about_36_a_step() -> None:
 
 
 def test_a_lying_body_that_slides_into_the_wall_touches_it() -> None:
-    env = make("HumanoidStandupAndRunWall").unwrapped
+    env = construct_mujoco("HumanoidStandupAndRunWall")
     env.reset(seed=0)
     wall = env.model.geom("wall").id
     env.data.mocap_pos[0, 0] = 1.2
