@@ -73,7 +73,8 @@ def test_a_time_limit_below_1_raises_an_error(steps: Any) -> None:
         (
             "Pusher",
             [Gravity(0.5)],
-            "gym_extensions/Pusher.Gravity-0.5-v0: Gravity does not fit Pusher. It fits Hopper, Walker2d, HalfCheetah, Humanoid, HumanoidStandup, "
+            "gym_extensions/Pusher.Gravity-0.5-v0: Gravity does not fit Pusher. "
+            "It fits Hopper, Walker2d, HalfCheetah, Humanoid, HumanoidStandup, "
             "HumanoidStandupAndRun.",
         ),
         (

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pickle
 import warnings
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -95,7 +96,7 @@ def test_vector_environments_agree_with_the_single_one() -> None:
     single.reset(seed=1)
     expected = [single.step(action)[0] for action in actions]
     for mode in ("sync", "async"):
-        vector = gym.make_vec(task_id, num_envs=2, vectorization_mode=mode)
+        vector: Any = gym.make_vec(task_id, num_envs=2, vectorization_mode=mode)
         vector.reset(seed=[1, 2])
         for action, observation in zip(actions, expected, strict=True):
             seen = vector.step(np.stack([action, action]))[0]

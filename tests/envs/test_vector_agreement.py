@@ -26,7 +26,7 @@ def test_sync_and_async_vector_environments_agree_with_single_ones(name: str) ->
     space = construct_mujoco(rows[0]).action_space
     shape = (6, len(rows), *space.shape)
     actions = np.random.default_rng(1).uniform(space.low, space.high, shape).astype(np.float32)
-    seeds = list(range(len(rows)))
+    seeds: list[int | None] = list(range(len(rows)))
     expected = [[env.reset(seed=seed)[0] for env, seed in zip(singles, seeds, strict=True)]]
     expected += [[env.step(a)[0] for env, a in zip(singles, step, strict=True)] for step in actions]
     for vector in (SyncVectorEnv(makers), AsyncVectorEnv(makers)):

@@ -124,7 +124,7 @@ def test_the_tasks_of_a_wall_group_share_one_layout(body: str) -> None:
 
 
 def test_humanoids_observation_and_contact_cost_leave_the_wall_out() -> None:
-    env = construct_mujoco("HumanoidWall")
+    env: Any = construct_mujoco("HumanoidWall")
     env.reset(seed=0)
     for _ in range(40):
         env.step(np.zeros(17, np.float32))
@@ -144,7 +144,8 @@ def test_humanoids_observation_and_contact_cost_leave_the_wall_out() -> None:
         (
             "Pusher",
             [RangeSensor()],
-            "gym_extensions/Pusher.RangeSensor-v0: RangeSensor does not fit Pusher. It fits Hopper, Walker2d, HalfCheetah, Humanoid, "
+            "gym_extensions/Pusher.RangeSensor-v0: RangeSensor does not fit Pusher. "
+            "It fits Hopper, Walker2d, HalfCheetah, Humanoid, "
             "HumanoidStandup, HumanoidStandupAndRun.",
         ),
         (

@@ -64,7 +64,7 @@ def test_standing_up_and_running_starts_and_moves_as_standing_up_and_observes_as
 
 
 def test_lying_still_earns_about_36_a_step() -> None:
-    env = make("HumanoidStandupAndRun")
+    env = construct_mujoco("HumanoidStandupAndRun")
     env.reset(seed=0)
     rewards = [env.step(np.zeros(17, np.float32))[1] for _ in range(50)]
     assert np.mean(rewards) == pytest.approx(36, abs=3)

@@ -153,8 +153,8 @@ def test_scaling_there_and_back_is_the_base() -> None:
     np.testing.assert_array_equal(model.geom_size, base.geom_size)
 
 
-def test_free_parameters_go_through_make() -> None:
-    env = make("HalfCheetah", variations=[Gravity(0.7), LimbScale("Foot", 1.2), LimbScale("Torso", 0.9)])
+def test_custom_parts_can_be_scaled_with_make() -> None:
+    env: Any = make("HalfCheetah", variations=[Gravity(0.7), LimbScale("Foot", 1.2), LimbScale("Torso", 0.9)])
     assert env.unwrapped.task.name == "HalfCheetah.Gravity-0.7.LimbScale-Foot-1.2.LimbScale-Torso-0.9"
     assert env.unwrapped.model.geom("bfoot").size[0] == 0.046 * 1.2
     env.reset(seed=0)

@@ -66,7 +66,7 @@ def test_the_object_is_drawn_uniformly_where_the_goal_leaves_room() -> None:
     # Given the goal, what is kept of uniform draws is uniform: compare with rejection done here.
     rows = resets("PusherMovingGoal", lambda env: env.data.qpos[7:11].copy())
     generator = np.random.default_rng(4)
-    expected = []
+    expected: list[NDArray[np.float64]] = []
     while len(expected) < 4000:
         goal = generator.uniform([-0.2, -0.1], [0, 0.3])
         place = generator.uniform([-0.3, -0.2], [0, 0.2])

@@ -19,10 +19,9 @@ from gym_extensions.catalog.custom import customize
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.navigation_tasks import FAMILIES
-from gym_extensions.catalog.registry import TASKS, task
+from gym_extensions.catalog.registry import TASKS
 from gym_extensions.catalog.variations.maps import Course
 from gym_extensions.envs import Gravity, make, make_vec
-from gym_extensions.envs.navigation.build import construct as construct_navigation
 from gym_extensions.errors import BenchError
 
 NAVIGATION = [row.id for row in TASKS.values() if row.base == "Navigation"]
@@ -83,7 +82,7 @@ def test_a_batch_is_bit_for_bit_the_single_environments_through_ends_and_resets(
     ]
     batch: Any = make_vec(tasks, 30)
     sync = SyncVectorEnv([partial(make, row) for row in tasks])
-    seeds = list(range(100, 130))
+    seeds: list[int | None] = list(range(100, 130))
     np.testing.assert_array_equal(batch.reset(seed=seeds)[0], sync.reset(seed=seeds)[0])
     for action in random_actions(120, 30):
         for mine, theirs in zip(batch.step(action)[:4], sync.step(action)[:4], strict=True):
@@ -126,58 +125,7 @@ def test_a_pickled_environment_is_a_fresh_one_of_the_same_task(family: str) -> N
 
 
 @pytest.mark.parametrize("family", FAMILIES)
-def test_a_saved_state_continues_bit_for_bit_elsewhere(family: str) -> None:
-    name = OF_A_FAMILY[family][3]
-    env, elsewhere, batch = (
-        construct_navigation(task(name)),
-        construct_navigation(task(name)),
-        make_vec(name, 3),
-    )
-    actions = random_actions(60, 1)[:, 0]
-    env.reset(seed=1)
-    for action in actions[:30]:
-        env.step(action)
-    saved = env.save_state()
-    assert {name: (value.dtype, value.shape) for name, value in saved.items()} == {
-        "position": (np.float64, (2,)),
-        "steps": (np.float64, ()),
-    }
-    assert saved["steps"] == 30
-    elsewhere.reset(seed=2)
-    elsewhere.restore_state(saved)
-    batch.reset(seed=3)
-    batch.restore_states({name: value[None] for name, value in saved.items()}, indices=[1])
-    for action in actions[30:]:
-        expected, got, rows = env.step(action), elsewhere.step(action), batch.step(np.tile(action, (3, 1)))
-        np.testing.assert_array_equal(got[0], expected[0])
-        np.testing.assert_array_equal(rows[0][1], expected[0])
-        assert got[1:] == expected[1:]
-        assert (rows[1][1], rows[2][1]) == expected[1:3]
-    for name, value in env.save_state().items():
-        assert elsewhere.save_state()[name].tolist() == value.tolist()
-        assert batch.save_states()[name][1].tolist() == value.tolist()
-
-
-def test_an_invalid_state_raises_an_error() -> None:
-    name = OF_A_FAMILY["state"][3]
-    env = construct_navigation(task(name))
-    env.reset(seed=1)
-    good = env.save_state()
-    for bad, message in (
-        ({"position": good["position"]}, "The state has no entry 'steps'."),
-        (good | {"velocity": np.zeros(2)}, "The state has an unknown entry 'velocity'."),
-        (good | {"position": np.zeros(3)}, "The state's 'position' has shape (3,); expected (2,)."),
-        (good | {"position": np.full(2, np.nan)}, "The state's 'position' has a value that is not finite."),
-        (good | {"position": np.full(2, 5.0)}, "The start (5, 5) is in an obstacle or outside the map."),
-    ):
-        with pytest.raises(BenchError) as caught:
-            env.restore_state(bad)
-        assert str(caught.value).startswith(f"{name}: {message}")
-    assert env.save_state()["position"].tolist() == good["position"].tolist()
-
-
-@pytest.mark.parametrize("family", FAMILIES)
-def test_declared_spaces_hold_100000_random_steps(family: str) -> None:
+def test_observations_of_100000_random_steps_are_in_the_space(family: str) -> None:
     num_envs = 60
     batch = make_vec(OF_A_FAMILY[family], num_envs)
     space = batch.single_observation_space

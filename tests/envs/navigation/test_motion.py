@@ -119,7 +119,9 @@ def test_motion_agrees_with_exact_fractions_on_random_moves() -> None:
     assert collisions > 40
 
 
-def step(arena: Arena, start: tuple[float, float], action: tuple[float, float]) -> tuple[list, float, bool]:
+def step(
+    arena: Arena, start: tuple[float, float], action: tuple[float, float]
+) -> tuple[list[float], float, bool]:
     world = World([arena], "state")
     world.place(0, start, "")
     rewards, reached = world.advance(np.array([action], dtype=np.float32), np.zeros(1, dtype=bool))

@@ -21,7 +21,8 @@ def test_a_frame_shows_the_world_at_one_pixel_per_unit(family: str) -> None:
     env.reset(seed=0)
     frame = env.render()
     assert frame is not None
-    assert (frame.shape, frame.dtype) == ((480, 640, 3), np.uint8)
+    assert frame.shape == (480, 640, 3)
+    assert frame.dtype == np.uint8
     x, y = env.save_state()["position"]
     assert frame[480 - round(y), round(x)].tolist() == [0, 0, 0]
     assert frame[0, 0].tolist() == [204, 153, 102]

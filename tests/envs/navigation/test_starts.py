@@ -41,9 +41,9 @@ def test_starts_are_free_at_least_100_from_the_goal_and_uniform() -> None:
     lattice = np.array([(x, y) for x in np.arange(0.5, 640) for y in np.arange(0.5, 480)])
     cells = arena.grid.cells[(lattice[:, 1] // 10).astype(int), (lattice[:, 0] // 10).astype(int)]
     allowed = lattice[~cells & (np.hypot(lattice[:, 0] - goal_x, lattice[:, 1] - goal_y) >= 100)]
-    edges = [np.arange(0, 641, 80), np.arange(0, 481, 80)]
-    share = np.histogram2d(*allowed.T, bins=edges)[0].ravel() / len(allowed)
-    counts = np.histogram2d(*points.T, bins=edges)[0].ravel()
+    edges = [np.arange(0.0, 641.0, 80.0), np.arange(0.0, 481.0, 80.0)]
+    share = np.histogram2d(allowed[:, 0], allowed[:, 1], bins=edges)[0].ravel() / len(allowed)
+    counts = np.histogram2d(points[:, 0], points[:, 1], bins=edges)[0].ravel()
     assert counts[share == 0].sum() == 0
     possible = share > 0
     expected = share[possible] * RESETS

@@ -40,7 +40,7 @@ def assert_bitwise_equal(
     ended = [False] * num_envs
     for step in range(steps):
         drawn = generator.uniform(SCALE * space.low, SCALE * space.high, (num_envs, *space.shape))
-        actions = drawn.astype(dtype)
+        actions: Any = drawn.astype(dtype)
         result = vector.step(actions)
         for index, env in enumerate(singles):
             expected = (env.reset()[0], 0.0, False, False) if ended[index] else env.step(actions[index])[:4]

@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gym_extensions.envs import make, make_vec
+from gym_extensions.envs import make
+from gym_extensions.envs import make_vec as typed_make_vec
 from gym_extensions.errors import BenchError
 
 
-def any_env(name: str, num_envs: int) -> Any:
-    """A vector environment; Gymnasium's type does not declare ``call``."""
-    return make_vec(name, num_envs)
+def make_vec(*args: Any, **kwargs: Any) -> Any:
+    """``make_vec`` without its type: Gymnasium's VectorEnv declares neither ``call`` nor lists of seeds."""
+    return typed_make_vec(*args, **kwargs)
 
 
 def restore_edited(edit: Callable[[dict[str, Any]], object]) -> None:
@@ -55,7 +56,7 @@ MISTAKES: list[tuple[Callable[[], object], str]] = [
         "make_vec: reset_mask is array([False, False]). Give 2 booleans, at least one of them true.",
     ),
     (
-        lambda: any_env("Hopper", 2).call("fly"),
+        lambda: make_vec("Hopper", 2).call("fly"),
         "make_vec: The environments have no 'fly'. Call one of save_state, task, np_random, "
         "np_random_seed, without arguments.",
     ),

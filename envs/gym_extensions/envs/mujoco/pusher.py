@@ -35,7 +35,7 @@ class Pusher(TaskEnv, PusherEnv):
         qpos = np.concatenate([self.init_qpos[:-4], self.cylinder_pos, self.goal_pos])
         qvel = self.init_qvel + self.np_random.uniform(-ARM_SPEED, ARM_SPEED, self.model.nv)
         qvel[-4:] = 0
-        self.set_state(qpos, qvel)  # type: ignore[no-untyped-call]
+        self.set_state(qpos, qvel)
 
     def goal_position(self) -> NDArray[np.float64]:
         """The goal's slide offsets (y, x), m, as a view into qpos."""

@@ -64,7 +64,7 @@ class Striker(TaskEnv, PusherEnv):
         qpos = np.concatenate([self.init_qpos[:7], ball[::-1]])
         self.data.mocap_pos[0, :2] = goal
         self.data.mocap_quat[0] = facing(ball, goal)
-        self.set_state(qpos, qvel)  # type: ignore[no-untyped-call]
+        self.set_state(qpos, qvel)
         self._struck, self._strike_place = False, np.zeros(3)
         self._best_distance = self._ball_to_goal()
 

@@ -76,6 +76,10 @@ class TaskEnv(MujocoEnv):
             ctrl = effect.control(self, ctrl)
         super().do_simulation(ctrl, n_frames)
 
+    def set_state(self, qpos: Array, qvel: Array) -> None:
+        """Sets positions (nq,) and velocities (nv,) and recomputes derived fields."""
+        super().set_state(qpos, qvel)  # type: ignore[no-untyped-call]
+
     def start_body(self) -> None:
         """Draws and sets the body's own start."""
         super().reset_model()
