@@ -86,7 +86,7 @@ def test_the_command_names_files_that_differ_and_writes_them_anew(
     assert draw_maps.main(["--check"]) == 0
     (tmp_path / "map3.txt").write_text("#", encoding="ascii")
     assert draw_maps.main(["--check"]) == 1
-    assert capsys.readouterr().err == "not as drawn: map3.txt\n"
+    assert capsys.readouterr().err == "files that differ: map3.txt\n"
     assert draw_maps.main([]) == 0
     assert (tmp_path / "map3.txt").read_bytes() == map_bytes(3)
 

@@ -91,6 +91,8 @@ class EffectKind:
         variation: the class of the variation.
         single: makes the effect on one environment of a task.
         vector: makes the effect on many environments, given their physics and templates.
+        draw_order: effects draw from an environment's generator in this order. The numbers of published
+            kinds never change; a new kind has a larger number.
         shard_key: environments share a shard only if this value of their variations is equal.
         replaces: the variation whose effect this one replaces; a task must have it too.
     """
@@ -98,6 +100,7 @@ class EffectKind:
     variation: type
     single: Callable[[Task], Effect]
     vector: Callable[[Physics, Sequence[Template]], VectorEffect]
+    draw_order: int
     shard_key: Callable[[Any], object] = repr
     replaces: type | None = None
 

@@ -113,4 +113,4 @@ class VectorMotorNoiseEffect(VectorEffect):
             self._seed(indices, list(state[SEED]))
 
 
-KIND = EffectKind(MotorNoise, MotorNoiseEffect, VectorMotorNoiseEffect)
+KIND = EffectKind(MotorNoise, MotorNoiseEffect, VectorMotorNoiseEffect, draw_order=4)

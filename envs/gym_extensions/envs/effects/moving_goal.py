@@ -98,4 +98,4 @@ class VectorTrackingGoalEffect(VectorEffect):
         self._velocity[indices] = state["goal_velocity"]
 
 
-KIND = EffectKind(TrackingGoal, TrackingGoalEffect, VectorTrackingGoalEffect)
+KIND = EffectKind(TrackingGoal, TrackingGoalEffect, VectorTrackingGoalEffect, draw_order=5)

@@ -154,4 +154,4 @@ class VectorRangeSensorEffect(VectorEffect):
         return self.reading()
 
 
-KIND = EffectKind(RangeSensor, RangeSensorEffect, VectorRangeSensorEffect)
+KIND = EffectKind(RangeSensor, RangeSensorEffect, VectorRangeSensorEffect, draw_order=2)

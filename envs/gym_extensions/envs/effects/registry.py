@@ -1,26 +1,31 @@
-"""The effects of a task's variations."""
+"""The effects of a task's variations. Every module of this package that defines ``KIND`` is one effect."""
 
 from __future__ import annotations
 
+import importlib
+import pkgutil
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from gym_extensions.catalog.bodies import BODIES
 from gym_extensions.catalog.task import Task
 from gym_extensions.catalog.variations.goals import MovingGoal, MovingStart
-from gym_extensions.envs.effects import motor_noise, moving_goal, range_sensor, sensor_noise, wall
+from gym_extensions.envs import effects
 from gym_extensions.envs.effects.base import Effect, EffectKind, VectorEffect, variation_of
 from gym_extensions.envs.protocols import Physics, Template
 from gym_extensions.errors import BenchError
 
-KINDS: tuple[EffectKind, ...] = (
-    wall.KIND,
-    range_sensor.KIND,
-    sensor_noise.KIND,
-    motor_noise.KIND,
-    moving_goal.KIND,
-)
-"""Every kind of effect, in the order in which effects draw at reset. Append new kinds at the end."""
+WITHOUT_KIND = ("base", "registry")
+
+
+def _discover() -> Iterator[EffectKind]:
+    for module in pkgutil.iter_modules(effects.__path__):
+        if module.name not in WITHOUT_KIND:
+            yield importlib.import_module(f"{effects.__name__}.{module.name}").KIND
+
+
+KINDS: tuple[EffectKind, ...] = tuple(sorted(_discover(), key=lambda kind: kind.draw_order))
+"""Every kind of effect, in the order in which effects draw at reset."""
 
 RUNTIME_VARIATIONS = (*(kind.variation for kind in KINDS), MovingGoal, MovingStart)
 """Variations that act at run time; the last two act in the arms' own resets."""

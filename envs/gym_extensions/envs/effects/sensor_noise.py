@@ -129,4 +129,4 @@ class VectorSensorNoiseEffect(VectorRangeSensorEffect):
             self._seed(indices, list(state[SEED]))
 
 
-KIND = EffectKind(SensorNoise, SensorNoiseEffect, VectorSensorNoiseEffect, replaces=RangeSensor)
+KIND = EffectKind(SensorNoise, SensorNoiseEffect, VectorSensorNoiseEffect, draw_order=3, replaces=RangeSensor)

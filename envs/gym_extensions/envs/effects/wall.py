@@ -43,4 +43,4 @@ class VectorWallEffect(VectorEffect):
         rows["mocap_pos"] = centers
 
 
-KIND = EffectKind(Wall, WallEffect, VectorWallEffect, shard_key=lambda wall: wall.half_sizes)
+KIND = EffectKind(Wall, WallEffect, VectorWallEffect, draw_order=1, shard_key=lambda wall: wall.half_sizes)
