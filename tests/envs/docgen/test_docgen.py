@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from gymnasium.spaces import Box
 
+from gym_extensions import envs
 from gym_extensions.catalog.registry import TASKS, VERSIONS, task
 from gym_extensions.envs import cli, make
 from gym_extensions.envs.docgen.descriptions import differences
@@ -85,7 +87,7 @@ def test_every_published_variation_has_a_sentence_of_its_own() -> None:
         ),
     ],
 )
-def test_a_difference_has_numbers(name: str, sentence: str) -> None:
+def test_the_sentence_of_a_difference_has_numbers(name: str, sentence: str) -> None:
     assert sentence in differences(task(name))
 
 
@@ -103,3 +105,18 @@ def test_docs_writes_the_pages(tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert cli.main(["docs", "--out", str(tmp_path)]) == 0
     assert {path.name for path in tmp_path.iterdir()} == set(PAGES)
     assert capsys.readouterr().out == f"{len(PAGES)} pages and 0 pictures written to {tmp_path}.\n"
+
+
+def test_the_example_of_the_python_api_runs() -> None:
+    code = re.findall(r"```python\n(.*?)```", PAGES["README.md"], flags=re.DOTALL)
+    names: dict[str, Any] = {}
+    for block in code:
+        exec(compile(block, "docs/environments/README.md", "exec"), names)
+    assert names["envs"].num_envs == 8
+    assert [row.name for row in names["envs"].tasks[:2]] == ["Hopper.Gravity-0.8", "Hopper"]
+    assert names["env"].spec.max_episode_steps == 500
+
+
+def test_the_public_names_are_documented() -> None:
+    assert {"make", "make_vec", "group", "customize"} <= set(envs.__all__)
+    assert all(getattr(envs, name).__doc__ for name in envs.__all__)

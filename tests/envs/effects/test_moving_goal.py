@@ -87,5 +87,5 @@ def test_tracking_velocities_are_drawn_uniformly() -> None:
 @pytest.mark.parametrize(
     ("base", "tracking"), [("PusherMovingGoal", "PusherTrackingGoal"), ("Striker", "StrikerTrackingGoal")]
 )
-def test_a_tracking_task_starts_as_the_task_without(base: str, tracking: str) -> None:
+def test_a_tracking_task_starts_like_the_task_without_tracking(base: str, tracking: str) -> None:
     np.testing.assert_array_equal(make(base).reset(seed=3)[0], make(tracking).reset(seed=3)[0])

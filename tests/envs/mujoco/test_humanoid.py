@@ -23,7 +23,7 @@ def costs(env: TaskEnv) -> float:
 
 
 @pytest.mark.parametrize("suffix", ["", "WithSensor", "Wall"])
-def test_standing_up_and_running_is_paid_for_speed_height_and_standing(suffix: str) -> None:
+def test_the_reward_of_standing_up_and_running_has_speed_height_and_health(suffix: str) -> None:
     env = construct_mujoco(f"HumanoidStandupAndRun{suffix}")
     generator = np.random.default_rng(2)
     env.reset(seed=9)
@@ -54,7 +54,7 @@ def test_standing_up_is_bit_for_bit_gymnasiums_over_300_steps() -> None:
         assert ours_rest == theirs_rest
 
 
-def test_standing_up_and_running_starts_and_moves_as_standing_up_and_observes_as_humanoid() -> None:
+def test_standing_up_and_running_moves_like_standing_up_and_observes_like_humanoid() -> None:
     run, up = make("HumanoidStandupAndRun"), make("HumanoidStandup")
     np.testing.assert_array_equal(run.reset(seed=3)[0], up.reset(seed=3)[0])
     action = np.full(17, 0.2, np.float32)
@@ -63,7 +63,7 @@ def test_standing_up_and_running_starts_and_moves_as_standing_up_and_observes_as
     assert run.observation_space.shape == make("Humanoid").observation_space.shape == (348,)
 
 
-def test_lying_still_earns_about_36_a_step() -> None:
+def test_lying_still_earns_about_36_per_step() -> None:
     env = construct_mujoco("HumanoidStandupAndRun")
     env.reset(seed=0)
     rewards = [env.step(np.zeros(17, np.float32))[1] for _ in range(50)]

@@ -49,7 +49,7 @@ PARTS = {
 ROWS = [(*key, size, factor) for key in PARTS for size, factor in (("Small", 0.75), ("Big", 1.25))]
 
 
-def test_the_table_is_the_38_tasks_of_the_paper_and_halfcheetahs_head() -> None:
+def test_the_expected_values_cover_the_papers_38_tasks_and_halfcheetahs_head() -> None:
     members = [
         row.name
         for body in ("hopper", "walker2d", "halfcheetah", "humanoid")
@@ -62,7 +62,7 @@ def test_the_table_is_the_38_tasks_of_the_paper_and_halfcheetahs_head() -> None:
 
 
 @pytest.mark.parametrize(("body", "part", "size", "factor"), ROWS)
-def test_a_part_has_the_radius_and_mass_of_the_table(body: str, part: str, size: str, factor: float) -> None:
+def test_a_part_has_the_expected_radius_and_mass(body: str, part: str, size: str, factor: float) -> None:
     mass, radii = PARTS[body, part]
     base, model = construct_mujoco(body).model, construct_mujoco(f"{body}{size}{part}").model
     for geom in range(base.ngeom):
@@ -82,9 +82,7 @@ def test_a_part_has_the_radius_and_mass_of_the_table(body: str, part: str, size:
 
 
 @pytest.mark.parametrize(("body", "part", "size", "factor"), ROWS)
-def test_places_joints_and_everything_else_of_the_model_stay(
-    body: str, part: str, size: str, factor: float
-) -> None:
+def test_everything_else_in_the_model_is_unchanged(body: str, part: str, size: str, factor: float) -> None:
     base, model = construct_mujoco(body).model, construct_mujoco(f"{body}{size}{part}").model
     kept = "geom_pos geom_quat body_pos body_quat jnt_axis jnt_pos jnt_range dof_armature dof_damping"
     for name in [*kept.split(), "actuator_gear", "actuator_ctrlrange", "geom_friction", "geom_contype"]:
@@ -103,7 +101,7 @@ def test_inertia_is_that_of_the_new_shape_at_the_new_mass() -> None:
     assert sorted(inertia) == pytest.approx(sorted([across, across, along]), rel=1e-8)
 
 
-def test_halfcheetahs_total_moves_by_the_parts_share_alone() -> None:
+def test_halfcheetahs_total_mass_changes_only_by_the_part() -> None:
     model = construct_mujoco("HalfCheetahBigFoot").model
     assert model.body_mass.sum() == pytest.approx(14 + 0.25 * 1.979916318, abs=1e-8)
 
@@ -178,7 +176,7 @@ def test_custom_parts_can_be_scaled_with_make() -> None:
         ),
     ],
 )
-def test_an_unknown_part_is_refused(body: str, part: str, text: str) -> None:
+def test_an_unknown_part_raises_an_error(body: str, part: str, text: str) -> None:
     with pytest.raises(BenchError) as caught:
         make(body, [LimbScale(part, 1.1)])
     assert str(caught.value) == text

@@ -77,7 +77,7 @@ def test_the_object_is_drawn_uniformly_where_the_goal_leaves_room() -> None:
         assert stats.ks_2samp(rows[:, axis], np.array(expected)[:, axis]).pvalue > 1e-3
 
 
-def test_moving_goal_pays_as_pusher() -> None:
+def test_the_reward_with_a_moving_goal_is_pushers() -> None:
     env = construct_mujoco("PusherMovingGoal")
     env.reset(seed=2)
     generator = np.random.default_rng(0)

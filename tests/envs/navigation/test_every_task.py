@@ -46,7 +46,7 @@ def test_every_task_passes_gymnasiums_checker_without_a_warning(task_id: str) ->
 
 
 @pytest.mark.parametrize("task_id", NAVIGATION)
-def test_every_task_has_a_fingerprint_of_its_own(task_id: str) -> None:
+def test_every_task_has_a_different_fingerprint(task_id: str) -> None:
     others = {published(other) for other in NAVIGATION if other != task_id}
     assert published(task_id) not in others
 
@@ -112,7 +112,7 @@ def test_a_reset_mask_resets_only_its_environments() -> None:
 
 
 @pytest.mark.parametrize("family", FAMILIES)
-def test_a_pickled_environment_is_a_fresh_one_of_the_same_task(family: str) -> None:
+def test_a_pickled_environment_becomes_a_new_one_of_the_same_task(family: str) -> None:
     env: Any = make(OF_A_FAMILY[family][3])
     env.reset(seed=1)
     again = pickle.loads(pickle.dumps(env))  # noqa: S301

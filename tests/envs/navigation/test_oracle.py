@@ -90,7 +90,7 @@ def test_every_goal_is_reached_from_every_free_cell_without_a_collision(number: 
     assert returns.tolist() == (10.0 - steps).tolist()
 
 
-def test_every_action_leaves_one_step_less_to_go_also_beside_obstacles() -> None:
+def test_every_action_leaves_one_step_less_even_beside_obstacles() -> None:
     oracle = Oracle.at(8, 0)
     solid, generator = oracle.arena.grid, np.random.default_rng(4)
     world = World([oracle.arena], "state")

@@ -1,4 +1,7 @@
-"""The effects of a task's variations. Every module of this package that defines ``KIND`` is one effect."""
+"""The effects of a task's variations.
+
+Every module of this package is one effect and defines ``KIND``, except ``base`` and this module.
+"""
 
 from __future__ import annotations
 
