@@ -105,8 +105,8 @@ def run(copy: Path, code: str) -> None:
 
 def edit(path: Path, old: str, new: str) -> None:
     """Replaces the last occurrence of a text in a file."""
-    before, found, after = path.read_text(encoding="utf-8").rpartition(old)
-    assert found
+    before, match, after = path.read_text(encoding="utf-8").rpartition(old)
+    assert match
     path.write_text(before + new + after, encoding="utf-8")
 
 

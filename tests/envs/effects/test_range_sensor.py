@@ -1,4 +1,4 @@
-"""The range sensor: where the beams go, and what they read."""
+"""The range sensor: directions and readings of the beams."""
 
 from __future__ import annotations
 
@@ -84,8 +84,8 @@ def test_a_reading_is_the_distance_over_ten_metres(
 ) -> None:
     beams = np.tile(direction, (10, 1))
     half_sizes = np.array(Wall().half_sizes)
-    found = sensor.readings(np.array(origin), beams, np.array([2.0, 0.0, 0.125]), half_sizes)
-    assert found == pytest.approx(np.full(10, reading), abs=1e-12)
+    readings = sensor.readings(np.array(origin), beams, np.array([2.0, 0.0, 0.125]), half_sizes)
+    assert readings == pytest.approx(np.full(10, reading), abs=1e-12)
 
 
 def test_readings_of_100000_poses_are_in_0_to_1_and_equal_single_readings() -> None:
@@ -96,12 +96,12 @@ def test_readings_of_100000_poses_are_in_0_to_1_and_equal_single_readings() -> N
         qpos = generator.normal(0, 1, (count, nq))
         fan = sensor.fan_of(body_named(body))
         half_sizes = np.array(Wall(0.8).half_sizes)
-        together = sensor.readings(*fan(qpos, 0.0), walls, half_sizes)
-        assert together.min() == 0
-        assert 0 < together.max() <= 1
+        combined = sensor.readings(*fan(qpos, 0.0), walls, half_sizes)
+        assert combined.min() == 0
+        assert 0 < combined.max() <= 1
         for index in range(0, count, 997):
-            alone = sensor.readings(*fan(qpos[index], 0.0), walls[index], half_sizes)
-            np.testing.assert_array_equal(alone, together[index])
+            single = sensor.readings(*fan(qpos[index], 0.0), walls[index], half_sizes)
+            np.testing.assert_array_equal(single, combined[index])
 
 
 @pytest.mark.parametrize("name", ["HumanoidStandupAndRunWall"])

@@ -1,4 +1,4 @@
-"""Walls: the box in the way of a body that is otherwise its base."""
+"""Walls: their box, position and contacts; everything else is the base body."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The gravity tasks: what differs, and that nothing else does."""
+"""The gravity tasks: gravity differs, and nothing else."""
 
 from __future__ import annotations
 

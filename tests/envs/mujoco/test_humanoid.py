@@ -1,4 +1,4 @@
-"""Humanoid standing up and running: rewards recomputed from the simulation's own numbers."""
+"""Humanoid standing up and running: rewards recomputed from the simulation's state."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Body parts that are bigger or smaller: radius, mass and total mass against a table made by hand."""
+"""Bigger and smaller body parts: radius, mass and total mass, compared with values calculated by hand."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What holds for every navigation task, and for many of them at once."""
+"""Every navigation task: Gymnasium's checker, seeds, vector environments, errors."""
 
 from __future__ import annotations
 

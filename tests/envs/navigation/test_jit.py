@@ -1,4 +1,4 @@
-"""Machine code is kept on disk, found again, and never outlives the sources that it was made from."""
+"""Compiled code is cached on disk and recompiled when a source file changes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The ten maps and their thirty goals, as files and as what the drawing rule gives."""
+"""The ten maps and their thirty goals, as files and as the generator draws them."""
 
 from __future__ import annotations
 

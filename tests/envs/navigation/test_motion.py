@@ -1,4 +1,4 @@
-"""Points and segments against closed cells, on maps drawn by hand and against exact fractions."""
+"""Points and segments on closed cells: maps drawn by hand, and a comparison with exact fractions."""
 
 from __future__ import annotations
 
@@ -154,7 +154,7 @@ def test_a_step_moves_by_the_clipped_action_or_not_at_all(
         ((1000.0, 1000.0), (28.0, 35.0), (5.0, 0.0), -6.0, False),  # a collision
         ((45.0, 15.0), (24.0, 15.0), (1.0, 0.0), 9.0, True),  # to a distance of exactly 20
         ((45.0, 15.0), (23.0, 15.0), (1.0, 0.0), -1.0, False),  # to 21
-        ((27.0, 38.0), (25.0, 15.0), (5.0, 0.0), -1.0, False),  # distance counts at the new position alone
+        ((27.0, 38.0), (25.0, 15.0), (5.0, 0.0), -1.0, False),  # distance counts only at the new position
         (
             (28.0, 35.0),
             (28.0, 35.0),

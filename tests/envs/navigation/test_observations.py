@@ -1,4 +1,4 @@
-"""What the agents observe: by hand on small maps, and against an independent calculation at random poses."""
+"""Navigation observations: by hand on small maps, and by independent calculation at random poses."""
 
 from __future__ import annotations
 

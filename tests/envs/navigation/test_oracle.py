@@ -1,4 +1,4 @@
-"""The oracle proves that every task can be solved, and without a collision."""
+"""The oracle solves every task without a collision."""
 
 from __future__ import annotations
 

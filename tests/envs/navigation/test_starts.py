@@ -1,4 +1,4 @@
-"""Where episodes start."""
+"""The starts of navigation episodes: random, and set by an option."""
 
 from __future__ import annotations
 
