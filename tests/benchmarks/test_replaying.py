@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from gym_extensions.baselines.training.evaluation import evaluate
-from gym_extensions.catalog.bodies import segments
 from gym_extensions.catalog.registry import task as published
-from gym_extensions.envs import make_batch
+from gym_extensions.envs import make_vec
 from gym_extensions.rollouts.trace_reader import Recorded
 from gym_extensions.scoring.replay.segments import replay
 
@@ -42,10 +41,10 @@ class Calm:
 def episodes(body: str) -> list[Recorded]:
     """Episodes recorded as evaluation records them."""
     task, count = published(body), EPISODES[body]
-    env: Any = make_batch(task, count)
+    env: Any = make_vec(task, count)
     found = []
     for seed, one in enumerate(
-        evaluate(Calm(env.single_action_space), env, range(count), segments(task).steps)
+        evaluate(Calm(env.single_action_space), env, range(count), task.body.segments.steps)
     ):
         assert one.trace is not None
         facts = ("", task, seed, one.length, one.terminated)

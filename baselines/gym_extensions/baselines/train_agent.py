@@ -16,7 +16,7 @@ from gym_extensions.baselines.training.progress import FinishedStage
 from gym_extensions.baselines.training.request import Request, parse_request
 from gym_extensions.baselines.training.runner import PendingJob
 from gym_extensions.baselines.training.workers import run_all
-from gym_extensions.envs import make_batch
+from gym_extensions.envs import make_vec
 from gym_extensions.rollouts.layout import MANIFEST
 
 PlanListener = Callable[[Mapping[str, int]], object]
@@ -94,7 +94,7 @@ def _check(make: Factory, settings: Settings, out: Path, request: Request) -> No
     folder.validate(out)
     path = out / MANIFEST
     existing = manifest.read(path)
-    env = make_batch(request.groups[0].tasks[0], 1)
+    env = make_vec(request.groups[0].tasks[0], 1)
     agent = create_agent(make, (env.single_observation_space, env.single_action_space), settings.agent)
     card = card_of(agent, settings.agent)
     env.close()

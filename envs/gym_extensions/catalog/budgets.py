@@ -9,7 +9,16 @@ from gym_extensions.errors import BenchError, did_you_mean
 
 @dataclass(frozen=True)
 class Budget:
-    """Training steps per task: ``batches × batch_steps``; ``num_envs`` environments run in parallel."""
+    """Training steps per task: ``batches × batch_steps``.
+
+    Args:
+        name: the name, for example ``1M``.
+        batches: batches per task.
+        batch_steps: environment steps per batch, summed over the environments.
+        num_envs: environments that are stepped in parallel.
+        body_batches: batches per task of a body group, if different.
+        on_boards: whether submissions with this budget appear on the boards.
+    """
 
     name: str
     batches: int
@@ -19,9 +28,10 @@ class Budget:
     on_boards: bool = True
 
     def batches_for(self, group_name: str) -> int:
-        """Batches per task of the named group: the paper trained its body groups half as long."""
-        body = self.body_batches is not None and group_name.endswith("-body")
-        return self.body_batches if body and self.body_batches is not None else self.batches
+        """Batches per task of the named group; the paper trained its body groups half as long."""
+        if self.body_batches is not None and group_name.endswith("-body"):
+            return self.body_batches
+        return self.batches
 
     def steps_for(self, group_name: str) -> int:
         """Training steps per task of the named group."""
@@ -40,7 +50,7 @@ BUDGETS = {
 
 
 def budget(name: str) -> Budget:
-    """The budget of that name; raises ``BenchError`` for an unknown one."""
+    """Returns the budget of that name; raises ``BenchError`` if there is none."""
     if name not in BUDGETS:
         hint = did_you_mean(name, BUDGETS)
         raise BenchError("unknown-budget", f"There is no budget {name!r}.", hint=hint)

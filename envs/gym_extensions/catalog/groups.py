@@ -1,4 +1,4 @@
-"""Every group: an ordered, versioned list of tasks, named one by one; the order is the training order."""
+"""Every published group: an ordered, versioned list of tasks. The order is the training order."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import functools
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from gym_extensions.catalog import navigation_tasks as navigation
 from gym_extensions.catalog.mujoco_tasks import PLANAR_BODIES, RUNNING_BODIES
+from gym_extensions.catalog.navigation_tasks import navigation_groups
 from gym_extensions.catalog.registry import task
 from gym_extensions.catalog.task import Task
 from gym_extensions.errors import BenchError, did_you_mean
@@ -57,7 +57,13 @@ EXTRA_GROUPS = {
 
 @dataclass(frozen=True)
 class TaskGroup:
-    """Tasks that are trained in order and scored together."""
+    """Tasks that are trained in order and scored together.
+
+    Args:
+        name: the id without the version, for example ``hopper-gravity``.
+        tasks: the tasks in training order.
+        version: increases whenever the group changes.
+    """
 
     name: str
     tasks: tuple[Task, ...]
@@ -70,7 +76,7 @@ class TaskGroup:
 
     @functools.cached_property
     def task_ids(self) -> tuple[str, ...]:
-        """The ids of its tasks, in training order."""
+        """The ids of the tasks, in training order."""
         return tuple(member.id for member in self.tasks)
 
 
@@ -91,7 +97,7 @@ PAPER_GROUPS: tuple[TaskGroup, ...] = (
     *_rows("body", ("Humanoid",), HUMANOID_BODY_ORDER),
     *_rows("wall", RUNNING_BODIES, ("{B}WithSensor", "{B}Wall")),
     *_named(SINGLE_GROUPS),
-    *_named(dict(navigation.group_rows())),
+    *_named(navigation_groups()),
 )
 """The paper's groups."""
 
@@ -100,20 +106,20 @@ EXTRAS: tuple[TaskGroup, ...] = (
     *_rows("noisy-wall", RUNNING_BODIES, ("{B}WithSensor", "{B}Wall", "{B}NoisyWall")),
     *_named(EXTRA_GROUPS),
 )
-"""Groups outside the paper's."""
+"""Groups that are not in the paper."""
 
 GROUPS: dict[str, TaskGroup] = {row.name: row for row in (*PAPER_GROUPS, *EXTRAS)}
 """Every published group by its name without the version."""
 
 
 def group(name: str) -> TaskGroup:
-    """The group of that name, with or without its version (``hopper-gravity``, ``hopper-gravity-v0``).
+    """Returns the group of that name, with or without version (``hopper-gravity``, ``hopper-gravity-v0``).
 
     Raises:
-        BenchError: there is no such group; the hint names the closest.
+        BenchError: no group has that name; the hint names the closest.
     """
-    by_id = {known.id: known for known in GROUPS.values()}
-    found = GROUPS.get(name) or by_id.get(name)
-    if found is None:
+    by_id = {row.id: row for row in GROUPS.values()}
+    row = GROUPS.get(name) or by_id.get(name)
+    if row is None:
         raise BenchError("unknown-group", f"There is no group {name!r}.", hint=did_you_mean(name, GROUPS))
-    return found
+    return row

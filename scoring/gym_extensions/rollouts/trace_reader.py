@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_extensions.catalog.bodies import segments
 from gym_extensions.catalog.registry import TASKS
 from gym_extensions.catalog.task import Task
 from gym_extensions.rollouts.audit import audit_sample
@@ -43,7 +42,7 @@ class Recorded:
     @property
     def segment_steps(self) -> int:
         """K."""
-        return segments(self.task).steps
+        return self.task.body.segments.steps
 
 
 @dataclass(frozen=True)
@@ -105,7 +104,7 @@ def _fault(arrays: dict[str, NDArray[np.generic]], row: Row) -> str:
 
 
 def _faults(arrays: dict[str, NDArray[np.generic]], row: Row) -> Iterator[str]:
-    steps, tolerance = segments(row.task).steps, segments(row.task).tolerance
+    steps, tolerance = row.task.body.segments.steps, row.task.body.segments.tolerance
     count = -(-row.length // steps)
     expected: dict[str, tuple[type[np.generic], int]] = {
         "actions": (np.float32, row.length),

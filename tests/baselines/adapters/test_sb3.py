@@ -16,7 +16,7 @@ from gym_extensions.baselines import Factory, sb3, train  # noqa: E402
 from gym_extensions.baselines.agent import Described  # noqa: E402
 from gym_extensions.baselines.training.evaluation import evaluate  # noqa: E402
 from gym_extensions.baselines.training.recorder import Recorder  # noqa: E402
-from gym_extensions.envs import make_batch  # noqa: E402
+from gym_extensions.envs import make_vec  # noqa: E402
 from gym_extensions.errors import BenchError  # noqa: E402
 
 SMALL: dict[str, Any] = {"n_steps": 125, "batch_size": 25, "n_epochs": 2}
@@ -57,7 +57,7 @@ def test_every_setting_is_in_the_manifest_and_a_run_with_other_settings_is_rejec
 
 
 def test_the_card_has_the_settings_as_passed_even_if_the_model_changes_them() -> None:
-    env = make_batch("Hopper", 1)
+    env = make_vec("Hopper", 1)
     network = {"net_arch": [8]}
     make = sb3(stable_baselines3.SAC, policy_kwargs=network, buffer_size=100)
     for _ in range(2):
@@ -68,7 +68,7 @@ def test_the_card_has_the_settings_as_passed_even_if_the_model_changes_them() ->
 
 
 def trained_parameters(with_evaluation: bool) -> list[float]:
-    env, evaluation_env = make_batch("Hopper", 1), make_batch("Hopper", 2)
+    env, evaluation_env = make_vec("Hopper", 1), make_vec("Hopper", 2)
     make = sb3(stable_baselines3.PPO, deterministic=False, **SMALL)
     agent: Any = make(env.single_observation_space, env.single_action_space, 3)
     for _ in range(2):

@@ -11,11 +11,11 @@ pytest.importorskip("stable_baselines3")
 
 from gym_extensions.baselines.adapters.sb3_vec_env import BatchVecEnv, SpacesVecEnv
 from gym_extensions.baselines.training.recorder import Recorder
-from gym_extensions.envs import make_batch
+from gym_extensions.envs import make_vec
 
 
 def test_an_environment_whose_episode_ended_is_reset_and_its_info_has_the_last_observation() -> None:
-    env = BatchVecEnv(Recorder(make_batch("Hopper", 3), ["Hopper"], steps=1000, batch_steps=100, seed=0))
+    env = BatchVecEnv(Recorder(make_vec("Hopper", 3), ["Hopper"], steps=1000, batch_steps=100, seed=0))
     env.reset()
     for _ in range(200):
         step: Any = env.step(np.ones((3, 3), np.float32))
@@ -30,14 +30,14 @@ def test_an_environment_whose_episode_ended_is_reset_and_its_info_has_the_last_o
 
 
 def test_attributes_are_read_per_environment_and_cannot_be_set() -> None:
-    env = BatchVecEnv(make_batch("Hopper", 3))
+    env = BatchVecEnv(make_vec("Hopper", 3))
     assert env.get_attr("num_envs", indices=[0, 2]) == [3, 3]
     with pytest.raises(NotImplementedError, match="one environment in a batch"):
         env.set_attr("num_envs", 4)
 
 
 def test_a_vec_env_of_spaces_cannot_be_stepped() -> None:
-    batch = make_batch("Hopper", 1)
+    batch = make_vec("Hopper", 1)
     env = SpacesVecEnv(batch.single_observation_space, batch.single_action_space, 2)
     assert env.num_envs == 2
     with pytest.raises(NotImplementedError, match="no environment"):

@@ -10,7 +10,7 @@ import pytest
 from gym_extensions.baselines import Card, Resumable, algorithms
 from gym_extensions.baselines.agent import Described
 from gym_extensions.baselines.agent_checks import card_of
-from gym_extensions.envs import make_batch
+from gym_extensions.envs import make_vec
 
 NAMES = ("random", "trpo", "zero")
 Spaces = tuple[Any, Any]
@@ -18,7 +18,7 @@ Spaces = tuple[Any, Any]
 
 @pytest.fixture(scope="module")
 def spaces() -> Spaces:
-    env = make_batch("Pusher", 1)
+    env = make_vec("Pusher", 1)
     return env.single_observation_space, env.single_action_space
 
 

@@ -11,7 +11,7 @@ import pytest
 from gym_extensions.baselines import train
 from gym_extensions.baselines.algorithms.zero import Zero
 from gym_extensions.baselines.training.actions import clip_actions
-from gym_extensions.envs import make_batch
+from gym_extensions.envs import make_vec
 from gym_extensions.errors import BenchError
 
 HINT = "Return an array of numbers of shape (20, 3), one row per environment."
@@ -29,12 +29,12 @@ BAD_ACTIONS = [
 @pytest.mark.parametrize(("actions", "kind"), BAD_ACTIONS, ids=[kind for _, kind in BAD_ACTIONS])
 def test_actions_of_another_shape_or_type_are_rejected(actions: Any, kind: str) -> None:
     with pytest.raises(BenchError) as error:
-        clip_actions(actions, make_batch("Hopper", 20), "act()")
+        clip_actions(actions, make_vec("Hopper", 20), "act()")
     assert str(error.value) == f"act(): The agent returned {kind} as actions. {HINT}"
 
 
 def test_actions_are_clipped_to_the_action_space_and_cast_to_its_dtype() -> None:
-    actions = clip_actions([[2, 0, -2]], make_batch("Hopper", 1), "act()")
+    actions = clip_actions([[2, 0, -2]], make_vec("Hopper", 1), "act()")
     assert actions.dtype == np.float32
     assert actions.tolist() == [[1.0, 0.0, -1.0]]
 

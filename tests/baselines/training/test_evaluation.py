@@ -12,7 +12,7 @@ from gym_extensions.baselines.algorithms import trpo
 from gym_extensions.baselines.algorithms.random import Random
 from gym_extensions.baselines.training.evaluation import evaluate
 from gym_extensions.baselines.training.recorder import Recorder
-from gym_extensions.envs import make, make_batch
+from gym_extensions.envs import make, make_vec
 from gym_extensions.rollouts.traces import cut, trace_bytes
 
 SEEDS = [11, 12, 13, 14]
@@ -23,8 +23,8 @@ def random_agent(env: Any, seed: int = 0) -> Random:
 
 
 def trained_parameters(steps: int, with_evaluation: bool) -> Any:
-    env: Any = make_batch("Hopper", 2)
-    evaluation_env = make_batch("Hopper", 4)
+    env: Any = make_vec("Hopper", 2)
+    evaluation_env = make_vec("Hopper", 4)
     agent = trpo.make(env.single_observation_space, env.single_action_space, 5)
     for _ in range(2):
         agent.learn(Recorder(env, ["Hopper"], steps=steps, batch_steps=100, seed=1), steps)
@@ -38,7 +38,7 @@ def test_evaluation_does_not_change_what_is_learned() -> None:
 
 
 def test_an_episode_equals_that_of_the_single_environment_with_the_same_seed() -> None:
-    envs = make_batch("Hopper", 4)
+    envs = make_vec("Hopper", 4)
     rollouts = evaluate(random_agent(envs), envs, SEEDS, 10)
     env = make("Hopper")
     for seed, rollout in zip(SEEDS, rollouts, strict=True):
@@ -51,7 +51,7 @@ def test_an_episode_equals_that_of_the_single_environment_with_the_same_seed() -
 
 
 def test_evaluation_with_the_same_seeds_gives_the_same_traces() -> None:
-    envs = make_batch("Hopper", 4)
+    envs = make_vec("Hopper", 4)
     first, second = (
         [trace_bytes(row.trace) for row in evaluate(random_agent(envs), envs, SEEDS, 10) if row.trace]
         for _ in range(2)
@@ -71,7 +71,7 @@ class Loud:
 
 
 def test_actions_are_applied_and_recorded_inside_the_action_space() -> None:
-    envs = make_batch("Hopper", 2)
+    envs = make_vec("Hopper", 2)
     trace = evaluate(Loud(), envs, SEEDS[:2], 10)[0].trace
     assert trace is not None
     assert trace.actions.dtype == np.float32
@@ -80,7 +80,7 @@ def test_actions_are_applied_and_recorded_inside_the_action_space() -> None:
 
 @pytest.mark.parametrize("task", ["Hopper", "HumanoidGravityHalf"])
 def test_a_segment_replays_from_its_recorded_state_after_one_warm_up_step(task: str) -> None:
-    envs = make_batch(task, 4)
+    envs = make_vec(task, 4)
     rollout = max(evaluate(random_agent(envs), envs, SEEDS, 5), key=lambda row: row.length)
     trace, env = rollout.trace, make(task)
     assert trace is not None

@@ -15,7 +15,7 @@ import pytest
 from gym_extensions.baselines import train
 from gym_extensions.baselines.algorithms import trpo
 from gym_extensions.baselines.training.recorder import Recorder
-from gym_extensions.envs import make_batch
+from gym_extensions.envs import make_vec
 from gym_extensions.errors import BenchError
 
 from ..conftest import digests
@@ -73,10 +73,10 @@ def test_workers_end_when_the_command_is_killed(tmp_path: Path) -> None:
 
 def test_a_saved_and_loaded_agent_continues_like_the_original(tmp_path: Path) -> None:
     def learn(agent: trpo.Trpo) -> None:
-        recorder = Recorder(make_batch("Hopper", 2), ["Hopper"], steps=400, batch_steps=200, seed=9)
+        recorder = Recorder(make_vec("Hopper", 2), ["Hopper"], steps=400, batch_steps=200, seed=9)
         agent.learn(recorder, 400)
 
-    env: Any = make_batch("Hopper", 2)
+    env: Any = make_vec("Hopper", 2)
     spaces = (env.single_observation_space, env.single_action_space)
     original, loaded = trpo.make(*spaces, 4), trpo.make(*spaces, 5)
     learn(original)

@@ -20,7 +20,7 @@ from gym_extensions.catalog.budgets import budget
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.protocol import evaluation_seed
 from gym_extensions.catalog.registry import task as task_named
-from gym_extensions.envs import make_batch
+from gym_extensions.envs import make_vec
 from gym_extensions.rollouts.episodes import Episode
 
 ARRIVAL_REWARD = 10.0
@@ -82,7 +82,7 @@ def measure(measurement: Measurement, listen: Listener) -> list[Episode]:
     """Trains the agent if it has a budget, and evaluates it with the prescribed reference seeds."""
     if measurement.agent == ORACLE:
         return _oracle_episodes(measurement)
-    env = make_batch(measurement.task, min(NUM_ENVS, measurement.episodes))
+    env = make_vec(measurement.task, min(NUM_ENVS, measurement.episodes))
     make = algorithms.factory(measurement.agent)
     agent = make(env.single_observation_space, env.single_action_space, measurement.agent_seed)
     if measurement.budget:
@@ -113,7 +113,7 @@ def _oracle_episodes(measurement: Measurement) -> list[Episode]:
 
 def _train(agent: Agent, measurement: Measurement, listen: Listener) -> None:
     plan = budget(measurement.budget)
-    env = make_batch(measurement.task, Settings(measurement.agent, plan.name).num_envs_for(1))
+    env = make_vec(measurement.task, Settings(measurement.agent, plan.name).num_envs_for(1))
     steps = plan.batches * plan.batch_steps
     recorder = Recorder(
         env,

@@ -15,12 +15,11 @@ from gym_extensions.baselines.training.jobs import Settings, Stage, TrainingJob
 from gym_extensions.baselines.training.progress import FinishedStage, Progress
 from gym_extensions.baselines.training.recorder import Recorder
 from gym_extensions.baselines.training.seeding import training_seed
-from gym_extensions.catalog.bodies import segments
 from gym_extensions.catalog.budgets import budget
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, evaluation_seed
 from gym_extensions.catalog.task import Task
-from gym_extensions.envs import make_batch
+from gym_extensions.envs import make_vec
 from gym_extensions.rollouts.episodes import CurvePoint, Episode
 from gym_extensions.rollouts.layout import PROGRESS, trace_name
 from gym_extensions.rollouts.traces import trace_bytes
@@ -50,14 +49,14 @@ class Evaluator:
     def envs(self, task: Task) -> VectorEnv:
         """One environment of the task per evaluation episode."""
         if task.id not in self._envs:
-            self._envs[task.id] = make_batch(task, EVALUATION_EPISODES)
+            self._envs[task.id] = make_vec(task, EVALUATION_EPISODES)
         return self._envs[task.id]
 
     def evaluate(self, agent: Agent, stage: int, task: Task) -> list[Episode]:
         """Evaluates the agent on a task and stores the trace of every episode."""
         job, rows = self._job, []
         seeds = [evaluation_seed(job.group.id, task.id, episode) for episode in range(EVALUATION_EPISODES)]
-        rollouts = evaluate(agent, self.envs(task), seeds, segments(task).steps)
+        rollouts = evaluate(agent, self.envs(task), seeds, task.body.segments.steps)
         for episode, (seed, rollout) in enumerate(zip(seeds, rollouts, strict=True)):
             if rollout.trace is not None:
                 name = trace_name(job.protocol, job.run, stage, task.name, episode)
@@ -118,7 +117,7 @@ def _train(
     job: TrainingJob, stage: Stage, agent: Agent, settings: Settings, listen: Listener
 ) -> list[CurvePoint]:
     ids = [task.id for task in stage.trained]
-    env = make_batch(stage.trained, settings.num_envs_for(len(ids)))
+    env = make_vec(stage.trained, settings.num_envs_for(len(ids)))
     recorder = Recorder(
         env,
         ids,

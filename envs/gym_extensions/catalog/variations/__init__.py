@@ -1,1 +1,1 @@
-"""What can differ between a task and its base: one module per kind of variation."""
+"""Differences between a task and its base body: one module per kind of variation."""

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_extensions.catalog.bodies import span
 from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.errors import did_you_mean
 from gym_extensions.rollouts.problem import LONGEST_QUOTE, Finding, shown, told
@@ -84,7 +83,7 @@ def curve_not_finite(curves: Curves) -> Iterator[Finding]:
 @rule("curves")
 def impossible_curve_return(curves: Curves) -> Iterator[Finding]:
     """A return of a curve lies within what the task can give in a whole episode (scoring/bounds.py)."""
-    spans = {task.id: span(task) for task in curves.group.tasks}
+    spans = {task.id: task.return_bounds for task in curves.group.tasks}
     lowest, highest = max(low for low, _ in spans.values()), min(high for _, high in spans.values())
     if ((curves.return_ >= lowest) & (curves.return_ <= highest)).all():
         return  # within the bounds of every task

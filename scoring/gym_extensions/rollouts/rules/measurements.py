@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from gym_extensions.catalog.bodies import WIDEST, bound
+from gym_extensions.catalog.bodies import UNBOUNDED
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.problem import Finding, told
 from gym_extensions.rollouts.reading.evaluation_log import KINDS, Cells, Log
@@ -62,7 +62,7 @@ def unfinished_episode(log: Log) -> Iterator[Finding]:
 @rule("log")
 def impossible_end(log: Log) -> Iterator[Finding]:
     """terminated is true only in tasks that can end an episode; the time limit does not count as an end."""
-    never = np.array([*(not bound(task).terminates for task in log.group.tasks), False])
+    never = np.array([*(not task.body.rewards.terminates for task in log.group.tasks), False])
     rows = _where(log.terminated & never[log.position])
     hint = "Write terminated = false where the time limit ended the episode."
     yield from told(
@@ -73,7 +73,7 @@ def impossible_end(log: Log) -> Iterator[Finding]:
 @rule("log")
 def impossible_return(log: Log) -> Iterator[Finding]:
     """A return lies within what the task can give in that many steps (scoring/bounds.py)."""
-    bounds = [*(bound(task) for task in log.group.tasks), WIDEST]
+    bounds = [*(task.body.rewards for task in log.group.tasks), UNBOUNDED]
     low, high, end = (
         np.array([getattr(row, name) for row in bounds])[log.position] for name in ("low", "high", "end")
     )

@@ -44,7 +44,7 @@ def restored(env: Any, states: Sequence[dict[str, Array]]) -> list[str]:
 
 def _alone(env: Any, lane: int, state: dict[str, Array]) -> str:
     try:
-        env.restore_states({name: value[None] for name, value in state.items()}, lanes=[lane])
+        env.restore_states({name: value[None] for name, value in state.items()}, indices=[lane])
     except UNFIT:
         return "the recorded states do not fit the task: they cannot be restored."
     return ""

@@ -14,9 +14,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_extensions.catalog.bodies import segments
 from gym_extensions.catalog.task import Task
-from gym_extensions.envs import make_batch
+from gym_extensions.envs import make_vec
 from gym_extensions.rollouts.problem import Problem
 from gym_extensions.rollouts.trace_reader import Array, Recorded
 from gym_extensions.scoring.replay.compatibility import misfits, restored
@@ -66,7 +65,7 @@ def _processors() -> int:
 def replay(task: Task, episodes: Sequence[Recorded]) -> list[Problem]:
     """At most one problem an episode: the first segment that does not come out as claimed."""
     with _no_log_file():
-        model = make_batch(task, 1)
+        model = make_vec(task, 1)
         unfit = dict(misfits(model, episodes))
         model.close()
         parts = [part for one in episodes if one.where not in unfit for part in segments_of(one)]
@@ -75,7 +74,7 @@ def replay(task: Task, episodes: Sequence[Recorded]) -> list[Problem]:
         faults: dict[str, tuple[int, str]] = {where: (0, fault) for where, fault in unfit.items()}
         for batch in filter(None, (first, later)):
             lanes = min(LANES, len(batch))
-            env = make_batch(task, lanes, num_threads=_processors())
+            env = make_vec(task, lanes, num_threads=_processors())
             for at in range(0, len(batch), lanes):
                 chunk = batch[at : at + lanes]
                 padded = chunk + [chunk[-1]] * (lanes - len(chunk))
@@ -133,7 +132,7 @@ def _actions(lanes: Sequence[Segment], steps: int) -> NDArray[np.float32]:
 
 def _fault(part: Segment, found: float, ended: list[int], seam: dict[str, Array]) -> str:
     """What does not come out as claimed in one segment, as a sentence, or nothing."""
-    tolerance = segments(part.episode.task).tolerance
+    tolerance = part.episode.task.body.segments.tolerance
     expected = [part.end - part.start - 1] if part.last and part.episode.terminated else []
     if ended != expected:
         told = f"after step {part.start + ended[0] + 1}" if ended else "not in this segment"
