@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from gym_extensions.baselines.agent import Card
-from gym_extensions.baselines.agent_checks import EVALUATIONS, card_of
+from gym_extensions.baselines.agent_checks import card_of
 from gym_extensions.baselines.algorithms.still import Still
 from gym_extensions.baselines.train import train
 from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.manifest import EVALUATIONS
 from gym_extensions.rollouts.rules.manifest import bad_hyperparameter, bad_value
 
 
@@ -27,36 +28,43 @@ def changed(settings=None, **values):
     return replace(Card("mine"), hyperparameters={} if settings is None else settings, **values)
 
 
-PLAIN = "Give a text, a finite number, true or false, or a list of them."
+PLAIN = "Give a string, a finite number, true or false, or a list of them."
+COUNT = "is not an integer from 0 to 2⁵³ − 1. Give an integer from 0."
 BAD = [
     (
         {"algorithm": "mine"},
-        "The agent's card is of kind dict. Return a gym_extensions.baselines.agent.Card.",
+        ": The agent's card is of kind dict. Return a gym_extensions.baselines.agent.Card.",
     ),
-    (changed(evaluation="greedy"), "evaluation is 'greedy'. Choose one of: deterministic, sampled."),
-    (changed(evaluation="sample"), "evaluation is 'sample'. Did you mean 'sampled'?"),
-    (changed(title="x" * 101), "title is no text of at most 100 characters. Give a shorter text."),
-    (changed(boundaries=1), "boundaries is 1. Give True or False."),
-    (changed(parameters=np.int64(3)), "parameters is np.int64(3). Give an int from 0."),
-    (changed(stored_steps=-1), "stored_steps is -1. Give an int from 0."),
-    (changed(settings=[3]), "hyperparameters is of kind list. Give a dict of settings by name."),
+    (
+        changed(evaluation="greedy"),
+        ".evaluation: The value is 'greedy'. Choose one of: deterministic, sampled.",
+    ),
+    (changed(evaluation="sample"), ".evaluation: The value is 'sample'. Did you mean 'sampled'?"),
+    (changed(title="x" * 101), ".title: The string has 101 characters; the limit is 100. Give a string."),
+    (changed(boundaries=1), ".boundaries: 1 is not true or false. Give true or false."),
+    (changed(parameters=np.int64(3)), f".parameters: np.int64(3) {COUNT}"),
+    (changed(stored_steps=-1), f".stored_steps: -1 {COUNT}"),
+    (changed(settings=[3]), ": hyperparameters is of kind list. Give a dict of settings by name."),
     (
         changed(settings={3: 1}),
-        "The hyperparameter 3 has no text for a name. Name each setting by a text.",
+        ": The hyperparameter 3 has no text for a name. Name each setting by a text.",
     ),
-    (changed(settings={"rate": float("nan")}), f"The hyperparameter 'rate' is nan. {PLAIN}"),
-    (changed(settings={"clip": float("inf")}), f"The hyperparameter 'clip' is inf. {PLAIN}"),
-    (changed(settings={"clip": np.float32(1)}), f"The hyperparameter 'clip' is of kind float32. {PLAIN}"),
-    (changed(settings={"net": {"pi": 3}}), f"The hyperparameter 'net' is of kind dict. {PLAIN}"),
-    (changed(settings={"net": [[3]]}), f"The hyperparameter 'net' holds a value of kind list. {PLAIN}"),
-    (changed(settings={"mask": 2**63}), f"The hyperparameter 'mask' is too large. {PLAIN}"),
+    (changed(settings={"rate": float("nan")}), f": The hyperparameter 'rate' is not finite. {PLAIN}"),
+    (changed(settings={"clip": float("inf")}), f": The hyperparameter 'clip' is not finite. {PLAIN}"),
+    (changed(settings={"clip": np.float32(1)}), f": The hyperparameter 'clip' is of type float32. {PLAIN}"),
+    (changed(settings={"net": {"pi": 3}}), f": The hyperparameter 'net' is of type dict. {PLAIN}"),
+    (
+        changed(settings={"net": [[3]]}),
+        f": The hyperparameter 'net' contains an element of type list. {PLAIN}",
+    ),
+    (changed(settings={"mask": 2**63}), f": The hyperparameter 'mask' is too large. {PLAIN}"),
     (
         changed(settings={"sizes": [1] * 101}),
-        f"The hyperparameter 'sizes' has 101 elements; 100 are allowed. {PLAIN}",
+        f": The hyperparameter 'sizes' has 101 elements; the limit is 100. {PLAIN}",
     ),
     (
         changed(settings={"about": "x" * 4001}),
-        f"The hyperparameter 'about' has 4001 characters; 4000 are allowed. {PLAIN}",
+        f": The hyperparameter 'about' has 4001 characters; the limit is 4000. {PLAIN}",
     ),
 ]
 
@@ -65,7 +73,7 @@ BAD = [
 def test_a_card_that_no_manifest_takes_is_refused(card, message):
     with pytest.raises(BenchError) as told:
         card_of(Carded(card), "mine")
-    assert str(told.value) == f"card(): {message}"
+    assert str(told.value) == f"card(){message}"
 
 
 class Greedy(Still):
@@ -74,7 +82,7 @@ class Greedy(Still):
 
 
 def test_it_is_refused_before_anything_is_run(tmp_path):
-    with pytest.raises(BenchError, match=r"card\(\): evaluation is 'greedy'\."):
+    with pytest.raises(BenchError, match=r"card\(\)\.evaluation: The value is 'greedy'\."):
         train(Greedy, "hopper-gravity", "single", "smoke", 0, out=tmp_path / "out")
     assert not (tmp_path / "out").exists()
 

@@ -20,6 +20,7 @@ from gym_extensions.baselines.training.work import UnitWork, made, name_of
 from gym_extensions.baselines.training.workers import run_all
 from gym_extensions.catalog.groups import group
 from gym_extensions.envs import make_batch
+from gym_extensions.rollouts.layout import MANIFEST
 
 Announce = Callable[[Mapping[str, int]], object]
 """Told all pieces of work that are to be run: their titles, and how many cells each evaluates."""
@@ -83,7 +84,7 @@ def train(
 def _refuse_unfit(make: Factory, settings: Settings, out: Path, request: Request) -> None:
     """Says before hours of training, not after them, what cannot become a submission."""
     destination.refuse_unfit(out)
-    path = out / manifest.NAME
+    path = out / MANIFEST
     existing = manifest.read(path)
     env = make_batch(group(request.groups[0]).tasks[0], 1)
     agent = fit_agent(make, (env.single_observation_space, env.single_action_space), settings.agent)

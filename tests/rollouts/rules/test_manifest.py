@@ -53,7 +53,7 @@ BROKEN = (
         edit("boundaries = false\n", "", TOML),
         (
             (
-                f"{TOML}, [knows] boundaries",
+                f"{TOML}, [observes] boundaries",
                 "The key is missing.",
                 "Add boundaries with a value: true or false.",
             ),

@@ -65,7 +65,7 @@ EXAMPLES: dict[str, tuple[tuple[Spoil, ...], tuple[tuple[str, str], ...]]] = {
     ),
     "an unknown key, and a curve beyond the budget": (
         (edit("boundaries = ", "luck = true\nboundaries = ", TOML), cell(13, 3, "99999", CURVES)),
-        ((f"{TOML}, [knows] luck", "unknown-key"), (f"{CURVES}, row 13", "over-budget")),
+        ((f"{TOML}, [observes] luck", "unknown-key"), (f"{CURVES}, row 13", "over-budget")),
     ),
     "a word for an episode alone": (
         (cell(6, 3, "abc"),),

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from gym_extensions.baselines.agent import Setting
-from gym_extensions.baselines.agent_checks import LONGEST_SETTING, unfit_setting
+from gym_extensions.rollouts.manifest_values import LONG, hyperparameter_error
 
 DEEPEST = 5
 """Values in one another; what lies deeper is left out."""
@@ -28,14 +28,14 @@ EMPTY = CellType()
 
 def as_setting(value: Any) -> Setting:
     """The value itself where the manifest takes it (a tuple as a list), else a text that describes it."""
-    if not unfit_setting(value):
+    if not hyperparameter_error(value):
         plain: Setting = list(value) if isinstance(value, tuple) else value
         return plain
     text = _described(value, DEEPEST)
-    if len(text) <= LONGEST_SETTING:
+    if len(text) <= LONG:
         return text
     mark = f"… {_digest(text)}"
-    return text[: LONGEST_SETTING - len(mark)] + mark
+    return text[: LONG - len(mark)] + mark
 
 
 def _digest(text: str) -> str:

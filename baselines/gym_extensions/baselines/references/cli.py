@@ -14,7 +14,6 @@ from gym_extensions.baselines.references.logs import ceiling_log, floor_log
 from gym_extensions.baselines.references.measure import ORACLE, Measurement, MeasurementWork, agent_seed
 from gym_extensions.baselines.references.rows import floor_row, task_row
 from gym_extensions.baselines.training.display import Screen, shown
-from gym_extensions.baselines.training.progress import FOLDER
 from gym_extensions.baselines.training.workers import run_all
 from gym_extensions.catalog.budgets import BUDGETS
 from gym_extensions.catalog.budgets import budget as budget_named
@@ -24,6 +23,7 @@ from gym_extensions.catalog.protocol import FIRST_REFERENCE_RUN, FULL_ENTRY_RUNS
 from gym_extensions.catalog.registry import task as task_named
 from gym_extensions.errors import BenchError, reports_mistakes
 from gym_extensions.rollouts.episodes import Episode
+from gym_extensions.rollouts.layout import PROGRESS
 
 FLOOR_AGENTS = ("random", "still")
 CEILING_AGENT = "trpo"
@@ -63,7 +63,7 @@ def measured(
     ceilings = [each for task, own in budgets.items() for each in ceiling_measurements(task, own, runs)]
     wanted = [*ceilings, *(each for task in budgets for each in floor_measurements(task).values())]
     screen.plan({each.title: 1 for each in wanted})
-    parts = out.parent / FOLDER / out.stem
+    parts = out.parent / PROGRESS / out.stem
     found: dict[Measurement, list[Episode]] = {}
     for index, episodes in run_all([MeasurementWork(each, parts) for each in wanted], jobs, screen.hear):
         found[wanted[index]] = episodes

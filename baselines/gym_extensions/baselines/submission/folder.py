@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from gym_extensions.baselines.submission import manifest
-from gym_extensions.baselines.training.progress import FOLDER
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.layout import MANIFEST, NAME, PROGRESS
 
-NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
-"""A submission's name becomes an address."""
 ANOTHER = "Choose another --out."
 
 
@@ -46,23 +42,23 @@ def prepare(out: Path) -> None:
     """Makes the folder where it is missing; raises ``BenchError`` if nothing can be written there."""
     with _told(out):
         out.mkdir(parents=True, exist_ok=True)
-        probe = out / f"{FOLDER}.probe"
+        probe = out / f"{PROGRESS}.probe"
         probe.touch()
         probe.unlink(missing_ok=True)
 
 
 def _is_foreign(name: str) -> bool:
-    return name not in GROUPS and name != FOLDER
+    return name not in GROUPS and name != PROGRESS
 
 
 def _refuse_nobodys_logs(out: Path) -> None:
-    if (out / manifest.NAME).exists():
+    if (out / MANIFEST).exists():
         return
     for name in GROUPS:
         for protocol in PROTOCOLS:
             if (out / name / f"{protocol}.csv").exists():
-                message = f"{name}/{protocol}.csv is here, and no {manifest.NAME} says whose it is."
-                hint = f"Put its {manifest.NAME} back, or choose another --out."
+                message = f"{name}/{protocol}.csv is here, and no {MANIFEST} says whose it is."
+                hint = f"Put its {MANIFEST} back, or choose another --out."
                 raise BenchError("manifest-lost", message, str(out), hint)
 
 

@@ -13,9 +13,8 @@ import tomli_w
 
 from gym_extensions.atomic import write_text
 from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.manifest import FORMAT, SECTIONS
 
-FORMAT = 1
-NAME = "submission.toml"
 FIXED = ("protocol", "hyperparameters")
 """Sections that every run of a submission shares; a run with others is refused."""
 FIXED_VERSIONS = ("gymnasium", "mujoco")
@@ -88,7 +87,7 @@ def manifest(
 ) -> dict[str, Any]:
     """All tables in order: what its author wrote stays, the rest is the run's."""
     memory = existing.get("memory", {})
-    knows = {key: card[key] for key in ("task_in_training", "task_in_evaluation", "boundaries")}
+    observes = {key: card[key] for key in SECTIONS["observes"]}
     ours = {
         "format": FORMAT,
         "title": existing.get("title", card["title"] or card["algorithm"]),
@@ -97,7 +96,7 @@ def manifest(
         "code": existing.get("code", {"url": "", "commit": ""}),
         "protocol": new["protocol"],
         "hyperparameters": new["hyperparameters"],
-        "knows": existing.get("knows", knows),
+        "observes": existing.get("observes", observes),
         "memory": {
             "stored_steps": max(memory.get("stored_steps", 0), card["stored_steps"]),
             "parameters_first": max(memory.get("parameters_first", 0), first),

@@ -9,13 +9,13 @@ from pathlib import Path
 from gym_extensions.atomic import write_bytes
 from gym_extensions.baselines.submission import manifest
 from gym_extensions.baselines.training.jobs import Unit, units
-from gym_extensions.baselines.training.progress import FOLDER, Finished, Progress
+from gym_extensions.baselines.training.progress import Finished, Progress
 from gym_extensions.baselines.training.runner import Settings
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.audit import audit_sample
 from gym_extensions.rollouts.episodes import CurvePoint, Episode, write_curves, write_episodes
-from gym_extensions.rollouts.layout import trace_name
+from gym_extensions.rollouts.layout import MANIFEST, PROGRESS, trace_name
 
 
 def read_episodes(path: Path) -> list[Episode]:
@@ -53,7 +53,7 @@ def refuse_lost_traces(out: Path, group: TaskGroup, protocol: str) -> None:
 
     A longer log has another digest, which asks for other episodes of the old runs too.
     """
-    kept = out / FOLDER / group.name / "traces"
+    kept = out / PROGRESS / group.name / "traces"
     names = {task.id: task.name for task in group.tasks}
     for row in read_episodes(out / group.name / f"{protocol}.csv"):
         if not (kept / trace_name(protocol, row.run, row.stage, names[row.task], row.episode)).exists():
@@ -77,7 +77,7 @@ def assemble(
     records = [record for stages in finished.values() for record in stages]
     rows = [row for row in read_episodes(path) if row.run not in runs]
     rows += [row for record in records for row in record.episodes]
-    staged = out / FOLDER / group.name / path.name
+    staged = out / PROGRESS / group.name / path.name
     write_episodes(staged, rows, ids)
     _write_sample(out, group, protocol, staged.read_bytes(), sorted({row.run for row in rows}))
 
@@ -89,14 +89,14 @@ def assemble(
     _write_manifest(out, records, settings)
     staged.replace(path)
     for unit in finished:
-        Progress(out / FOLDER / unit.group / unit.name).remove()
+        Progress(out / PROGRESS / unit.group / unit.name).remove()
 
 
 def _write_sample(out: Path, group: TaskGroup, protocol: str, log: bytes, runs: Sequence[int]) -> None:
     names = {task.id: task.name for task in group.tasks}
     sample = audit_sample(protocol, log, runs, group.tasks)
     chosen = {trace_name(protocol, row.run, row.stage, names[row.task], row.episode) for row in sample}
-    kept, shown = out / FOLDER / group.name / "traces", out / group.name / "traces"
+    kept, shown = out / PROGRESS / group.name / "traces", out / group.name / "traces"
     for name in sorted(chosen):
         write_bytes(shown / name, (kept / name).read_bytes())
     for stale in shown.glob(f"{protocol}-*.npz"):
@@ -105,7 +105,7 @@ def _write_sample(out: Path, group: TaskGroup, protocol: str, log: bytes, runs: 
 
 
 def _write_manifest(out: Path, records: Sequence[Finished], settings: Settings) -> None:
-    path = out / manifest.NAME
+    path = out / MANIFEST
     existing = manifest.read(path)
     largest = max(records, key=lambda record: record.card["stored_steps"]).card
     new = manifest.written(largest, settings.budget, settings.lanes)
@@ -118,7 +118,7 @@ def wanted(out: Path, group: TaskGroup, protocol: str, runs: Sequence[int]) -> l
     """The units that are still to be run or assembled; leftovers of finished ones are removed."""
     there = runs_there(out, group.name, protocol)
     for unit in units(group.name, protocol, sorted(there)):
-        Progress(out / FOLDER / unit.group / unit.name).remove()
+        Progress(out / PROGRESS / unit.group / unit.name).remove()
     missing = [run for run in runs if run not in there]
     if missing:
         refuse_lost_traces(out, group, protocol)

@@ -14,8 +14,6 @@ from gym_extensions.baselines.agent import Agent, Resumable
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.episodes import CurvePoint, Episode
 
-FOLDER = ".progress"
-
 
 @dataclass(frozen=True)
 class Finished:

@@ -11,7 +11,7 @@ from gym_extensions.baselines.agent import Agent, Factory, VectorEnv
 from gym_extensions.baselines.agent_checks import card_of
 from gym_extensions.baselines.training.evaluation import evaluate
 from gym_extensions.baselines.training.jobs import Stage, Unit
-from gym_extensions.baselines.training.progress import FOLDER, Finished, Progress
+from gym_extensions.baselines.training.progress import Finished, Progress
 from gym_extensions.baselines.training.recorder import Recorder
 from gym_extensions.baselines.training.seeding import training_seed
 from gym_extensions.catalog.bodies import segments
@@ -21,7 +21,7 @@ from gym_extensions.catalog.protocol import EVALUATION_EPISODES, evaluation_seed
 from gym_extensions.catalog.task import Task
 from gym_extensions.envs import make_batch
 from gym_extensions.rollouts.episodes import CurvePoint, Episode
-from gym_extensions.rollouts.layout import trace_name
+from gym_extensions.rollouts.layout import PROGRESS, trace_name
 from gym_extensions.rollouts.traces import trace_bytes
 
 
@@ -57,7 +57,7 @@ class Evaluator:
     """The evaluation lanes of every task, made when first asked for, and reused in every stage."""
 
     def __init__(self, unit: Unit, out: Path) -> None:
-        self._unit, self._traces = unit, out / FOLDER / unit.group / "traces"
+        self._unit, self._traces = unit, out / PROGRESS / unit.group / "traces"
         self._lanes: dict[str, VectorEnv] = {}
 
     def lanes(self, task: Task) -> VectorEnv:
@@ -88,7 +88,7 @@ class Evaluator:
 
 def run_unit(unit: Unit, make: Factory, settings: Settings, out: Path, listen: Listener) -> list[Finished]:
     """Every stage of the unit, finished; goes on after the last stage that an earlier attempt finished."""
-    progress = Progress(out / FOLDER / unit.group / unit.name)
+    progress = Progress(out / PROGRESS / unit.group / unit.name)
     progress.begin(asdict(settings) | {"group": unit.of.id})
     plan = unit.stages(budget(settings.budget))
     done = progress.finished()
