@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -36,17 +37,10 @@ class Folder:
     name: str
     items: tuple[FolderItem, ...]
 
-    def files(self) -> list[FolderItem]:
-        """The regular files."""
-        return [item for item in self.items if item.kind == "file"]
-
-    def has(self, path: str) -> bool:
-        """Whether the folder has a regular file of that path."""
-        return any(item.path == path and item.kind == "file" for item in self.items)
-
-    def size(self, path: str) -> int:
-        """The size in bytes of the file of that path; 0 if there is none."""
-        return next((item.size for item in self.items if item.path == path), 0)
+    @functools.cached_property
+    def files(self) -> dict[str, FolderItem]:
+        """The regular files by path."""
+        return {item.path: item for item in self.items if item.kind == "file"}
 
     def read(self, path: str) -> bytes:
         """The bytes of a file; raises OSError if it cannot be read."""

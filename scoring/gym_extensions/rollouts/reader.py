@@ -88,7 +88,7 @@ class _Reader:
     def _unknown_runs(self, group: TaskGroup) -> Runs:
         """The logs that curves and traces may belong to: all, if the group's folder has a problem."""
         has_problem = any(problem.where.startswith(f"{group.name}/") for problem in self.problems)
-        logs = [name for name in PROTOCOLS if has_problem or self.folder.has(f"{group.name}/{name}.csv")]
+        logs = [name for name in PROTOCOLS if has_problem or f"{group.name}/{name}.csv" in self.folder.files]
         return dict.fromkeys(logs or PROTOCOLS)
 
     def _log(self, group: TaskGroup, protocol: str) -> tuple[Log | None, Log | None]:
@@ -129,10 +129,10 @@ class _Reader:
         return curves
 
     def _arrays(self, group: TaskGroup, runs: Runs) -> None:
-        for item in self.folder.files():
-            is_array_file = item.path.startswith(f"{group.name}/") and item.path.endswith(".npz")
-            if is_array_file and (data := self._bytes(item.path)) is not None:
-                self._passes("arrays", ArrayFile(item.path, data, group, runs))
+        for path in self.folder.files:
+            is_array_file = path.startswith(f"{group.name}/") and path.endswith(".npz")
+            if is_array_file and (data := self._bytes(path)) is not None:
+                self._passes("arrays", ArrayFile(path, data, group, runs))
 
     def _cells(self, path: str, header: tuple[str, ...]) -> Cells | None:
         """The cells of a CSV file: of all rows, or of those that can be read."""
@@ -144,7 +144,8 @@ class _Reader:
 
     def _bytes(self, path: str) -> bytes | None:
         """The bytes of a file; None if there is none, it is too large, or it cannot be read (a problem)."""
-        if not self.folder.has(path) or self.folder.size(path) > max_bytes(path):
+        file = self.folder.files.get(path)
+        if file is None or file.size > max_bytes(path):
             return None
         try:
             return self.folder.read(path)

@@ -6,6 +6,7 @@ of its member, and the data is read as bytes.
 
 from __future__ import annotations
 
+import functools
 import io
 import math
 import tokenize
@@ -78,9 +79,10 @@ class Member:
         return header is not None and not header.dtype.hasobject and header.size == self.size
 
 
-def _read_header(start: bytes) -> Header | None:
-    """The header in the first bytes of a .npy file; None unless its data are numbers or Python objects."""
-    stream = io.BytesIO(start)
+@functools.lru_cache(maxsize=1024)
+def _read_header(header: bytes) -> Header | None:
+    """The header of a .npy file; None unless its data are numbers or Python objects."""
+    stream = io.BytesIO(header)
     with warnings.catch_warnings():
         warnings.simplefilter("error")  # numpy warns of headers that it has to repair
         try:
@@ -100,7 +102,8 @@ def _member(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> Member:
     if is_plain:
         try:
             with archive.open(info) as stream:
-                header = _read_header(stream.read(MAX_HEADER_BYTES))
+                start = stream.read(MAX_HEADER_BYTES)
+            header = _read_header(start[: start.find(b"\n", npy.MAGIC_LEN + 2) + 1])
         except ERRORS:
             header = None
     return Member(info.filename, info.file_size, is_plain, header)

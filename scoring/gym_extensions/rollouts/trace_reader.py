@@ -92,7 +92,7 @@ def trace_requests(log: Log, data: bytes) -> Iterator[TraceRequest]:
 
 def read_trace(folder: Folder, request: TraceRequest) -> RecordedEpisode | Problem:
     """The episode with its trace, or the first problem of the trace."""
-    if not folder.has(request.path):
+    if request.path not in folder.files:
         hint = "Add the traces of the audit sample, as described in docs/rollout-log.md."
         return Problem("trace-missing", request.path, "The audit sample needs this trace.", hint)
     try:

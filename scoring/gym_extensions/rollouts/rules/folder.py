@@ -134,12 +134,12 @@ def no_logs(folder: Folder) -> Iterator[Finding]:
 @rule("folder")
 def too_large(folder: Folder) -> Iterator[Finding]:
     """A submission keeps to the limits on the size of a file, the total size and the number of files."""
-    for item in folder.files():
+    for item in folder.files.values():
         limit = max_bytes(item.path)
         if item.size > limit:
             message = f"The file has {item.size} bytes; the limit is {limit}."
             yield Finding(item.path, message, "Leave out everything that the format does not need.")
-    total, count = sum(item.size for item in folder.files()), len(folder.files())
+    total, count = sum(item.size for item in folder.files.values()), len(folder.files)
     if total > MAX_SUBMISSION_BYTES or count > MAX_FILES:
         limits = f"{MAX_FILES} files and {MAX_SUBMISSION_BYTES} bytes"
         message = f"The submission has {count} files and {total} bytes; the limits are {limits}."

@@ -57,7 +57,7 @@ def verify(path: Path) -> Verification:
     folder = scan(path)
     logs = [log for entry in submission.groups.values() for log in entry.logs.values()]
     episodes = sum(len(log.run) for log in logs)
-    if not any("/traces/" in entry.path for entry in folder.files()):
+    if not any("/traces/" in path for path in folder.files):
         return Verification(0, episodes, ())
     found: list[RecordedEpisode] = []
     problems: list[Problem] = []

@@ -8,7 +8,7 @@ import pytest
 
 from gym_extensions.rollouts.reader import read
 
-from .broken import GROUP, LOG, TOML, Good, Spoil, cell, edit, lines, row
+from ..examples import GROUP, LOG, TOML, Change, CopySubmission, cell, edit, lines, row
 
 CURVES = f"{GROUP}/curves.csv"
 
@@ -28,7 +28,7 @@ def cut_off(folder: Path) -> None:
 
 HALF_A_ROW = (f"{LOG}, row 1201", "truncated-file")
 
-EXAMPLES: dict[str, tuple[tuple[Spoil, ...], tuple[tuple[str, str], ...]]] = {
+EXAMPLES: dict[str, tuple[tuple[Change, ...], tuple[tuple[str, str], ...]]] = {
     "a word for a length, and a hole": (
         (cell(6, 5, "abc"), lines(hole)),
         ((f"{LOG}, row 6", "bad-cell"), (LOG, "missing-cell")),
@@ -105,9 +105,9 @@ EXAMPLES: dict[str, tuple[tuple[Spoil, ...], tuple[tuple[str, str], ...]]] = {
 
 
 @pytest.mark.parametrize("title", EXAMPLES)
-def test_every_problem_of_a_file_is_told_once(title: str, good: Good, tmp_path: Path) -> None:
+def test_every_problem_of_a_file_is_told_once(title: str, good: CopySubmission, tmp_path: Path) -> None:
     folder = good(GROUP, tmp_path)
-    spoils, told = EXAMPLES[title]
-    for spoil in spoils:
-        spoil(folder)
+    changes, told = EXAMPLES[title]
+    for change in changes:
+        change(folder)
     assert [(one.where, one.rule) for one in read(folder).problems] == list(told)
