@@ -3,9 +3,10 @@
     python tests/benchmarks/measure_speed.py [--submissions 100] [--distinct 100] [--workers N] [--no-traces]
 
 Each submission has four groups, five runs, training curves and the 300 traces of the committed TRPO entry.
-Its returns are synthetic and differ between submissions; its traces are hard links. ``--distinct`` submissions
-are written, and linked in turn under ``--submissions`` names. They are scored with synthetic references into
-scorecards and boards. A thousand distinct submissions need 2 GB of temporary files and some minutes to write.
+Its returns are synthetic and differ between submissions; its traces are hard links. ``--distinct``
+submissions are written, and linked in turn under ``--submissions`` names. They are scored with synthetic
+references into scorecards and boards. A thousand distinct submissions need 2 GB of temporary files and some
+minutes to write.
 """
 
 from __future__ import annotations

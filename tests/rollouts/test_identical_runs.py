@@ -7,6 +7,7 @@ from itertools import product
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, stages
@@ -57,6 +58,15 @@ def test_a_run_is_compared_with_the_first_run_of_the_same_measurements() -> None
 def test_one_different_episode_makes_a_run_different() -> None:
     runs = log("single", {0: 1.0, 1: 1.0})
     runs.return_[-1] = 1.5
+    assert first_identical_runs(runs) == {0: 0, 1: 1}
+
+
+@pytest.mark.parametrize(
+    ("column", "value"), [("stage", 2), ("length", 999), ("return_", 1.5), ("terminated", True)]
+)
+def test_a_difference_in_any_measured_column_makes_a_run_different(column: str, value: float) -> None:
+    runs = log("single", {0: 1.0, 1: 1.0})
+    getattr(runs, column)[runs.run == 1] = value
     assert first_identical_runs(runs) == {0: 0, 1: 1}
 
 

@@ -24,8 +24,8 @@ PATH = "hopper-gravity/traces/trace.npz"
 LENGTH, K = 27, 10
 REWARDS = np.arange(LENGTH) / 8
 REQUEST = TraceRequest(PATH, TASKS["gym_extensions/Hopper-v0"], 7, LENGTH, float(REWARDS.sum()), True)
-STATES = [
-    {"qpos": np.full(6, float(t)), "time": np.float64(t), "derived_x": np.zeros(2)} for t in (9, 19, 29)
+STATES: list[Arrays] = [
+    {"qpos": np.full(6, float(t)), "time": np.array(float(t)), "derived_x": np.zeros(2)} for t in (9, 19, 29)
 ]
 ACTIONS = np.linspace(-1, 1, 3 * LENGTH).reshape(LENGTH, 3)
 
