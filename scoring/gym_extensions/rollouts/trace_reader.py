@@ -143,8 +143,8 @@ def _array_errors(name: str, values: NDArray[Any], dtype: type[np.generic], leng
     is_flat = name == SEGMENT_RETURNS
     if values.dtype != dtype or values.shape[:1] != (length,) or (is_flat and values.ndim != 1):
         shape = f"({length},)" if is_flat else f"({length}, …)"
-        found = f"{quote(name)} is {values.dtype} of shape {quote(values.shape)}"
-        yield f"{found}; expected {np.dtype(dtype)} of shape {shape}."
+        actual = f"{values.dtype} of shape {quote(values.shape)}"
+        yield f"{quote(name)} is {actual}; expected {np.dtype(dtype)} of shape {shape}."
     elif not np.isfinite(values).all():
         yield f"{quote(name)} contains a value that is not finite."
 

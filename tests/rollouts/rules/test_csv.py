@@ -1,4 +1,4 @@
-"""Rules about the bytes of a log, before a cell is read."""
+"""Rules about the text of a CSV file."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ EXAMPLES = (
     ),
     Example(
         "empty-file",
-        "a header alone",
+        "a header without rows",
         lines(lambda _: []),
         ((LOG, "The file has a header but no rows.", "Add the rows, or remove the file."),),
     ),
@@ -62,7 +62,7 @@ EXAMPLES = (
     ),
     Example(
         "truncated-file",
-        "a log cut off within a row",
+        "a log that ends within a row",
         lambda folder: (folder / LOG).write_bytes((folder / LOG).read_bytes()[:-30]),
         (
             (
@@ -107,7 +107,7 @@ EXAMPLES = (
     ),
     Example(
         "cell-count",
-        "a row with a cell too few and an empty cell",
+        "a row with a missing cell and an empty cell",
         lambda folder: row(5, lambda cells: cells[:-1])(folder) or cell(7, 6, "")(folder),
         (
             (f"{LOG}, row 5", "The row has 8 cells; expected 9.", "Write every cell of every row."),
@@ -122,7 +122,7 @@ def test_the_rule_reports_these_problems_and_no_other(example: Example, check: C
     check(example)
 
 
-def test_a_file_of_millions_of_rows_that_cannot_be_read_is_counted_in_little_memory() -> None:
+def test_millions_of_unreadable_rows_are_counted_in_bounded_memory() -> None:
     header = ",".join(EPISODE_COLUMNS).encode()
     tracemalloc.start()
     found = problems("text", Text(LOG, EPISODE_COLUMNS, header + b"\n" + b"a\n" * 2**22))
@@ -133,7 +133,7 @@ def test_a_file_of_millions_of_rows_that_cannot_be_read_is_counted_in_little_mem
     assert peak < 2**26
 
 
-def test_damaged_logs_are_told_and_never_raise(good: CopySubmission, tmp_path: Path) -> None:
+def test_damaged_logs_are_reported_and_never_raise(good: CopySubmission, tmp_path: Path) -> None:
     folder, rng = good(GROUP, tmp_path), random.Random(2)
     (folder / GROUP / "sequential.csv").unlink()
     (folder / GROUP / "curves.csv").unlink()
@@ -144,7 +144,7 @@ def test_damaged_logs_are_told_and_never_raise(good: CopySubmission, tmp_path: P
         place = rng.randrange(len(damaged))
         damaged[place : place + rng.randrange(4)] = bytes(rng.choices(b"0123456789,.\ne-/true\x00\xff", k=2))
         log.write_bytes(bytes(damaged))
-        # Only a changed digit of a return may pass: what it was is known to replay alone.
+        # A changed digit of a return may pass: only replay can notice it.
         problems = read(folder).problems
         rows = [
             (a, b) for a, b in zip(whole.split(b"\n"), bytes(damaged).split(b"\n"), strict=False) if a != b

@@ -45,7 +45,7 @@ EXAMPLES = (
     ),
     Example(
         "foreign-curve",
-        "a row of no protocol inside a curve",
+        "a row with an unknown protocol inside a curve",
         cell(4, 0, "parallel", f"{GROUP}/curves.csv"),
         (
             (
@@ -57,7 +57,7 @@ EXAMPLES = (
     ),
     Example(
         "impossible-curve-return",
-        "a return that no episode can have",
+        "a return outside the bounds of the task",
         lambda folder: [
             cell(number, 4, value, f"{GROUP}/curves.csv")(folder)
             for number, value in ((4, "1e+308"), (5, "-20000.5"))

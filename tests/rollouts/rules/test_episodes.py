@@ -1,4 +1,4 @@
-"""Rules about which episodes a log has: each prescribed one once, in order, and no other."""
+"""Rules about the keys of a log."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ EXAMPLES = (
     ),
     Example(
         "foreign-task",
-        "a task of a million letters",
+        "a task name of a million letters",
         cell(2, 2, "a" * 10**6),
         ((f"{LOG}, row 2", f"Unknown task '{'a' * 79}….", ALL_TASKS),),
         also=("missing-cell", "unsorted-rows"),
@@ -65,7 +65,7 @@ EXAMPLES = (
     ),
     Example(
         "wrong-seed",
-        "a seed that somebody chose",
+        "a seed other than the prescribed one",
         cell(2, 4, "7"),
         (
             (
@@ -83,7 +83,7 @@ EXAMPLES = (
     ),
     Example(
         "missing-cell",
-        "a matrix with a hole",
+        "a cell without episodes",
         lines(lambda rows: rows[:20] + rows[40:]),
         (
             (
@@ -95,7 +95,7 @@ EXAMPLES = (
     ),
     Example(
         "missing-cell",
-        "one run short of a task",
+        "a run without one of the tasks",
         lines(lambda rows: [line for line in rows if not (line[0] == "1" and "/Hopper-v0" in line)]),
         (
             *(
@@ -115,7 +115,7 @@ EXAMPLES = (
     ),
     Example(
         "unsorted-rows",
-        "two rows exchanged",
+        "two rows in the wrong order",
         lines(lambda rows: [rows[1], rows[0], *rows[2:]]),
         (
             (

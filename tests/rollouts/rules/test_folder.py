@@ -1,4 +1,4 @@
-"""Rules about the folder: what may lie in it, under which names, how large."""
+"""Rules about the folder."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ EXAMPLES = (
     ),
     Example(
         "folder-name",
-        "a name that cannot be an address",
+        "a name that cannot be part of a URL",
         lambda folder: folder.rename(folder.with_name("my entry!")),
         (
             (
@@ -120,7 +120,7 @@ EXAMPLES = (
     ),
     Example(
         "not-a-submission",
-        "a folder that is not there",
+        "a renamed folder without submission.toml",
         lambda folder: folder.rename(folder.with_name("elsewhere")).joinpath(TOML).unlink(),
         (
             (

@@ -19,7 +19,7 @@ EXAMPLES = (
     ),
     Example(
         "malformed-toml",
-        "bytes that are no UTF-8",
+        "bytes that are not UTF-8",
         lambda folder: (folder / TOML).write_bytes(b"\xff\xfe"),
         (
             (
@@ -50,7 +50,7 @@ EXAMPLES = (
     ),
     Example(
         "missing-key",
-        "what the agent knows is left out",
+        "a missing key",
         edit("boundaries = false\n", "", TOML),
         (
             (
@@ -62,7 +62,7 @@ EXAMPLES = (
     ),
     Example(
         "bad-value",
-        "a text in place of a number",
+        "a string in place of a number",
         edit("stored_steps = 2000", 'stored_steps = "2000"', TOML),
         (
             (
@@ -74,7 +74,7 @@ EXAMPLES = (
     ),
     Example(
         "bad-value",
-        "an address that a browser would run",
+        "a URL that a browser would execute",
         edit('url = ""', 'url = "javascript:alert(1)"', TOML),
         (
             (
@@ -86,7 +86,7 @@ EXAMPLES = (
     ),
     Example(
         "bad-value",
-        "another evaluation",
+        "an unknown evaluation",
         edit('"sampled"', '"sample"', TOML),
         ((f"{TOML}, [protocol] evaluation", "The value is 'sample'.", "Did you mean 'sampled'?"),),
     ),
@@ -107,14 +107,14 @@ EXAMPLES = (
     ),
     Example(
         "unknown-report",
-        "a table that the project does not keep",
+        "an unknown published table",
         edit("format = 1", 'format = 1\nreported = "henderson2018"', TOML),
         ((f"{TOML}, reported", "Unknown table 'henderson2018'.", "Did you mean 'henderson2017'?"),),
         also=("logs-of-a-reported-entry",),
     ),
     Example(
         "bad-hyperparameter",
-        "a number of more digits than can be printed",
+        "an integer with too many digits to print",
         edit("step = 0.01", f"step = 0x{'f' * 6000}", TOML),
         (
             (
@@ -126,7 +126,7 @@ EXAMPLES = (
     ),
     Example(
         "malformed-toml",
-        "lists within lists without end",
+        "thousands of nested lists",
         edit("step = 0.01", f"step = {'[' * 5000}", TOML),
         (
             (
@@ -138,7 +138,7 @@ EXAMPLES = (
     ),
     Example(
         "malformed-toml",
-        "tables within tables",
+        "thousands of nested tables",
         edit("step = 0.01", f"{'a.' * 3000}step = 0.01", TOML),
         ((TOML, "Tables or lists are nested too deeply.", "Use at most 8 levels."),),
     ),
@@ -156,7 +156,7 @@ EXAMPLES = (
     ),
     Example(
         "bad-hyperparameter",
-        "lists and texts without end, and lists within lists",
+        "long lists and strings, nested lists, an infinite number",
         edit("step = 0.01", f"a = {[1] * 101}\nb = '{'x' * 4001}'\nc = [[1]]\nd = inf", TOML),
         (
             (
@@ -183,7 +183,7 @@ EXAMPLES = (
     ),
     Example(
         "bad-value",
-        "a digest that is none",
+        "a malformed digest",
         edit("[versions]", '[archive]\nurl = ""\nsha256 = "z"\n[versions]', TOML),
         (
             (
@@ -195,7 +195,7 @@ EXAMPLES = (
     ),
     Example(
         "bad-value",
-        "an address whose host is not what it seems",
+        "a URL with user information",
         edit('url = ""', 'url = "https://example.org@example.com/x"', TOML),
         (
             (

@@ -1,4 +1,4 @@
-"""Rules about what a log says was measured: cells, lengths, returns, ends, fingerprints."""
+"""Rules about the measured cells of a log."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ EXAMPLES = (
     ),
     Example(
         "unfinished-episode",
-        "an episode that nobody ended",
+        "an episode that stops before its end",
         cell(2, 5, "999"),
         (
             (
@@ -96,7 +96,7 @@ EXAMPLES = (
     ),
     Example(
         "foreign-fingerprint",
-        "a task of other physics",
+        "the fingerprint of other physics",
         cell(2, 8, "0123456789abcdef"),
         (
             (
@@ -110,7 +110,7 @@ EXAMPLES = (
     ),
     Example(
         "impossible-end",
-        "HalfCheetah said to have ended an episode",
+        "termination in HalfCheetah",
         cell(2, 7, "true", "halfcheetah-gravity/sequential.csv"),
         (
             (

@@ -30,7 +30,7 @@ def bomb() -> bytes:
 def archive(*members: tuple[str, bytes], packed: int = zipfile.ZIP_STORED) -> bytes:
     stream = io.BytesIO()
     with warnings.catch_warnings(), zipfile.ZipFile(stream, "w", packed) as made:
-        warnings.simplefilter("ignore")  # of a name that stands twice
+        warnings.simplefilter("ignore")  # duplicate names
         for name, content in members:
             made.writestr(name, content)
     return stream.getvalue()
@@ -64,7 +64,7 @@ HEADERS = {
 EXAMPLES = (
     Example(
         "malformed-arrays",
-        "a trace that is no archive",
+        "a trace that is not a zip archive",
         put(TRACE, b"not a zip"),
         (
             (
@@ -122,7 +122,7 @@ EXAMPLES = (
     ),
     Example(
         "malformed-array",
-        "a shape of 10^14 numbers without one of them",
+        "a shape of 10^14 numbers without data",
         put(TRACE, archive(("actions.npy", npy(SHAPE.format("100000000000000,"))))),
         (
             (
@@ -134,7 +134,7 @@ EXAMPLES = (
     ),
     Example(
         "malformed-array",
-        "numbers behind the last",
+        "bytes after the last number",
         put(TRACE, archive(("actions.npy", npy(SHAPE.format("")) + bytes(9)))),
         ((TRACE, "'actions.npy' has 75 bytes; expected 70 for its shape ().", REWRITE),),
     ),
@@ -152,8 +152,8 @@ EXAMPLES = (
             ((TRACE, "'actions.npy' is encrypted or uses an unsupported compression method.", REWRITE),),
         )
         for title, data in (
-            ("an array packed by LZMA", archive(("actions.npy", bytes(99)), packed=zipfile.ZIP_LZMA)),
-            ("an array packed by bzip2", archive(("actions.npy", bytes(99)), packed=zipfile.ZIP_BZIP2)),
+            ("an array compressed with LZMA", archive(("actions.npy", bytes(99)), packed=zipfile.ZIP_LZMA)),
+            ("an array compressed with bzip2", archive(("actions.npy", bytes(99)), packed=zipfile.ZIP_BZIP2)),
             ("an encrypted array", encrypted(archive(("actions.npy", bytes(99))))),
         )
     ),
@@ -178,7 +178,7 @@ EXAMPLES = (
     ),
     Example(
         "unexpected-name",
-        "a run that is written with a further zero",
+        "a run number with a leading zero",
         put(TRACE.replace("run0", "run00"), arrays(actions=np.zeros(3))),
         (
             (
@@ -208,7 +208,7 @@ def test_the_rule_reports_these_problems_and_no_other(example: Example, check: C
     check(example)
 
 
-def test_damaged_arrays_are_told_and_never_raise() -> None:
+def test_damaged_arrays_are_reported_and_never_raise() -> None:
     whole, rng = arrays(actions=np.zeros((50, 3)), returns=np.arange(5.0)), random.Random(1)
     reported, members = 0, group(f"{GROUP}-v0")
     for _ in range(1500):

@@ -7,7 +7,7 @@ from ..examples import GROUP, LOG, Check, Example, lines, parametrize
 EXAMPLES = (
     Example(
         "different-runs",
-        "a run that single.csv lacks, but for its curves",
+        "a run without a single log, but with its curves",
         lines(lambda rows: [line for line in rows if line[0] == "0"], f"{GROUP}/single.csv"),
         (
             (

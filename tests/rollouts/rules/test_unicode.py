@@ -1,4 +1,4 @@
-"""Rules about what the texts of submission.toml show."""
+"""Rules about the characters of the strings in submission.toml."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ EXAMPLES = (
         )
         for name, title, also in (
             ("spaces", "   ", ()),
-            ("a letter without ink", "\u3164", ("control-character",)),
+            ("a letter without a glyph", "\u3164", ("control-character",)),
         )
     ),
     *(
         Example(
             "control-character",
-            f"a title that looks like another by {name}",
+            f"a title that looks like another one: {name}",
             edit("An entry", title, TOML),
             ((f"{TOML}, title", f"{title!r} contains a control or invisible character.", "Remove it."),),
         )
@@ -41,7 +41,7 @@ EXAMPLES = (
     ),
     Example(
         "control-character",
-        "a title that runs backwards",
+        "a right-to-left override in the title",
         edit("An entry", "An \\u202eentry", TOML),
         (
             (
@@ -107,13 +107,13 @@ def test_the_rule_reports_these_problems_and_no_other(example: Example, check: C
         "\U0001fae8",
     ],
 )
-def test_a_title_is_in_anybodys_language(good: CopySubmission, tmp_path: Path, title: str) -> None:
+def test_titles_in_every_language_are_valid(good: CopySubmission, tmp_path: Path, title: str) -> None:
     folder = good(GROUP, tmp_path)
     edit("An entry", title, TOML)(folder)
     assert read(folder).problems == ()
 
 
-def test_the_description_may_have_lines(good: CopySubmission, tmp_path: Path) -> None:
+def test_the_description_may_have_line_breaks_and_tabs(good: CopySubmission, tmp_path: Path) -> None:
     folder = good(GROUP, tmp_path)
     edit("Made up by a formula.", "Made up\\n\\tby a formula.", TOML)(folder)
     assert read(folder).problems == ()

@@ -122,8 +122,8 @@ def foreign_fingerprint(log: Log) -> Iterator[Finding]:
 
     def message(index: int) -> str:
         task, digest = pairs[index]
-        found = f"Column `fingerprint` is {digest[:MAX_CELL_QUOTE]!r}"
-        return f"{found}; expected {fingerprints[task]!r} for {task}."
+        actual = repr(digest[:MAX_CELL_QUOTE])
+        return f"Column `fingerprint` is {actual}; expected {fingerprints[task]!r} for {task}."
 
     hint = "Evaluate in this benchmark's environments, with the pinned versions of gymnasium and mujoco."
     yield from row_findings(log.path, rows, message, hint, log.numbers)

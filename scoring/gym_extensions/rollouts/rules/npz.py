@@ -64,8 +64,8 @@ def unpacks_too_large(file: ArrayFile) -> Iterator[Finding]:
     size = sum(member.size for member in file.members)
     if size > MAX_UNPACKED_BYTES or count > MAX_ARRAYS:
         arrays = f"{count} array{'s' if count > 1 else ''}"
-        found = f"{arrays} of {size} bytes" if count <= MAX_ARRAYS else arrays
-        message = f"The file unpacks to {found}; the limits are {MAX_ARRAYS} and {MAX_UNPACKED_BYTES}."
+        content = f"{arrays} of {size} bytes" if count <= MAX_ARRAYS else arrays
+        message = f"The file unpacks to {content}; the limits are {MAX_ARRAYS} and {MAX_UNPACKED_BYTES}."
         yield Finding(file.path, message, "Write one episode per trace and one policy per file.")
 
 
