@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 
 from gym_extensions.baselines import Card, train
-from gym_extensions.baselines.agent_checks import EVALUATIONS, card_of
+from gym_extensions.baselines.agent_checks import card_of
 from gym_extensions.baselines.algorithms.zero import Zero
 from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.manifest import EVALUATIONS
 from gym_extensions.rollouts.rules.manifest import bad_hyperparameter, bad_value
 
 
@@ -31,26 +32,33 @@ def changed(settings: Any = None, **values: Any) -> Card:
     return replace(Card("mine"), hyperparameters={} if settings is None else settings, **values)
 
 
-HINT = "Use a string, a finite number, a boolean, or a list of them."
+HINT = "Use a string, a finite number, true or false, or a list of them."
+COUNT = "is not an integer from 0 to 2⁵³ − 1. Give an integer from 0."
 BAD_CARDS = [
-    ({"algorithm": "mine"}, "Expected a Card, got dict. Return a gym_extensions.baselines.Card."),
-    (changed(evaluation="greedy"), "evaluation is 'greedy'. Choose one of: deterministic, sampled."),
-    (changed(evaluation="sample"), "evaluation is 'sample'. Did you mean 'sampled'?"),
-    (changed(title="x" * 101), "title has 101 characters. Use at most 100."),
-    (changed(title=3), "title is of type int. Use a string."),
-    (changed(boundaries=1), "boundaries is 1. Use True or False."),
-    (changed(parameters=np.int64(3)), "parameters is np.int64(3). Use an int that is not negative."),
-    (changed(stored_steps=-1), "stored_steps is -1. Use an int that is not negative."),
-    (changed([3]), "hyperparameters is of type list. Use a dict of values by name."),
-    (changed({3: 1}), "The hyperparameter name 3 is not a string. Use strings as names."),
-    (changed({"rate": float("nan")}), f"Hyperparameter 'rate' is nan. {HINT}"),
-    (changed({"clip": float("inf")}), f"Hyperparameter 'clip' is inf. {HINT}"),
-    (changed({"clip": np.float32(1)}), f"Hyperparameter 'clip' is of type float32. {HINT}"),
-    (changed({"net": {"pi": 3}}), f"Hyperparameter 'net' is of type dict. {HINT}"),
-    (changed({"net": [[3]]}), f"Hyperparameter 'net' has an element of type list. {HINT}"),
-    (changed({"mask": 2**63}), f"Hyperparameter 'mask' does not fit in 64 bits. {HINT}"),
-    (changed({"sizes": [1] * 101}), f"Hyperparameter 'sizes' has 101 elements; the limit is 100. {HINT}"),
-    (changed({"text": "x" * 4001}), f"Hyperparameter 'text' has 4001 characters; the limit is 4000. {HINT}"),
+    ({"algorithm": "mine"}, ": Expected a Card, got dict. Return a gym_extensions.baselines.Card."),
+    (
+        changed(evaluation="greedy"),
+        ".evaluation: The value is 'greedy'. Choose one of: deterministic, sampled.",
+    ),
+    (changed(evaluation="sample"), ".evaluation: The value is 'sample'. Did you mean 'sampled'?"),
+    (changed(title="x" * 101), ".title: The string has 101 characters; the limit is 100. Give a string."),
+    (changed(title=3), ".title: 3 is not a string. Give a string."),
+    (changed(boundaries=1), ".boundaries: 1 is not true or false. Give true or false."),
+    (changed(parameters=np.int64(3)), f".parameters: np.int64(3) {COUNT}"),
+    (changed(stored_steps=-1), f".stored_steps: -1 {COUNT}"),
+    (changed([3]), ": hyperparameters is of type list. Use a dict of values by name."),
+    (changed({3: 1}), ": The hyperparameter name 3 is not a string. Use strings as names."),
+    (changed({"rate": float("nan")}), f": Hyperparameter 'rate' is not finite. {HINT}"),
+    (changed({"clip": float("inf")}), f": Hyperparameter 'clip' is not finite. {HINT}"),
+    (changed({"clip": np.float32(1)}), f": Hyperparameter 'clip' is of type float32. {HINT}"),
+    (changed({"net": {"pi": 3}}), f": Hyperparameter 'net' is of type dict. {HINT}"),
+    (changed({"net": [[3]]}), f": Hyperparameter 'net' contains an element of type list. {HINT}"),
+    (changed({"mask": 2**63}), f": Hyperparameter 'mask' is too large. {HINT}"),
+    (changed({"sizes": [1] * 101}), f": Hyperparameter 'sizes' has 101 elements; the limit is 100. {HINT}"),
+    (
+        changed({"text": "x" * 4001}),
+        f": Hyperparameter 'text' has 4001 characters; the limit is 4000. {HINT}",
+    ),
 ]
 
 
@@ -58,7 +66,7 @@ BAD_CARDS = [
 def test_a_card_that_the_manifest_cannot_store_is_rejected(card: Any, message: str) -> None:
     with pytest.raises(BenchError) as error:
         card_of(AgentWithCard(card), "mine")
-    assert str(error.value) == f"card(): {message}"
+    assert str(error.value) == f"card(){message}"
 
 
 class Greedy(Zero):
@@ -67,7 +75,7 @@ class Greedy(Zero):
 
 
 def test_a_bad_card_is_rejected_before_anything_runs(tmp_path: Path) -> None:
-    with pytest.raises(BenchError, match=r"card\(\): evaluation is 'greedy'\."):
+    with pytest.raises(BenchError, match=r"card\(\)\.evaluation: The value is 'greedy'\."):
         train(Greedy, "hopper-gravity", "single", "smoke", 0, out=tmp_path / "out")
     assert not (tmp_path / "out").exists()
 

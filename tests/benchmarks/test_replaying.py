@@ -11,7 +11,7 @@ import pytest
 from gym_extensions.baselines.training.evaluation import evaluate
 from gym_extensions.catalog.registry import task as published
 from gym_extensions.envs import make_vec
-from gym_extensions.rollouts.trace_reader import Recorded
+from gym_extensions.rollouts.trace_reader import RecordedEpisode
 from gym_extensions.scoring.replay.segments import replay
 
 pytestmark = pytest.mark.bench
@@ -38,7 +38,7 @@ class Calm:
         """Nothing."""
 
 
-def episodes(body: str) -> list[Recorded]:
+def episodes(body: str) -> list[RecordedEpisode]:
     """Episodes recorded as evaluation records them."""
     task, count = published(body), EPISODES[body]
     env: Any = make_vec(task, count)
@@ -48,7 +48,9 @@ def episodes(body: str) -> list[Recorded]:
     ):
         assert one.trace is not None
         facts = ("", task, seed, one.length, one.terminated)
-        found.append(Recorded(*facts, one.trace.actions, one.trace.segment_returns, dict(one.trace.states)))
+        found.append(
+            RecordedEpisode(*facts, one.trace.actions, one.trace.segment_returns, dict(one.trace.states))
+        )
     return found
 
 

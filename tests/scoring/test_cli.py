@@ -70,8 +70,8 @@ def test_problems_are_told_with_rule_place_and_what_to_do(
     assert cli.main([str(folder)]) == 1
     assert capsys.readouterr().out == (
         "entry  An entry  (1 problem)\n"
-        "  unexpected-name  notes.txt: A file of this name has no place here.\n"
-        "    Remove it, or give it the name that docs/rollout-log.md says.\n"
+        "  unexpected-name  notes.txt: Unexpected file.\n"
+        "    Remove it, or rename it as described in docs/rollout-log.md.\n"
         "\n"
     )
 

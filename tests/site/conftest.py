@@ -134,7 +134,7 @@ def submission(name: str, groups: Document, title: str = "", **manifest: Any) ->
         "code": {"url": "https://example.org/agent", "commit": "0123abc"},
         "protocol": {"budget": "100k", "algorithm": name, "evaluation": "sampled"},
         "hyperparameters": {"step_size": 0.01, "layers": [100, 50, 25]},
-        "knows": {"task_in_training": False, "task_in_evaluation": False, "boundaries": True},
+        "observes": {"task_in_training": False, "task_in_evaluation": False, "boundaries": True},
         "memory": {"stored_steps": 2000, "parameters_first": 12345, "parameters_last": 12345},
         "versions": {"mujoco": "4.0.0", "gymnasium": "1.4.0"},
     }
@@ -180,7 +180,7 @@ def everything() -> Document:
                 {"hopper-gravity-v0": {"sequential": sequential("hopper-gravity", nothing(2))}},
                 "Zero action",
             ),
-            submission("oracle", copy.deepcopy(hopper), "Oracle", knows=told),
+            submission("oracle", copy.deepcopy(hopper), "Oracle", observes=told),
             submission(
                 "trial",
                 {

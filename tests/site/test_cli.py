@@ -35,7 +35,7 @@ budget = "100k"
 algorithm = "none"
 evaluation = "sampled"
 
-[knows]
+[observes]
 task_in_training = false
 task_in_evaluation = false
 boundaries = false

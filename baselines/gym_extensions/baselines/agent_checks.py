@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -11,17 +10,22 @@ import gymnasium as gym
 
 from gym_extensions.baselines.agent import Agent, Card, Described, Factory
 from gym_extensions.errors import BenchError, did_you_mean
+from gym_extensions.rollouts.manifest import SECTIONS
+from gym_extensions.rollouts.manifest_values import HYPERPARAMETER, Key, hyperparameter_error, value_error
 
 METHODS = {"act": "act(observations)", "learn": "learn(env, steps)"}
 """The required methods of an agent and their signatures."""
 ARGUMENTS = "(observation_space, action_space, seed)"
-EVALUATIONS = ("sampled", "deterministic")
-"""How an agent acts in evaluation."""
-MAX_CHARACTERS = {"algorithm": 100, "title": 100, "description": 4000}
-FLAGS = ("task_in_training", "task_in_evaluation", "boundaries")
-COUNTS = ("stored_steps", "parameters")
-MAX_SETTING_CHARACTERS, MAX_SETTING_ELEMENTS = 4000, 100
-SETTING_HINT = "Use a string, a finite number, a boolean, or a list of them."
+KEYS: dict[str, Key] = {
+    "algorithm": SECTIONS["protocol"]["algorithm"],
+    "title": SECTIONS[""]["title"],
+    "description": SECTIONS[""]["description"],
+    "evaluation": SECTIONS["protocol"]["evaluation"],
+    **SECTIONS["observes"],
+    "stored_steps": SECTIONS["memory"]["stored_steps"],
+    "parameters": SECTIONS["memory"]["parameters_last"],
+}
+"""The key of submission.toml that each field of a card becomes."""
 
 
 def create_agent(make: Factory, spaces: tuple[gym.Space[Any], gym.Space[Any]], name: str) -> Agent:
@@ -76,49 +80,24 @@ def card_of(agent: Agent, name: str) -> Card:
     for key, value in settings.items():
         if not isinstance(key, str):
             raise _bad_card(f"The hyperparameter name {key!r} is not a string.", "Use strings as names.")
-        if problem := setting_problem(value):
-            raise BenchError("bad-setting", f"Hyperparameter {key!r} {problem}.", "card()", SETTING_HINT)
+        if problem := hyperparameter_error(value):
+            hint = f"Use {HYPERPARAMETER}."
+            raise BenchError("bad-setting", f"Hyperparameter {key!r} {problem}.", "card()", hint)
     return card
 
 
 def _check_fields(card: Card) -> None:
-    for name, limit in MAX_CHARACTERS.items():
-        text = getattr(card, name)
-        if not isinstance(text, str):
-            raise _bad_card(f"{name} is of type {_type(text)}.", "Use a string.")
-        if len(text) > limit:
-            raise _bad_card(f"{name} has {len(text)} characters.", f"Use at most {limit}.")
-    if card.evaluation not in EVALUATIONS:
-        raise _bad_card(
-            f"evaluation is {card.evaluation!r}.", did_you_mean(str(card.evaluation), EVALUATIONS)
-        )
-    for name in FLAGS:
-        if not isinstance(getattr(card, name), bool):
-            raise _bad_card(f"{name} is {getattr(card, name)!r}.", "Use True or False.")
-    for name in COUNTS:
-        count = getattr(card, name)
-        if not isinstance(count, int) or isinstance(count, bool) or not 0 <= count < 2**53:
-            raise _bad_card(f"{name} is {count!r}.", "Use an int that is not negative.")
+    for name, key in KEYS.items():
+        value = getattr(card, name)
+        if error := value_error(key, value):
+            raise BenchError("bad-card", error, f"card().{name}", f"Give {key.kind}.")
+        if key.choices and value not in key.choices:
+            hint = did_you_mean(str(value), map(str, key.choices))
+            raise BenchError("bad-card", f"The value is {value!r}.", f"card().{name}", hint)
 
 
 def _bad_card(message: str, hint: str) -> BenchError:
     return BenchError("bad-card", message, "card()", hint)
-
-
-def setting_problem(value: Any, nested: bool = False) -> str:
-    """Why a value cannot be a hyperparameter, or an empty string."""
-    if isinstance(value, list | tuple) and not nested:
-        if len(value) > MAX_SETTING_ELEMENTS:
-            return f"has {len(value)} elements; the limit is {MAX_SETTING_ELEMENTS}"
-        return next(filter(None, (setting_problem(element, True) for element in value)), "")
-    if isinstance(value, str):
-        too_long = len(value) > MAX_SETTING_CHARACTERS
-        return f"has {len(value)} characters; the limit is {MAX_SETTING_CHARACTERS}" if too_long else ""
-    if isinstance(value, float):
-        return "" if math.isfinite(value) else f"is {value!r}"
-    if isinstance(value, int):
-        return "" if abs(value) < 2**63 else "does not fit in 64 bits"
-    return f"has an element of type {_type(value)}" if nested else f"is of type {_type(value)}"
 
 
 def _type(value: object) -> str:

@@ -156,6 +156,6 @@ class Entry:
     suites: tuple[Trial, ...] = ()
 
     def knows(self, what: str) -> bool | None:
-        """Whether the agent is told that (a key of ``[knows]``); None when the manifest does not say."""
-        told: bool | None = self.manifest.get("knows", {}).get(what)
+        """Whether the agent is told that (a key of ``[observes]``); None when the manifest does not say."""
+        told: bool | None = self.manifest.get("observes", {}).get(what)
         return told

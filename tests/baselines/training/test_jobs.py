@@ -7,7 +7,6 @@ import pickle
 import pytest
 
 from gym_extensions.baselines.training.jobs import Settings, TrainingJob, jobs_of
-from gym_extensions.catalog.bodies import SEGMENTS
 from gym_extensions.catalog.budgets import budget
 from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.registry import TASKS
@@ -63,4 +62,4 @@ def test_every_task_has_equally_many_training_environments(
 def test_every_task_has_segments_of_five_or_ten_steps() -> None:
     assert {task.body.segments.steps for task in TASKS.values()} == {5, 10}
     assert {task.base for task in TASKS.values() if task.body.segments.steps == 5} <= {"Pusher", "Striker"}
-    assert all(row.tolerance > 0 for row in SEGMENTS.values())
+    assert all(task.body.segments.tolerance > 0 for task in TASKS.values())

@@ -32,7 +32,7 @@ def test_compare_tells_the_problems_of_a_submission_that_has_some(
     first, second = submission(name="a"), submission(name="b")
     (second / "notes.txt").write_text("")
     assert cli.main(["--compare", str(first), str(second)]) == 1
-    assert "notes.txt: A file of this name has no place here." in capsys.readouterr().out
+    assert "notes.txt: Unexpected file." in capsys.readouterr().out
 
 
 def test_problems_do_not_mix_with_json(
@@ -43,7 +43,7 @@ def test_problems_do_not_mix_with_json(
     assert cli.main(["--compare", str(first), str(second), "--json"]) == 1
     told = capsys.readouterr()
     assert told.out == ""
-    assert "notes.txt: A file of this name has no place here." in told.err
+    assert "notes.txt: Unexpected file." in told.err
 
 
 def test_compare_takes_the_paths_that_scoring_takes(

@@ -147,8 +147,8 @@ def test_a_submission_with_problems_has_no_score(submission: Write, references: 
         {
             "rule": "unexpected-name",
             "where": "notes.txt",
-            "message": "A file of this name has no place here.",
-            "hint": "Remove it, or give it the name that docs/rollout-log.md says.",
+            "message": "Unexpected file.",
+            "hint": "Remove it, or rename it as described in docs/rollout-log.md.",
         }
     ]
 

@@ -104,15 +104,15 @@ def test_forgetting_stands_right_beside_learning_performance() -> None:
 
 def test_entries_told_the_task_have_a_board_of_their_own(entry: Make) -> None:
     told = {"task_in_training": True, "task_in_evaluation": True, "boundaries": True}
-    first, second = of(entry("a", around(0.5)), entry("b", around(0.9), knows=told))
+    first, second = of(entry("a", around(0.5)), entry("b", around(0.9), observes=told))
     assert (names(first), first.told) == (["a"], False)
     assert (names(second), second.told) == (["b"], True)
     assert second.id == "hopper-gravity-v0-sequential-100k-told"
 
 
 def test_being_told_the_task_while_training_alone_is_no_other_board(entry: Make) -> None:
-    knows = {"task_in_training": True, "task_in_evaluation": False, "boundaries": False}
-    assert not only(entry("a", around(0.5), knows=knows)).told
+    observes = {"task_in_training": True, "task_in_evaluation": False, "boundaries": False}
+    assert not only(entry("a", around(0.5), observes=observes)).told
 
 
 def test_budgets_are_never_compared_and_smoke_is_on_no_board(entry: Make) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from gym_extensions.baselines.agent import Setting
-from gym_extensions.baselines.agent_checks import MAX_SETTING_CHARACTERS, setting_problem
+from gym_extensions.rollouts.manifest_values import LONG, hyperparameter_error
 
 ADDRESS = re.compile(r" at 0x[0-9a-fA-F]+")
 
@@ -20,10 +20,10 @@ def to_manifest_value(value: Any) -> Setting:
     The text of a class or function is its qualified name, so two lambdas of one scope have the same text. The
     text contains no module name and no memory address: it is the same in every process.
     """
-    if not setting_problem(value):
+    if not hyperparameter_error(value):
         plain: Setting = list(value) if isinstance(value, tuple) else value
         return plain
-    return _text(value)[:MAX_SETTING_CHARACTERS]
+    return _text(value)[:LONG]
 
 
 def _text(value: Any) -> str:

@@ -14,8 +14,8 @@ import tomli_w
 from gym_extensions.atomic import write_text
 from gym_extensions.baselines.agent import Card
 from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.manifest import FORMAT, SECTIONS
 
-FORMAT = 1
 SHARED_SECTIONS = ("protocol", "hyperparameters")
 """Sections that are the same in every run of a submission."""
 PHYSICS_PACKAGES = ("gymnasium", "mujoco")
@@ -90,11 +90,7 @@ def merge(existing: Tables, card: Card, new: Tables, first: int, last: int) -> d
         last: the agent's parameters after training.
     """
     memory = existing.get("memory", {})
-    knows = {
-        "task_in_training": card.task_in_training,
-        "task_in_evaluation": card.task_in_evaluation,
-        "boundaries": card.boundaries,
-    }
+    observes = {key: getattr(card, key) for key in SECTIONS["observes"]}
     tables = {
         "format": FORMAT,
         "title": existing.get("title", card.title or card.algorithm),
@@ -103,7 +99,7 @@ def merge(existing: Tables, card: Card, new: Tables, first: int, last: int) -> d
         "code": existing.get("code", {"url": "", "commit": ""}),
         "protocol": new["protocol"],
         "hyperparameters": new["hyperparameters"],
-        "knows": existing.get("knows", knows),
+        "observes": existing.get("observes", observes),
         "memory": {
             "stored_steps": max(memory.get("stored_steps", 0), card.stored_steps),
             "parameters_first": max(memory.get("parameters_first", 0), first),

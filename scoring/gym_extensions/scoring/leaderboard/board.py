@@ -59,7 +59,7 @@ def _entry(card: Document, key: BoardKey, found: Document) -> Document:
         "trust": card["trust"],
         "runs": runs,
         "ranked": not why,
-        "knows": card["manifest"]["knows"],
+        "observes": card["manifest"]["observes"],
         "memory": card["manifest"]["memory"],
         "metrics": metrics,
     } | ({"why": why} if why else {})

@@ -37,7 +37,7 @@ def place(card: Document, key: BoardKey) -> Document | None:
 
 def told(card: Document) -> bool:
     """Whether the agent is told the task in evaluation: such entries have boards of their own."""
-    return bool(((card["manifest"] or {}).get("knows") or {}).get("task_in_evaluation"))
+    return bool(((card["manifest"] or {}).get("observes") or {}).get("task_in_evaluation"))
 
 
 def slim(card: Document) -> Document:

@@ -14,7 +14,7 @@ from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, stages
 from gym_extensions.rollouts.reading.evaluation_log import Log
 from gym_extensions.rollouts.reading.training_curves import Curves, Key
-from gym_extensions.rollouts.submission import GroupEntry
+from gym_extensions.rollouts.submission import SubmittedGroup
 
 Returns = NDArray[np.float64]
 Cells = list[list[list[list[float]]]]
@@ -77,7 +77,7 @@ def _curves(curves: Curves | None) -> dict[Key, Curve]:
     return {key: (steps[start:stop], values[start:stop]) for key, start, stop in curves.blocks}
 
 
-def results(entry: GroupEntry, budget: str) -> Results:
+def results(entry: SubmittedGroup, budget: str) -> Results:
     """The results of a group's checked logs."""
     return Results(
         group=entry.group,

@@ -15,7 +15,7 @@ from typing import Any
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.folder import scan
 from gym_extensions.rollouts.layout import NAME
-from gym_extensions.rollouts.problem import Problem, printable
+from gym_extensions.rollouts.problem import Problem, escape
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.submission import Submission
 from gym_extensions.scoring.leaderboard.board import board
@@ -51,7 +51,7 @@ class Work:
         except BenchError:
             raise
         except Exception as fault:  # noqa: BLE001 - a folder that we have not foreseen must not stop the others
-            return score(Submission(printable(path.name), None, {}, (_fault(path, fault),)), self.references)
+            return score(Submission(escape(path.name), None, {}, (_fault(path, fault),)), self.references)
 
     def _card(self, path: Path) -> dict[str, Any]:
         if self.cache is None or not NAME.fullmatch(path.name):
@@ -70,7 +70,7 @@ def _fault(path: Path, fault: Exception) -> Problem:
     last = traceback.extract_tb(fault.__traceback__)[-1]
     found = f"The scorer stopped with {type(fault).__name__} in {Path(last.filename).name}, {last.name}."
     hint = "This is a mistake of gym-extensions, whatever the folder holds: please report it."
-    return Problem("fault-of-the-scorer", printable(path.name), found, hint)
+    return Problem("fault-of-the-scorer", escape(path.name), found, hint)
 
 
 def cards(folders: Sequence[Path], work: Work, workers: int | None = None) -> Iterator[dict[str, Any]]:

@@ -12,7 +12,7 @@ from gym_extensions import catalog, scoring
 from gym_extensions.atomic import write_text
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.folder import Folder
-from gym_extensions.rollouts.layout import largest
+from gym_extensions.rollouts.layout import max_bytes
 
 Document = dict[str, Any]
 
@@ -41,9 +41,9 @@ def content_key(folder: Folder, references: str) -> str:
     """
     place = f"{folder.name}\n{folder.root.is_symlink()}"
     digest = hashlib.sha256(f"{code_digest()}\n{references}\n{place}\n".encode())
-    for entry in folder.entries:
+    for entry in folder.items:
         digest.update(f"{entry.path}\n{entry.kind}\n{entry.size}\n".encode())
-        if entry.kind == "file" and entry.size <= largest(entry.path):
+        if entry.kind == "file" and entry.size <= max_bytes(entry.path):
             try:
                 digest.update(hashlib.sha256(folder.read(entry.path)).digest())
             except OSError as error:

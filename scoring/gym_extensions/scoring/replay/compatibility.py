@@ -8,29 +8,26 @@ from typing import Any
 import numpy as np
 
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.problem import shown
-from gym_extensions.rollouts.trace_reader import Array, Recorded
+from gym_extensions.rollouts.problem import quote
+from gym_extensions.rollouts.trace_reader import Array, RecordedEpisode
+from gym_extensions.rollouts.traces import is_recorded
 
-LEFT_OUT = "derived_"
-"""Saved names that begin so are recomputed by replay's warm-up step; a trace does not hold them."""
 UNFIT = (KeyError, ValueError, OverflowError, BenchError)
 """What an environment raises for a state that is not its own."""
 
 
-def misfits(env: Any, episodes: Sequence[Recorded]) -> Iterator[tuple[str, str]]:
+def misfits(env: Any, episodes: Sequence[RecordedEpisode]) -> Iterator[tuple[str, str]]:
     """The traces whose actions or states are of another shape than those of the environment, and how."""
     env.reset(seed=[one.seed for one in episodes[:1]])
     actions = env.single_action_space.shape
-    needed = {
-        name: rows.shape[1:] for name, rows in env.save_states().items() if not name.startswith(LEFT_OUT)
-    }
+    needed = {name: rows.shape[1:] for name, rows in env.save_states().items() if is_recorded(name)}
     for one in episodes:
         shapes = {name: rows.shape[1:] for name, rows in one.states.items()}
         wrong = sorted(name for name in {*shapes, *needed} if shapes.get(name) != needed.get(name))
         if one.actions.shape[1:] != actions:
             yield one.where, f"the recorded actions do not fit the task, whose actions are {actions}."
         elif wrong and one.length > one.segment_steps:
-            yield one.where, f"the recorded states do not fit the task: {shown(wrong[0])}."
+            yield one.where, f"the recorded states do not fit the task: {quote(wrong[0])}."
 
 
 def restored(env: Any, states: Sequence[dict[str, Array]]) -> list[str]:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from gym_extensions.catalog.task import Task
 from gym_extensions.envs import make_vec
 from gym_extensions.rollouts.problem import Problem
-from gym_extensions.rollouts.trace_reader import Array, Recorded
+from gym_extensions.rollouts.trace_reader import Array, RecordedEpisode
 from gym_extensions.scoring.replay.compatibility import misfits, restored
 
 LANES = 256
@@ -28,7 +28,7 @@ HINT = "Record it with the pinned versions; if it was, tell the maintainers the 
 class Segment:
     """The ``index``-th segment of an episode: steps ``start`` to ``end`` (exclusive)."""
 
-    episode: Recorded
+    episode: RecordedEpisode
     index: int
     start: int
     end: int
@@ -39,7 +39,7 @@ class Segment:
         return self.end == self.episode.length
 
 
-def segments_of(episode: Recorded) -> list[Segment]:
+def segments_of(episode: RecordedEpisode) -> list[Segment]:
     """The episode, cut."""
     starts = range(0, episode.length, episode.segment_steps)
     ends = [*starts[1:], episode.length]
@@ -62,7 +62,7 @@ def _processors() -> int:
     return len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count() or 1
 
 
-def replay(task: Task, episodes: Sequence[Recorded]) -> list[Problem]:
+def replay(task: Task, episodes: Sequence[RecordedEpisode]) -> list[Problem]:
     """At most one problem an episode: the first segment that does not come out as claimed."""
     with _no_log_file():
         model = make_vec(task, 1)

@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from gym_extensions.rollouts.folder import scan, submission_folders
-from gym_extensions.rollouts.problem import Problem, told_briefly
+from gym_extensions.rollouts.problem import Problem, summarize
 from gym_extensions.rollouts.reader import read
-from gym_extensions.rollouts.trace_reader import Recorded, recorded, rows
+from gym_extensions.rollouts.trace_reader import RecordedEpisode, read_trace, trace_requests
 from gym_extensions.scoring.replay.segments import replay
 from gym_extensions.scoring.scorecard.build import WELL_FORMED
 
@@ -42,7 +42,7 @@ class Verification:
         )
 
 
-def _by_task(episode: Recorded) -> str:
+def _by_task(episode: RecordedEpisode) -> str:
     return episode.task.id
 
 
@@ -57,14 +57,17 @@ def verify(path: Path) -> Verification:
     folder = scan(path)
     logs = [log for entry in submission.groups.values() for log in entry.logs.values()]
     episodes = sum(len(log.run) for log in logs)
-    if not any("/traces/" in entry.path for entry in folder.files()):
+    if not any("/traces/" in path for path in folder.files):
         return Verification(0, episodes, ())
-    found: list[Recorded] = []
+    found: list[RecordedEpisode] = []
     problems: list[Problem] = []
     for log in logs:
-        for row in rows(log, folder.read(log.path)):
-            one = recorded(folder, row)
-            (problems if isinstance(one, Problem) else found).append(one)  # type: ignore[arg-type]
+        for request in trace_requests(log, folder.read(log.path)):
+            episode = read_trace(folder, request)
+            if isinstance(episode, Problem):
+                problems.append(episode)
+            else:
+                found.append(episode)
     for task_id, members in groupby(sorted(found, key=_by_task), key=_by_task):
         episodes_of_task = list(members)
         task = episodes_of_task[0].task
@@ -82,7 +85,7 @@ def verified(document: dict[str, Any], folders: Sequence[Path]) -> dict[str, Any
             cards.append(card)
             continue
         found = verify(path)
-        problems = [problem.as_dict() for problem in told_briefly(found.problems)]
+        problems = [problem.as_dict() for problem in summarize(found.problems, card["name"])]
         notes = [] if problems or found.replayed else [NO_TRACES]
         cards.append(
             card

@@ -90,7 +90,7 @@ def score(submission: Submission, references: References) -> Document:
     }
     if submission.problems or submission.manifest is None:
         return document
-    budget = submission.manifest.budget
+    budget = submission.manifest.protocol.budget
     if submission.manifest.reported:
         document["groups"] = reported_groups(submission.manifest.reported, budget)
         return document

@@ -1,4 +1,4 @@
-"""A problem in one row hides no problem in another, and a row that was told is not told again as missing."""
+"""A problem in one row hides no problem in another row, and no row is reported twice."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ import pytest
 
 from gym_extensions.rollouts.reader import read
 
-from .broken import GROUP, LOG, TOML, Good, Spoil, cell, edit, lines, row
+from ..examples import GROUP, LOG, TOML, Change, CopySubmission, cell, edit, found, lines, row
 
 CURVES = f"{GROUP}/curves.csv"
 
 
-def hole(rows: list[str]) -> list[str]:
+def without_row_102(rows: list[str]) -> list[str]:
     return rows[:100] + rows[101:]
 
 
@@ -28,12 +28,12 @@ def cut_off(folder: Path) -> None:
 
 HALF_A_ROW = (f"{LOG}, row 1201", "truncated-file")
 
-EXAMPLES: dict[str, tuple[tuple[Spoil, ...], tuple[tuple[str, str], ...]]] = {
-    "a word for a length, and a hole": (
-        (cell(6, 5, "abc"), lines(hole)),
+EXAMPLES: dict[str, tuple[tuple[Change, ...], tuple[tuple[str, str], ...]]] = {
+    "a word for a length, and a missing row": (
+        (cell(6, 5, "abc"), lines(without_row_102)),
         ((f"{LOG}, row 6", "bad-cell"), (LOG, "missing-cell")),
     ),
-    "a row of too few cells, and holes in two other cells": (
+    "a row of too few cells, and missing rows in two other cells": (
         (lines(lambda rows: [rows[0][:-1].rpartition(",")[0], *rows[1:100], *rows[101:200], *rows[201:]]),),
         (
             (f"{LOG}, row 2", "cell-count"),
@@ -65,7 +65,7 @@ EXAMPLES: dict[str, tuple[tuple[Spoil, ...], tuple[tuple[str, str], ...]]] = {
     ),
     "an unknown key, and a curve beyond the budget": (
         (edit("boundaries = ", "luck = true\nboundaries = ", TOML), cell(13, 3, "99999", CURVES)),
-        ((f"{TOML}, [knows] luck", "unknown-key"), (f"{CURVES}, row 13", "over-budget")),
+        ((f"{TOML}, [observes] luck", "unknown-key"), (f"{CURVES}, row 13", "over-budget")),
     ),
     "a word for an episode alone": (
         (cell(6, 3, "abc"),),
@@ -105,9 +105,9 @@ EXAMPLES: dict[str, tuple[tuple[Spoil, ...], tuple[tuple[str, str], ...]]] = {
 
 
 @pytest.mark.parametrize("title", EXAMPLES)
-def test_every_problem_of_a_file_is_told_once(title: str, good: Good, tmp_path: Path) -> None:
+def test_every_problem_of_a_file_is_reported_once(title: str, good: CopySubmission, tmp_path: Path) -> None:
     folder = good(GROUP, tmp_path)
-    spoils, told = EXAMPLES[title]
-    for spoil in spoils:
-        spoil(folder)
-    assert [(one.where, one.rule) for one in read(folder).problems] == list(told)
+    changes, expected = EXAMPLES[title]
+    for change in changes:
+        change(folder)
+    assert found(read(folder).problems) == list(expected)
