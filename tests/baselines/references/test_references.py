@@ -92,7 +92,7 @@ SOURCE = {"agent": "trpo", "budget": "100k", "log_sha256": "ab"}
 
 def test_a_learned_task_has_the_mean_of_its_runs():
     row = task_row(FLOOR, {1001: [20.0] * 100, 1000: [30.0] * 100}, **SOURCE)
-    assert (row["floor"], row["open"]) == (FLOOR, False)
+    assert (row["floor"], row["unsolved"]) == (FLOOR, False)
     # Two runs of 30 and 20: mean 25, sample deviation √50, over √2.
     assert (row["ceiling"]["mean"], row["ceiling"]["standard_error"]) == (25.0, pytest.approx(5.0))
     assert [run["run"] for run in row["ceiling"]["runs"]] == [1000, 1001]
@@ -102,7 +102,7 @@ def test_a_learned_task_has_the_mean_of_its_runs():
 
 def test_an_open_task_has_no_ceiling_and_keeps_its_attempts():
     row = task_row(FLOOR, {1000: [3.0]}, **SOURCE)
-    assert (row["ceiling"], row["open"]) == (None, True)
+    assert (row["ceiling"], row["unsolved"]) == (None, True)
     assert row["attempts"]["runs"] == [{"run": 1000, "mean": 3.0, "std": 0.0, "beats_floor": False}]
 
 

@@ -88,7 +88,7 @@ def task_row(
         "log_sha256": log_sha256,
     }
     open_ = is_open([row["beats_floor"] for row in rows])
-    row = {"floor": dict(floor), "ceiling": None if open_ else ceiling, "open": open_}
+    row = {"floor": dict(floor), "ceiling": None if open_ else ceiling, "unsolved": open_}
     return row | ({"attempts": ceiling} if open_ else {})
 
 

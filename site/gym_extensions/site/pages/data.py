@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from gym_extensions.scoring.pipeline.score import text
 from gym_extensions.site.page import Leaderboard, Page, Render
 
 PATH = "scorecards.json"
@@ -12,8 +11,8 @@ PATH = "scorecards.json"
 
 def publish(site: Leaderboard, render: Render) -> Iterator[tuple[str, str]]:
     """The scorecards and the boards, the very bytes that ``score`` writes for all submissions."""
-    yield PATH, text(dict(site.document))
-    yield "boards.json", text({"format": 1, "boards": site.scored})
+    yield PATH, site.document.to_json()
+    yield "boards.json", site.scored.to_json()
 
 
 PAGE = Page(title="Data (JSON)", order=30, path=PATH, publish=publish)
