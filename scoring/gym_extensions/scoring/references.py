@@ -16,7 +16,7 @@ CURRENT = "provisional"
 
 @dataclass(frozen=True)
 class Reference:
-    """A task's floor and ceiling in raw returns; an unsolved task, which no agent has learned, has no ceiling.
+    """A task's floor and ceiling in raw returns; a task that no agent has learned has no ceiling.
 
     Raises:
         ValueError: a solved task without a ceiling above its floor, or an unsolved one with a ceiling.

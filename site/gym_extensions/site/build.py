@@ -12,6 +12,8 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from gym_extensions.errors import BenchError
+from gym_extensions.scoring.metrics.definitions import BY_NAME
+from gym_extensions.scoring.metrics.paper_table import COLUMNS
 from gym_extensions.scoring.scorecard.model import ScorecardDocument
 from gym_extensions.site.charts import heatmap as heat
 from gym_extensions.site.charts import performance_profile as profiles
@@ -48,6 +50,8 @@ def environment() -> Environment:
         heat=heat,
         panels=panels,
         profiles=profiles,
+        metrics=BY_NAME,
+        paper_columns=COLUMNS,
         trials=trials,
         words=words,
         numerals=numerals,

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS
 from gym_extensions.scoring.leaderboard.duplicates import duplicate_entries
@@ -20,7 +21,8 @@ from gym_extensions.scoring.leaderboard.model import (
     Difference,
     VersusNext,
 )
-from gym_extensions.scoring.metrics.definitions import METRICS, Metric
+from gym_extensions.scoring.metrics.definitions import METRICS
+from gym_extensions.scoring.metrics.metric import Metric
 from gym_extensions.scoring.metrics.value import MetricValue, learned_nothing
 from gym_extensions.scoring.scorecard.estimates import estimate
 from gym_extensions.scoring.scorecard.model import REPORTED, GroupScore, Scorecard, SuiteScore
@@ -92,12 +94,11 @@ def _ranks(
     summaries = [summary for _, summary in ranked]
     apart = different(summaries)
     intervals = rank_intervals(summaries, apart, metric.better)
-    pairs = zip(ranked, ranked[1:], strict=False)
     return Ranks(
         {entry.name: interval for (entry, _), interval in zip(ranked, intervals, strict=True)},
         {
             above[0].name: _versus(above, below, bool(apart[index, index + 1]), len(ranked))
-            for index, (above, below) in enumerate(pairs)
+            for index, (above, below) in enumerate(pairwise(ranked))
         },
     )
 

@@ -13,7 +13,7 @@ from gym_extensions.scoring.scorecard.model import GroupScore, Scorecard, SuiteS
 
 @dataclass(frozen=True, order=True)
 class BoardKey:
-    """A board: group id or suite name, protocol, budget, and whether agents observe the task in evaluation."""
+    """A board: group or suite, protocol, budget, and whether agents observe the task in evaluation."""
 
     group: str
     protocol: str

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from gym_extensions.scoring.metrics.definitions import FINAL, METRICS, Metric
+from gym_extensions.scoring.metrics.definitions import FINAL, METRICS
+from gym_extensions.scoring.metrics.metric import Metric
 from gym_extensions.scoring.metrics.normalization import normalized_runs
 from gym_extensions.scoring.metrics.returns import Results
 from gym_extensions.scoring.metrics.run import Run

@@ -131,7 +131,7 @@ def _state(part: Segment) -> dict[str, Array]:
 
 
 def _actions(parts: Sequence[Segment], steps: int) -> NDArray[np.float32]:
-    """Actions (steps + 1, segments, …): of the step before each segment, of its steps, zeros after its end."""
+    """Actions (steps + 1, segments, …): of the step before each segment and of its steps, then zeros."""
     recorded = parts[0].episode.actions
     actions = np.zeros((steps + 1, len(parts), *recorded.shape[1:]), recorded.dtype)
     for index, part in enumerate(parts):

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from gym_extensions.scoring.metrics.definitions import FINAL, JOINT_GAP, Metric
+from gym_extensions.scoring.metrics.definitions import FINAL, JOINT_GAP
+from gym_extensions.scoring.metrics.metric import Metric
 from gym_extensions.scoring.scorecard.model import GroupScore
 from gym_extensions.scoring.statistics.intervals import Summary, less, summary, summary_of
 

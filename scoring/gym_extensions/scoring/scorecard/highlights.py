@@ -55,7 +55,7 @@ def _runs(score: GroupScore, single: GroupScore | None, index: int, column: str)
 
 
 def _is_significant(before: Sequence[float], after: Sequence[float], sign: int) -> bool:
-    """Whether the change over runs is significant in the given direction; a single run counts as significant."""
+    """Whether the change is significant in the given direction; a single run counts as significant."""
     if min(len(before), len(after)) < 2:
         return True
     low = interval([sign * (b - a) for a, b in zip(before, after, strict=True)]).low

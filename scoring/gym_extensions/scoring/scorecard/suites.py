@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from gym_extensions.catalog.suites import SUITES
-from gym_extensions.scoring.metrics.definitions import METRICS, Metric
+from gym_extensions.scoring.metrics.definitions import METRICS
 from gym_extensions.scoring.metrics.evaluate import ONE_RUN
+from gym_extensions.scoring.metrics.metric import Metric
 from gym_extensions.scoring.metrics.value import MetricValue
 from gym_extensions.scoring.scorecard.estimates import Groups, estimate
 from gym_extensions.scoring.scorecard.model import SuiteScore

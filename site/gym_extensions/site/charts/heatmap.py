@@ -14,7 +14,7 @@ STEPS = 10
 
 
 def tint(value: float, reference: ReferenceValue | None) -> str:
-    """A class of the style sheet: ``h0`` (floor) … ``h10`` (reference, or above), ``below`` or ``unsolved``."""
+    """A class of the style sheet: ``h0`` (floor) … ``h10`` (reference or above), ``below``, ``unsolved``."""
     share = reference.normalize(value) if reference else None
     if share is None:
         return "unsolved"

@@ -10,7 +10,6 @@ from gym_extensions.catalog.budgets import BUDGETS
 from gym_extensions.catalog.suites import SUITES
 from gym_extensions.scoring.leaderboard.board import NOTHING_LEARNED
 from gym_extensions.scoring.metrics.definitions import BY_NAME
-from gym_extensions.scoring.metrics.paper_table import COLUMNS
 from gym_extensions.scoring.metrics.value import LEAST_LEARNED, MetricValue
 from gym_extensions.scoring.scorecard.model import REPORTED, VALIDATED, Scorecard
 from gym_extensions.site.text.numbers import digits_for, fixed, grouped, interval

@@ -29,7 +29,7 @@ RANKS_SHOWN = ("final_performance", "single_task_performance", "forgetting")
 
 @dataclass(frozen=True)
 class Row:
-    """One entry on a board: its scorecard and scores, the scorer's entry, and how many are ranked by metric."""
+    """One entry on a board; ``ranked_on`` counts the ranked entries by metric."""
 
     card: Scorecard
     trial: Trial
