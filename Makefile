@@ -4,7 +4,7 @@ PYTHON ?= python3
 PIP = .venv/bin/python -m pip --disable-pip-version-check --no-input install --quiet -c constraints.txt
 export OPENBLAS_NUM_THREADS ?= 1
 
-.PHONY: leaderboard test check bench slow clean
+.PHONY: leaderboard test check docs bench slow clean
 
 leaderboard: .venv/scoring.installed  ## check and score every submission, build _site/
 	@.venv/bin/gym-extensions site submissions --out _site
@@ -20,6 +20,9 @@ check: .venv/everything.installed  ## style, types, and the direction of imports
 	.venv/bin/ruff format --check .
 	.venv/bin/mypy
 	.venv/bin/lint-imports
+
+docs: .venv/scoring.installed  ## write the generated tables of docs/*.md
+	.venv/bin/python -m gym_extensions.scoring.output.docs docs
 
 bench: .venv/everything.installed  ## speed, as ratios measured side by side in one run
 	$(PIP) -e '.[dev,bench]'

@@ -7,6 +7,7 @@ from typing import Any, Self
 
 import msgspec
 
+DIALECT = "https://json-schema.org/draft/2020-12/schema"
 INDENT = 1
 
 
@@ -44,6 +45,7 @@ def json_schema(document: type[JsonDocument]) -> dict[str, Any]:
     """The JSON Schema (draft 2020-12) of a document: every key is required and no other is allowed."""
     schema = msgspec.json.schema(document)
     for part in schema["$defs"].values():
-        if "properties" in part:
-            part |= {"required": sorted(part["properties"]), "additionalProperties": False}
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
+        for field in part["properties"].values():
+            field.pop("default", None)
+        part |= {"required": sorted(part["properties"]), "additionalProperties": False}
+    return {"$schema": DIALECT, **schema}
