@@ -1,4 +1,4 @@
-"""gym-extensions reference: floors and ceilings, measured; the file that normalises every score."""
+"""gym-extensions reference: floors and ceilings, measured; the file that normalizes every score."""
 
 from __future__ import annotations
 

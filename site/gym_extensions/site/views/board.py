@@ -48,7 +48,7 @@ class Board:
 
     @property
     def unsolved_tasks(self) -> tuple[str, ...]:
-        """Tasks without a ceiling, left out of every normalised mean."""
+        """Tasks without a ceiling, left out of every normalized mean."""
         return next((row.trial.unsolved_tasks for row in self.rows if row.trial.unsolved_tasks), ())
 
     @property
