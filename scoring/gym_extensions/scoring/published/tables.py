@@ -11,7 +11,8 @@ import msgspec
 from gym_extensions.catalog.published import TABLES
 from gym_extensions.catalog.task import NAMESPACE
 from gym_extensions.scoring.metrics.paper_table import PaperCell, PaperColumns, PaperRow
-from gym_extensions.scoring.references import REFERENCES
+
+DATA = Path(__file__).parent / "data"
 
 COLUMNS = {
     "fully_trained": "fully_trained",
@@ -73,7 +74,7 @@ def group_id(name: str) -> str:
 
 def table_path(name: str) -> Path:
     """The CSV file of a published table."""
-    return REFERENCES / TABLES[name]
+    return DATA / TABLES[name]
 
 
 def printed_groups(name: str) -> dict[str, PrintedGroup]:
