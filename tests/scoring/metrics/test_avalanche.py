@@ -16,7 +16,7 @@ functional.forgetting all p[j][j] − p[s][j], s > j           terms of mean lat
 
 Three differences, each held by a test. A mean of no terms is 0.0 there and None here. What Avalanche calls
 forward transfer is zero-shot transfer here; asymptotic transfer here needs the task trained alone, which
-Avalanche does not have. It has no unsolved tasks: one is trained on there and left out of the evaluated stream.
+Avalanche does not have. It has no unsolved tasks: one is trained on there and not evaluated.
 Worst-case forgetting (the maximum of Chaudhry et al.) has no counterpart: Avalanche keeps the first value.
 """
 

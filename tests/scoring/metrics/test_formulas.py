@@ -84,7 +84,7 @@ def average(R: Matrix) -> float:
         (function("worst_case_forgetting"), worst_forgetting),
         (function("average_lower_triangle"), average),
     ],
-    ids=["forgetting", "zero-shot transfer", "worst-case forgetting", "average over the lower triangle"],
+    ids=["forgetting", "zero-shot transfer", "worst-case forgetting", "average of the lower triangle"],
 )
 def test_formulas_are_those_of_the_papers_that_they_name(
     formula: Callable[[Run], Number], plain: Callable[[Matrix], float]

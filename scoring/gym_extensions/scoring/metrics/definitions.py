@@ -107,7 +107,7 @@ TABLE = (
     ),
     Metric(
         "average_lower_triangle",
-        "Average over the lower triangle",
+        "Average of the lower triangle",
         "mean over all s ≥ j ≥ 1 of p[s][j]",
         lambda run: mean(run.p(s, j) for j in run.scored for s in range(j, run.T + 1)),
         HIGHER,
