@@ -74,14 +74,14 @@ def sequential(group_name: str, matrices: list[list[list[float]]], budget: str =
                 "final_performance": estimate(final),
                 "learning_performance": estimate(learning),
                 "forgetting": estimate(forgetting),
-                "forward_transfer": absent,
+                "asymptotic_transfer": absent,
                 "zero_shot_transfer": estimate(zero_shot),
             },
         ),
-        "table": table,
-        "total": {**total, "single_env": None},
-        "reference": {task: {"floor": 0.0, "ceiling": 1000.0, "open": False} for task in tasks},
-        "matrix": matrices,
+        "paper_table": table,
+        "paper_total": {**total, "single_env": None},
+        "reference": {task: {"floor": 0.0, "ceiling": 1000.0, "unsolved": False} for task in tasks},
+        "return_matrix": matrices,
     }
 
 
@@ -115,8 +115,8 @@ def alone(group_name: str, returns: list[list[float]], budget: str = "100k") -> 
         "runs": list(range(len(returns))),
         "tasks": tasks,
         "metrics": {"single_task_performance": estimate([statistics.fmean(run) / 1000 for run in returns])},
-        "reference": {task: {"floor": 0.0, "ceiling": 1000.0, "open": False} for task in tasks},
-        "matrix": returns,
+        "reference": {task: {"floor": 0.0, "ceiling": 1000.0, "unsolved": False} for task in tasks},
+        "return_matrix": [[run] for run in returns],
     }
 
 
@@ -134,15 +134,16 @@ def submission(name: str, groups: Document, title: str = "", **manifest: Any) ->
         "code": {"url": "https://example.org/agent", "commit": "0123abc"},
         "protocol": {"budget": "100k", "algorithm": name, "evaluation": "sampled"},
         "hyperparameters": {"step_size": 0.01, "layers": [100, 50, 25]},
-        "knows": {"task_in_training": False, "task_in_evaluation": False, "boundaries": True},
+        "observes": {"task_in_training": False, "task_in_evaluation": False, "boundaries": True},
         "memory": {"stored_steps": 2000, "parameters_first": 12345, "parameters_last": 12345},
         "versions": {"mujoco": "4.0.0", "gymnasium": "1.4.0"},
+        "archive": None,
     }
     facts.update(manifest)
     return {
         "name": name,
         "title": title or name,
-        "trust": "well-formed",
+        "trust": "validated",
         "problems": [],
         "manifest": facts,
         "notes": [],
@@ -152,8 +153,8 @@ def submission(name: str, groups: Document, title: str = "", **manifest: Any) ->
 
 
 def everything() -> Document:
-    """A learner, a better learner, one that learns nothing, one told the task, one for tests, one refused."""
-    told = {"task_in_training": True, "task_in_evaluation": True, "boundaries": True}
+    """A learner, a better learner, one that learns nothing, one task-conditioned, one for tests, one refused."""
+    conditioned = {"task_in_training": True, "task_in_evaluation": True, "boundaries": True}
     hopper = {
         "hopper-gravity-v0": {
             "sequential": sequential("hopper-gravity", learner(0.9, 0.75, 5)),
@@ -180,7 +181,7 @@ def everything() -> Document:
                 {"hopper-gravity-v0": {"sequential": sequential("hopper-gravity", nothing(2))}},
                 "Still",
             ),
-            submission("oracle", copy.deepcopy(hopper), "Oracle", knows=told),
+            submission("oracle", copy.deepcopy(hopper), "Oracle", observes=conditioned),
             submission(
                 "trial",
                 {
