@@ -82,6 +82,14 @@ def test_an_error_of_reading_names_the_path(
         ScorecardDocument.from_json(text.replace(old, new))
 
 
+def test_a_key_that_was_absent_in_the_text_is_written(document: ScorecardDocument) -> None:
+    text = document.to_json()
+    read = ScorecardDocument.from_json(text.replace('"notes": [],', ""))
+    assert text.count('"notes": [],') > 1
+    assert read == document
+    assert read.to_json() == text
+
+
 def test_a_text_that_is_not_json_is_an_error() -> None:
     with pytest.raises(ValueError, match="JSON is malformed"):
         ScorecardDocument.from_json("{'format': 1}")

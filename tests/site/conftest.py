@@ -36,7 +36,7 @@ def sequential(group_name: str, matrices: list[list[list[float]]], budget: str =
     learning = [statistics.fmean(run[j + 1][j] for j in range(count)) for run in share]
     forgetting = [statistics.fmean(run[j + 1][j] - run[count][j] for j in range(count - 1)) for run in share]
     zero_shot = [statistics.fmean(run[j][j] - run[0][j] for j in range(1, count)) for run in share]
-    absent = {
+    absent: Document = {
         "mean": None,
         "low": None,
         "high": None,
@@ -52,7 +52,7 @@ def sequential(group_name: str, matrices: list[list[list[float]]], budget: str =
         "after_env_training": lambda j: j + 1,
         "first_step": lambda j: j,
     }
-    table = [
+    table: list[Document] = [
         {
             "task": task,
             **{name: spread(stage, j) for name, stage in columns.items()},
@@ -122,7 +122,7 @@ def alone(group_name: str, returns: list[list[float]], budget: str = "100k") -> 
 
 def complete(protocol: str, metrics: Document) -> Document:
     """The metrics, and every other of the protocol as a null with its reason."""
-    absent = {"mean": None, "low": None, "high": None, "runs": [], "why": "It is not made up here."}
+    absent: Document = {"mean": None, "low": None, "high": None, "runs": [], "why": "It is not made up here."}
     return {metric.name: metrics.get(metric.name, absent) for metric in METRICS[protocol]}
 
 
@@ -153,7 +153,7 @@ def submission(name: str, groups: Document, title: str = "", **manifest: Any) ->
 
 
 def everything() -> Document:
-    """A learner, a better learner, one that learns nothing, one task-conditioned, one for tests, one refused."""
+    """Two learners, one that learns nothing, one task-conditioned, one for tests and one refused."""
     conditioned = {"task_in_training": True, "task_in_evaluation": True, "boundaries": True}
     hopper = {
         "hopper-gravity-v0": {

@@ -47,8 +47,9 @@ def test_hash_seed_time_zone_and_folder_change_nothing(document: dict[str, Any],
     source = tmp_path / "document.json"
     source.write_text(json.dumps(document), encoding="utf-8")
     program = (
-        "import sys, pathlib; from gym_extensions.scoring.scorecard.model import ScorecardDocument as D;from gym_extensions.site.build import build;"
-        "build(D.from_json(pathlib.Path(sys.argv[1]).read_bytes()), pathlib.Path(sys.argv[2]))"
+        "import sys; from pathlib import Path; from gym_extensions.site.build import build;"
+        "from gym_extensions.scoring.scorecard.model import ScorecardDocument;"
+        "build(ScorecardDocument.from_json(Path(sys.argv[1]).read_bytes()), Path(sys.argv[2]))"
     )
     settings = [
         {"PYTHONHASHSEED": "1", "TZ": "UTC", "LC_ALL": "C"},

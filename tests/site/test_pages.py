@@ -80,7 +80,7 @@ def test_a_published_table_shows_what_it_has_and_says_what_it_lacks(document: di
     table = document["submissions"][1]
     table.update(trust="reported", groups={"hopper-gravity-v0": table["groups"]["hopper-gravity-v0"]})
     scores = table["groups"]["hopper-gravity-v0"]["sequential"]
-    null = {"mean": None, "low": None, "high": None, "runs": [], "why": "Reported: no floor."}
+    null: dict[str, Any] = {"mean": None, "low": None, "high": None, "runs": [], "why": "Reported: no floor."}
     scores.update(
         budget="paper",
         runs=[],

@@ -17,7 +17,13 @@ def about(description: str) -> msgspec.Meta:
 
 
 class JsonDocument:
-    """Base of the dataclasses that are written as a JSON document of their own."""
+    """Base of the dataclasses that are written as a JSON document of their own.
+
+    They and all dataclasses in them have ``slots=True``: without slots, msgspec leaves out of a document the
+    fields that were absent where it was read.
+    """
+
+    __slots__ = ()
 
     def to_json(self) -> str:
         """The document as JSON: sorted keys, floats by ``repr``, indented, one newline at the end.

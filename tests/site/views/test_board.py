@@ -10,7 +10,8 @@ import pytest
 
 from gym_extensions.site.page import Leaderboard
 from gym_extensions.site.text import labels as words
-from gym_extensions.site.views.board import COLUMNS, Board
+from gym_extensions.site.views.board import Board
+from gym_extensions.site.views.board_row import COLUMNS
 
 from ..reading import typed
 
@@ -37,7 +38,7 @@ def entry(document: Card) -> Make:
         card["groups"] = {"hopper-gravity-v0": {"sequential": scores}}
         runs = final or [0.0] * 5
         scores.update(budget=budget, runs=list(range(len(runs))))
-        null = {"mean": None, "low": None, "high": None, "runs": [], "why": "Every task is unsolved."}
+        null: Card = {"mean": None, "low": None, "high": None, "runs": [], "why": "Every task is unsolved."}
         scores["metrics"] |= {
             "final_performance": estimate(final) if final else null,
             "learning_performance": estimate(learning or around(0.9, len(runs))),

@@ -10,7 +10,7 @@ from gym_extensions.scoring.scorecard.manifest import Memory, Observes
 from gym_extensions.scoring.statistics.intervals import Interval
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Difference:
     """The difference of two means, with Welch's 95 % interval for this pair alone."""
 
@@ -24,7 +24,7 @@ class Difference:
         return cls(interval.mean, interval.low, interval.high)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class BoardMetric:
     """A metric of an entry: the scorecard's value, and its rank on this board."""
 
@@ -40,7 +40,7 @@ class BoardMetric:
     ] = ""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class VersusNext:
     """A ranked entry against the ranked entry below it."""
 
@@ -53,7 +53,7 @@ class VersusNext:
     ]
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class BoardEntry:
     """One submission on one board."""
 
@@ -78,7 +78,7 @@ class BoardEntry:
     ] = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Board:
     """Entries of one group or suite, protocol and budget."""
 
@@ -92,7 +92,7 @@ class Board:
     ]
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class BoardsDocument(JsonDocument):
     """Every board."""
 
@@ -100,7 +100,7 @@ class BoardsDocument(JsonDocument):
     boards: Annotated[tuple[Board, ...], about("boards of groups, then of suites")]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class ComparedMetric:
     """A metric that both entries have."""
 
@@ -109,7 +109,7 @@ class ComparedMetric:
     difference: Annotated[Difference, about("first − second")]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class ComparedScore:
     """What two entries have in common on one group or suite under one protocol."""
 
@@ -120,7 +120,7 @@ class ComparedScore:
 ComparedScores = dict[str, dict[str, ComparedScore]]
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Comparison(JsonDocument):
     """Two entries side by side. Intervals are not corrected for multiple comparisons."""
 

@@ -17,7 +17,7 @@ THRESHOLDS = tuple(step / 20 for step in range(-10, 41))
 """τ from −.5 to 2 in steps of .05."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Profile:
     """Performance profile: for each τ the fraction of (run, task) pairs with a score above it."""
 

@@ -22,7 +22,7 @@ COLUMNS = {
 Episodes = dict[str, list[float] | None]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class PaperCell:
     """Raw returns of episodes, all runs pooled."""
 
@@ -30,7 +30,7 @@ class PaperCell:
     std: Annotated[float, about("population standard deviation over episodes")]
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class PaperColumns:
     """The four cells of a row or of a total; null where the entry has no such log."""
 
@@ -49,7 +49,7 @@ class PaperColumns:
         return [self.cell(column) for column in COLUMNS]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class PaperRow(PaperColumns):
     """One task's row."""
 

@@ -13,7 +13,7 @@ LEAST_LEARNED = 0.1
 """Learning performance from which a single run, which has no interval, counts as having learned."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class MetricValue:
     """Mean over runs, 95 % interval and one value per run."""
 

@@ -12,7 +12,7 @@ Scalar = str | int | float | bool
 Hyperparameter = Scalar | tuple[Scalar, ...]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Code:
     """Where the code is."""
 
@@ -20,7 +20,7 @@ class Code:
     commit: Annotated[str, about("commit, or empty")]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Protocol:
     """How the agent was trained and evaluated."""
 
@@ -29,7 +29,7 @@ class Protocol:
     evaluation: Annotated[str, about("`sampled` or `deterministic` actions")]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Observes:
     """What the agent observes besides the environment's observations."""
 
@@ -38,7 +38,7 @@ class Observes:
     boundaries: Annotated[bool, about("when the task changes")]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Memory:
     """What the agent stores."""
 
@@ -47,7 +47,7 @@ class Memory:
     parameters_last: Annotated[int, about("parameters when training ends")]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Archive:
     """Where the complete set of traces is."""
 
@@ -55,7 +55,7 @@ class Archive:
     sha256: Annotated[str, about("SHA-256 of the archive, or empty")]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class ManifestSummary:
     """The sections of submission.toml."""
 

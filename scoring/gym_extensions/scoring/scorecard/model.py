@@ -16,7 +16,7 @@ REPORTED = "reported"
 VALIDATED = "validated"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class ReferenceValue:
     """A task's floor and ceiling in raw returns."""
 
@@ -37,7 +37,7 @@ class ReferenceValue:
         return (value - self.floor) / (self.ceiling - self.floor)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Curve:
     """One training curve."""
 
@@ -49,7 +49,7 @@ class Curve:
     ]
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class GroupScore:
     """One submission on one group under one protocol."""
 
@@ -84,7 +84,7 @@ class GroupScore:
     notes: Annotated[tuple[str, ...], about("reported entries: contradictions between printed numbers")] = ()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class SuiteScore:
     """One submission on a suite under one protocol: means over the suite's groups."""
 
@@ -93,7 +93,7 @@ class SuiteScore:
     metrics: Annotated[dict[str, MetricValue], about("every metric of the protocol by name")]
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Scorecard:
     """One submission. With a problem it has neither trust nor scores."""
 
@@ -117,7 +117,7 @@ class Scorecard:
     ] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class ReferencesInfo:
     """Which frozen floors and ceilings normalize the scores."""
 
@@ -126,7 +126,7 @@ class ReferencesInfo:
     sha256: Annotated[str, about("SHA-256 of the references' file")]
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ScorecardDocument(JsonDocument):
     """Scorecards and the references that they use."""
 
