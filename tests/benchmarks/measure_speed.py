@@ -2,8 +2,8 @@
 
     python tests/benchmarks/measure_speed.py [--submissions 1000] [--different 1000] [--workers N]
 
-So many different submissions are written and linked in turn under as many names as asked for, scored with
-synthetic references into scorecards and boards, then scored again from the cache, and again with one more.
+``--different`` submissions are written and linked in turn under ``--submissions`` names, then scored with
+synthetic references into scorecards and boards.
 (A thousand different ones need 2 GB of temporary files and some minutes to write.)
 """
 
@@ -27,8 +27,8 @@ from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, evaluation_seed
 from gym_extensions.rollouts.episodes import CurvePoint, Episode, write_curves, write_episodes
-from gym_extensions.scoring.pipeline.batch import Work, cards
 from gym_extensions.scoring.pipeline.publish import Publisher
+from gym_extensions.scoring.pipeline.score import Scorer, scorecards
 from gym_extensions.scoring.references import Reference, References
 
 NAMES = ("hopper-gravity", "walker2d-gravity", "halfcheetah-gravity", "humanoid-gravity", "hopper-body")
@@ -114,15 +114,17 @@ def _processor() -> float:
     return spent.user + spent.system + spent.children_user + spent.children_system
 
 
-def run(folders: Sequence[Path], work: Work, workers: int | None, out: Path) -> tuple[float, float, float]:
+def run(
+    folders: Sequence[Path], references: References, workers: int | None, out: Path
+) -> tuple[float, float, float]:
     """Seconds to score the folders into scorecards, seconds for the boards, and processor time of both."""
-    start, before, published = time.perf_counter(), _processor(), Publisher(out, work.references)
-    for card in cards(folders, work, workers):
-        if card["problems"]:
-            raise ValueError(card["problems"][0])
+    start, before, published = time.perf_counter(), _processor(), Publisher(out, references)
+    for card in scorecards(folders, Scorer(references), workers):
+        if card.problems:
+            raise ValueError(card.problems[0])
         published.add(card)
     scored = time.perf_counter()
-    published.finish(workers)
+    published.finish()
     return scored - start, time.perf_counter() - scored, _processor() - before
 
 
@@ -142,20 +144,12 @@ def main() -> None:
             list(
                 pool.map(write, (root / "sources" / str(seed) for seed in range(different)), range(different))
             )
-        folders = [root / "submissions" / f"entry{number:04}" for number in range(given.submissions + 1)]
+        folders = [root / "submissions" / f"entry{number:04}" for number in range(given.submissions)]
         for number, folder in enumerate(folders):
             link(root / "sources" / str(number % different), folder)
-        plain, kept = Work(references), Work(references, root / "cache")
-        for name, chosen, work in (
-            ("scored", folders[:-1], plain),
-            ("scored into an empty cache", folders[:-1], kept),
-            ("from the cache", folders[:-1], kept),
-            ("one more", folders, kept),
-        ):
-            seconds, more, processor = run(chosen, work, given.workers, root / "out")
-            told = f"{name}: {len(chosen)} submissions, {seconds:.1f} s, and their boards {more:.1f} s"
-            sys.stdout.write(f"{told}; {processor:.1f} s of processor time\n")
-            sys.stdout.flush()
+        seconds, more, processor = run(folders, references, given.workers, root / "out")
+        times = f"{len(folders)} submissions, {seconds:.1f} s, and their boards {more:.1f} s"
+        sys.stdout.write(f"scored: {times}; {processor:.1f} s of processor time\n")
     peaks = (
         resource.getrusage(who).ru_maxrss // 1024 for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)
     )
