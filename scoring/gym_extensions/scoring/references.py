@@ -1,4 +1,4 @@
-"""Frozen floors and ceilings. Normalized return: 0 is a policy that ignores observations, 1 the reference."""
+"""Frozen floors and ceilings, which normalize returns: 0 ignores observations, 1 is the reference agent."""
 
 from __future__ import annotations
 

@@ -12,6 +12,7 @@ from gym_extensions.site.page import Leaderboard
 from gym_extensions.site.text import labels as words
 from gym_extensions.site.views.board import Board
 from gym_extensions.site.views.board_row import COLUMNS
+from gym_extensions.site.views.trial import nothing_to_forget
 
 from ..reading import typed
 
@@ -263,5 +264,5 @@ def test_nobody_leads_where_nobody_has_a_value(entry: Make) -> None:
 )
 def test_who_learned_nothing_has_nothing_to_forget(entry: Make, learning: list[float], said: str) -> None:
     (row,) = only(entry("a", around(0.5, runs=len(learning)), learning)).rows
-    assert (words.nothing(row.trial) if row.trial.learned_nothing else "") == said
+    assert (nothing_to_forget(row.trial) if row.trial.learned_nothing else "") == said
     assert bool(row.entry.metrics["forgetting"].rank_note) is bool(said), "the scorer says otherwise"

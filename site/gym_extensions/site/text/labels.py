@@ -8,12 +8,10 @@ from markupsafe import Markup, escape
 
 from gym_extensions.catalog.budgets import BUDGETS
 from gym_extensions.catalog.suites import SUITES
-from gym_extensions.scoring.leaderboard.board import NOTHING_LEARNED
 from gym_extensions.scoring.metrics.definitions import BY_NAME
-from gym_extensions.scoring.metrics.value import LEAST_LEARNED, MetricValue
+from gym_extensions.scoring.metrics.value import MetricValue
 from gym_extensions.scoring.scorecard.model import REPORTED, VALIDATED, Scorecard
-from gym_extensions.site.text.numbers import digits_for, fixed, grouped, interval
-from gym_extensions.site.views.trial import Trial
+from gym_extensions.site.text.numbers import fixed, grouped, interval
 
 PROTOCOLS = {
     "sequential": (
@@ -119,12 +117,6 @@ def value(estimate: MetricValue) -> str:
     return "–" if estimate.mean is None else fixed(estimate.mean)
 
 
-def nothing(trial: Trial) -> str:
-    """What stands by the forgetting of an entry that is not shown to have learned anything."""
-    few = (trial.metric("learning_performance").mean or 0.0) >= LEAST_LEARNED
-    return NOTHING_LEARNED + (f", as far as {count(len(trial.runs), 'run')} can show" if few else "")
-
-
 def count(number: int, what: str) -> str:
     """``1 run``, ``2 runs``."""
     return f"{grouped(number)} {what}{'' if number == 1 else 's'}"
@@ -145,14 +137,6 @@ def level(trust: str) -> str:
 def trust(card: Scorecard) -> str:
     """The level of trust; ``refused`` with problems."""
     return card.trust or "refused"
-
-
-def table_digits(trial: Trial) -> int:
-    """Digits after the point for the paper's table of a trial: two where it is a printed table."""
-    if trial.detail is None or trial.detail.printed_total:
-        return 2
-    cells = [cell for row in trial.detail.paper_table for cell in row.cells() if cell]
-    return digits_for(cell.mean / 10 for cell in cells)
 
 
 def facts(card: Scorecard) -> list[tuple[str, str]]:

@@ -7,8 +7,11 @@ from dataclasses import dataclass
 
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.protocol import PROTOCOLS
-from gym_extensions.scoring.metrics.value import MetricValue, learned_nothing
+from gym_extensions.scoring.leaderboard.board import NOTHING_LEARNED
+from gym_extensions.scoring.metrics.value import LEAST_LEARNED, MetricValue, learned_nothing
 from gym_extensions.scoring.scorecard.model import GroupScore, Scorecard, SuiteScore
+from gym_extensions.site.text.labels import count
+from gym_extensions.site.text.numbers import digits_for
 
 NO_METRIC = MetricValue(why="not part of this protocol")
 Points = tuple[tuple[float, float], ...]
@@ -111,3 +114,17 @@ def group_trials(card: Scorecard) -> tuple[Trial, ...]:
 def suite_trials(card: Scorecard) -> tuple[Trial, ...]:
     """The scores of every suite and protocol."""
     return _sorted([Trial(s, p, score) for s, scores in card.suites.items() for p, score in scores.items()])
+
+
+def nothing_to_forget(trial: Trial) -> str:
+    """What is shown beside the forgetting of an entry that learned nothing that it could forget."""
+    few = (trial.metric("learning_performance").mean or 0.0) >= LEAST_LEARNED
+    return NOTHING_LEARNED + (f", as far as {count(len(trial.runs), 'run')} can show" if few else "")
+
+
+def table_digits(trial: Trial) -> int:
+    """Digits after the point for the paper's table of a trial: two where it is a printed table."""
+    if trial.detail is None or trial.detail.printed_total:
+        return 2
+    cells = [cell for row in trial.detail.paper_table for cell in row.cells() if cell]
+    return digits_for(cell.mean / 10 for cell in cells)
