@@ -146,6 +146,5 @@ def main(argv: list[str] | None = None) -> int:
         _discard_output()
         return 1
     except OSError as error:
-        path = str(error.filename or "")
-        message = f"{error.strerror or error}."
+        message, path = f"{error.strerror or error}.", str(error.filename or "")
         raise BenchError("not-written", message, path, "Choose another folder for --out.") from error
