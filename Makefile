@@ -5,7 +5,7 @@ PIP = .venv/bin/python -m pip --disable-pip-version-check --no-input install --q
 export OPENBLAS_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help leaderboard test check bench slow coverage changelog clean
+.PHONY: help leaderboard test check docs bench slow coverage changelog clean
 
 help:  ## list the commands
 	@awk -F ':.*  ## ' '/^[a-z]+:.*  ## / { printf "make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -27,6 +27,9 @@ check: .venv/everything.installed  ## check style, types and import layers
 
 coverage: .venv/everything.installed  ## run the tests and measure which lines and branches they reach
 	.venv/bin/pytest -n 2 --dist worksteal --cov --cov-report=term
+
+docs: .venv/scoring.installed  ## write the generated tables of docs/*.md
+	.venv/bin/python -m gym_extensions.scoring.output.docs docs
 
 bench: .venv/everything.installed  ## measure speed, as ratios taken side by side in one run
 	$(PIP) -e '.[dev,bench]'

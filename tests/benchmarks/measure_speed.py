@@ -31,8 +31,8 @@ from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, evaluation_seed
 from gym_extensions.rollouts.episodes import CurvePoint, Episode, write_curves, write_episodes
 from gym_extensions.rollouts.layout import TRACES
-from gym_extensions.scoring.pipeline.batch import Work, cards
 from gym_extensions.scoring.pipeline.publish import Publisher
+from gym_extensions.scoring.pipeline.score import Scorer, scorecards
 from gym_extensions.scoring.references import Reference, References
 
 ENTRY = Path(__file__).parents[2] / "submissions" / "trpo"
@@ -105,16 +105,16 @@ def _processor_time() -> float:
 
 
 def measure(
-    folders: Sequence[Path], work: Work, workers: int | None, out: Path
+    folders: Sequence[Path], scorer: Scorer, workers: int | None, out: Path
 ) -> tuple[float, float, float]:
     """Seconds to score the folders into scorecards, seconds for the boards, and processor time of both."""
-    start, before, publisher = time.perf_counter(), _processor_time(), Publisher(out, work.references)
-    for card in cards(folders, work, workers):
-        if card["problems"]:
-            raise ValueError(card["problems"][0])
+    start, before, publisher = time.perf_counter(), _processor_time(), Publisher(out, scorer.references)
+    for card in scorecards(folders, scorer, workers):
+        if card.problems:
+            raise ValueError(card.problems[0])
         publisher.add(card)
     scored = time.perf_counter()
-    publisher.finish(workers)
+    publisher.finish()
     return scored - start, time.perf_counter() - scored, _processor_time() - before
 
 
@@ -142,7 +142,7 @@ def main() -> None:
         folders = [root / "submissions" / f"entry{number:04}" for number in range(args.submissions)]
         for number, folder in enumerate(folders):
             link(root / str(number % distinct), folder)
-        scoring, boards, processor = measure(folders, Work(references), args.workers, root / "out")
+        scoring, boards, processor = measure(folders, Scorer(references), args.workers, root / "out")
     traces = "without traces" if args.no_traces else "with traces"
     sys.stdout.write(
         f"{len(folders)} submissions {traces}: scored in {scoring:.1f} s, boards in {boards:.1f} s, "

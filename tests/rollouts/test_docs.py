@@ -5,21 +5,16 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-import pytest
-
 from gym_extensions.catalog.budgets import BUDGETS
 from gym_extensions.rollouts import layout, trace_reader
 from gym_extensions.rollouts.episodes import CURVE_COLUMNS, EPISODE_COLUMNS
 from gym_extensions.rollouts.manifest import SECTIONS
 from gym_extensions.rollouts.rules import RULES
 from gym_extensions.rollouts.rules.table import BEGIN, END, rules_table, with_table
-from gym_extensions.scoring.metrics.definitions import METRICS
 from gym_extensions.scoring.replay import segments
 
 DOCS = Path(__file__).parents[2] / "docs"
 LOG = (DOCS / "rollout-log.md").read_text(encoding="utf-8")
-SCORES = (DOCS / "metrics.md").read_text(encoding="utf-8")
-CARD = (DOCS / "scorecard.md").read_text(encoding="utf-8")
 
 
 def test_the_table_of_rules_is_current() -> None:
@@ -56,11 +51,3 @@ def test_the_log_page_has_every_column_and_every_key_of_the_manifest() -> None:
         assert not section or f"[{section}]" in LOG
         assert [name for name in fields if f"{name} = " not in LOG] == []
     assert [name for name in BUDGETS if name not in LOG] == []
-
-
-@pytest.mark.parametrize("protocol", list(METRICS))
-def test_every_metric_stands_on_the_metrics_page_with_its_formula(protocol: str) -> None:
-    for metric in METRICS[protocol]:
-        assert f"`{metric.name}`" in SCORES
-        assert metric.formula in SCORES
-        assert f"`{metric.name}`" in CARD or metric.name in CARD

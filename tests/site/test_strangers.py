@@ -59,7 +59,7 @@ def test_a_strangers_words_are_only_ever_text(document: dict[str, Any]) -> None:
     first["notes"] = [HOSTILE]
     broken["problems"] = [{"rule": HOSTILE, "where": HOSTILE, "message": HOSTILE, "hint": HOSTILE}]
     scores = first["groups"]["hopper-gravity-v0"]["sequential"]
-    scores["metrics"]["forward_transfer"]["why"] = scores["metrics"]["forgetting"]["why"] = HOSTILE
+    scores["metrics"]["asymptotic_transfer"]["why"] = scores["metrics"]["forgetting"]["why"] = HOSTILE
     scores["metrics"]["forgetting"]["mean"] = None
     for path, page in read(document).items():
         assert page.faults == [], path

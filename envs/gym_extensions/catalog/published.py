@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 TABLES = {"henderson2017": "henderson2017.csv"}
-"""The files of published tables, in ``scoring/references_data/``, by the name in submission.toml."""
+"""The files of published tables, in ``scoring/published/data/``, by the name that submission.toml gives."""
 
 
 @dataclass(frozen=True)

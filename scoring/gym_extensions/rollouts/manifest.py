@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import dataclass, field, fields
 from typing import Annotated, Any, Literal, get_args, get_type_hints
 
 from gym_extensions.catalog.budgets import BUDGETS, Budget
@@ -35,7 +35,7 @@ Count = Annotated[int, Key(COUNT)]
 Flag = Annotated[bool, Key(FLAG)]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Code:
     """Where the agent's code is. Either may be empty."""
 
@@ -43,7 +43,7 @@ class Code:
     commit: Text
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Protocol:
     """The training budget, the algorithm, and how actions are selected during evaluation."""
 
@@ -52,7 +52,7 @@ class Protocol:
     evaluation: Annotated[Evaluation, Key(TEXT, choices=EVALUATIONS)]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Observes:
     """What the agent observes besides the task's observations: the task's identity, and task boundaries."""
 
@@ -61,7 +61,7 @@ class Observes:
     boundaries: Flag
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Memory:
     """Most transitions stored at once; parameters at the start and end of training, the largest per group."""
 
@@ -70,7 +70,7 @@ class Memory:
     parameters_last: Count
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Versions:
     """Versions of the packages and the platform that the runs used."""
 
@@ -82,7 +82,7 @@ class Versions:
     platform: Text
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Archive:
     """The complete set of traces."""
 
@@ -109,16 +109,6 @@ class Manifest:
     archive: Archive | None = None
     hyperparameters: dict[str, Hyperparameter] = field(default_factory=dict)
     reported: Annotated[str, Key(TEXT, required=False)] = ""
-
-    def as_dict(self) -> dict[str, Any]:
-        """The manifest as in the scorecard's JSON: without format, title and ``reported``."""
-        sections = {name: getattr(self, name) for name in SECTION_TYPES}
-        return {
-            "authors": list(self.authors),
-            "description": self.description,
-            "hyperparameters": self.hyperparameters,
-            **{name: asdict(section) if section else {} for name, section in sections.items()},
-        }
 
 
 SECTION_TYPES = {

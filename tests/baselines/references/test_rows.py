@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from gym_extensions.baselines.references.rows import beats_floor, floor_row, is_open, summary, task_row
+from gym_extensions.baselines.references.rows import beats_floor, floor_row, is_unsolved, summary, task_row
 
 UNSOLVED = [
     # Of fewer than five runs all must beat the floor; of five or more, three.
@@ -22,7 +22,7 @@ UNSOLVED = [
 
 @pytest.mark.parametrize(("beaten", "expected"), UNSOLVED)
 def test_a_task_is_unsolved_unless_enough_runs_beat_the_floor(beaten: list[bool], expected: bool) -> None:
-    assert is_open(beaten) is expected
+    assert is_unsolved(beaten) is expected
 
 
 BEATS = [
@@ -80,7 +80,7 @@ SOURCE: dict[str, Any] = {"agent": "trpo", "budget": "100k", "log_sha256": "ab"}
 
 def test_the_ceiling_of_a_solved_task_is_the_mean_of_its_runs() -> None:
     row = task_row(FLOOR, {1001: [20.0] * 100, 1000: [30.0] * 100}, **SOURCE)
-    assert (row["floor"], row["open"]) == (FLOOR, False)
+    assert (row["floor"], row["unsolved"]) == (FLOOR, False)
     # Two runs of 30 and 20: mean 25, sample standard deviation √50, over √2.
     assert (row["ceiling"]["mean"], row["ceiling"]["standard_error"]) == (25.0, pytest.approx(5.0))
     assert [run["run"] for run in row["ceiling"]["runs"]] == [1000, 1001]
@@ -90,7 +90,7 @@ def test_the_ceiling_of_a_solved_task_is_the_mean_of_its_runs() -> None:
 
 def test_an_unsolved_task_has_attempts_in_place_of_a_ceiling() -> None:
     row = task_row(FLOOR, {1000: [3.0]}, **SOURCE)
-    assert (row["ceiling"], row["open"]) == (None, True)
+    assert (row["ceiling"], row["unsolved"]) == (None, True)
     assert row["attempts"]["runs"] == [{"run": 1000, "mean": 3.0, "std": 0.0, "beats_floor": False}]
 
 

@@ -61,7 +61,7 @@ def test_compare_takes_the_paths_that_scoring_takes(
     assert cli.main(["--compare", ".", str(link)]) == 0
     assert capsys.readouterr().out.splitlines()[1].split()[1:3] == ["a", "b"]
     assert cli.main(["--compare", ".", str(tmp_path)]) == 2
-    assert capsys.readouterr().err == f"error: {tmp_path}: It holds 2 submissions. Name two submissions.\n"
+    assert capsys.readouterr().err == f"error: {tmp_path}: It contains 2 submissions. Name two submissions.\n"
 
 
 def test_compare_has_suites_and_the_joint_gap(

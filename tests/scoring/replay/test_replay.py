@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -11,10 +12,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gym_extensions.baselines import train
+from gym_extensions.baselines.train import train
+from gym_extensions.rollouts.problem import Problem
 from gym_extensions.rollouts.reader import read
 from gym_extensions.scoring.cli import main
-from gym_extensions.scoring.replay.verify import verify
+from gym_extensions.scoring.replay.segments import usable_cpus
+from gym_extensions.scoring.replay.verify import verified, verify
+from gym_extensions.scoring.scorecard.model import Scorecard
 
 Arrays = dict[str, np.ndarray[Any, Any]]
 GROUP = "halfcheetah-gravity"  # its episodes are 1000 steps long: 100 segments each
@@ -41,7 +45,7 @@ def rewrite(path: Path, edit: Callable[[Arrays], object]) -> None:
     with np.load(path, allow_pickle=False) as file:
         arrays = {name: file[name].copy() for name in file.files}
     edit(arrays)
-    np.savez_compressed(path, **arrays)  # type: ignore[arg-type]
+    np.savez_compressed(path, **arrays)
 
 
 def shift_action(arrays: Arrays) -> None:
@@ -58,9 +62,9 @@ def start_a_segment_elsewhere(arrays: Arrays) -> None:
 
 
 def test_an_honest_sample_replays_and_says_how_much_it_is(honest: Path) -> None:
-    found = verify(honest)
-    assert found.problems == ()
-    assert found.level == "replayed (sample: 5 of 100 episodes)"
+    verification = verify(honest)
+    assert verification.problems == ()
+    assert verification.level == "replayed (sample: 5 of 100 episodes)"
 
 
 @pytest.mark.parametrize(
@@ -201,13 +205,13 @@ def test_a_trace_that_the_log_asks_for_and_is_not_there_is_told(copy: Path) -> N
     assert (problem.rule, problem.where) == ("trace-missing", f"{GROUP}/traces/{victim.name}")
 
 
-def test_a_submission_without_traces_stays_well_formed_and_says_so(
+def test_a_submission_without_traces_stays_validated_and_says_so(
     copy: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     shutil.rmtree(copy / GROUP / "traces")
     assert main([str(copy), "--verify", "--json"]) == 0
     (card,) = json.loads(capsys.readouterr().out)["submissions"]
-    assert (card["trust"], card["problems"]) == ("well-formed", [])
+    assert (card["trust"], card["problems"]) == ("validated", [])
     assert card["notes"] == ["It holds no traces: nothing could be replayed."]
     assert card["groups"] != {}
 
@@ -251,6 +255,33 @@ def test_score_verify_gives_the_level_of_trust_and_the_exit_status(
 
 def test_a_submission_with_problems_is_not_replayed(copy: Path) -> None:
     (copy / "submission.toml").write_text("format = 2\n")
-    found = verify(copy)
-    assert found.replayed == 0
-    assert found.problems != ()
+    verification = verify(copy)
+    assert verification.replayed == 0
+    assert verification.problems != ()
+
+
+@pytest.mark.parametrize(("has_it", "count"), [(True, 3), (False, 5)])
+def test_the_usable_cpus_are_known_on_every_system(
+    has_it: bool, count: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Python 3.13 knows the CPUs of the process; before it, and on every system, those of the machine."""
+    monkeypatch.delattr(os, "sched_getaffinity", raising=False)
+    monkeypatch.setattr(os, "cpu_count", lambda: 5)
+    if has_it:
+        monkeypatch.setattr(os, "process_cpu_count", lambda: 3, raising=False)
+    else:
+        monkeypatch.delattr(os, "process_cpu_count", raising=False)
+    assert usable_cpus() == count
+
+
+def test_there_is_at_least_one_cpu(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(os, "process_cpu_count", lambda: None, raising=False)
+    assert usable_cpus() == 1
+
+
+def test_a_reported_scorecard_and_one_with_problems_are_returned_unchanged(copy: Path) -> None:
+    reported = Scorecard(name="copy", title="", trust="reported", manifest=None)
+    assert verified(reported, copy) is reported
+    problem = Problem("manifest-missing", "submission.toml", "It is missing.", "Add it.")
+    refused = Scorecard(name="copy", title="", trust=None, manifest=None, problems=(problem,))
+    assert verified(refused, copy) is refused

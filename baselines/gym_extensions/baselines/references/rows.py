@@ -29,7 +29,7 @@ def beats_floor(run: Mapping[str, float], floor: Mapping[str, float]) -> bool:
     return clear and difference > 0
 
 
-def is_open(beaten: Sequence[bool]) -> bool:
+def is_unsolved(beaten: Sequence[bool]) -> bool:
     """Whether a task is unsolved: fewer than three runs beat the floor, or, of under five runs, not all."""
     if len(beaten) < FULL_ENTRY_RUNS:
         return not all(beaten)
@@ -90,8 +90,8 @@ def task_row(
         "runs": rows,
         "log_sha256": log_sha256,
     }
-    unsolved = is_open([row["beats_floor"] for row in rows])
-    row = {"floor": dict(floor), "ceiling": None if unsolved else ceiling, "open": unsolved}
+    unsolved = is_unsolved([row["beats_floor"] for row in rows])
+    row = {"floor": dict(floor), "ceiling": None if unsolved else ceiling, "unsolved": unsolved}
     return row | ({"attempts": ceiling} if unsolved else {})
 
 
