@@ -52,7 +52,7 @@ def test_a_strangers_words_are_only_ever_text(document: dict[str, Any]) -> None:
         description=HOSTILE,
         authors=[HOSTILE],
         code={"url": f"https://x/{HOSTILE}", "commit": HOSTILE},
-        protocol={"budget": "100k", "algorithm": HOSTILE, "evaluation": HOSTILE},
+        protocol={"budget": "100k", "algorithm": HOSTILE, "evaluation": "sampled"},
         hyperparameters={HOSTILE: [HOSTILE]},
         versions={HOSTILE: HOSTILE},
     )

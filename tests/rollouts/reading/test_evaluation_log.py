@@ -21,7 +21,7 @@ from gym_extensions.rollouts.reading.evaluation_log import (
     is_number,
     log,
 )
-from gym_extensions.scoring.pipeline.score import score_folder, text
+from gym_extensions.scoring.pipeline.score import score_folder
 from gym_extensions.scoring.references import References
 
 HOPPER = group("hopper-gravity")
@@ -123,12 +123,12 @@ def test_a_number_with_leading_zeros_is_the_same_number(
     submission: Callable[..., Path], references: References, old: str, new: str
 ) -> None:
     folder = submission()
-    before = text(score_folder(folder, references))
+    before = score_folder(folder, references)
     content = (folder / PATH).read_text()
     assert old in content
     (folder / PATH).write_text(content.replace(old, new, 1))
     assert not read(folder).problems
-    assert text(score_folder(folder, references)) == before
+    assert score_folder(folder, references) == before
 
 
 def test_returns_are_parsed_exactly() -> None:

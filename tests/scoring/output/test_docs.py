@@ -12,8 +12,10 @@ from gym_extensions.scoring.output.docs import main, tables, updated
 
 DOCS = Path(__file__).parents[3] / "docs"
 PAGES = ("metrics.md", "scorecard.md")
-HAND_WRITTEN = {"keys Problem", "keys PaperColumns"}
-"""Types of four keys that docs/scorecard.md describes in a sentence."""
+MANIFEST = {"keys Archive", "keys Code", "keys Memory", "keys Observes", "keys Protocol"}
+"""Sections of submission.toml, which docs/rollout-log.md documents."""
+HAND_WRITTEN = {"keys Problem", "keys PaperColumns", *MANIFEST}
+"""Types that docs/scorecard.md describes in a sentence."""
 
 
 @pytest.mark.parametrize("page", PAGES)

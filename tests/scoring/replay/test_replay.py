@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gym_extensions.baselines.train import train
+from gym_extensions.baselines import train
 from gym_extensions.rollouts.problem import Problem
 from gym_extensions.rollouts.reader import read
 from gym_extensions.scoring.cli import main
