@@ -15,6 +15,7 @@ PACKAGES = {
     "rollouts": "scoring/gym_extensions/rollouts",
     "scoring": "scoring/gym_extensions/scoring",
     "baselines": "baselines/gym_extensions/baselines",
+    "results": "scoring/gym_extensions/results",
     "site": "site/gym_extensions/site",
 }
 WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))

@@ -291,6 +291,21 @@ def test_scoring_loads_no_simulator_and_no_torch(submission: Write) -> None:
     assert found.stdout == b"[]\n"
 
 
+def test_only_csv_and_markdown_load_pandas(submission: Write) -> None:
+    code = (
+        "import sys\nfrom gym_extensions.scoring.cli import main\nmain(sys.argv[1:])\n"
+        "print('pandas' in sys.modules, file=sys.stderr)"
+    )
+    folder = str(submission())
+    loaded = {
+        option: subprocess.run([sys.executable, "-c", code, folder, *option], capture_output=True, check=True)
+        .stderr.decode()
+        .strip()
+        for option in [(), ("--json",), ("--csv",), ("--markdown",)]
+    }
+    assert loaded == {(): "False", ("--json",): "False", ("--csv",): "True", ("--markdown",): "True"}
+
+
 def test_colour_is_for_terminals_and_no_color_is_honoured(submission: Write) -> None:
     folder = str(submission())
     assert b"\x1b[" not in _run([folder]).stdout

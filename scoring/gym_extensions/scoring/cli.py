@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from gym_extensions.errors import BenchError, reports_mistakes
 
 if TYPE_CHECKING:
-    from gym_extensions.scoring.scorecard.model import Scorecard
+    from gym_extensions.scoring.scorecard.model import Scorecard, ScorecardDocument
 
 MAX_IN_FULL = 3
 """Up to this many submissions are printed in full; beyond it, one line each plus problems."""
@@ -92,7 +92,6 @@ def _compare(paths: list[Path], as_json: bool) -> int:
 def _score(options: argparse.Namespace) -> int:
     from gym_extensions.scoring.output import summary
     from gym_extensions.scoring.output.console import console
-    from gym_extensions.scoring.output.tables import csv_text, markdown_text
     from gym_extensions.scoring.pipeline import score as pipeline
     from gym_extensions.scoring.pipeline.publish import Publisher
     from gym_extensions.scoring.references import load_references
@@ -123,9 +122,16 @@ def _score(options: argparse.Namespace) -> int:
     if publisher:
         publisher.finish()
     if as_text:
-        document = pipeline.scorecard_document(cards, references)
-        _print(document.to_json() if options.json else (csv_text if options.csv else markdown_text)(document))
+        _print(_as_text(pipeline.scorecard_document(cards, references), options))
     return 1 if problems else 0
+
+
+def _as_text(document: ScorecardDocument, options: argparse.Namespace) -> str:
+    if options.json:
+        return document.to_json()
+    from gym_extensions.scoring.output.tables import csv_text, markdown_text  # loads pandas
+
+    return csv_text(document) if options.csv else markdown_text(document)
 
 
 def _discard_output() -> None:

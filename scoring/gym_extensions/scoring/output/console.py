@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Protocol
 
 from rich.console import Console
@@ -9,6 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from gym_extensions.scoring.metrics.paper_table import PaperCell
+from gym_extensions.scoring.scorecard.model import GroupScore
 
 THOUSANDS = 100_000
 """From this return on, the paper's table is printed in thousands."""
@@ -65,6 +67,15 @@ def returns_cell(cell: PaperCell | None) -> str:
     if max(abs(cell.mean), cell.std) >= THOUSANDS:
         return f"{cell.mean / 1000:.0f}k ± {cell.std / 1000:.0f}k"
     return f"{cell.mean:.0f} ± {cell.std:.0f}"
+
+
+def table_rows(score: GroupScore) -> Iterator[tuple[str, list[PaperCell | None]]]:
+    """The paper's table row by row: task id or name of the total, and the four cells."""
+    for row in score.paper_table:
+        yield row.task, row.cells()
+    for name, total in (("total", score.paper_total), ("printed total", score.printed_total)):
+        if total:
+            yield name, total.cells()
 
 
 def plain_table(*columns: str) -> Table:

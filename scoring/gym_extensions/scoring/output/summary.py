@@ -8,8 +8,15 @@ from rich.text import Text
 from gym_extensions.scoring.leaderboard.model import Comparison
 from gym_extensions.scoring.metrics.definitions import METRICS
 from gym_extensions.scoring.metrics.paper_table import COLUMNS
-from gym_extensions.scoring.output.console import count, heading, number, plain_table, returns_cell, span
-from gym_extensions.scoring.output.tables import table_rows
+from gym_extensions.scoring.output.console import (
+    count,
+    heading,
+    number,
+    plain_table,
+    returns_cell,
+    span,
+    table_rows,
+)
 from gym_extensions.scoring.scorecard.highlights import highlights, task_name
 from gym_extensions.scoring.scorecard.model import GroupScore, ReferencesInfo, Scorecard, SuiteScore
 

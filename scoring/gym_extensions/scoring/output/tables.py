@@ -1,52 +1,21 @@
-"""Scorecards as flat tables: CSV for programs, Markdown for a page or a pull request."""
+"""Scorecards as CSV for programs and as Markdown for a page or a pull request, from the same data frame."""
 
 from __future__ import annotations
 
-import csv
-import io
-from collections.abc import Iterator
+import pandas as pd
 
-from gym_extensions.scoring.metrics.definitions import METRICS
-from gym_extensions.scoring.metrics.paper_table import COLUMNS, PaperCell
-from gym_extensions.scoring.output.console import number, span
-from gym_extensions.scoring.scorecard.model import GroupScore, Scorecard, ScorecardDocument, SuiteScore
+from gym_extensions.scoring.metrics.definitions import BY_NAME
+from gym_extensions.scoring.metrics.paper_table import COLUMNS
+from gym_extensions.scoring.output.console import number, table_rows
+from gym_extensions.scoring.output.frames import metrics_frame, scores
+from gym_extensions.scoring.scorecard.model import GroupScore, ScorecardDocument, SuiteScore
 
-CSV_COLUMNS = ("name", "trust", "group", "protocol", "budget", "runs", "metric", "mean", "low", "high", "why")
-
-
-def table_rows(score: GroupScore) -> Iterator[tuple[str, list[PaperCell | None]]]:
-    """The paper's table row by row: task id or name of the total, and the four cells."""
-    for row in score.paper_table:
-        yield row.task, row.cells()
-    for name, total in (("total", score.paper_total), ("printed total", score.printed_total)):
-        if total:
-            yield name, total.cells()
-
-
-def _scores(card: Scorecard) -> Iterator[tuple[str, str, GroupScore | SuiteScore]]:
-    for scores in (card.groups, card.suites):
-        for name, protocols in scores.items():
-            for protocol, score in protocols.items():
-                yield name, protocol, score
+KEY = ["name", "group", "protocol"]
 
 
 def csv_text(document: ScorecardDocument) -> str:
-    """One row per submission, group or suite, protocol and metric; one row per problem."""
-    stream = io.StringIO()
-    rows = csv.writer(stream, lineterminator="\n")
-    rows.writerow(CSV_COLUMNS)
-    for card in document.submissions:
-        for problem in card.problems:
-            why = f"{problem.rule}: {problem.where}: {problem.message}"
-            rows.writerow([card.name, *[""] * (len(CSV_COLUMNS) - 2), why])
-        for name, protocol, score in _scores(card):
-            runs = len(score.runs) if isinstance(score, GroupScore) else ""
-            for metric in METRICS[protocol]:
-                value = score.metrics[metric.name]
-                ends = ("" if end is None else repr(end) for end in (value.mean, value.low, value.high))
-                group = (name, protocol, score.budget, runs)
-                rows.writerow([card.name, card.trust, *group, metric.name, *ends, value.why])
-    return stream.getvalue()
+    """The frame of all metrics as CSV: floats by ``repr``, missing values empty."""
+    return metrics_frame(document).to_csv(index=False, lineterminator="\n")
 
 
 def _cell(text: object) -> str:
@@ -61,13 +30,24 @@ def _head(*cells: str) -> list[str]:
     return [_row(*cells), _row(*("---" for _ in cells))]
 
 
-def _group(name: str, protocol: str, score: GroupScore | SuiteScore) -> list[str]:
+def _metric_lines(frame: pd.DataFrame) -> dict[tuple[str, str, str], list[str]]:
+    """The lines of each table of metrics by submission, group or suite, and protocol."""
+    mean, low, high = (
+        frame[end].map(number, na_action="ignore").astype("str") for end in ("mean", "low", "high")
+    )
+    interval = frame["why"].where(frame["why"] != "", (low + " to " + high).fillna("–"))
+    cells = frame[[*KEY, "metric"]].assign(mean=mean.fillna("–"), interval=interval)
+    lines: dict[tuple[str, str, str], list[str]] = {}
+    for name, group, protocol, metric, *texts in cells.dropna(subset=KEY).itertuples(index=False):
+        row = _row(BY_NAME[metric].title, *texts, BY_NAME[metric].better or "–")
+        lines.setdefault((name, group, protocol), []).append(row)
+    return lines
+
+
+def _group(name: str, protocol: str, score: GroupScore | SuiteScore, metrics: list[str]) -> list[str]:
     runs = f", {len(score.runs)} runs" if isinstance(score, GroupScore) else ""
     lines = [f"### {name}, {protocol}, budget {score.budget}{runs}", ""]
-    lines += _head("metric", "mean", "95 % interval", "better")
-    for metric in METRICS[protocol]:
-        value = score.metrics[metric.name]
-        lines.append(_row(metric.title, number(value.mean), value.why or span(value), metric.better or "–"))
+    lines += [*_head("metric", "mean", "95 % interval", "better"), *metrics]
     if isinstance(score, SuiteScore):
         return [*lines, ""]
     if score.paper_table:
@@ -81,6 +61,7 @@ def _group(name: str, protocol: str, score: GroupScore | SuiteScore) -> list[str
 def markdown_text(document: ScorecardDocument) -> str:
     """One section per submission, one table per group and protocol."""
     lines: list[str] = []
+    metrics = _metric_lines(metrics_frame(document))
     if document.references.provisional:
         version = document.references.version
         lines += [f"Provisional references `{version}`: fewer runs or a smaller budget.", ""]
@@ -91,7 +72,7 @@ def markdown_text(document: ScorecardDocument) -> str:
             message = f"{_cell(problem.where)}: {_cell(problem.message)} {_cell(problem.hint)}"
             lines.append(f"* `{problem.rule}` {message}")
         lines += [f"* {_cell(note)}" for note in card.notes]
-        for name, protocol, score in _scores(card):
-            lines += _group(name, protocol, score)
+        for name, protocol, score in scores(card):
+            lines += _group(name, protocol, score, metrics[card.name, name, protocol])
         lines.append("")
     return "\n".join(lines).rstrip("\n") + "\n"

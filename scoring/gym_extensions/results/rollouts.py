@@ -1,0 +1,148 @@
+"""The rows of submissions' logs as data frames."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import pandas as pd
+
+from gym_extensions.results.columns import check_columns, select_columns
+from gym_extensions.results.submissions import Paths, find, refuse_problems
+from gym_extensions.rollouts.reader import read
+from gym_extensions.rollouts.submission import Submission
+
+EPISODE_DTYPES = {
+    "submission": "str",
+    "group": "str",
+    "protocol": "str",
+    "run": "int64",
+    "stage": "int64",
+    "task": "str",
+    "episode": "int64",
+    "seed": "int64",
+    "length": "int64",
+    "return": "float64",
+    "terminated": "bool",
+    "fingerprint": "str",
+}
+CURVE_DTYPES = {
+    "submission": "str",
+    "group": "str",
+    "protocol": "str",
+    "run": "int64",
+    "task": "str",
+    "step": "int64",
+    "return": "float64",
+}
+
+
+def episodes(submissions: Paths, columns: Sequence[str] | None = None) -> pd.DataFrame:
+    """Every evaluation episode, one per row, in the order of the logs.
+
+    ===========  =======  ==========================================================================
+    column       dtype    value
+    ===========  =======  ==========================================================================
+    submission   str      name of the submission's folder
+    group        str      group id
+    protocol     str      ``sequential``, ``single`` or ``joint``
+    run          int64    training seed
+    stage        int64    number of tasks trained so far: 0 untrained; 1 in single and joint logs
+    task         str      task id
+    episode      int64    number of the episode in its run, stage and task, from 0
+    seed         int64    reset seed
+    length       int64    environment steps
+    return       float64  undiscounted sum of rewards
+    terminated   bool     whether the task ended the episode; False where the time limit did
+    fingerprint  str      fingerprint of the task
+    ===========  =======  ==========================================================================
+
+    Runs that are identical in every episode appear once, as they count once in scores, unless the agent
+    cannot learn. Reported entries have no episodes.
+
+    Args:
+        submissions: a submission, a folder of submissions, or a list of these.
+        columns: the columns to return, in this order; all by default.
+
+    Raises:
+        BenchError: a path does not exist, a submission has problems, or a column is unknown.
+    """
+    check_columns(columns, EPISODE_DTYPES)
+    frames = [
+        pd.DataFrame(
+            {
+                "submission": submission.name,
+                "group": group_id,
+                "protocol": protocol,
+                "run": log.run,
+                "stage": log.stage,
+                "task": log.task,
+                "episode": log.episode,
+                "seed": log.seed,
+                "length": log.length,
+                "return": log.return_,
+                "terminated": log.terminated,
+                "fingerprint": log.fingerprint,
+            }
+        )
+        for submission in _read(submissions)
+        for group_id, group in submission.groups.items()
+        for protocol, log in group.logs.items()
+    ]
+    return select_columns(_concat(frames, EPISODE_DTYPES), columns)
+
+
+def curves(submissions: Paths, columns: Sequence[str] | None = None) -> pd.DataFrame:
+    """Every point of the training curves, one per row, in the order of the files.
+
+    ===========  =======  ==========================================================================
+    column       dtype    value
+    ===========  =======  ==========================================================================
+    submission   str      name of the submission's folder
+    group        str      group id
+    protocol     str      ``sequential``, ``single`` or ``joint``
+    run          int64    training seed
+    task         str      task id
+    step         int64    training steps since the stage began; in joint runs since the run began
+    return       float64  mean return of the training episodes that ended since the point before
+    ===========  =======  ==========================================================================
+
+    Submissions without ``curves.csv`` have no rows.
+
+    Args:
+        submissions: a submission, a folder of submissions, or a list of these.
+        columns: the columns to return, in this order; all by default.
+
+    Raises:
+        BenchError: a path does not exist, a submission has problems, or a column is unknown.
+    """
+    check_columns(columns, CURVE_DTYPES)
+    frames = [
+        pd.DataFrame(
+            {
+                "submission": submission.name,
+                "group": group_id,
+                "protocol": group.curves.protocol,
+                "run": group.curves.run,
+                "task": group.curves.task,
+                "step": group.curves.step,
+                "return": group.curves.return_,
+            }
+        )
+        for submission in _read(submissions)
+        for group_id, group in submission.groups.items()
+        if group.curves is not None
+    ]
+    return select_columns(_concat(frames, CURVE_DTYPES), columns)
+
+
+def _read(submissions: Paths) -> Iterator[Submission]:
+    for folder in find(submissions):
+        submission = read(folder)
+        refuse_problems(folder, submission.problems)
+        yield submission
+
+
+def _concat(frames: Sequence[pd.DataFrame], dtypes: Mapping[str, str]) -> pd.DataFrame:
+    empty = pd.DataFrame(columns=list(dtypes))
+    frame = pd.concat(frames, ignore_index=True) if frames else empty
+    return frame.astype(dtypes)

@@ -1,0 +1,32 @@
+"""The submissions that an argument names. A submission with problems is refused."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.problem import Problem
+from gym_extensions.scoring.pipeline.score import find_submissions
+
+Paths = str | Path | Iterable[str | Path]
+"""A submission, a folder of submissions, or several of these."""
+
+
+def find(submissions: Paths) -> list[Path]:
+    """The folders of the submissions, sorted by name.
+
+    Raises:
+        BenchError: a path does not exist, or two submissions have the same name.
+    """
+    if isinstance(submissions, str | Path):
+        return find_submissions([Path(submissions)])
+    return find_submissions([Path(path) for path in submissions])
+
+
+def refuse_problems(folder: Path, problems: Sequence[Problem]) -> None:
+    """Raises BenchError if a submission has problems."""
+    if problems:
+        count = f"{len(problems)} problem{'s' if len(problems) > 1 else ''}"
+        message = f"The submission has {count}. First: {problems[0].where}: {problems[0].message}"
+        raise BenchError("not-valid", message, str(folder), f"Run: score {folder}")

@@ -1,0 +1,53 @@
+"""docs/results.md shows what its code prints, and its tables are those of the docstrings."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from gym_extensions import results
+from gym_extensions.scoring.metrics.definitions import METRICS
+
+from .page import CELL, PAGE, column_rows, executed, with_tables
+
+HINT = "Run: python tests/results/page.py"
+
+
+def test_the_page_shows_what_its_code_prints() -> None:
+    text = PAGE.read_text(encoding="utf-8")
+    assert len(CELL.findall(text)) == text.count("```python") > 5
+    assert executed(text) == text, HINT
+
+
+def test_a_wrong_output_is_written_anew() -> None:
+    page = "```python\nx = 2\nx + 1\n```\n\n```text\n4\n```\n\n```python\nx\n```\n\n```text\n```\n"
+    assert executed(page) == page.replace("\n4\n", "\n3\n").replace("text\n```\n", "text\n2\n```\n")
+
+
+def test_the_tables_of_columns_are_those_of_the_docstrings() -> None:
+    text = PAGE.read_text(encoding="utf-8")
+    assert with_tables(text) == text, HINT
+    assert [name for name in results.__all__ if f"<!-- table: {name} -->" not in text] == []
+
+
+@pytest.mark.parametrize("name", ["episodes", "curves", "metrics"])
+def test_the_documented_columns_are_those_of_the_frame(name: str, submission: Callable[..., Path]) -> None:
+    frame = getattr(results, name)(submission(curves=12))
+    documented = [(column, dtype) for column, dtype, _ in column_rows(name)]
+    assert documented == [(column, str(dtype)) for column, dtype in frame.dtypes.items()]
+
+
+@pytest.mark.parametrize("protocol", METRICS)
+def test_the_documented_columns_of_a_board_are_repeated_per_metric(
+    protocol: str, submission: Callable[..., Path]
+) -> None:
+    *entry, mean, low, high = ((column, dtype) for column, dtype, _ in column_rows("board"))
+    frame = results.board("hopper-gravity", submission(), protocol=protocol)
+    expected = [
+        (column.replace("METRIC", metric.name), dtype)
+        for metric in METRICS[protocol]
+        for column, dtype in (mean, low, high)
+    ]
+    assert [(column, str(dtype)) for column, dtype in frame.dtypes.items()] == [*entry, *expected]

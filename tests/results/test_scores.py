@@ -1,0 +1,176 @@
+"""Scores as data frames: the numbers of the scorecards and boards, with documented columns and types."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from gym_extensions import results
+from gym_extensions.errors import BenchError
+from gym_extensions.scoring.leaderboard.board import board
+from gym_extensions.scoring.leaderboard.keys import BoardKey
+from gym_extensions.scoring.metrics.definitions import METRICS
+from gym_extensions.scoring.pipeline.score import score_folder, score_folders
+from gym_extensions.scoring.references import References
+
+Write = Callable[..., Path]
+ROOT = Path(__file__).resolve().parents[2]
+SUBMISSIONS = ROOT / "submissions"
+GROUP = "hopper-gravity-v0"
+
+
+@pytest.fixture(autouse=True)
+def synthetic(known: None, monkeypatch: pytest.MonkeyPatch, references: References) -> None:
+    """Scores with the synthetic references."""
+    monkeypatch.setattr("gym_extensions.results.scores.load_references", lambda: references)
+
+
+def improving(factor: float) -> Callable[[str, int, int, int, int], float]:
+    """Returns that grow with the stage, times a factor; runs differ by 1."""
+    return lambda protocol, run, stage, position, episode: factor * 100.0 * stage + run
+
+
+def number(value: float) -> float | None:
+    return None if pd.isna(value) else float(value)
+
+
+def test_every_metric_of_the_scorecard_is_a_row(submission: Write) -> None:
+    folder = submission(runs=(0, 1, 2))
+    frame = results.metrics(folder)
+    card = score_folder(folder)
+    rows = [
+        (group, protocol, metric.name, score.metrics[metric.name])
+        for group, protocols in card.groups.items()
+        for protocol, score in protocols.items()
+        for metric in METRICS[protocol]
+    ]
+    assert len(frame) == len(rows) == 13 + 1
+    assert [*zip(frame["group"], frame["protocol"], frame["metric"], strict=True)] == [
+        (group, protocol, metric) for group, protocol, metric, _ in rows
+    ]
+    for end in ("mean", "low", "high"):
+        assert [*map(number, frame[end])] == [getattr(value, end) for *_, value in rows]
+    assert frame["why"].tolist() == [value.why for *_, value in rows]
+    for column, value in {"name": "entry", "trust": "validated", "budget": "smoke", "runs": 3}.items():
+        assert set(frame[column]) == {value}
+
+
+def test_a_suite_has_rows_without_a_number_of_runs(submission: Write) -> None:
+    bodies = ("hopper", "walker2d", "halfcheetah", "humanoid")
+    folder = submission(groups=tuple(f"{body}-gravity" for body in bodies), protocols=("single",))
+    frame = results.metrics(folder).set_index("group")
+    assert frame.index.tolist() == [*(f"{body}-gravity-v0" for body in bodies), "gravity"]
+    assert frame["runs"].isna().tolist() == [group == "gravity" for group in frame.index]
+    means = frame["mean"]
+    assert means["gravity"] == pytest.approx(means.drop("gravity").mean())
+
+
+def test_a_board_has_the_ranks_and_intervals_of_the_published_one() -> None:
+    paths = [SUBMISSIONS / name for name in ("trpo", "random", "zero")]
+    frame = results.board(GROUP, paths)
+    published = board(score_folders(paths).submissions, BoardKey(GROUP, "sequential", "100k", False))
+    assert frame["name"].tolist() == [entry.name for entry in published.rows]
+    assert frame["ranked"].tolist() == [entry.ranked for entry in published.rows]
+    assert frame["why"].tolist() == [entry.why for entry in published.rows]
+    ranks = [entry.metrics["final_performance"].rank or (None, None) for entry in published.rows]
+    assert ranks[0] == (1, 1)
+    for column, ends in zip(("rank_first", "rank_last"), zip(*ranks, strict=True), strict=True):
+        assert [*map(number, frame[column])] == [*ends]
+    for metric in METRICS["sequential"]:
+        for column, end in {"": "mean", "_low": "low", "_high": "high"}.items():
+            expected = [getattr(entry.metrics[metric.name], end) for entry in published.rows]
+            assert [*map(number, frame[f"{metric.name}{column}"])] == expected
+
+
+def test_the_best_entry_is_first(submission: Write) -> None:
+    for name, factor in {"low": 1.0, "high": 3.0, "middle": 2.0}.items():
+        submission(name=name, runs=(0, 1, 2, 3, 4), value=improving(factor))
+    frame = results.board("hopper-gravity", submission(name="last").parent, budget="smoke")
+    assert frame["name"].tolist() == ["high", "middle", "low", "last"]
+    assert [*map(number, frame["rank_first"])] == [1, 2, 3, None]
+    assert frame["why"].tolist() == ["", "", "", "Fewer than 5 runs."]
+
+
+@pytest.mark.parametrize("group", ["hopper-gravity", "hopper-gravity-v0"])
+def test_a_group_is_named_with_or_without_version(group: str, submission: Write) -> None:
+    assert results.board(group, submission(), budget="smoke")["name"].tolist() == ["entry"]
+
+
+def test_a_suite_has_a_board(submission: Write) -> None:
+    assert results.board("gravity", SUBMISSIONS / "trpo", protocol="single")["name"].tolist() == ["trpo"]
+    assert results.board("gravity", submission(), budget="smoke").empty
+
+
+def test_agents_that_observe_the_task_have_their_own_board(submission: Write, manifest_text: str) -> None:
+    told = manifest_text.replace("task_in_evaluation = false", "task_in_evaluation = true")
+    folder = submission(name="conditioned", manifest=told).parent
+    submission(name="plain")
+    names = {
+        flag: results.board("hopper-gravity", folder, budget="smoke", task_conditioned=flag)["name"].tolist()
+        for flag in (True, False)
+    }
+    assert names == {True: ["conditioned"], False: ["plain"]}
+
+
+def test_an_empty_board_has_the_same_types(submission: Write) -> None:
+    folder = submission()
+    filled, empty = (results.board("hopper-gravity", folder, budget=budget) for budget in ("smoke", "100k"))
+    assert (len(filled), len(empty)) == (1, 0)
+    assert empty.dtypes.equals(filled.dtypes)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"group": "hoper-gravity"}, "group: There is no group or suite 'hoper-gravity'. {hopper}"),
+        ({"group": "gravty"}, "group: There is no group or suite 'gravty'. Did you mean 'gravity'?"),
+        ({"protocol": "singel"}, "protocol: There is no protocol 'singel'. Did you mean 'single'?"),
+        ({"budget": "1m0"}, "budget: There is no budget '1m0'. Did you mean '1M'?"),
+        ({"columns": ["forgeting"]}, "columns: There is no column 'forgeting'. Did you mean 'forgetting'?"),
+        ({"columns": "runs"}, "columns: Expected a list of columns, got 'runs'. Give a list: ['runs']."),
+    ],
+)
+def test_an_unknown_name_is_reported_with_the_closest(arguments: Mapping[str, str], message: str) -> None:
+    with pytest.raises(BenchError) as error:
+        results.board(**{"group": "hopper-gravity", "submissions": SUBMISSIONS, **arguments})  # type: ignore[arg-type]
+    assert str(error.value) == message.format(hopper="Did you mean 'hopper-gravity'?")
+
+
+def test_columns_are_checked_before_anything_is_read() -> None:
+    with pytest.raises(BenchError) as error:
+        results.metrics("nowhere", columns=["maen"])
+    assert error.value.code == "unknown-column"
+
+
+@pytest.mark.parametrize("function", [results.episodes, results.curves, results.metrics])
+def test_a_path_that_does_not_exist_is_reported(function: Callable[[str], pd.DataFrame]) -> None:
+    with pytest.raises(BenchError) as error:
+        function("nowhere")
+    assert str(error.value) == (
+        "nowhere: There is no such folder. Name a submission, or a folder of submissions."
+    )
+
+
+def test_a_submission_with_problems_is_refused(submission: Write) -> None:
+    folder = submission()
+    (folder / "notes.txt").write_text("")
+    with pytest.raises(BenchError) as error:
+        results.metrics(folder)
+    assert str(error.value) == (
+        f"{folder}: The submission has 1 problem. First: notes.txt: Unexpected file. Run: score {folder}"
+    )
+
+
+def test_frames_load_no_simulator_and_no_torch(submission: Write) -> None:
+    code = (
+        "import sys\nfrom gym_extensions import results\n"
+        "results.episodes(sys.argv[1])\nresults.board('hopper-gravity', sys.argv[1])\n"
+        "print([name for name in ('gymnasium', 'mujoco', 'torch') if name in sys.modules])"
+    )
+    shown = subprocess.run([sys.executable, "-c", code, submission()], capture_output=True, check=True)
+    assert shown.stdout == b"[]\n"

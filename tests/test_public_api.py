@@ -1,0 +1,75 @@
+"""The public names: what users import, each with a docstring. A changed name needs a changelog fragment."""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib
+import inspect
+
+import pytest
+
+PUBLIC = {
+    "gym_extensions.envs": [
+        "Gravity",
+        "LimbScale",
+        "MotorNoise",
+        "MovingGoal",
+        "MovingStart",
+        "RangeSensor",
+        "SensorNoise",
+        "Task",
+        "TaskGroup",
+        "TaskId",
+        "TrackingGoal",
+        "VectorTaskId",
+        "Wall",
+        "customize",
+        "group",
+        "make",
+        "make_vec",
+    ],
+    "gym_extensions.baselines": ["Agent", "Card", "Factory", "Resumable", "sb3", "train"],
+    "gym_extensions.results": ["board", "curves", "episodes", "metrics"],
+}
+NAMES = [(package, name) for package, names in PUBLIC.items() for name in names]
+FUNCTIONS = [(package, name) for package, name in NAMES if name.islower()]
+
+NEEDS_SB3 = ("gym_extensions.baselines", "sb3")
+"""The name that needs the extra ``sb3``."""
+
+
+@pytest.mark.parametrize("package", PUBLIC)
+def test_a_package_exports_these_names(package: str) -> None:
+    assert sorted(importlib.import_module(package).__all__) == PUBLIC[package]
+
+
+@pytest.mark.parametrize(("package", "name"), NAMES)
+def test_a_public_name_has_a_docstring_of_its_own(package: str, name: str) -> None:
+    if (package, name) == NEEDS_SB3:
+        pytest.importorskip("stable_baselines3")
+    thing = getattr(importlib.import_module(package), name)
+    docstring = thing.__doc__ or ""
+    assert docstring.strip()
+    # A dataclass without a docstring has its signature instead.
+    assert not (dataclasses.is_dataclass(thing) and docstring.startswith(f"{name}("))
+
+
+@pytest.mark.parametrize(("package", "name"), FUNCTIONS)
+def test_a_public_function_has_typed_parameters(package: str, name: str) -> None:
+    if (package, name) == NEEDS_SB3:
+        pytest.importorskip("stable_baselines3")
+    signature = inspect.signature(getattr(importlib.import_module(package), name))
+    assert signature.return_annotation is not inspect.Signature.empty
+    assert [
+        parameter.name
+        for parameter in signature.parameters.values()
+        if parameter.annotation is inspect.Parameter.empty
+    ] == []
+
+
+@pytest.mark.parametrize("package", PUBLIC)
+def test_a_package_lists_its_names_and_refuses_others(package: str) -> None:
+    module = importlib.import_module(package)
+    assert set(PUBLIC[package]) <= set(dir(module))
+    with pytest.raises(AttributeError):
+        _ = module.nothing_of_this_name
