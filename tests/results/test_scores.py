@@ -107,8 +107,8 @@ def test_a_suite_has_a_board(submission: Write) -> None:
 
 
 def test_agents_that_observe_the_task_have_their_own_board(submission: Write, manifest_text: str) -> None:
-    told = manifest_text.replace("task_in_evaluation = false", "task_in_evaluation = true")
-    folder = submission(name="conditioned", manifest=told).parent
+    conditioned = manifest_text.replace("task_in_evaluation = false", "task_in_evaluation = true")
+    folder = submission(name="conditioned", manifest=conditioned).parent
     submission(name="plain")
     names = {
         flag: results.board("hopper-gravity", folder, budget="smoke", task_conditioned=flag)["name"].tolist()
