@@ -1,29 +1,43 @@
-# The commands of this repository. `make leaderboard` and `make test` work on a fresh clone.
+# The commands of this repository. All of them work on a fresh clone.
 
 PYTHON ?= python3
 PIP = .venv/bin/python -m pip --disable-pip-version-check --no-input install --quiet -c constraints.txt
 export OPENBLAS_NUM_THREADS ?= 1
 
-.PHONY: leaderboard test check bench slow clean
+.DEFAULT_GOAL := help
+.PHONY: help leaderboard test check docs bench slow coverage changelog clean
+
+help:  ## list the commands
+	@awk -F ':.*  ## ' '/^[a-z]+:.*  ## / { printf "make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 leaderboard: .venv/scoring.installed  ## check and score every submission, build _site/
 	@.venv/bin/gym-extensions site submissions --out _site
 
-test: .venv/everything.installed  ## every test but the slow ones
+test: .venv/everything.installed  ## run the tests, except the slow ones and the benchmarks
 	.venv/bin/pytest -n 2 --dist worksteal
 
-slow: .venv/everything.installed  ## the tests that train for minutes
+slow: .venv/everything.installed  ## run the tests that train for minutes
 	.venv/bin/pytest -m slow
 
-check: .venv/everything.installed  ## style, types, and the direction of imports
+check: .venv/everything.installed  ## check style, types and import layers
 	.venv/bin/ruff check .
 	.venv/bin/ruff format --check .
 	.venv/bin/mypy
 	.venv/bin/lint-imports
 
-bench: .venv/everything.installed  ## speed, as ratios measured side by side in one run
+coverage: .venv/everything.installed  ## run the tests and measure which lines and branches they reach
+	.venv/bin/pytest -n 2 --dist worksteal --cov --cov-report=term
+
+docs: .venv/scoring.installed  ## write the generated tables of docs/*.md
+	.venv/bin/python -m gym_extensions.scoring.output.docs docs
+
+bench: .venv/everything.installed  ## measure speed, as ratios taken side by side in one run
 	$(PIP) -e '.[dev,bench]'
 	.venv/bin/pytest -m bench tests/benchmarks --ratios site/gym_extensions/site/measured/ratios.json
+
+changelog: .venv/everything.installed  ## move the fragments into CHANGELOG.md: make changelog VERSION=1.0.0
+	@test -n "$(VERSION)" || { echo "Name the version: make changelog VERSION=1.0.0"; exit 2; }
+	.venv/bin/towncrier build --yes --version $(VERSION)
 
 # The scoring set has no torch; the rest adds it, always through constraints.txt.
 .venv/scoring.installed: pyproject.toml constraints.txt
@@ -31,11 +45,11 @@ bench: .venv/everything.installed  ## speed, as ratios measured side by side in 
 	$(PIP) -e .
 	@touch $@
 
-# Avalanche is an oracle in the tests; what it would bring along needs a CUDA build of torch (docs/adr/0053).
+# Avalanche is an oracle of the tests; its dependencies need a CUDA build of torch (docs/adr/0053).
 .venv/everything.installed: .venv/scoring.installed
 	$(PIP) -e '.[dev]'
 	$(PIP) --no-deps avalanche-lib
 	@touch $@
 
-clean:
+clean:  ## remove .venv, _site and built packages
 	rm -rf .venv _site build dist

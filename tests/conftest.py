@@ -40,7 +40,7 @@ evaluation = "sampled"
 [hyperparameters]
 step = 0.01
 
-[knows]
+[observes]
 task_in_training = false
 task_in_evaluation = false
 boundaries = false

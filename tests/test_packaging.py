@@ -63,3 +63,11 @@ def test_an_unknown_sub_command_is_told_with_the_closest_one_and_no_traceback() 
 def test_the_version_is_that_of_pyproject() -> None:
     declared = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
     assert run("-m", "gym_extensions", "--version").stdout.strip() == declared
+
+
+def test_every_package_is_marked_as_typed() -> None:
+    packages = [
+        path.parent for root in SOURCE_ROOTS for path in (ROOT / root).glob("gym_extensions/*/__init__.py")
+    ]
+    assert packages
+    assert [path.name for path in packages if not (path / "py.typed").exists()] == []

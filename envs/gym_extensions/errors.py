@@ -1,4 +1,4 @@
-"""The one error that a user's mistake raises."""
+"""The error that every user mistake raises."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from typing import Protocol
 
 
 class BenchError(Exception):
-    """A mistake in what the user gave: what is wrong, where, and what to do.
+    """A mistake in the user's input: what is wrong, where, and what to do.
 
     Args:
         code: short stable name of the kind of mistake, in kebab case (``unknown-group``).
-        message: what was found, in one sentence.
-        where: the file, row, option or argument that holds the mistake; may be empty.
+        message: what is wrong, in one sentence.
+        where: the file, row, option or argument with the mistake; may be empty.
         hint: what to do about it; may be empty.
     """
 
@@ -29,23 +29,23 @@ class BenchError(Exception):
 
 
 def did_you_mean(word: str, choices: Iterable[str]) -> str:
-    """A hint naming the closest choice, or all of them when few, or nothing."""
-    known = sorted(choices)
-    lowered = {choice.lower(): choice for choice in known}
+    """Returns a hint that names the closest choice, all choices if there are few, or nothing."""
+    ordered = sorted(choices)
+    lowered = {choice.lower(): choice for choice in ordered}
     close = difflib.get_close_matches(word.lower(), lowered, n=1, cutoff=0.6)
     if close:
         return f"Did you mean {lowered[close[0]]!r}?"
-    return f"Choose one of: {', '.join(known)}." if 0 < len(known) <= 25 else ""
+    return f"Choose one of: {', '.join(ordered)}." if 0 < len(ordered) <= 25 else ""
 
 
 class Command(Protocol):
-    """A command: it takes its words, those of the process if None, and gives its exit status."""
+    """A command line: takes the arguments (``sys.argv[1:]`` if None) and returns the exit status."""
 
     def __call__(self, argv: list[str] | None = None) -> int: ...
 
 
 def reports_mistakes(main: Command) -> Command:
-    """The same command, with a ``BenchError`` told on standard error and exit status 2, not a traceback."""
+    """Wraps a command so that a ``BenchError`` is printed to standard error, with exit status 2."""
 
     @functools.wraps(main)
     def command(argv: list[str] | None = None) -> int:

@@ -1,4 +1,4 @@
-"""Small submissions that several tests look at; made once, copied where a test changes them."""
+"""Small submissions that several tests read. Tests that change one copy it first."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from gym_extensions.baselines.train import train
+from gym_extensions.baselines import train
 
 
 def digests(folder: Path) -> dict[str, str]:
-    """The sha256 of every finished file by its path."""
+    """The sha256 of every finished file, by its path in the folder."""
     return {
         str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest()
         for path in sorted(folder.rglob("*"))
@@ -20,16 +20,16 @@ def digests(folder: Path) -> dict[str, str]:
 
 
 @pytest.fixture(scope="session")
-def trpo_submission(tmp_path_factory) -> Path:
+def trpo_submission(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """trpo, sequential and joint, run 0, at the smoke budget."""
-    folder = tmp_path_factory.mktemp("made") / "trpo"
+    folder = tmp_path_factory.mktemp("submissions") / "trpo"
     train("trpo", "hopper-gravity", ["sequential", "joint"], "smoke", 0, out=folder)
     return folder
 
 
 @pytest.fixture(scope="session")
-def random_submission(tmp_path_factory) -> Path:
+def random_submission(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """random, single, run 0, at the smoke budget."""
-    folder = tmp_path_factory.mktemp("made") / "random"
+    folder = tmp_path_factory.mktemp("submissions") / "random"
     train("random", "hopper-gravity", "single", "smoke", 0, out=folder)
     return folder

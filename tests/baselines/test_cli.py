@@ -1,189 +1,244 @@
-"""The command: what it refuses, word for word, and what it prints."""
+"""The command ``gym-extensions train``: its error messages and its output."""
 
 from __future__ import annotations
 
 import errno
 import subprocess
 import sys
+from collections.abc import Callable, Mapping
+from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
+from typing import Any, NoReturn
 
+import numpy as np
 import pytest
 
 from gym_extensions.__main__ import main
-from gym_extensions.baselines import algorithms
-from gym_extensions.baselines.cli import numbers, parser
-from gym_extensions.errors import BenchError
+from gym_extensions.baselines import algorithms, train_agent
+from gym_extensions.baselines.cli import parser
 
-GOOD = {"--group": "hopper-gravity", "--budget": "smoke", "--out": "out"}
+OPTIONS = {"--groups": "hopper-gravity", "--budget": "smoke", "--out": "out"}
 
 
-def words(agent: str, **changed: str) -> list[str]:
-    options = GOOD | {f"--{name}": value for name, value in changed.items()}
+def command(agent: str, **changed: str) -> list[str]:
+    options = OPTIONS | {f"--{name.replace('_', '-')}": value for name, value in changed.items()}
     return ["train", agent, *(word for pair in options.items() for word in pair)]
 
 
-ALL_AGENTS = "An agent of your own is named as module:factory."
+OWN_AGENT = "Name your own agent as module:factory."
 MISTAKES = [
+    (command("trop"), f"Unknown agent 'trop'. Did you mean 'trpo'? {OWN_AGENT}"),
     (
-        words("trop"),
-        f"There is no agent 'trop'. Did you mean 'trpo'? {ALL_AGENTS}",
-    ),
-    (
-        words("trpo", group="hoper-gravity"),
+        command("trpo", groups="hoper-gravity"),
         "There is no group 'hoper-gravity'. Did you mean 'hopper-gravity'?",
     ),
+    (command("trpo", budget="100K"), "There is no budget '100K'. Did you mean '100k'?"),
+    (command("trpo", protocol="serial"), "Unknown protocol 'serial'. Did you mean 'sequential'?"),
     (
-        words("trpo", budget="100K"),
-        "There is no budget '100K'. Did you mean '100k'?",
+        command("trpo", runs="1000"),
+        "--runs: Run 1000 is out of range. Use 0 to 999; larger numbers are reserved for references.",
     ),
     (
-        words("trpo", protocol="serial"),
-        "There is no protocol 'serial'. Did you mean 'sequential'?",
+        command("trpo", runs="a"),
+        "--runs: 'a' is not a list of runs. Use numbers and ranges, such as 0,1 or 0-4.",
     ),
     (
-        words("trpo", runs="1000"),
-        "--runs: 1000 is no run of a submission. Give numbers from 0 to 999; those above are for references.",
+        command("trpo", runs="0,4-1"),
+        "--runs: The range '4-1' is empty. Write the smaller number first: 1-4.",
     ),
     (
-        words("trpo", runs="a"),
-        "--runs: 'a' is no list of runs. Give numbers and ranges, as in 0,1 or 0-4.",
+        command("zero", out="zero run"),
+        "zero run: 'zero run' is not a valid submission name. "
+        "Use at most 64 letters, digits, dots, dashes and underscores; start with a letter or digit.",
+    ),
+    (command("trpo", jobs="0"), "--jobs: 0 is too small. Use at least 1."),
+    (command("trpo", num_envs="0"), "--num-envs: 0 is too small. Use at least 1."),
+    (
+        command("trpo", budget="100k", num_envs="64"),
+        "--num-envs: With 64 environments, the budget '100k' has fewer than 10 episodes per environment. "
+        "Use at most 10 for hopper-gravity.",
     ),
     (
-        words("trpo", runs="0,4-1"),
-        "--runs: The range '4-1' is empty. Write the smaller number first, as in 1-4.",
+        command("nowhere:make"),
+        "Module 'nowhere' was not found. Run the command in the folder of the module, or install the module.",
     ),
     (
-        words("still", out="still run"),
-        "still run: 'still run' is no name of a submission. "
-        "Begin with a letter or digit; then letters, digits, dots, dashes, underscores, 64 in all.",
-    ),
-    (
-        words("trpo", jobs="0"),
-        "--jobs: 0 processes are too few. Give at least 1.",
-    ),
-    (
-        words("trpo", lanes="0"),
-        "--lanes: 0 training lanes are too few. Give at least 1.",
-    ),
-    (
-        words("trpo", budget="100k", lanes="64"),
-        "--lanes: 64 lanes leave fewer than 10 episodes a lane in budget '100k'. "
-        "Give at most 10 for hopper-gravity.",
-    ),
-    (
-        words("nowhere:make"),
-        "There is no module 'nowhere'. Run from the folder that holds it, or install it.",
-    ),
-    (
-        words("gym_extensions.baselines.algorithms.trpo:mak"),
-        "Module 'gym_extensions.baselines.algorithms.trpo' has nothing callable named 'mak'. "
-        "Did you mean 'make'?",
+        command("gym_extensions.baselines.algorithms.trpo:mak"),
+        "Module 'gym_extensions.baselines.algorithms.trpo' has no callable 'mak'. Did you mean 'make'?",
     ),
     (
         ["reference", "--groups", "hopper-gravity", "--budget", "smoke", "--runs", "3", "--out", "x.json"],
-        "--runs: 3 is no reference run. Give numbers from 1000 on; those below are for submissions.",
+        "--runs: Run 3 is out of range. Use numbers from 1000; smaller ones are reserved for submissions.",
     ),
 ]
 
 
 @pytest.mark.parametrize(("argv", "message"), MISTAKES, ids=[row[1][:40] for row in MISTAKES])
-def test_a_mistake_is_told_in_a_sentence_before_anything_is_run(argv, message, tmp_path, monkeypatch, capsys):
+def test_a_mistake_is_reported_before_anything_runs(
+    argv: list[str],
+    message: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
     monkeypatch.chdir(tmp_path)
     assert main(argv) == 2
     assert capsys.readouterr().err == f"error: {message}\n"
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize(
-    ("text", "expected"), [("0", [0]), ("0,1", [0, 1]), ("0-4", [0, 1, 2, 3, 4]), ("7, 2-3", [7, 2, 3])]
-)
-def test_runs_are_numbers_and_ranges(text, expected):
-    assert numbers(text) == expected
+AGENT = """
+import numpy as np
+
+class Full:
+    def __init__(self, observation_space, action_space, seed): self.shape = action_space.shape
+    def act(self, observations): return np.ones((len(observations), *self.shape))
+    def learn(self, env, steps): pass
+"""
 
 
-@pytest.mark.parametrize("text", ["", "-1", "1-", "0;1", "1.5"])
-def test_anything_else_is_no_list_of_runs(text):
-    with pytest.raises(BenchError, match="is no list of runs"):
-        numbers(text)
-
-
-def test_an_agent_of_ones_own_is_named_by_module_and_factory(tmp_path):
-    (tmp_path / "mine.py").write_text(
-        "import numpy as np\n"
-        "class Full:\n"
-        "    def __init__(self, observation_space, action_space, seed): self.shape = action_space.shape\n"
-        "    def act(self, observations): return np.ones((len(observations), *self.shape))\n"
-        "    def learn(self, env, steps): pass\n"
-    )
-    command = [sys.executable, "-m", "gym_extensions", *words("mine:Full", protocol="single")]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
+def test_an_agent_of_the_user_is_named_by_module_and_factory(tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text(AGENT)
+    words = [sys.executable, "-m", "gym_extensions", *command("mine:Full", protocol="single")]
+    done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=True)
     lines = done.stdout.splitlines()
-    assert lines[0] == "5 units to run, 5 cells to evaluate"
-    assert lines[1].startswith(
-        "hopper-gravity single-run0-task0 stage 1: gym_extensions/HopperGravityHalf-v0 mean"
-    )
-    assert lines[-1] == "The submission is in out. Look at it with: score out"
+    assert lines[0] == "5 jobs, 5 evaluations"
+    first = "hopper-gravity single-run0-task0 stage 1: gym_extensions/HopperGravityHalf-v0 mean return"
+    assert lines[1].startswith(first)
+    assert lines[-1] == "The submission is in out. Score it with: score out"
     assert (tmp_path / "out/hopper-gravity/single.csv").exists()
 
 
-def test_the_printed_line_can_be_pasted_whatever_the_folder_above_is_called(tmp_path, monkeypatch, capsys):
-    from gym_extensions.baselines import train
-
-    monkeypatch.setattr(train, "train", lambda *_, **__: [])
-    assert main(words("still", out="my runs/still")) == 0
-    expected = "The submission is in my runs/still. Look at it with: score 'my runs/still'\n"
-    assert capsys.readouterr().out == expected
+def replace_train(monkeypatch: pytest.MonkeyPatch, function: Callable[..., Any]) -> None:
+    monkeypatch.setattr(train_agent, "train", function)
 
 
-def test_the_help_names_every_reference_agent(monkeypatch):
+def test_the_printed_command_quotes_the_folder(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    replace_train(monkeypatch, lambda *_, **__: [])
+    assert main(command("zero", out="my runs/zero")) == 0
+    quoted = '"my runs/zero"' if sys.platform == "win32" else "'my runs/zero'"
+    expected = f"The submission is in my runs/zero. Score it with: score {quoted}\n"
+    assert capsys.readouterr().out.replace("\\", "/") == expected
+
+
+def test_the_help_names_every_reference_agent(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(algorithms, "names", lambda: ["sac", "trpo"])
-    assert "sac, trpo, or module:factory of your own" in " ".join(parser().format_help().split())
+    assert "sac, trpo, or module:factory" in " ".join(parser().format_help().split())
 
 
-def test_a_stopped_command_says_how_to_go_on(tmp_path, monkeypatch, capsys):
-    from gym_extensions.baselines import train
+class StopsInSecondTask:
+    """Trains on one task, then behaves as if the user pressed Ctrl-C."""
 
-    def interrupted(*_, **__):
+    def __init__(self, observation_space: Any, action_space: Any, seed: int) -> None:
+        self.shape, self.calls = action_space.shape, 0
+
+    def act(self, observations: Any) -> Any:
+        return np.ones((len(observations), *self.shape))
+
+    def learn(self, env: Any, steps: int) -> None:
+        self.calls += 1
+        if self.calls == 2:
+            raise KeyboardInterrupt
+
+
+class StopsAndCanBeSaved(StopsInSecondTask):
+    def save(self, path: Path) -> None:
+        path.write_bytes(b"")
+
+    def load(self, path: Path) -> None:
+        self.calls = 1
+
+
+AGAIN = "No finished stage can be reused; the same command starts the unfinished runs again."
+INTERRUPTED: list[tuple[Any, str]] = [
+    (StopsAndCanBeSaved, "The same command continues; it reuses 2 finished stages."),
+    (StopsInSecondTask, AGAIN),
+]
+
+
+@pytest.mark.parametrize(("agent", "expected"), INTERRUPTED)
+def test_an_interrupted_command_says_whether_it_can_be_continued(
+    agent: Any,
+    expected: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    train = train_agent.train
+
+    def in_this_process(_: str, *positional: Any, **options: Any) -> Any:
+        return train(agent, *positional, **(options | {"jobs": 0}))
+
+    replace_train(monkeypatch, in_this_process)
+    assert main(command("trpo", out=str(tmp_path / "mine"))) == 130
+    assert capsys.readouterr().out.splitlines()[-1] == f"Interrupted. {expected}"
+
+
+def test_stages_of_other_runs_are_not_counted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = tmp_path / "mine/.progress/hopper-gravity/sequential-run3"
+    folder.mkdir(parents=True)
+    (folder / "settings.json").write_text('{"stages": 6}')
+    for name in ("stage0.json", "agent0.npz"):
+        (folder / name).touch()
+
+    def interrupted(*_: Any, on_plan: Callable[[Mapping[str, int]], None], **__: Any) -> NoReturn:
+        on_plan({f"hopper-gravity sequential-run{run}": 30 for run in runs})
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(train, "train", interrupted)
-    assert main([*words("trpo")[:-1], str(tmp_path)]) == 130
-    assert capsys.readouterr().out == "Stopped. The same command goes on from the last finished stage.\n"
+    replace_train(monkeypatch, interrupted)
+    runs = [0]
+    assert main(command("trpo", out=str(tmp_path / "mine"))) == 130
+    assert capsys.readouterr().out.splitlines()[-1] == f"Interrupted. {AGAIN}"
+    runs = [0, 3]
+    assert main(command("trpo", out=str(tmp_path / "mine"))) == 130
+    expected = "Interrupted. The same command continues; it reuses 1 finished stage."
+    assert capsys.readouterr().out.splitlines()[-1] == expected
 
 
-def test_a_full_disk_is_told_and_how_to_go_on(tmp_path, monkeypatch, capsys):
-    from gym_extensions.baselines import train
+def raising(error: Exception) -> Callable[..., NoReturn]:
+    def train(*_: Any, **__: Any) -> NoReturn:
+        raise error
 
-    def full(*_, **__):
-        raise OSError(errno.ENOSPC, "No space left on device")
+    return train
 
-    monkeypatch.setattr(train, "train", full)
-    assert main(words("trpo", out="mine")) == 2
+
+def test_a_full_disk_is_reported(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    replace_train(monkeypatch, raising(OSError(errno.ENOSPC, "No space left on device")))
+    assert main(command("trpo", out="mine")) == 2
+    message = f"error: mine: No space left on device. Free some disk space. {AGAIN}\n"
+    assert capsys.readouterr().err == message
+
+
+def test_a_worker_that_died_is_reported(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    replace_train(monkeypatch, raising(BrokenProcessPool("terminated abruptly")))
+    assert main(command("trpo", out="mine")) == 2
     assert capsys.readouterr().err == (
-        "error: mine: No space left on device. "
-        "Make room; the same command goes on from the last finished stage.\n"
+        "error: A worker process ended unexpectedly. "
+        f"If memory ran out, use fewer --jobs or --num-envs. {AGAIN}\n"
     )
 
 
-def test_a_file_that_an_agent_of_ones_own_misses_keeps_its_own_words(monkeypatch):
-    from gym_extensions.baselines import train
-
-    def missing(*_, **__):
-        raise FileNotFoundError(errno.ENOENT, "No such file or directory", "weights.npz")
-
-    monkeypatch.setattr(train, "train", missing)
+def test_a_missing_file_of_the_agent_is_raised_unchanged(monkeypatch: pytest.MonkeyPatch) -> None:
+    error = FileNotFoundError(errno.ENOENT, "No such file or directory", "weights.npz")
+    replace_train(monkeypatch, raising(error))
     with pytest.raises(FileNotFoundError, match=r"weights\.npz"):
-        main(words("trpo"))
+        main(command("trpo"))
 
 
-def test_training_without_the_extra_says_what_to_install(tmp_path, monkeypatch, capsys):
-    from gym_extensions.baselines import train
-
-    def missing(*_, **__):
-        raise ModuleNotFoundError("No module named 'torch'", name="torch")
-
-    monkeypatch.setattr(train, "train", missing)
-    assert main([*words("trpo")[:-1], str(tmp_path)]) == 2
-    expected = (
-        "error: Training needs torch. Install the extra: pip install -c constraints.txt '.[baselines]'\n"
-    )
+def test_a_missing_extra_is_named_with_the_command_that_installs_it(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    replace_train(monkeypatch, raising(ModuleNotFoundError("No module named 'torch'", name="torch")))
+    assert main(command("mine:make_ppo")) == 2
+    expected = "error: The agent needs torch. Install it with: pip install 'gym-extensions[sb3]'\n"
     assert capsys.readouterr().err == expected

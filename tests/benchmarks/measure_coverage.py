@@ -1,10 +1,10 @@
-"""Measures what the intervals of docs/metrics.md promise, and prints its two tables in Markdown.
+"""Measures the coverage of the intervals in docs/metrics.md and prints its two tables in Markdown.
 
     python tests/benchmarks/measure_coverage.py [--datasets 4000] [--boards 1000] [--seed 0]
 
-Coverage: how often a 95 % interval over N runs holds the true mean, for ten shapes of run-to-run variation;
-Student's t against the percentile, BCa and bootstrap-t intervals, whose resamples are enumerated exactly,
-not drawn. Family-wise error: how often any rank interval of a board misses an entry's true rank.
+Coverage: how often a 95 % interval over N runs contains the true mean, for ten shapes of variation between
+runs. Student's t is compared with the percentile, BCa and bootstrap-t intervals, whose resamples are
+enumerated, not drawn. Family-wise error: how often any rank interval of a board misses an entry's true rank.
 """
 
 from __future__ import annotations
@@ -20,23 +20,24 @@ from statistics import NormalDist
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_extensions.scoring.statistics.intervals import quantile, summary
-from gym_extensions.scoring.statistics.ranking import different, rank_intervals
+from gym_extensions.scoring.statistics.intervals import rounded_quantile, summary
+from gym_extensions.scoring.statistics.ranking import rank_intervals
+from gym_extensions.scoring.statistics.welch import significant_pairs
 
 Array = NDArray[np.float64]
 NORMAL = NormalDist()
-LEVEL = 0.05
+ALPHA = 0.05
 TASK_NOISE = 0.2
-"""Run-to-run deviation of a task that is learned, or is not."""
+"""Standard deviation between runs of a task, learned or not."""
 LARGE = 200_000
-"""Data sets for Student's t, which needs no resampling."""
+"""Number of data sets for Student's t, which needs no resampling."""
 CELLS = 4_000_000
-"""Resampled means held at once."""
+"""Number of resampled means in memory at a time."""
 
 
 @dataclass(frozen=True)
 class Shape:
-    """How a metric varies from run to run: its name, its true mean, and a way to draw it."""
+    """A distribution of a metric over runs: name, true mean and sampler."""
 
     name: str
     mean: float
@@ -45,14 +46,14 @@ class Shape:
 
 def _tasks(rng: np.random.Generator, size: tuple[int, ...]) -> Array:
     learned = rng.random((*size, 5)) < 0.7
-    noisy: Array = (learned + rng.normal(0, TASK_NOISE, (*size, 5))).mean(axis=-1)
-    return noisy
+    means: Array = (learned + rng.normal(0, TASK_NOISE, (*size, 5))).mean(axis=-1)
+    return means
 
 
 def _modes(share: float, width: float) -> Callable[[np.random.Generator, tuple[int, ...]], Array]:
     def draw(rng: np.random.Generator, size: tuple[int, ...]) -> Array:
-        mixed: Array = (rng.random(size) < share) + rng.normal(0, width, size)
-        return mixed
+        mixture: Array = (rng.random(size) < share) + rng.normal(0, width, size)
+        return mixture
 
     return draw
 
@@ -72,48 +73,51 @@ SHAPES = (
 
 
 def multisets(runs: int) -> tuple[Array, Array]:
-    """Every resample of N runs as counts [multiset, run], with its probability."""
+    """Every resample of N runs as counts [multiset, run], and its probability."""
     counts = np.array(
-        [np.bincount(chosen, minlength=runs) for chosen in combinations_with_replacement(range(runs), runs)]
+        [
+            np.bincount(resample, minlength=runs)
+            for resample in combinations_with_replacement(range(runs), runs)
+        ]
     )
     ways = np.array([math.factorial(runs) / math.prod(map(math.factorial, row)) for row in counts])
     return counts.astype(np.float64), ways / runs**runs
 
 
 def student(data: Array) -> tuple[Array, Array]:
-    """Low and high of Student's t."""
+    """Lower and upper ends of Student's t intervals, one per row of ``data``."""
     runs = data.shape[1]
-    centre = data.mean(axis=1)
-    half = quantile(runs - 1) * data.std(axis=1, ddof=1) / math.sqrt(runs)
-    return centre - half, centre + half
+    center = data.mean(axis=1)
+    half_width = rounded_quantile(runs - 1) * data.std(axis=1, ddof=1) / math.sqrt(runs)
+    return center - half_width, center + half_width
 
 
 def _ranked(values: Array, weights: Array) -> tuple[Array, Array]:
-    """The values in order and their cumulative weights, row by row; infinite ones weigh nothing."""
+    """Sorted values and their cumulative weights, row by row; infinite values have weight 0."""
     order = np.argsort(values, axis=1)
     ranked = np.take_along_axis(values, order, axis=1)
     return ranked, np.cumsum(weights[order] * np.isfinite(ranked), axis=1)
 
 
 def _at(ranked: tuple[Array, Array], share: Array | float) -> Array:
-    """The smallest value whose cumulative weight reaches the share, row by row."""
+    """The weighted quantile of each row: the smallest value whose cumulative weight reaches the share."""
     values, cumulative = ranked
     shares = np.broadcast_to(share, len(values))
     reached = cumulative >= shares[:, None] * cumulative[:, -1:] - 1e-12
-    found: Array = np.take_along_axis(values, reached.argmax(axis=1)[:, None], axis=1)[:, 0]
-    return found
+    quantiles: Array = np.take_along_axis(values, reached.argmax(axis=1)[:, None], axis=1)[:, 0]
+    return quantiles
 
 
 def bootstraps(data: Array, counts: Array, weights: Array) -> dict[str, tuple[Array, Array]]:
-    """Low and high of the percentile, BCa and bootstrap-t intervals, over all resamples."""
+    """Lower and upper ends of the percentile, BCa and bootstrap-t intervals, over all resamples."""
     runs = data.shape[1]
-    centre, error = data.mean(axis=1), data.std(axis=1, ddof=1) / math.sqrt(runs)
+    center, error = data.mean(axis=1), data.std(axis=1, ddof=1) / math.sqrt(runs)
     means = data @ counts.T / runs
-    ranked, ends = _ranked(means, weights), (LEVEL / 2, 1 - LEVEL / 2)
+    ranked, ends = _ranked(means, weights), (ALPHA / 2, 1 - ALPHA / 2)
     low, high = (_at(ranked, end) for end in ends)
 
-    below = (means < centre[:, None] - 1e-12) @ weights
-    equal = (np.abs(means - centre[:, None]) <= 1e-12) @ weights
+    below = (means < center[:, None] - 1e-12) @ weights
+    equal = (np.abs(means - center[:, None]) <= 1e-12) @ weights
     z0 = np.array([NORMAL.inv_cdf(min(max(share, 1e-6), 1 - 1e-6)) for share in below + equal / 2])
     left_out = (data.sum(axis=1, keepdims=True) - data) / (runs - 1)
     pull = left_out.mean(axis=1, keepdims=True) - left_out
@@ -122,55 +126,55 @@ def bootstraps(data: Array, counts: Array, weights: Array) -> dict[str, tuple[Ar
     adjusted = []
     for end in ends:
         z = z0 + NORMAL.inv_cdf(end)
-        moved = z0 + z / (1 - bend * z)
-        adjusted.append(_at(ranked, np.array([NORMAL.cdf(one) for one in moved])))
+        shifted = z0 + z / (1 - bend * z)
+        adjusted.append(_at(ranked, np.array([NORMAL.cdf(value) for value in shifted])))
 
     squares = (data**2) @ counts.T / runs
     spread = np.sqrt(np.maximum(squares - means**2, 0) * runs / (runs - 1) / runs)
     alike = spread < 1e-9 * np.maximum(error, 1e-300)[:, None]
-    t = np.where(alike, np.inf, (means - centre[:, None]) / np.where(alike, 1, spread))
+    t = np.where(alike, np.inf, (means - center[:, None]) / np.where(alike, 1, spread))
     ranked_t = _ranked(t, weights)
     t_low, t_high = (_at(ranked_t, end) for end in ends)
     return {
         "percentile": (low, high),
         "BCa": (adjusted[0], adjusted[1]),
-        "bootstrap-t": (centre - t_high * error, centre - t_low * error),
+        "bootstrap-t": (center - t_high * error, center - t_low * error),
     }
 
 
-def _covered(span: tuple[Array, Array], mean: float) -> int:
-    return int(((span[0] <= mean) & (mean <= span[1])).sum())
+def _covered(ends: tuple[Array, Array], mean: float) -> int:
+    return int(((ends[0] <= mean) & (mean <= ends[1])).sum())
 
 
 def coverage(shape: Shape, runs: int, datasets: int, rng: np.random.Generator) -> dict[str, float]:
-    """The share of intervals that hold the true mean, by method."""
-    found = {"t": _covered(student(shape.draw(rng, (LARGE, runs))), shape.mean) / LARGE}
+    """The fraction of intervals that contain the true mean, by method."""
+    shares = {"t": _covered(student(shape.draw(rng, (LARGE, runs))), shape.mean) / LARGE}
     if runs > 10:
-        return found
+        return shares
     counts, weights = multisets(runs)
-    held = dict.fromkeys(("percentile", "BCa", "bootstrap-t"), 0)
+    covered = dict.fromkeys(("percentile", "BCa", "bootstrap-t"), 0)
     chunk = max(1, CELLS // len(weights))
     for start in range(0, datasets, chunk):
         data = shape.draw(rng, (min(chunk, datasets - start), runs))
-        for method, span in bootstraps(data, counts, weights).items():
-            held[method] += _covered(span, shape.mean)
-    return found | {method: count / datasets for method, count in held.items()}
+        for method, ends in bootstraps(data, counts, weights).items():
+            covered[method] += _covered(ends, shape.mean)
+    return shares | {method: count / datasets for method, count in covered.items()}
 
 
 def family_wise(
     entries: int, gap: float, runs: int, boards: int, rng: np.random.Generator
 ) -> tuple[float, float]:
-    """How often a rank interval of a board misses a true rank, and how many ranks it spans on average."""
+    """How often any rank interval of a board misses a true rank, and the mean number of ranks in one."""
     truth = np.arange(entries) * -gap
     missed, width = 0, 0
     for _ in range(boards):
         board = [summary(row) for row in (truth[:, None] + rng.normal(0, 1, (entries, runs))).tolist()]
-        spans = rank_intervals(board, different(board), "higher")
-        true = [(1, entries)] * entries if gap == 0 else [(place, place) for place in range(1, entries + 1)]
+        ranks = rank_intervals(board, significant_pairs(board), "higher")
+        true = [(1, entries)] * entries if gap == 0 else [(rank, rank) for rank in range(1, entries + 1)]
         missed += any(
-            low > first or high < last for (low, high), (first, last) in zip(spans, true, strict=True)
+            low > first or high < last for (low, high), (first, last) in zip(ranks, true, strict=True)
         )
-        width += sum(high - low + 1 for low, high in spans)
+        width += sum(high - low + 1 for low, high in ranks)
     return missed / boards, width / boards / entries
 
 
@@ -179,54 +183,57 @@ def _error(share: float, count: int) -> float:
 
 
 def positive(text: str) -> int:
-    """A count from the command line; one below 1 is a mistake that argparse tells."""
+    """A count from the command line, at least 1."""
     if not text.isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"{text!r} is no number of 1 or more")
+        raise argparse.ArgumentTypeError(f"expected a whole number of at least 1, got {text!r}")
     return int(text)
 
 
 def datasets_at(runs: int, datasets: int) -> int:
-    """The bootstraps' data sets at N runs: at ten, whose resamples are many, a twentieth, at least one."""
+    """Number of data sets for the bootstraps: a twentieth at ten runs, which have 92,378 resamples."""
     return max(1, datasets // 20) if runs == 10 else datasets
 
 
 def main(argv: list[str] | None = None) -> None:
-    """Prints both tables."""
+    """Print both tables."""
     options = argparse.ArgumentParser(description=__doc__.partition("\n")[0] if __doc__ else "")
     options.add_argument(
         "--datasets",
         type=positive,
         default=4000,
-        help="data sets at N = 3 and 5; a twentieth at 10, at least one",
+        help="number of data sets at N = 3 and 5; a twentieth of it at 10",
     )
-    options.add_argument("--boards", type=positive, default=1000, help="boards for each family-wise error")
+    options.add_argument(
+        "--boards", type=positive, default=1000, help="number of boards per family-wise error"
+    )
     options.add_argument("--seed", type=int, default=0)
-    given = options.parse_args(argv)
-    say = sys.stdout.write
-    seeds = iter(np.random.SeedSequence(given.seed).spawn(len(SHAPES) * 4 + 12))
+    arguments = options.parse_args(argv)
+    write = sys.stdout.write
+    seeds = iter(np.random.SeedSequence(arguments.seed).spawn(len(SHAPES) * 4 + 12))
 
-    say("| shape | N | t | percentile | BCa | bootstrap-t |\n| --- | --- | --- | --- | --- | --- |\n")
+    write("| shape | N | t | percentile | BCa | bootstrap-t |\n| --- | --- | --- | --- | --- | --- |\n")
     for shape in SHAPES:
         for runs in (3, 5, 10, 20):
-            datasets = datasets_at(runs, given.datasets)
-            found = coverage(shape, runs, datasets, np.random.default_rng(next(seeds)))
-            cells = [f"{100 * found['t']:.1f}"] + [
-                f"{100 * found[m]:.1f} ± {100 * _error(found[m], datasets):.1f}" if m in found else "–"
+            datasets = datasets_at(runs, arguments.datasets)
+            shares = coverage(shape, runs, datasets, np.random.default_rng(next(seeds)))
+            cells = [f"{100 * shares['t']:.1f}"] + [
+                f"{100 * shares[m]:.1f} ± {100 * _error(shares[m], datasets):.1f}" if m in shares else "–"
                 for m in ("percentile", "BCa", "bootstrap-t")
             ]
-            say(f"| {shape.name} | {runs} | {' | '.join(cells)} |\n")
+            write(f"| {shape.name} | {runs} | {' | '.join(cells)} |\n")
             sys.stdout.flush()
 
-    say("\n| truth | entries | runs | family-wise error | mean width of a rank interval |\n")
-    say("| --- | --- | --- | --- | --- |\n")
+    write("\n| truth | entries | runs | family-wise error | mean width of a rank interval |\n")
+    write("| --- | --- | --- | --- | --- |\n")
     for gap, truth in ((0.0, "all tied"), (1.0, "one run standard deviation apart")):
         for entries in (5, 10, 20):
             for runs in (5, 10):
                 error, width = family_wise(
-                    entries, gap, runs, given.boards, np.random.default_rng(next(seeds))
+                    entries, gap, runs, arguments.boards, np.random.default_rng(next(seeds))
                 )
-                shown = f"{100 * error:.1f} ± {100 * _error(max(error, 1 / given.boards), given.boards):.1f}"
-                say(f"| {truth} | {entries} | {runs} | {shown} | {width:.1f} |\n")
+                uncertainty = _error(max(error, 1 / arguments.boards), arguments.boards)
+                cell = f"{100 * error:.1f} ± {100 * uncertainty:.1f}"
+                write(f"| {truth} | {entries} | {runs} | {cell} | {width:.1f} |\n")
                 sys.stdout.flush()
 
 

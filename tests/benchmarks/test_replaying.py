@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 
 from gym_extensions.baselines.training.evaluation import evaluate
-from gym_extensions.catalog.bodies import segments
 from gym_extensions.catalog.registry import task as published
-from gym_extensions.envs import make_batch
-from gym_extensions.rollouts.trace_reader import Recorded
+from gym_extensions.envs import make_vec
+from gym_extensions.rollouts.trace_reader import RecordedEpisode
 from gym_extensions.scoring.replay.segments import replay
 
 pytestmark = pytest.mark.bench
@@ -39,17 +38,19 @@ class Calm:
         """Nothing."""
 
 
-def episodes(body: str) -> list[Recorded]:
+def episodes(body: str) -> list[RecordedEpisode]:
     """Episodes recorded as evaluation records them."""
     task, count = published(body), EPISODES[body]
-    env: Any = make_batch(task, count)
+    env: Any = make_vec(task, count)
     found = []
     for seed, one in enumerate(
-        evaluate(Calm(env.single_action_space), env, range(count), segments(task).steps)
+        evaluate(Calm(env.single_action_space), env, range(count), task.body.segments.steps)
     ):
         assert one.trace is not None
         facts = ("", task, seed, one.length, one.terminated)
-        found.append(Recorded(*facts, one.trace.actions, one.trace.segment_returns, dict(one.trace.states)))
+        found.append(
+            RecordedEpisode(*facts, one.trace.actions, one.trace.segment_returns, dict(one.trace.states))
+        )
     return found
 
 

@@ -14,7 +14,7 @@ from gym_extensions.baselines.algorithms.trpo import Trpo
 from gym_extensions.baselines.training.recorder import Recorder
 from gym_extensions.catalog.budgets import budget
 from gym_extensions.catalog.registry import task
-from gym_extensions.envs import make, make_batch
+from gym_extensions.envs import make, make_vec
 
 pytestmark = pytest.mark.bench
 
@@ -27,7 +27,7 @@ PEER_BATCH = STEPS * LANES
 
 def reference() -> tuple[Any, Any]:
     """The reference TRPO and what it learns in, counted and recorded as in a submission."""
-    env = make_batch(BODY, LANES, num_threads=THREADS)
+    env: Any = make_vec(BODY, LANES, num_threads=THREADS)
     agent = Trpo(env.single_observation_space, env.single_action_space, 0)
     endless = 10**12
     return agent, Recorder(env, [task(BODY).id], steps=endless, batch_steps=BATCH, seed=0)

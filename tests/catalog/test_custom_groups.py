@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from gym_extensions.catalog.custom import varied
+from gym_extensions.catalog.custom import customize
 from gym_extensions.catalog.custom_groups import load_group, resolve_group
 from gym_extensions.catalog.groups import TaskGroup, group
 from gym_extensions.catalog.registry import task
@@ -34,7 +34,7 @@ def write(folder: Path, text: str) -> Path:
 
 
 def test_a_toml_file_gives_the_group_that_the_same_python_objects_give(tmp_path: Path) -> None:
-    light = varied(task("Hopper"), (Gravity(0.3),), 500)
+    light = customize("Hopper", [Gravity(0.3)], max_steps=500)
     assert load_group(write(tmp_path, LIGHT)) == TaskGroup("hopper-light", (task("Hopper"), light))
 
 

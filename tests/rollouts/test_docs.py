@@ -5,32 +5,43 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-import pytest
-
 from gym_extensions.catalog.budgets import BUDGETS
-from gym_extensions.rollouts import reader, trace_reader  # noqa: F401 - registers the rules of reading
+from gym_extensions.rollouts import layout, trace_reader
 from gym_extensions.rollouts.episodes import CURVE_COLUMNS, EPISODE_COLUMNS
 from gym_extensions.rollouts.manifest import SECTIONS
 from gym_extensions.rollouts.rules import RULES
-from gym_extensions.scoring.metrics.definitions import METRICS
+from gym_extensions.rollouts.rules.table import BEGIN, END, rules_table, with_table
 from gym_extensions.scoring.replay import segments
 
 DOCS = Path(__file__).parents[2] / "docs"
 LOG = (DOCS / "rollout-log.md").read_text(encoding="utf-8")
-SCORES = (DOCS / "metrics.md").read_text(encoding="utf-8")
-CARD = (DOCS / "scorecard.md").read_text(encoding="utf-8")
 
 
-def test_the_log_page_lists_every_rule_with_its_text() -> None:
-    rows = [f"| `{rule.name}` | {rule.text} |" for rule in RULES.values()]
-    assert [row for row in rows if row not in LOG] == []
+def test_the_table_of_rules_is_current() -> None:
+    hint = "Run: python -m gym_extensions.rollouts.rules docs/rollout-log.md"
+    assert with_table(LOG) == LOG, hint
 
 
-def test_the_log_page_lists_what_replay_tells() -> None:
+def test_the_table_of_rules_replaces_an_older_one() -> None:
+    stale = f"# Page\n{BEGIN}\n| an | old table |\n{END}\nText."
+    assert with_table(stale) == f"# Page\n{BEGIN}\n{rules_table()}\n{END}\nText."
+    assert rules_table().count("\n| `") == len(RULES)
+
+
+def test_the_log_page_lists_the_problems_of_replay() -> None:
     sources = (Path(str(module.__file__)).read_text() for module in (trace_reader, segments))
     names = [name for source in sources for name in re.findall(r'Problem\(\s*"([a-z-]+)"', source)]
     assert len(names) == 3
     assert [name for name in names if f"| `{name}` |" not in LOG] == []
+
+
+def test_the_log_page_states_the_limits() -> None:
+    section = LOG[LOG.index("## Limits") : LOG.index("## The rules")]
+    for size in (layout.MAX_FILE_BYTES[".toml"] // 2**10, f"{layout.MAX_FILES:,}", layout.MAX_ARRAYS):
+        assert f" {size} " in section
+    mebibytes = (*layout.MAX_FILE_BYTES.values(), layout.MAX_UNPACKED_BYTES)
+    assert [size for size in mebibytes if size >= 2**20 and f" {size // 2**20} MiB" not in section] == []
+    assert f" {layout.MAX_SUBMISSION_BYTES // 2**30} GiB" in section
 
 
 def test_the_log_page_has_every_column_and_every_key_of_the_manifest() -> None:
@@ -40,11 +51,3 @@ def test_the_log_page_has_every_column_and_every_key_of_the_manifest() -> None:
         assert not section or f"[{section}]" in LOG
         assert [name for name in fields if f"{name} = " not in LOG] == []
     assert [name for name in BUDGETS if name not in LOG] == []
-
-
-@pytest.mark.parametrize("protocol", list(METRICS))
-def test_every_metric_stands_on_the_metrics_page_with_its_formula(protocol: str) -> None:
-    for metric in METRICS[protocol]:
-        assert f"`{metric.name}`" in SCORES
-        assert metric.formula in SCORES
-        assert f"`{metric.name}`" in CARD or metric.name in CARD

@@ -8,6 +8,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Callable
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
@@ -25,7 +26,7 @@ def test_a_good_submission_exits_0_and_a_bad_one_1(submission: Write, known: Non
 
 
 SCREEN = """\
-entry  An entry  (well-formed)
+entry  An entry  (validated)
   provisional references 'synthetic': fewer runs or a smaller budget
 
 hopper-gravity-v0, sequential, budget smoke, 2 runs
@@ -33,7 +34,7 @@ metric                 mean   95 % interval
 Final performance     1.117  1.110 to 1.123
 Learning performance  3.001  2.995 to 3.008
 Forgetting            2.356  2.356 to 2.356
-Forward transfer      2.356  2.356 to 2.356
+Asymptotic transfer   2.356  2.356 to 2.356
 Joint gap: none. It needs joint.csv, which this entry lacks.
                                   Fully  After Env     First       Single
 task                            Trained   Training      Step          Env
@@ -70,8 +71,8 @@ def test_problems_are_told_with_rule_place_and_what_to_do(
     assert cli.main([str(folder)]) == 1
     assert capsys.readouterr().out == (
         "entry  An entry  (1 problem)\n"
-        "  unexpected-name  notes.txt: A file of this name has no place here.\n"
-        "    Remove it, or give it the name that docs/rollout-log.md says.\n"
+        "  unexpected-name  notes.txt: Unexpected file.\n"
+        "    Remove it, or rename it as described in docs/rollout-log.md.\n"
         "\n"
     )
 
@@ -80,7 +81,7 @@ def test_json_is_the_document(
     submission: Write, known: None, capfdbinary: pytest.CaptureFixture[bytes]
 ) -> None:
     assert cli.main([str(submission()), "--json"]) == 0
-    assert json.loads(capfdbinary.readouterr().out)["submissions"][0]["trust"] == "well-formed"
+    assert json.loads(capfdbinary.readouterr().out)["submissions"][0]["trust"] == "validated"
 
 
 def test_csv_has_a_row_for_every_metric(
@@ -91,7 +92,7 @@ def test_csv_has_a_row_for_every_metric(
     assert rows[0] == "name,trust,group,protocol,budget,runs,metric,mean,low,high,why"
     assert len(rows) == 1 + 13 + 1
     joint = "It needs joint.csv, which this entry lacks."
-    assert f'entry,well-formed,hopper-gravity-v0,sequential,smoke,2,joint_gap,,,,"{joint}"' in rows
+    assert f'entry,validated,hopper-gravity-v0,sequential,smoke,2,joint_gap,,,,"{joint}"' in rows
 
 
 def test_markdown_has_tables_and_escapes_what_a_stranger_wrote(
@@ -100,7 +101,7 @@ def test_markdown_has_tables_and_escapes_what_a_stranger_wrote(
     folder = submission(manifest=manifest_text.replace("An entry", "<b>|entry"))
     assert cli.main([str(folder), "--markdown"]) == 0
     shown = capfdbinary.readouterr().out.decode()
-    assert "\n\n## entry: &lt;b>\\|entry\n\nTrust: well-formed.\n" in shown
+    assert "\n\n## entry: &lt;b>\\|entry\n\nTrust: validated.\n" in shown
     assert "| task | Fully Trained | After Env Training | First Step | Single Env |" in shown
 
 
@@ -111,7 +112,7 @@ def test_a_folder_of_submissions_gives_a_line_each(
         submission(name=name, protocols=("single",))
     (tmp_path / "README.md").write_text("not a submission")
     assert cli.main([str(tmp_path)]) == 0
-    assert capsys.readouterr().out == "".join(f"{name}  An entry  (well-formed)\n" for name in "abcd")
+    assert capsys.readouterr().out == "".join(f"{name}  An entry  (validated)\n" for name in "abcd")
 
 
 def test_out_writes_scorecards_and_boards(submission: Write, known: None, tmp_path: Path) -> None:
@@ -133,9 +134,9 @@ def test_out_writes_scorecards_and_boards(submission: Write, known: None, tmp_pa
         (["x", "--json", "--csv"], "argument --csv: not allowed with argument --json"),
         (
             ["--compare", "a", "b", "--csv"],
-            "--compare takes two submissions, and of the other options",
+            "--compare takes two submissions and no other option than --json",
         ),
-        (["x", "--compare", "a", "b"], "--compare takes two submissions, and of the other options"),
+        (["x", "--compare", "a", "b"], "--compare takes two submissions and no other option than --json"),
     ],
 )
 def test_misuse_exits_2(arguments: list[str], told: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -143,6 +144,29 @@ def test_misuse_exits_2(arguments: list[str], told: str, capsys: pytest.CaptureF
         cli.main(arguments)
     assert stopped.value.code == 2
     assert told in capsys.readouterr().err
+
+
+def test_version_is_that_of_the_package(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as stopped:
+        cli.main(["--version"])
+    assert stopped.value.code == 0
+    assert capsys.readouterr().out == f"{version('gym-extensions')}\n"
+
+
+@pytest.mark.parametrize("arguments", [["nowhere"], ["--compare", ".", "nowhere"], ["nowhere", "--json"]])
+def test_a_path_that_does_not_exist_exits_2(
+    arguments: list[str],
+    submission: Write,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(submission())
+    assert cli.main(arguments) == 2
+    shown = capsys.readouterr()
+    assert shown.out == ""
+    assert shown.err == (
+        "error: nowhere: There is no such folder. Name a submission, or a folder of submissions.\n"
+    )
 
 
 def test_out_holds_nothing_older(submission: Write, known: None, tmp_path: Path) -> None:
@@ -249,7 +273,7 @@ def test_help_loads_no_table_library_and_no_simulator() -> None:
     code = (
         "import sys\nimport gym_extensions.scoring.cli\n"
         "from gym_extensions.scoring.cli import parser\nparser().format_help()\n"
-        "heavy = ('pandas', 'numpy', 'gymnasium', 'mujoco', 'torch', 'rich')\n"
+        "heavy = ('pandas', 'numpy', 'gymnasium', 'mujoco', 'torch', 'rich', 'msgspec')\n"
         "print([name for name in heavy if name in sys.modules])"
     )
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, check=True).stdout == b"[]\n"
@@ -260,7 +284,8 @@ def test_scoring_loads_no_simulator_and_no_torch(submission: Write) -> None:
         "import sys\nfrom pathlib import Path\n"
         "from gym_extensions.scoring.pipeline.score import score_folders\n"
         "score_folders([Path(sys.argv[1])])\n"
-        "print([name for name in ('pandas', 'gymnasium', 'mujoco', 'torch') if name in sys.modules])"
+        "heavy = ('pandas', 'scipy.stats', 'gymnasium', 'mujoco', 'torch')\n"
+        "print([name for name in heavy if name in sys.modules])"
     )
     found = subprocess.run([sys.executable, "-c", code, submission()], capture_output=True, check=True)
     assert found.stdout == b"[]\n"
@@ -277,7 +302,7 @@ def test_colour_is_for_terminals_and_no_color_is_honoured(submission: Write) -> 
 def test_what_strangers_write_is_shown_literally(submission: Write, manifest_text: str) -> None:
     odd = ":rocket: [bold]x[/bold] [/] C:\\"
     folder = submission(manifest=manifest_text.replace("An entry", odd.replace("\\", "\\\\")))
-    assert _run([str(folder)]).stdout.decode().splitlines()[0] == f"entry  {odd}  (well-formed)"
+    assert _run([str(folder)]).stdout.decode().splitlines()[0] == f"entry  {odd}  (validated)"
 
 
 def test_large_returns_are_told_in_thousands_at_80_columns(submission: Write) -> None:

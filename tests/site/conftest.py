@@ -36,7 +36,7 @@ def sequential(group_name: str, matrices: list[list[list[float]]], budget: str =
     learning = [statistics.fmean(run[j + 1][j] for j in range(count)) for run in share]
     forgetting = [statistics.fmean(run[j + 1][j] - run[count][j] for j in range(count - 1)) for run in share]
     zero_shot = [statistics.fmean(run[j][j] - run[0][j] for j in range(1, count)) for run in share]
-    absent = {
+    absent: Document = {
         "mean": None,
         "low": None,
         "high": None,
@@ -52,7 +52,7 @@ def sequential(group_name: str, matrices: list[list[list[float]]], budget: str =
         "after_env_training": lambda j: j + 1,
         "first_step": lambda j: j,
     }
-    table = [
+    table: list[Document] = [
         {
             "task": task,
             **{name: spread(stage, j) for name, stage in columns.items()},
@@ -74,14 +74,14 @@ def sequential(group_name: str, matrices: list[list[list[float]]], budget: str =
                 "final_performance": estimate(final),
                 "learning_performance": estimate(learning),
                 "forgetting": estimate(forgetting),
-                "forward_transfer": absent,
+                "asymptotic_transfer": absent,
                 "zero_shot_transfer": estimate(zero_shot),
             },
         ),
-        "table": table,
-        "total": {**total, "single_env": None},
-        "reference": {task: {"floor": 0.0, "ceiling": 1000.0, "open": False} for task in tasks},
-        "matrix": matrices,
+        "paper_table": table,
+        "paper_total": {**total, "single_env": None},
+        "reference": {task: {"floor": 0.0, "ceiling": 1000.0, "unsolved": False} for task in tasks},
+        "return_matrix": matrices,
     }
 
 
@@ -115,14 +115,14 @@ def alone(group_name: str, returns: list[list[float]], budget: str = "100k") -> 
         "runs": list(range(len(returns))),
         "tasks": tasks,
         "metrics": {"single_task_performance": estimate([statistics.fmean(run) / 1000 for run in returns])},
-        "reference": {task: {"floor": 0.0, "ceiling": 1000.0, "open": False} for task in tasks},
-        "matrix": returns,
+        "reference": {task: {"floor": 0.0, "ceiling": 1000.0, "unsolved": False} for task in tasks},
+        "return_matrix": [[run] for run in returns],
     }
 
 
 def complete(protocol: str, metrics: Document) -> Document:
     """The metrics, and every other of the protocol as a null with its reason."""
-    absent = {"mean": None, "low": None, "high": None, "runs": [], "why": "It is not made up here."}
+    absent: Document = {"mean": None, "low": None, "high": None, "runs": [], "why": "It is not made up here."}
     return {metric.name: metrics.get(metric.name, absent) for metric in METRICS[protocol]}
 
 
@@ -134,15 +134,16 @@ def submission(name: str, groups: Document, title: str = "", **manifest: Any) ->
         "code": {"url": "https://example.org/agent", "commit": "0123abc"},
         "protocol": {"budget": "100k", "algorithm": name, "evaluation": "sampled"},
         "hyperparameters": {"step_size": 0.01, "layers": [100, 50, 25]},
-        "knows": {"task_in_training": False, "task_in_evaluation": False, "boundaries": True},
+        "observes": {"task_in_training": False, "task_in_evaluation": False, "boundaries": True},
         "memory": {"stored_steps": 2000, "parameters_first": 12345, "parameters_last": 12345},
         "versions": {"mujoco": "4.0.0", "gymnasium": "1.4.0"},
+        "archive": None,
     }
     facts.update(manifest)
     return {
         "name": name,
         "title": title or name,
-        "trust": "well-formed",
+        "trust": "validated",
         "problems": [],
         "manifest": facts,
         "notes": [],
@@ -152,8 +153,8 @@ def submission(name: str, groups: Document, title: str = "", **manifest: Any) ->
 
 
 def everything() -> Document:
-    """A learner, a better learner, one that learns nothing, one told the task, one for tests, one refused."""
-    told = {"task_in_training": True, "task_in_evaluation": True, "boundaries": True}
+    """Two learners, one that learns nothing, one task-conditioned, one for tests and one refused."""
+    conditioned = {"task_in_training": True, "task_in_evaluation": True, "boundaries": True}
     hopper = {
         "hopper-gravity-v0": {
             "sequential": sequential("hopper-gravity", learner(0.9, 0.75, 5)),
@@ -176,11 +177,11 @@ def everything() -> Document:
                 "Keeper",
             ),
             submission(
-                "still",
+                "zero",
                 {"hopper-gravity-v0": {"sequential": sequential("hopper-gravity", nothing(2))}},
-                "Still",
+                "Zero action",
             ),
-            submission("oracle", copy.deepcopy(hopper), "Oracle", knows=told),
+            submission("oracle", copy.deepcopy(hopper), "Oracle", observes=conditioned),
             submission(
                 "trial",
                 {

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from html.parser import HTMLParser
 from typing import Any
 
-from gym_extensions.site.build import files
+import msgspec
+
+from gym_extensions.scoring.scorecard.model import ScorecardDocument
+from gym_extensions.site.build import files as site_files
 
 VOID = {"meta", "link", "br", "col", "wbr", "img", "input", "hr"}
 SELF_CLOSING = {"line", "circle", "polygon", "polyline", "rect"}
@@ -52,6 +56,16 @@ class Reader(HTMLParser):
     def said(self) -> str:
         """All text, spaces evened."""
         return re.sub(r"\s+", " ", " ".join(self.words))
+
+
+def typed(document: dict[str, Any]) -> ScorecardDocument:
+    """The typed document of JSON values."""
+    return msgspec.convert(document, ScorecardDocument)
+
+
+def files(document: dict[str, Any]) -> Iterator[tuple[str, str]]:
+    """Every file of the site that shows these JSON values."""
+    return site_files(typed(document))
 
 
 def read(document: dict[str, Any]) -> dict[str, Reader]:

@@ -11,15 +11,24 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from jsonschema import Draft202012Validator
 
 from gym_extensions.errors import BenchError
+from gym_extensions.scoring.scorecard.model import ScorecardDocument
 from gym_extensions.site import build as module
-from gym_extensions.site.build import MARK, build, files
+from gym_extensions.site.build import MARK
+
+from .reading import files, typed
 
 
 def contents(folder: Path) -> dict[str, bytes]:
     """Every file below the folder by its path."""
     return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def build(document: dict[str, Any], out: Path) -> Path:
+    """Builds the site that shows these JSON values."""
+    return module.build(typed(document), out)
 
 
 def test_built_twice_gives_the_same_bytes(document: dict[str, Any], tmp_path: Path) -> None:
@@ -38,8 +47,9 @@ def test_hash_seed_time_zone_and_folder_change_nothing(document: dict[str, Any],
     source = tmp_path / "document.json"
     source.write_text(json.dumps(document), encoding="utf-8")
     program = (
-        "import json, sys, pathlib; from gym_extensions.site.build import build;"
-        "build(json.loads(pathlib.Path(sys.argv[1]).read_text('utf-8')), pathlib.Path(sys.argv[2]))"
+        "import sys; from pathlib import Path; from gym_extensions.site.build import build;"
+        "from gym_extensions.scoring.scorecard.model import ScorecardDocument;"
+        "build(ScorecardDocument.from_json(Path(sys.argv[1]).read_bytes()), Path(sys.argv[2]))"
     )
     settings = [
         {"PYTHONHASHSEED": "1", "TZ": "UTC", "LC_ALL": "C"},
@@ -74,7 +84,7 @@ def test_a_build_that_fails_leaves_the_one_before(
     build(document, tmp_path / "site")
     before = contents(tmp_path / "site")
 
-    def broken(document: dict[str, Any]) -> Any:
+    def broken(document: ScorecardDocument) -> Any:
         yield "index.html", "half"
         raise RuntimeError("the disk is full")
 
@@ -119,7 +129,7 @@ def test_two_submissions_of_one_name_are_refused(document: dict[str, Any]) -> No
 
 def test_a_document_of_another_format_is_refused(document: dict[str, Any]) -> None:
     document["format"] = 2
-    with pytest.raises(ValueError, match="scorecard format 2, expected 1"):
+    with pytest.raises(ValueError, match=r"Invalid enum value 2 - at `\$.format`"):
         list(files(document))
 
 
@@ -130,4 +140,20 @@ def test_no_submission_at_all_is_a_site_too(document: dict[str, Any], tmp_path: 
 
 
 def test_the_data_page_is_the_document(document: dict[str, Any]) -> None:
-    assert json.loads(dict(files(document))["scorecards.json"]) == document
+    written = dict(files(document))["scorecards.json"]
+    assert ScorecardDocument.from_json(written) == typed(document)
+
+
+def test_the_schemas_are_published(document: dict[str, Any]) -> None:
+    written = dict(files(document))
+    assert {path for path in written if path.startswith("schemas/")} == {
+        "schemas/submission.json",
+        "schemas/scorecard.json",
+        "schemas/boards.json",
+    }
+    Draft202012Validator(json.loads(written["schemas/scorecard.json"])).validate(
+        json.loads(written["scorecards.json"])
+    )
+    Draft202012Validator(json.loads(written["schemas/boards.json"])).validate(
+        json.loads(written["boards.json"])
+    )

@@ -7,7 +7,6 @@ import os
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -35,7 +34,7 @@ budget = "100k"
 algorithm = "none"
 evaluation = "sampled"
 
-[knows]
+[observes]
 task_in_training = false
 task_in_evaluation = false
 boundaries = false
@@ -85,7 +84,7 @@ def submission(root: Path, name: str, runs: int = 2) -> Path:
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty working directory; every task of hopper-gravity has the floor 0 and the ceiling 100."""
     monkeypatch.chdir(tmp_path)
-    tasks = {task: Reference(0.0, 100.0, open=False) for task in group("hopper-gravity").task_ids}
+    tasks = {task: Reference(0.0, 100.0, unsolved=False) for task in group("hopper-gravity").task_ids}
     monkeypatch.setattr(scorecard, "load_references", lambda: References("made-up", True, tasks, "0f" * 32))
     return tmp_path
 
@@ -126,10 +125,10 @@ def test_every_problem_of_a_refused_submission_is_told_and_makes_exit_one(
     assert out.splitlines()[-1] == "_site/index.html"
     told = " ".join(out.split("Refused, ")[1].split())
     assert "on no board until every problem is gone: beta Beta (2 problems)" in told
-    (card,) = score_folders([broken])["submissions"]
-    assert len(card["problems"]) == 2
-    for problem in card["problems"]:
-        place = f"{problem['rule']} {problem['where']}: {problem['message']} {problem['hint']}"
+    (card,) = score_folders([broken]).submissions
+    assert len(card.problems) == 2
+    for problem in card.problems:
+        place = f"{problem.rule} {problem.where}: {problem.message} {problem.hint}"
         assert " ".join(place.split()) in told
     assert "alpha" not in told
     assert "19 of 20 episodes" in (here / "_site/submissions/beta.html").read_text(encoding="utf-8")
@@ -165,11 +164,11 @@ def test_verify_replays_and_shows_how_much(here: Path, monkeypatch: pytest.Monke
 
     replayed = []
 
-    def verified(document: dict[str, Any], folders: list[Path]) -> dict[str, Any]:
-        replayed.extend(folder.name for folder in folders)
-        return {"submissions": [card | {"trust": "replayed (all)"} for card in document["submissions"]]}
+    def verify(path: Path) -> replay.Verification:
+        replayed.append(path.name)
+        return replay.Verification(1, 1, ())
 
-    monkeypatch.setattr(replay, "verified", verified)
+    monkeypatch.setattr(replay, "verify", verify)
     submission(here / "submissions", "alpha")
     (submission(here / "submissions", "beta") / "hopper-gravity" / "sequential.csv").unlink()
     assert main(["site", "--verify"]) == 1

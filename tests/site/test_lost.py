@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from gym_extensions.scoring.scorecard.highlights import outstanding
+from gym_extensions.scoring.scorecard.highlights import highlights
 from gym_extensions.site.charts.small_multiples import most_lost
-from gym_extensions.site.parse import entries
+from gym_extensions.site.views.trial import group_trials
 
 from .conftest import sequential, submission
+from .reading import typed
 
 REFERENCES = {"version": "made-up", "provisional": False, "sha256": ""}
 
@@ -36,10 +37,15 @@ def test_the_task_that_lost_most_is_the_one_that_score_names(
 ) -> None:
     scores = sequential("hopper-gravity", runs)
     card = submission("agile", {"hopper-gravity-v0": {"sequential": scores}})
-    (entry,) = entries({"format": 1, "references": REFERENCES, "submissions": [card]})
+    (entry,) = typed({"format": 1, "references": REFERENCES, "submissions": [card]}).submissions
+    (trial,) = group_trials(entry)
     task = None if place is None else scores["tasks"][place]
-    lost = most_lost(entry.trials[0])
+    lost = most_lost(trial)
     assert (lost.task if lost else None) == task
     name = "" if task is None else task.rsplit("/", 1)[-1].removesuffix("-v0")
-    said = [sentence.split()[1] for sentence in outstanding(scores) if sentence.startswith("forgets")]
+    said = [
+        sentence.split()[1]
+        for sentence in highlights(entry.groups["hopper-gravity-v0"]["sequential"])
+        if sentence.startswith("forgets")
+    ]
     assert said == ([name] if name else [])

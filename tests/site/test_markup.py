@@ -10,9 +10,7 @@ from urllib.parse import urlsplit
 
 import pytest
 
-from gym_extensions.site.build import files
-
-from .reading import Reader, read
+from .reading import Reader, files, read
 
 LOADING = {"src", "srcset", "data", "poster", "action", "formaction", "background", "xlink:href"}
 

@@ -9,11 +9,10 @@ from typing import Any
 
 import pytest
 
-from gym_extensions.scoring.scorecard.build import REPORTED, WELL_FORMED
-from gym_extensions.site.build import files
+from gym_extensions.scoring.scorecard.model import REPORTED, VALIDATED
 from gym_extensions.site.page import pages
 
-from .reading import read
+from .reading import files, read
 
 
 def test_a_null_says_why_and_is_not_shown_as_zero(document: dict[str, Any]) -> None:
@@ -21,14 +20,14 @@ def test_a_null_says_why_and_is_not_shown_as_zero(document: dict[str, Any]) -> N
     built = read(document)
     assert "there is no single.csv to pair with" in built["index.html"].said
     assert "there is no single.csv to pair with" in built["submissions/agile.html"].said
-    row = dict(files(document))["index.html"].split('data-label="Forward transfer"')[1].split("</td>")[0]
+    row = dict(files(document))["index.html"].split('data-label="Asymptotic transfer"')[1].split("</td>")[0]
     assert "0.00" not in row
     assert 'class="none"' in row
 
 
 def test_a_dash_leads_to_its_reason_and_cannot_be_read_as_minus_one(document: dict[str, Any]) -> None:
     page = dict(files(document))["index.html"]
-    cell = page.split('data-label="Forward transfer"')[1].split("</td>")[0]
+    cell = page.split('data-label="Asymptotic transfer"')[1].split("</td>")[0]
     (note,) = re.findall(r'– <a class="see" href="#([a-z0-9-]+)" title="[^"]+">note 1</a>', cell)
     assert f'<li id="{note}">there is no single.csv to pair with</li>' in page
 
@@ -49,21 +48,21 @@ def test_provisional_references_are_said_on_every_page_that_uses_them(document: 
         assert "rovisional references" not in read(document)[path].said
 
 
-def test_an_open_task_is_named_and_shows_its_raw_returns(document: dict[str, Any]) -> None:
+def test_an_unsolved_task_is_named_and_shows_its_raw_returns(document: dict[str, Any]) -> None:
     scores = document["submissions"][0]["groups"]["hopper-gravity-v0"]["sequential"]
-    scores["reference"]["gym_extensions/Hopper-v0"] = {"floor": 0.0, "ceiling": None, "open": True}
+    scores["reference"]["gym_extensions/Hopper-v0"] = {"floor": 0.0, "ceiling": None, "unsolved": True}
     page = read(document)["submissions/agile.html"]
-    assert "Open: Hopper. No reference agent has learned it" in page.said
-    assert "raw return (open)" in page.said
+    assert "Unsolved: Hopper. No reference agent has learned it" in page.said
+    assert "raw return (unsolved)" in page.said
     assert any(
-        attributes.get("class", "").startswith("open") for tag, attributes in page.elements if tag == "td"
+        attributes.get("class", "").startswith("unsolved") for tag, attributes in page.elements if tag == "td"
     )
 
 
 def test_a_group_without_references_is_shown_raw(document: dict[str, Any]) -> None:
     scores = document["submissions"][0]["groups"]["hopper-gravity-v0"]["sequential"]
     for task in scores["tasks"]:
-        scores["reference"][task] = {"floor": None, "ceiling": None, "open": None}
+        scores["reference"][task] = {"floor": None, "ceiling": None, "unsolved": None}
     for name in scores["metrics"]:
         scores["metrics"][name] = {
             "mean": None,
@@ -81,14 +80,14 @@ def test_a_published_table_shows_what_it_has_and_says_what_it_lacks(document: di
     table = document["submissions"][1]
     table.update(trust="reported", groups={"hopper-gravity-v0": table["groups"]["hopper-gravity-v0"]})
     scores = table["groups"]["hopper-gravity-v0"]["sequential"]
-    null = {"mean": None, "low": None, "high": None, "runs": [], "why": "Reported: no floor."}
+    null: dict[str, Any] = {"mean": None, "low": None, "high": None, "runs": [], "why": "Reported: no floor."}
     scores.update(
         budget="paper",
         runs=[],
-        matrix=[],
+        return_matrix=[],
         metrics=dict.fromkeys(scores["metrics"], null),
-        missing=["logs", "5 runs"],
-        printed_total={**scores["total"], "fully_trained": {"mean": 990.95, "std": 1022.32}},
+        missing_for_full_entry=["logs", "5 runs"],
+        printed_total={**scores["paper_total"], "fully_trained": {"mean": 990.95, "std": 1022.32}},
         notes=["The printed total is not the mean of its rows."],
     )
     pages = read(document)
@@ -148,7 +147,7 @@ def test_the_commit_of_the_code_is_said_with_and_without_an_address(
 def test_an_agent_that_learned_nothing_is_not_praised_for_forgetting_nothing(
     document: dict[str, Any],
 ) -> None:
-    assert "nothing learned to forget" in read(document)["submissions/still.html"].said
+    assert "nothing learned to forget" in read(document)["submissions/zero.html"].said
     assert "nothing learned to forget" not in read(document)["submissions/agile.html"].said
 
 
@@ -168,13 +167,13 @@ def test_replayed_says_that_a_sample_was_who_draws_it_and_what_is_not_in_it(docu
     said = read(document)["metrics.html"].said
     assert "replayed A sample of the episodes" in said
     assert "its author could draw again by changing the log" in said
-    assert "none of the other cells, on which zero-shot transfer and generalisation rest" in said
+    assert "none of the other cells, on which zero-shot transfer and generalization rest" in said
 
 
 def test_only_levels_of_trust_that_the_scorer_gives_are_explained(document: dict[str, Any]) -> None:
     page = dict(files(document))["metrics.html"]
     named = re.findall(r'class="trust trust-[a-z-]+">([a-z-]+)<', page)
-    assert named == [REPORTED, WELL_FORMED, "replayed", "refused"]
+    assert named == [REPORTED, VALIDATED, "replayed", "refused"]
 
 
 def test_every_page_module_is_on_the_site_by_being_in_the_folder() -> None:

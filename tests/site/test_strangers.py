@@ -52,14 +52,14 @@ def test_a_strangers_words_are_only_ever_text(document: dict[str, Any]) -> None:
         description=HOSTILE,
         authors=[HOSTILE],
         code={"url": f"https://x/{HOSTILE}", "commit": HOSTILE},
-        protocol={"budget": "100k", "algorithm": HOSTILE, "evaluation": HOSTILE},
+        protocol={"budget": "100k", "algorithm": HOSTILE, "evaluation": "sampled"},
         hyperparameters={HOSTILE: [HOSTILE]},
         versions={HOSTILE: HOSTILE},
     )
     first["notes"] = [HOSTILE]
     broken["problems"] = [{"rule": HOSTILE, "where": HOSTILE, "message": HOSTILE, "hint": HOSTILE}]
     scores = first["groups"]["hopper-gravity-v0"]["sequential"]
-    scores["metrics"]["forward_transfer"]["why"] = scores["metrics"]["forgetting"]["why"] = HOSTILE
+    scores["metrics"]["asymptotic_transfer"]["why"] = scores["metrics"]["forgetting"]["why"] = HOSTILE
     scores["metrics"]["forgetting"]["mean"] = None
     for path, page in read(document).items():
         assert page.faults == [], path

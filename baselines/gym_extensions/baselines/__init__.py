@@ -1,1 +1,43 @@
-"""Reference agents, and the loop that runs any agent through a protocol and writes its submission."""
+"""Train agents through the protocols of a task group and write their submissions.
+
+Importing this package loads neither a simulator nor torch; each name is imported on first use.
+
+Example:
+    >>> from gym_extensions.baselines import train
+    >>> train("random", "hopper-gravity", "single", "smoke", runs=0, out="submissions/mine")  # doctest: +SKIP
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from gym_extensions.baselines.adapters.sb3 import sb3
+    from gym_extensions.baselines.agent import Agent, Card, Factory, Resumable
+    from gym_extensions.baselines.train_agent import train
+
+__all__ = ["Agent", "Card", "Factory", "Resumable", "sb3", "train"]
+
+MODULES = {"sb3": "adapters.sb3", "train": "train_agent"}
+"""The module of each public name; the others are in ``agent``."""
+SB3_PACKAGES = ("torch", "stable_baselines3")
+"""Packages of the extra ``sb3``."""
+SB3_HINT = "Install it with: pip install 'gym-extensions[sb3]'"
+
+
+def __getattr__(name: str) -> Any:
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    try:
+        module = importlib.import_module(f"{__name__}.{MODULES.get(name, 'agent')}")
+    except ModuleNotFoundError as missing:
+        if missing.name not in SB3_PACKAGES:
+            raise
+        message = f"{name} needs {missing.name}. {SB3_HINT}"
+        raise ModuleNotFoundError(message, name=missing.name) from missing
+    return getattr(module, name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

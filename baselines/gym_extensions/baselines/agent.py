@@ -1,4 +1,4 @@
-"""What the loop asks of an agent: two methods, and three more that it may have."""
+"""The interface between an agent and the training loop."""
 
 from __future__ import annotations
 
@@ -14,40 +14,82 @@ from numpy.typing import NDArray
 Array = NDArray[Any]
 VectorEnv = gym.vector.VectorEnv[Any, Any, Any]
 Setting = str | int | float | bool | list[str] | list[int] | list[float] | list[bool]
+"""A hyperparameter as ``submission.toml`` stores it."""
 
 
 class Agent(Protocol):
-    """Any learner. Its randomness for acting and for learning comes from two generators of its own.
+    """A learning algorithm. :class:`Resumable` and :class:`Described` are optional.
 
-    Optional: ``save(path)`` and ``load(path)`` (:class:`Resumable`) and ``card()`` (:class:`Described`).
+    An agent that samples should use separate random generators for acting and learning, so that evaluation
+    does not change what is learned.
+
+    Example:
+        >>> class Constant:
+        ...     def __init__(self, observation_space, action_space, seed):
+        ...         self.action = action_space.high
+        ...
+        ...     def act(self, observations):
+        ...         return np.tile(self.action, (len(observations), 1))
+        ...
+        ...     def learn(self, env, steps):
+        ...         pass
     """
 
     def act(self, observations: Array) -> Array:
-        """Actions (lanes, …) for observations (lanes, …); changes nothing that is learned."""
+        """Chooses one action per environment. It must not change what the agent has learned.
+
+        Args:
+            observations: (num_envs, …).
+
+        Returns:
+            Actions (num_envs, …). Actions outside the action space are clipped.
+        """
 
     def learn(self, env: VectorEnv, steps: int) -> object:
-        """Goes on learning from the present policy for ``steps`` transitions of ``env``.
+        """Continues training from the current policy.
 
-        ``env`` is a Gymnasium vector environment in autoreset mode NEXT_STEP: the step after an episode's
-        end resets that lane, ignores its action and is no transition. ``env.batch_steps`` is the batch that
-        the budget prescribes to the reference agents; another agent may choose its own.
+        Args:
+            env: a Gymnasium vector environment in autoreset mode NEXT_STEP: the step after the end of an
+                episode resets that environment, ignores its action and is not a transition.
+                ``env.batch_steps`` is the batch size of the reference agents; other agents may ignore it.
+            steps: transitions to take, summed over all environments; at most 2 % more are allowed.
         """
 
 
 @runtime_checkable
 class Resumable(Protocol):
-    """An agent whose stopped run goes on at the last finished stage: all that it is, generators included."""
+    """An agent that can be checkpointed, so an interrupted run resumes after its last finished stage.
+
+    A checkpoint holds the whole agent, random generators included.
+    """
 
     def save(self, path: Path) -> object:
-        """Writes the whole agent to ``path`` as npz arrays, without pickle."""
+        """Writes the agent to ``path``, a file of npz arrays without pickle."""
 
     def load(self, path: Path) -> object:
-        """Becomes the agent that was saved."""
+        """Restores the agent that was saved to ``path``."""
 
 
 @dataclass(frozen=True)
 class Card:
-    """What a submission's manifest says about its agent."""
+    """What a submission's manifest says about its agent.
+
+    Args:
+        algorithm: a short name of at most 100 characters.
+        title: the heading of the entry; ``algorithm`` if empty.
+        description: at most 4000 characters.
+        evaluation: how the agent acts in evaluation, ``"sampled"`` or ``"deterministic"``.
+        hyperparameters: strings, finite numbers, booleans, or lists of them, by name.
+        task_in_training: whether the agent observes the task while it trains.
+        task_in_evaluation: whether the agent observes the task while it is evaluated.
+        boundaries: whether the agent knows when the task changes.
+        stored_steps: the largest number of transitions that the agent stores.
+        parameters: the number of the agent's trained parameters.
+
+    Example:
+        >>> Card("hill climbing", evaluation="deterministic", parameters=33).algorithm
+        'hill climbing'
+    """
 
     algorithm: str
     title: str = ""
@@ -63,18 +105,26 @@ class Card:
 
 @runtime_checkable
 class Described(Protocol):
-    """An agent that tells the manifest about itself."""
+    """An agent that describes itself in the manifest."""
 
     def card(self) -> Card:
-        """The agent as it is now."""
+        """The description of the agent in its current state."""
 
 
 class Factory(Protocol):
-    """Makes an untrained agent."""
+    """Creates untrained agents: an agent's class, or any function with these three arguments."""
 
-    def __call__(
-        self, observation_space: gym.Space[Any], action_space: gym.Space[Any], seed: int, /
-    ) -> Agent: ...
+    def __call__(self, observation_space: Any, action_space: Any, seed: int, /) -> Agent:
+        """Creates an untrained agent.
+
+        Args:
+            observation_space: the Gymnasium space of one environment's observations.
+            action_space: the Gymnasium space of one environment's actions.
+            seed: the source of all the agent's randomness.
+
+        Returns:
+            The agent.
+        """
 
 
 def acting_and_learning(seed: int) -> tuple[np.random.Generator, np.random.Generator]:

@@ -1,84 +1,104 @@
-"""What an agent's card may say: the facts that a submission's manifest takes, checked before training."""
+"""Checks of a factory, its agent and the agent's card, made before training starts."""
 
 from __future__ import annotations
 
-import math
+import inspect
 from collections.abc import Mapping
 from typing import Any
 
-from gym_extensions.baselines.agent import Agent, Card, Described
-from gym_extensions.errors import BenchError, did_you_mean
+import gymnasium as gym
 
-EVALUATIONS = ("sampled", "deterministic")
-"""How an agent acts while it is evaluated."""
-LONGEST = {"algorithm": 100, "title": 100, "description": 4000}
-"""Characters of each text."""
-FLAGS = ("task_in_training", "task_in_evaluation", "boundaries")
-COUNTS = ("stored_steps", "parameters")
-LONGEST_SETTING, MOST_ELEMENTS = 4000, 100
-PLAIN = "Give a text, a finite number, true or false, or a list of them."
+from gym_extensions.baselines.agent import Agent, Card, Described, Factory
+from gym_extensions.errors import BenchError, did_you_mean
+from gym_extensions.rollouts.manifest import SECTIONS
+from gym_extensions.rollouts.manifest_values import HYPERPARAMETER, Key, hyperparameter_error, value_error
+
+METHODS = {"act": "act(observations)", "learn": "learn(env, steps)"}
+"""The required methods of an agent and their signatures."""
+ARGUMENTS = "(observation_space, action_space, seed)"
+KEYS: dict[str, Key] = {
+    "algorithm": SECTIONS["protocol"]["algorithm"],
+    "title": SECTIONS[""]["title"],
+    "description": SECTIONS[""]["description"],
+    "evaluation": SECTIONS["protocol"]["evaluation"],
+    **SECTIONS["observes"],
+    "stored_steps": SECTIONS["memory"]["stored_steps"],
+    "parameters": SECTIONS["memory"]["parameters_last"],
+}
+"""The key of submission.toml that each field of a card becomes."""
+
+
+def create_agent(make: Factory, spaces: tuple[gym.Space[Any], gym.Space[Any]], name: str) -> Agent:
+    """Creates an agent with seed 0 to check that the factory and the agent fit the training loop.
+
+    Args:
+        make: the value that was passed as a factory.
+        spaces: the observation and the action space.
+        name: the agent's name, for error messages.
+
+    Raises:
+        BenchError: ``make`` is not a factory, or the agent lacks a method.
+    """
+    _check_factory(make, name)
+    agent = make(*spaces, 0)
+    for method, signature in METHODS.items():
+        if not callable(getattr(agent, method, None)):
+            message = f"The agent, of type {_type(agent)}, has no method {method}()."
+            hint = f"Add a method {signature}; docs/submit.md has an example."
+            raise BenchError("bad-agent", message, name, hint)
+    return agent
+
+
+def _check_factory(make: object, name: str) -> None:
+    is_agent = not isinstance(make, type) and any(hasattr(make, method) for method in METHODS)
+    if is_agent or not callable(make):
+        message = f"Expected a factory of agents, got a value of type {_type(make)}."
+        hint = f"Pass an agent's name, or a class or function with the arguments {ARGUMENTS}."
+        raise BenchError("bad-agent", message, name, hint)
+    try:
+        inspect.signature(make).bind(None, None, 0)
+    except TypeError as mismatch:
+        message = f"The factory cannot be called with {ARGUMENTS}: {mismatch}."
+        raise BenchError("bad-agent", message, name, "Give it these three arguments.") from mismatch
+    except ValueError:
+        return  # a builtin without a signature
 
 
 def card_of(agent: Agent, name: str) -> Card:
-    """The agent's own card, or one that knows only its name.
+    """The agent's card, checked; a card with only ``name`` if the agent has none.
 
     Raises:
-        BenchError: the card says what no manifest takes; a submission with it would be refused.
+        BenchError: the card holds a value that the manifest does not allow.
     """
     card: object = agent.card() if isinstance(agent, Described) else Card(algorithm=name)
     if not isinstance(card, Card):
-        hint = "Return a gym_extensions.baselines.agent.Card."
-        raise BenchError("bad-card", f"The agent's card is of kind {_kind(card)}.", "card()", hint)
-    _check_words(card)
+        raise _bad_card(f"Expected a Card, got {_type(card)}.", "Return a gym_extensions.baselines.Card.")
+    _check_fields(card)
     settings: object = card.hyperparameters
     if not isinstance(settings, Mapping):
-        found = f"hyperparameters is of kind {_kind(settings)}."
-        raise BenchError("bad-card", found, "card()", "Give a dict of settings by name.")
+        raise _bad_card(f"hyperparameters is of type {_type(settings)}.", "Use a dict of values by name.")
     for key, value in settings.items():
-        if unfit := _unfit_name(key) or unfit_setting(value):
-            hint = PLAIN if isinstance(key, str) else "Name each setting by a text."
-            raise BenchError("bad-setting", f"The hyperparameter {key!r} {unfit}.", "card()", hint)
+        if not isinstance(key, str):
+            raise _bad_card(f"The hyperparameter name {key!r} is not a string.", "Use strings as names.")
+        if problem := hyperparameter_error(value):
+            hint = f"Use {HYPERPARAMETER}."
+            raise BenchError("bad-setting", f"Hyperparameter {key!r} {problem}.", "card()", hint)
     return card
 
 
-def _check_words(card: Card) -> None:
-    for name, longest in LONGEST.items():
-        text = getattr(card, name)
-        if not isinstance(text, str) or len(text) > longest:
-            found = f"{name} is no text of at most {longest} characters."
-            raise BenchError("bad-card", found, "card()", "Give a shorter text.")
-    if card.evaluation not in EVALUATIONS:
-        hint = did_you_mean(str(card.evaluation), EVALUATIONS)
-        raise BenchError("bad-card", f"evaluation is {card.evaluation!r}.", "card()", hint)
-    for name in FLAGS:
-        if not isinstance(getattr(card, name), bool):
-            found = f"{name} is {getattr(card, name)!r}."
-            raise BenchError("bad-card", found, "card()", "Give True or False.")
-    for name in COUNTS:
-        count = getattr(card, name)
-        if not isinstance(count, int) or isinstance(count, bool) or not 0 <= count < 2**53:
-            raise BenchError("bad-card", f"{name} is {count!r}.", "card()", "Give an int from 0.")
+def _check_fields(card: Card) -> None:
+    for name, key in KEYS.items():
+        value = getattr(card, name)
+        if error := value_error(key, value):
+            raise BenchError("bad-card", error, f"card().{name}", f"Give {key.kind}.")
+        if key.choices and value not in key.choices:
+            hint = did_you_mean(str(value), map(str, key.choices))
+            raise BenchError("bad-card", f"The value is {value!r}.", f"card().{name}", hint)
 
 
-def _unfit_name(key: object) -> str:
-    return "" if isinstance(key, str) else "has no text for a name"
+def _bad_card(message: str, hint: str) -> BenchError:
+    return BenchError("bad-card", message, "card()", hint)
 
 
-def unfit_setting(value: Any, inside: bool = False) -> str:
-    """Why a value cannot be a hyperparameter; empty where it can."""
-    if isinstance(value, list | tuple) and not inside:
-        if len(value) > MOST_ELEMENTS:
-            return f"has {len(value)} elements; {MOST_ELEMENTS} are allowed"
-        return next(filter(None, (unfit_setting(one, True) for one in value)), "")
-    if isinstance(value, str):
-        length = len(value)
-        return f"has {length} characters; {LONGEST_SETTING} are allowed" if length > LONGEST_SETTING else ""
-    if isinstance(value, float):
-        return "" if math.isfinite(value) else f"is {value!r}"
-    if isinstance(value, int):
-        return "" if abs(value) < 2**63 else "is too large"
-    return f"holds a value of kind {_kind(value)}" if inside else f"is of kind {_kind(value)}"
-
-
-def _kind(value: object) -> str:
+def _type(value: object) -> str:
     return type(value).__name__

@@ -1,103 +1,112 @@
-"""gym-extensions train: an agent through a protocol to a submission."""
+"""gym-extensions train: trains an agent and writes its submission."""
 
 from __future__ import annotations
 
 import argparse
 import errno
-import re
+import os
 import shlex
+import subprocess
+from collections.abc import Iterable, Mapping
+from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 
-from gym_extensions.baselines import algorithms
-from gym_extensions.baselines.training.display import shown
+from gym_extensions.baselines import SB3_HINT, SB3_PACKAGES, algorithms
+from gym_extensions.baselines.training.display import open_screen
+from gym_extensions.baselines.training.progress import reusable_stages
+from gym_extensions.baselines.training.request import parse_names, parse_runs, require_positive
 from gym_extensions.catalog.budgets import BUDGETS
 from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.errors import BenchError, reports_mistakes
 
-EXTRA = ("tomli_w", "torch", "stable_baselines3")
-"""What the extra ``baselines`` brings."""
-FULL = (errno.ENOSPC, errno.EDQUOT)
-"""The disk is full, or the user's part of it."""
-
-
-def numbers(text: str) -> list[int]:
-    """The numbers of ``0,2,5-7``; raises ``BenchError`` for anything else."""
-    found: list[int] = []
-    for part in text.split(","):
-        span = re.fullmatch(r"\s*(\d+)\s*(?:-\s*(\d+)\s*)?", part)
-        if span is None:
-            hint = "Give numbers and ranges, as in 0,1 or 0-4."
-            raise BenchError("bad-runs", f"{text!r} is no list of runs.", "--runs", hint)
-        first, last = int(span[1]), int(span[2] or span[1])
-        if last < first:
-            hint = f"Write the smaller number first, as in {last}-{first}."
-            raise BenchError("bad-runs", f"The range {part.strip()!r} is empty.", "--runs", hint)
-        found += range(first, last + 1)
-    return found
+DISK_FULL = (errno.ENOSPC, errno.EDQUOT)
 
 
 def parser() -> argparse.ArgumentParser:
     """The command's options."""
     command = argparse.ArgumentParser(
         prog="gym-extensions train",
-        description="Run an agent through a protocol and write its submission. "
-        "Stopped and started again, it goes on at the last finished stage.",
+        description="Train an agent with an evaluation protocol and write its submission. "
+        "An interrupted command can be repeated: it skips finished runs, and resumes the others "
+        "after their last finished stage if the agent can be saved.",
     )
-    command.add_argument("agent", help=f"{', '.join(algorithms.names())}, or module:factory of your own")
+    command.add_argument("agent", help=f"{', '.join(algorithms.names())}, or module:factory")
+    command.add_argument("--groups", required=True, help="comma-separated group names")
     command.add_argument(
-        "--group", required=True, help="one or several, as in hopper-gravity,walker2d-gravity"
+        "--protocol",
+        default="sequential",
+        help=f"comma-separated: {', '.join(PROTOCOLS)} (default: sequential)",
     )
     command.add_argument(
-        "--protocol", default="sequential", help=f"of {','.join(PROTOCOLS)}; several by commas"
+        "--budget", default="1M", help=f"training steps per task: {', '.join(BUDGETS)} (default: 1M)"
     )
-    command.add_argument("--budget", default="1M", help=f"training steps a task: {', '.join(BUDGETS)}")
-    command.add_argument("--runs", default="0", help="training seeds, as in 0,1 or 0-4")
+    command.add_argument("--runs", default="0", help="training seeds, such as 0,1 or 0-4 (default: 0)")
     command.add_argument("--out", required=True, type=Path, help="the submission's folder")
-    command.add_argument("--jobs", type=int, default=1, help="processes side by side (default 1)")
+    command.add_argument("--jobs", type=int, default=1, help="worker processes (default: 1)")
     command.add_argument(
-        "--lanes", type=int, help="training environments side by side (default: the budget's)"
+        "--num-envs", type=int, help="parallel training environments (default: those of the budget)"
     )
     return command
 
 
-def _train(asked: argparse.Namespace) -> None:
-    from gym_extensions.baselines.train import train
+def next_step(out: Path, titles: Iterable[str]) -> str:
+    """What the same command will do after an interruption of the jobs with these titles."""
+    stages = reusable_stages(out, titles)
+    if not stages:
+        return "No finished stage can be reused; the same command starts the unfinished runs again."
+    finished = "1 finished stage" if stages == 1 else f"{stages} finished stages"
+    return f"The same command continues; it reuses {finished}."
 
-    with shown() as screen:
+
+def _train(options: argparse.Namespace, titles: list[str]) -> None:
+    from gym_extensions.baselines.train_agent import train
+
+    with open_screen() as screen:
+
+        def on_plan(evaluations: Mapping[str, int]) -> None:
+            titles.extend(evaluations)
+            screen.plan(evaluations)
+
         train(
-            asked.agent,
-            [name.strip() for name in asked.group.split(",")],
-            [name.strip() for name in asked.protocol.split(",")],
-            asked.budget,
-            numbers(asked.runs),
-            out=asked.out,
-            jobs=asked.jobs,
-            lanes=asked.lanes,
-            listen=screen.hear,
-            announce=screen.plan,
+            options.agent,
+            parse_names(options.groups),
+            parse_names(options.protocol),
+            options.budget,
+            parse_runs(options.runs),
+            out=options.out,
+            jobs=options.jobs,
+            num_envs=options.num_envs,
+            on_event=screen.show,
+            on_plan=on_plan,
         )
 
 
 @reports_mistakes
 def main(argv: list[str] | None = None) -> int:
-    """Trains, and tells where the submission lies."""
-    asked = parser().parse_args(argv)
-    if asked.jobs < 1:
-        raise BenchError("bad-jobs", f"{asked.jobs} processes are too few.", "--jobs", "Give at least 1.")
+    """Trains, writes the submission and returns the exit status."""
+    options = parser().parse_args(argv)
+    require_positive(options.jobs, "--jobs")
+    titles: list[str] = []
     try:
-        _train(asked)
+        _train(options, titles)
     except KeyboardInterrupt:
-        print("Stopped. The same command goes on from the last finished stage.")
+        print(f"Interrupted. {next_step(options.out, titles)}")
         return 130
-    except OSError as refusal:
-        if refusal.errno not in FULL:
+    except OSError as error:
+        if error.errno not in DISK_FULL:
             raise
-        hint = "Make room; the same command goes on from the last finished stage."
-        raise BenchError("no-room", f"{refusal.strerror}.", str(asked.out), hint) from refusal
+        hint = f"Free some disk space. {next_step(options.out, titles)}"
+        raise BenchError("disk-full", f"{error.strerror}.", str(options.out), hint) from error
+    except BrokenProcessPool as error:
+        hint = f"If memory ran out, use fewer --jobs or --num-envs. {next_step(options.out, titles)}"
+        raise BenchError("worker-died", "A worker process ended unexpectedly.", hint=hint) from error
     except ModuleNotFoundError as missing:
-        if missing.name not in EXTRA:
+        if missing.name not in SB3_PACKAGES:
             raise
-        hint = "Install the extra: pip install -c constraints.txt '.[baselines]'"
-        raise BenchError("no-extra", f"Training needs {missing.name}.", hint=hint) from missing
-    print(f"The submission is in {asked.out}. Look at it with: score {shlex.quote(str(asked.out))}")
+        raise BenchError("missing-extra", f"The agent needs {missing.name}.", hint=SB3_HINT) from missing
+    print(f"The submission is in {options.out}. Score it with: score {_quote(str(options.out))}")
     return 0
+
+
+def _quote(path: str) -> str:
+    return subprocess.list2cmdline([path]) if os.name == "nt" else shlex.quote(path)

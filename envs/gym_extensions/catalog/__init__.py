@@ -1,1 +1,1 @@
-"""What is varied, as data: variations, tasks, groups and the protocol's numbers. Loads no simulator."""
+"""The benchmark as data: bodies, variations, tasks, groups, budgets and the protocol. Loads no simulator."""

@@ -1,47 +1,73 @@
-"""Tasks that are not published: any task with further variations or another time limit."""
+"""Custom tasks: a published task with further variations or another time limit."""
 
 from __future__ import annotations
 
 import re
-from dataclasses import astuple, replace
+from collections.abc import Iterable, Sequence
+from dataclasses import astuple, is_dataclass, replace
+from typing import Any
 
 from gym_extensions.catalog.registry import TASKS
+from gym_extensions.catalog.registry import task as published_task
 from gym_extensions.catalog.task import Task
 from gym_extensions.catalog.variations.base import Variation
 from gym_extensions.errors import BenchError
 
 
-def varied(task: Task, variations: tuple[Variation, ...] = (), max_steps: int | None = None) -> Task:
-    """The task with the variations added after its own, and with another time limit if one is given.
+def customize(
+    task: str | Task, variations: Sequence[Variation] = (), *, max_steps: int | None = None
+) -> Task:
+    """Returns the task with more variations, another time limit, or both.
 
-    A result that is published under a name is that published task; any other has its parameters in its
-    name, so that it never carries a published task's id (``Hopper.Gravity-0.8``).
+    If the result equals a published task, that published task is returned. Any other result has its
+    parameters in its name (``Hopper.Gravity-0.8``), so it never carries the id of a published task.
+
+    Args:
+        task: an id (``gym_extensions/HopperGravityHalf-v0``), a bare name (``HopperGravityHalf``), or a Task.
+        variations: added after the task's own variations.
+        max_steps: the time limit in environment steps; None keeps the task's.
 
     Raises:
-        BenchError: the time limit is below 1, or something that is no variation is among them.
+        BenchError: the task is unknown, the time limit is below 1, or a value is not a variation.
     """
-    if max_steps is not None and (type(max_steps) is not int or max_steps < 1):
-        raise BenchError("bad-limit", f"max_steps is {max_steps!r}.", hint="Give a whole number above 0.")
-    for variation in variations:
-        if not callable(getattr(variation, "apply", None)) or isinstance(variation, type):
-            message = f"{variation!r} is no variation."
-            raise BenchError("no-variation", message, hint="Give values such as Gravity(0.8).")
-    steps = task.max_steps if max_steps is None else max_steps
-    if not variations and steps == task.max_steps:
-        return task
-    together = (*task.variations, *variations)
-    for known in TASKS.values():
-        if (known.base, known.max_steps) == (task.base, steps) and _same(known.variations, together):
-            return known
-    words = [task.name, *map(label, variations), *([f"steps-{steps}"] if steps != task.max_steps else [])]
-    return replace(task, name=".".join(words), variations=together, max_steps=steps)
+    base = task if isinstance(task, Task) else published_task(task)
+    _check_limit(max_steps)
+    added = _checked(variations)
+    steps = base.max_steps if max_steps is None else max_steps
+    if not added and steps == base.max_steps:
+        return base
+    combined = (*base.variations, *added)
+    for candidate in TASKS.values():
+        same_base = (candidate.base, candidate.max_steps) == (base.base, steps)
+        if same_base and _same(candidate.variations, combined):
+            return candidate
+    words = [base.name, *map(label, added), *([f"steps-{steps}"] if steps != base.max_steps else [])]
+    return replace(base, name=".".join(words), variations=combined, max_steps=steps)
 
 
 def label(variation: Variation) -> str:
-    """The variation as a word of a task's name: its kind and its values."""
-    values = astuple(variation)  # type: ignore[call-overload]
+    """The variation as a part of a task's name: its kind and its values (``Gravity-0.8``)."""
+    values: tuple[object, ...] = astuple(variation) if is_dataclass(variation) else ()
     return re.sub(r"[^\w.]+", "-", "-".join([type(variation).__name__, *map(str, values)])).strip("-")
 
 
-def _same(one: tuple[Variation, ...], other: tuple[Variation, ...]) -> bool:
-    return sorted(map(repr, one)) == sorted(map(repr, other))
+def _check_limit(max_steps: Any) -> None:
+    is_count = isinstance(max_steps, int) and not isinstance(max_steps, bool) and max_steps >= 1
+    if max_steps is not None and not is_count:
+        raise BenchError("bad-limit", f"max_steps is {max_steps!r}.", hint="Give a whole number above 0.")
+
+
+def _checked(variations: Any) -> tuple[Variation, ...]:
+    if not isinstance(variations, Iterable):
+        hint = "Give a list, even for one variation."
+        raise BenchError("no-list", f"variations is {variations!r}.", hint=hint)
+    added = tuple(variations)
+    for variation in added:
+        if not callable(getattr(variation, "apply", None)) or isinstance(variation, type):
+            message = f"{variation!r} is not a variation."
+            raise BenchError("no-variation", message, hint="Give values such as Gravity(0.8).")
+    return added
+
+
+def _same(first: tuple[Variation, ...], second: tuple[Variation, ...]) -> bool:
+    return sorted(map(repr, first)) == sorted(map(repr, second))

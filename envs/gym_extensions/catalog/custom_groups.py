@@ -11,7 +11,7 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
-from gym_extensions.catalog.custom import varied
+from gym_extensions.catalog.custom import customize
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.catalog.groups import group as published_group
 from gym_extensions.catalog.registry import task as published_task
@@ -96,7 +96,9 @@ def _task(row: Mapping[str, Any], where: str) -> Task:
         raise BenchError("malformed-group", "variations is not a list.", where, hint)
     try:
         base = published_task(str(row["task"]))
-        return varied(base, tuple(_variation(each, where) for each in variations), row.get("max_steps"))
+        return customize(
+            base, [_variation(each, where) for each in variations], max_steps=row.get("max_steps")
+        )
     except BenchError as error:
         raise BenchError(error.code, error.message, error.where or where, error.hint) from error
 

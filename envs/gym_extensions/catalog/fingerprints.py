@@ -1,4 +1,4 @@
-"""What pins each published task, read from ``fingerprints.json`` without a simulator."""
+"""The published fingerprints of all tasks, read from ``fingerprints.json`` without a simulator."""
 
 from __future__ import annotations
 
@@ -19,34 +19,34 @@ FORMAT = 1
 
 @functools.cache
 def table() -> dict[str, Any]:
-    """The committed file: its format, the engine's versions, and a row a task id."""
+    """The committed file: its format, the versions of the engine, and one row per task id."""
     content: dict[str, Any] = json.loads(PATH.read_text(encoding="utf-8"))
     return content
 
 
 def published(task_id: str) -> str:
-    """The published fingerprint of a task: 16 hexadecimal digits.
+    """Returns the published fingerprint of a task: 16 hexadecimal digits.
 
     Raises:
-        BenchError: the task has none; the hint names the closest id.
+        BenchError: the task has no published fingerprint; the hint names the closest id.
     """
     rows = table()["tasks"]
     if task_id not in rows:
-        hint = f"{did_you_mean(task_id, rows)} A new task's is published by: gym-extensions envs fingerprint"
+        hint = f"{did_you_mean(task_id, rows)} To publish new tasks: gym-extensions envs fingerprint"
         raise BenchError("no-fingerprint", f"No fingerprint is published for {task_id!r}.", hint=hint)
     digest: str = rows[task_id]["fingerprint"]
     return digest
 
 
 def digest(row: Mapping[str, Any]) -> str:
-    """The short digest of a row: over the canonical JSON of everything in it but ``fingerprint``."""
+    """The short digest of a row: of the canonical JSON of everything in it except ``fingerprint``."""
     rest = {key: value for key, value in row.items() if key != "fingerprint"}
     text = json.dumps(rest, sort_keys=True, separators=(",", ":"), ensure_ascii=True)
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 def definition(task: Task) -> dict[str, Any]:
-    """The task as plain data: what its row in the table says, and each variation with its values."""
+    """The task as plain data, with the kind and the values of every variation."""
     return {
         "name": task.name,
         "version": task.version,

@@ -1,4 +1,4 @@
-"""Every group: an ordered, versioned list of tasks, named one by one; the order is the training order."""
+"""Every published group: an ordered, versioned list of tasks. The order is the training order."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from gym_extensions.catalog import navigation_tasks as navigation
 from gym_extensions.catalog.mujoco_tasks import PLANAR_BODIES, RUNNING_BODIES
+from gym_extensions.catalog.navigation_tasks import navigation_groups
 from gym_extensions.catalog.registry import task
 from gym_extensions.catalog.task import Task
 from gym_extensions.errors import BenchError, did_you_mean
@@ -64,9 +64,9 @@ class TaskGroup:
     """Tasks that are trained in order and scored together.
 
     Args:
-        name: lower-case letters, digits and dashes.
+        name: the id without the version, for example ``hopper-gravity``: lower-case letters, digits, dashes.
         tasks: one or more different tasks, in training order.
-        version: a whole number from 0.
+        version: a whole number from 0; increases whenever the group changes.
 
     Raises:
         BenchError: an argument is invalid, or a task occurs twice.
@@ -102,7 +102,7 @@ class TaskGroup:
 
     @functools.cached_property
     def task_ids(self) -> tuple[str, ...]:
-        """The ids of its tasks, in training order."""
+        """The ids of the tasks, in training order."""
         return tuple(member.id for member in self.tasks)
 
     @property
@@ -128,7 +128,7 @@ PAPER_GROUPS: tuple[TaskGroup, ...] = (
     *_rows("body", ("Humanoid",), HUMANOID_BODY_ORDER),
     *_rows("wall", RUNNING_BODIES, ("{B}WithSensor", "{B}Wall")),
     *_named(SINGLE_GROUPS),
-    *_named(dict(navigation.group_rows())),
+    *_named(navigation_groups()),
 )
 """The paper's groups."""
 
@@ -137,20 +137,20 @@ EXTRAS: tuple[TaskGroup, ...] = (
     *_rows("noisy-wall", RUNNING_BODIES, ("{B}WithSensor", "{B}Wall", "{B}NoisyWall")),
     *_named(EXTRA_GROUPS),
 )
-"""Groups outside the paper's."""
+"""Groups that are not in the paper."""
 
 GROUPS: dict[str, TaskGroup] = {row.name: row for row in (*PAPER_GROUPS, *EXTRAS)}
 """Every published group by its name without the version."""
 
 
 def group(name: str) -> TaskGroup:
-    """The group of that name, with or without its version (``hopper-gravity``, ``hopper-gravity-v0``).
+    """Returns the group of that name, with or without version (``hopper-gravity``, ``hopper-gravity-v0``).
 
     Raises:
-        BenchError: there is no such group; the hint names the closest.
+        BenchError: no group has that name; the hint names the closest.
     """
-    by_id = {known.id: known for known in GROUPS.values()}
-    found = GROUPS.get(name) or by_id.get(name)
-    if found is None:
+    by_id = {row.id: row for row in GROUPS.values()}
+    row = GROUPS.get(name) or by_id.get(name)
+    if row is None:
         raise BenchError("unknown-group", f"There is no group {name!r}.", hint=did_you_mean(name, GROUPS))
-    return found
+    return row

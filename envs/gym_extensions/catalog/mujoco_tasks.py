@@ -1,9 +1,11 @@
-"""The MuJoCo tasks, as tables."""
+"""The MuJoCo tasks, as tables. The order of this module is the order of the registry."""
 
 from __future__ import annotations
 
+from gym_extensions.catalog.bodies import BODIES
 from gym_extensions.catalog.task import Task
 from gym_extensions.catalog.variations.actuation import MotorNoise
+from gym_extensions.catalog.variations.base import Variation
 from gym_extensions.catalog.variations.goals import MovingGoal, MovingStart, TrackingGoal
 from gym_extensions.catalog.variations.gravity import Gravity
 from gym_extensions.catalog.variations.morphology import LimbScale
@@ -22,22 +24,24 @@ GRAVITIES = {
 SIZES = {"Small": 0.75, "Big": 1.25}
 LIMBS = ("Foot", "Leg", "Thigh", "Torso")
 FURTHER_LIMBS = {"HalfCheetah": ("Head",), "Humanoid": ("Head", "Arm", "Hand")}
-"""Parts beyond the four that every running body has; HalfCheetah's is outside the paper's groups."""
+"""Parts beyond the four that every running body has. HalfCheetah's head is not in the paper's groups."""
+WITHOUT_WALL = ("HumanoidStandup",)
+"""Bodies with a wall width whose only published task has the wall parked."""
 
-WALL_WIDTHS = dict.fromkeys(PLANAR_BODIES, 0.8) | {"Humanoid": 10.0} | dict.fromkeys(STANDING_UP_BODIES, 10.0)
-"""Width of the wall, m: humanoids would walk around a narrow one."""
-ARM_STEPS = 100
+
+def _task(suffix: str, base: str, *variations: Variation) -> Task:
+    return Task(f"{base}{suffix}", base, variations, max_steps=BODIES[base].max_steps)
 
 
 def running() -> list[Task]:
-    """The unvaried running bodies."""
-    return [Task(body, body) for body in RUNNING_BODIES]
+    """The running bodies without variations."""
+    return [_task("", body) for body in RUNNING_BODIES]
 
 
 def gravity() -> list[Task]:
     """The running bodies at four gravities."""
     return [
-        Task(f"{body}{suffix}", body, (Gravity(factor),))
+        _task(suffix, body, Gravity(factor))
         for body in RUNNING_BODIES
         for suffix, factor in GRAVITIES.items()
     ]
@@ -46,7 +50,7 @@ def gravity() -> list[Task]:
 def morphology() -> list[Task]:
     """The running bodies with one part bigger or smaller."""
     return [
-        Task(f"{body}{size}{part}", body, (LimbScale(part, factor),))
+        _task(f"{size}{part}", body, LimbScale(part, factor))
         for body in RUNNING_BODIES
         for part in (*LIMBS, *FURTHER_LIMBS.get(body, ()))
         for size, factor in SIZES.items()
@@ -55,41 +59,47 @@ def morphology() -> list[Task]:
 
 def standing_up() -> list[Task]:
     """Humanoid standing up, and standing up to run."""
-    return [Task(body, body) for body in STANDING_UP_BODIES]
+    return [_task("", body) for body in STANDING_UP_BODIES]
 
 
 def walls() -> list[Task]:
-    """Range sensor alone, with the wall parked out of reach, and with the wall in the way."""
+    """The range sensor with the wall parked out of reach, and with the wall in the way."""
     tasks = []
-    for body, width in WALL_WIDTHS.items():
-        tasks.append(Task(f"{body}WithSensor", body, (RangeSensor(), Wall(width, parked=True))))
-        if body != "HumanoidStandup":
-            tasks.append(Task(f"{body}Wall", body, (RangeSensor(), Wall(width))))
+    for body in BODIES.values():
+        if body.wall_width is None:
+            continue
+        tasks.append(_task("WithSensor", body.name, RangeSensor(), Wall(body.wall_width, parked=True)))
+        if body.name not in WITHOUT_WALL:
+            tasks.append(_task("Wall", body.name, RangeSensor(), Wall(body.wall_width)))
     return tasks
 
 
 def arms() -> list[Task]:
-    """Pushing and striking, with fixed and with drawn places."""
+    """Pushing and striking, with fixed and with random positions."""
     return [
-        Task("Striker", "Striker", max_steps=ARM_STEPS),
-        Task("StrikerMovingStart", "Striker", (MovingStart(),), max_steps=ARM_STEPS),
-        Task("Pusher", "Pusher", max_steps=ARM_STEPS),
-        Task("PusherMovingGoal", "Pusher", (MovingGoal(),), max_steps=ARM_STEPS),
+        _task("", "Striker"),
+        _task("MovingStart", "Striker", MovingStart()),
+        _task("", "Pusher"),
+        _task("MovingGoal", "Pusher", MovingGoal()),
     ]
 
 
 def extras() -> list[Task]:
-    """What the paper announced for future releases: motor noise, noisy sensors, goals that move."""
-    noisy = [Task(f"{body}MotorNoise", body, (MotorNoise(),)) for body in RUNNING_BODIES]
-    blurred = [
-        Task(f"{body}NoisyWall", body, (RangeSensor(), Wall(WALL_WIDTHS[body]), SensorNoise()))
-        for body in RUNNING_BODIES
+    """Tasks that the paper announced for future releases: motor noise, noisy sensors, moving goals."""
+    walls_in_the_way = {row.base: row.variations for row in walls() if row.name.endswith("Wall")}
+    return [
+        *(_task("MotorNoise", body, MotorNoise()) for body in RUNNING_BODIES),
+        *(_task("NoisyWall", body, *walls_in_the_way[body], SensorNoise()) for body in RUNNING_BODIES),
+        _task("TrackingGoal", "Pusher", MovingGoal(), TrackingGoal()),
+        _task("TrackingGoal", "Striker", TrackingGoal()),
     ]
-    pusher = Task("PusherTrackingGoal", "Pusher", (MovingGoal(), TrackingGoal()), max_steps=ARM_STEPS)
-    striker = Task("StrikerTrackingGoal", "Striker", (TrackingGoal(),), max_steps=ARM_STEPS)
-    return [*noisy, *blurred, pusher, striker]
 
 
-def body_tasks() -> list[Task]:
-    """Every MuJoCo task."""
-    return [*running(), *gravity(), *morphology(), *standing_up(), *walls(), *arms(), *extras()]
+def mujoco_tasks() -> list[Task]:
+    """Every MuJoCo task; a body that no table above names has one task, without variations."""
+    tasks = [*running(), *gravity(), *morphology(), *standing_up(), *walls(), *arms(), *extras()]
+    bases = {row.base for row in tasks}
+    return [
+        *tasks,
+        *(_task("", body.name) for body in BODIES.values() if body.asset and body.name not in bases),
+    ]

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+from gym_extensions.catalog.task import Task
 from gym_extensions.catalog.variations.maps import Course
-
-if TYPE_CHECKING:
-    pass
 
 BASE = "Navigation"
 MAPS, GOALS = range(10), range(3)
@@ -19,22 +15,27 @@ FAMILIES = {
     "range-known": "Limited-Range-Based-Navigation-2d-Map{map}-Goal{goal}-KnownPositions",
     "image": "Image-Based-Navigation-2d-Map{map}-Goal{goal}",
 }
-"""The paper's names of the tasks of each family, a family being what the agent observes."""
+"""The paper's task names by family. The tasks of one family have the same kind of observation."""
 
 
-def course_rows() -> list[tuple[str, Course]]:
-    """The name and the course of every task, family by family, then map by map, then goal by goal."""
-    return [
-        (pattern.format(map=number, goal=goal), Course(family, number, goal))
+def courses() -> dict[str, Course]:
+    """The course of every task by its name, family by family, then map by map, then goal by goal."""
+    return {
+        pattern.format(map=number, goal=goal): Course(family, number, goal)
         for family, pattern in FAMILIES.items()
         for number in MAPS
         for goal in GOALS
-    ]
+    }
 
 
-def group_rows() -> list[tuple[str, tuple[str, ...]]]:
-    """The name of every group and the names of its tasks, in training order."""
-    return [
-        (f"nav-{family}", tuple(name for name, course in course_rows() if course.family == family))
+def navigation_tasks() -> list[Task]:
+    """Every navigation task."""
+    return [Task(name, BASE, (course,)) for name, course in courses().items()]
+
+
+def navigation_groups() -> dict[str, tuple[str, ...]]:
+    """The names of the tasks of every group, in training order, by the group's name."""
+    return {
+        f"nav-{family}": tuple(name for name, course in courses().items() if course.family == family)
         for family in FAMILIES
-    ]
+    }

@@ -9,27 +9,28 @@ from gym_extensions.catalog.groups import TaskGroup
 PROTOCOLS = ("sequential", "single", "joint")
 EVALUATION_EPISODES = 20
 FIRST_REFERENCE_RUN = 1000
-"""Training seeds from here on are for reference runs alone; a submission may not use them."""
+"""First training seed of reference runs. A submission may not use this seed or a larger one."""
 FULL_ENTRY_RUNS = 5
 CURVE_POINTS = 10
-"""Fewest points of a training curve from which an area under it is computed."""
+"""Minimum number of points of a training curve for an area under the curve."""
 
 
 def evaluation_seed(group_id: str, task_id: str, episode: int) -> int:
-    """The prescribed reset seed of an evaluation episode, in [0, 2³¹).
+    """Returns the prescribed reset seed of an evaluation episode, in [0, 2³¹).
 
-    The first four bytes, little-endian, top bit cleared, of sha256 over ``<group id>/<task id>/<episode>``:
-    the same in every stage and run, so that columns are compared on the same starts and nobody chooses them.
+    The seed is the first four bytes, little-endian with the top bit cleared, of the sha256 digest of
+    ``<group id>/<task id>/<episode>``. It is the same in every stage and run, so results are compared on the
+    same starts, and nobody can choose them.
     """
     digest = hashlib.sha256(f"{group_id}/{task_id}/{episode}".encode()).digest()
     return int.from_bytes(digest[:4], "little") & 0x7FFF_FFFF
 
 
 def stages(protocol: str, count: int) -> tuple[int, ...]:
-    """The stages that a log of that protocol holds, in a group of that many tasks."""
+    """The stages in a log of the protocol, for a group of ``count`` tasks."""
     return tuple(range(count + 1)) if protocol == "sequential" else (1,)
 
 
 def per_run(protocol: str, group: TaskGroup) -> int:
-    """Rows of one run in a complete log."""
+    """Number of rows per run in a complete log."""
     return len(stages(protocol, len(group.tasks))) * len(group.tasks) * EVALUATION_EPISODES

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 BODIES = ("hopper", "walker2d", "halfcheetah", "humanoid")
 
-
 SUITES: dict[str, tuple[str, ...]] = {
     "gravity": tuple(f"{body}-gravity-v0" for body in BODIES),
     "body": tuple(f"{body}-body-v0" for body in BODIES),
@@ -15,7 +14,6 @@ SUITES: dict[str, tuple[str, ...]] = {
         f"nav-{family}-v0" for family in ("state", "state-goal", "range", "range-known", "image")
     ),
 }
-"""The groups of every suite, by their ids."""
-
+"""The ids of the groups of every suite."""
 
 SUITES["all"] = tuple(group for groups in SUITES.values() for group in groups)

@@ -1,5 +1,6 @@
-"""The environments; importing this registers every id with Gymnasium."""
+"""The environments. Importing this package registers every published id with Gymnasium."""
 
+from gym_extensions.catalog.custom import customize
 from gym_extensions.catalog.groups import TaskGroup, group
 from gym_extensions.catalog.task import Task
 from gym_extensions.catalog.variations.actuation import MotorNoise
@@ -8,7 +9,7 @@ from gym_extensions.catalog.variations.gravity import Gravity
 from gym_extensions.catalog.variations.morphology import LimbScale
 from gym_extensions.catalog.variations.obstacles import RangeSensor, SensorNoise, Wall
 from gym_extensions.envs.make import make
-from gym_extensions.envs.make_vec import make_batch
+from gym_extensions.envs.make_vec import make_vec
 from gym_extensions.envs.registration import register
 from gym_extensions.envs.wrappers import TaskId, VectorTaskId
 
@@ -26,9 +27,10 @@ __all__ = [
     "TrackingGoal",
     "VectorTaskId",
     "Wall",
+    "customize",
     "group",
     "make",
-    "make_batch",
+    "make_vec",
 ]
 
 register()

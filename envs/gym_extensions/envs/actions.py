@@ -1,4 +1,4 @@
-"""The check that every action passes before it is applied."""
+"""The check of every action before it is applied."""
 
 from __future__ import annotations
 
@@ -11,25 +11,25 @@ from gym_extensions.errors import BenchError
 
 
 def check_actions(actions: Any, shape: tuple[int, ...], where: str) -> NDArray[Any]:
-    """The actions as an array of the given shape, their type and values as they came.
+    """Returns the actions as an array, with dtype and values unchanged.
 
     Args:
-        actions: what the agent gave; out-of-range values pass, as in Gymnasium's bodies.
-        shape: the shape that is required, ``(act,)`` for one environment, ``(lanes, act)`` for a batch.
+        actions: the agent's actions. Out-of-range values pass, as in Gymnasium's bodies.
+        shape: the required shape, ``(act,)``, or ``(num_envs, act)`` in a vector environment.
         where: the task id, for the error.
 
     Raises:
-        BenchError: another shape, or a value that is not a finite number.
+        BenchError: the shape differs, or a value is not a finite number.
     """
-    given = np.asarray(actions)
-    if given.shape != shape:
-        message = f"The action has shape {given.shape}, not {shape}."
-        raise BenchError("bad-action", message, where, "Give one number an actuator.")
-    if given.dtype.kind not in "fiu":
-        message = f"The action holds {given.dtype} values."
+    array = np.asarray(actions)
+    if array.shape != shape:
+        message = f"The action has shape {array.shape}; expected {shape}."
+        raise BenchError("bad-action", message, where, "Give one number per actuator.")
+    if array.dtype.kind not in "fiu":
+        message = f"The action has dtype {array.dtype}."
         raise BenchError("bad-action", message, where, "Give floating-point numbers.")
-    if not np.isfinite(given).all():
-        wrong = np.argwhere(~np.isfinite(given))[0].tolist()
-        place, value = ", ".join(map(str, wrong)), given[tuple(wrong)]
-        raise BenchError("bad-action", f"action[{place}] is {value}.", where, "Give finite numbers alone.")
-    return given
+    if not np.isfinite(array).all():
+        index = np.argwhere(~np.isfinite(array))[0].tolist()
+        label, value = ", ".join(map(str, index)), array[tuple(index)]
+        raise BenchError("bad-action", f"action[{label}] is {value}.", where, "Give finite numbers.")
+    return array

@@ -1,4 +1,4 @@
-"""What a policy can feel of a task, in few numbers: rewards and observations of short seeded episodes."""
+"""A short record of a task's behavior: rewards and observations of seeded episodes."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from gym_extensions.envs.make import construct
 SEEDS = (0, 1)
 STEPS = 8
 DIGITS = 12
-"""Significant digits that are written: three more than the tolerance reads."""
+"""Significant digits that are written: three more than the tolerance needs."""
 TOLERANCE = 1e-9
-"""Largest honest difference, absolute for values below 1, relative above; another CPU moves them by less."""
+"""Largest accepted difference, absolute below 1, relative above; differences between CPUs are smaller."""
 
 GOLDEN = 0.6180339887498949
 
 
 def actions(space: gym.spaces.Box) -> Iterator[NDArray[np.float32]]:
-    """Actions spread evenly over the space by multiples of the golden ratio: no generator, no libm."""
+    """Yields actions spread evenly over the space by multiples of the golden ratio: no generator, no libm."""
     low, high = space.low.astype(np.float64), space.high.astype(np.float64)
     size = low.size
     for step in range(STEPS):
@@ -32,8 +32,8 @@ def actions(space: gym.spaces.Box) -> Iterator[NDArray[np.float32]]:
         yield (low + (high - low) * spread.reshape(low.shape)).astype(np.float32)
 
 
-def sing(task: Task) -> list[dict[str, Any]]:
-    """One entry a seed: the seed, the reward of every step, the last observation, whether it terminated."""
+def record(task: Task) -> list[dict[str, Any]]:
+    """Returns one entry per seed: seed, rewards, last observation, and whether the episode terminated."""
     env = construct(task)
     try:
         return [_episode(env, seed) for seed in SEEDS]
@@ -50,15 +50,15 @@ def _episode(env: gym.Env[Any, Any], seed: int) -> dict[str, Any]:
         rewards.append(_rounded(float(reward)))
         if terminated:
             break
-    return {"seed": seed, "rewards": rewards, "observation": _observed(observation), "terminated": terminated}
+    return {"seed": seed, "rewards": rewards, "observation": _summary(observation), "terminated": terminated}
 
 
 def _rounded(value: float) -> float:
     return float(f"{value:.{DIGITS}g}")
 
 
-def _observed(observation: NDArray[Any]) -> Any:
-    """The numbers of an observation; the digest of one that is a picture, whose integers are exact."""
+def _summary(observation: NDArray[Any]) -> Any:
+    """The numbers of an observation; for a picture, whose integers are exact, its digest."""
     if observation.dtype.kind in "iu":
         return {"sha256": hashlib.sha256(observation.tobytes()).hexdigest(), "shape": list(observation.shape)}
     return [_rounded(float(value)) for value in observation]

@@ -1,4 +1,4 @@
-"""``gym-extensions envs``: lists, shows and checks the environments."""
+"""The command line of the environments."""
 
 from __future__ import annotations
 
@@ -14,19 +14,25 @@ from gym_extensions.errors import reports_mistakes
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="gym-extensions envs", description=__doc__)
-    commands = parser.add_subparsers(dest="command", required=True)
-    listing = commands.add_parser("list", help="every group with its tasks, in training order")
-    listing.add_argument("group", nargs="*", help="only these groups")
-    showing = commands.add_parser("show", help="what a task is, in numbers")
-    showing.add_argument("task", help="an id or a bare name")
-    checking = commands.add_parser("check", help="compares every task with its published fingerprint")
-    checking.add_argument("task", nargs="*", help="only these tasks")
-    writing = commands.add_parser("fingerprint", help="publishes the fingerprints of new tasks")
-    writing.add_argument("--replace", action="store_true", help="also of tasks that no longer hold theirs")
-    documenting = commands.add_parser("docs", help="writes the pages that describe every environment")
-    documenting.add_argument("--out", type=Path, default=Path("docs/environments"), help="%(default)s")
-    documenting.add_argument("--pictures", action="store_true", help="render the pictures too (needs OpenGL)")
+    parser = argparse.ArgumentParser(
+        prog="gym-extensions envs", description="List, describe and check the environments."
+    )
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    listing = commands.add_parser("list", help="list the groups and their tasks, in training order")
+    listing.add_argument("group", nargs="*", help="group names (default: all groups)")
+    showing = commands.add_parser("show", help="describe one task")
+    showing.add_argument("task", help="task id or bare name, for example HopperGravityHalf")
+    checking = commands.add_parser("check", help="compare tasks with their published fingerprints")
+    checking.add_argument("task", nargs="*", help="task ids or bare names (default: all tasks)")
+    writing = commands.add_parser("fingerprint", help="publish the fingerprints of new tasks")
+    writing.add_argument("--replace", action="store_true", help="also replace fingerprints that have changed")
+    documenting = commands.add_parser("docs", help="write the documentation pages of the environments")
+    documenting.add_argument(
+        "--out", type=Path, default=Path("docs/environments"), help="output folder (default: %(default)s)"
+    )
+    documenting.add_argument(
+        "--pictures", action="store_true", help="also render the pictures (needs OpenGL)"
+    )
     return parser
 
 
@@ -36,18 +42,18 @@ def _list(names: list[str]) -> int:
         for member in row.tasks:
             print(f"  {member.id}")
     grouped = {member.id for row in GROUPS.values() for member in row.tasks}
-    alone = [] if names else [task_id for task_id in TASKS if task_id not in grouped]
-    if alone:
-        print(f"in no group ({len(alone)} tasks)")
-        for task_id in alone:
+    ungrouped = [] if names else [task_id for task_id in TASKS if task_id not in grouped]
+    if ungrouped:
+        print(f"in no group ({len(ungrouped)} tasks)")
+        for task_id in ungrouped:
             print(f"  {task_id}")
     return 0
 
 
 def _show(row: Task) -> int:
-    from gym_extensions.envs.docgen.summary import sheet
+    from gym_extensions.envs.docgen.summary import summary
 
-    print(sheet(row))
+    print(summary(row))
     return 0
 
 
@@ -64,7 +70,7 @@ def _check(names: list[str]) -> int:
         print(f"{len(differences)} differences in {tasks} of {count} tasks.", file=sys.stderr)
         print("A task that changes needs a new version number.", file=sys.stderr)
         return 1
-    print(f"{count} tasks are as published.")
+    print(f"{count} tasks match their published fingerprints.")
     return 0
 
 
@@ -72,11 +78,11 @@ def _write(replace: bool) -> int:
     from gym_extensions.atomic import write_text
     from gym_extensions.envs import fingerprint
 
-    table, changed = fingerprint.renewed(replace)
+    table, changed = fingerprint.updated(replace)
     write_text(fingerprints.PATH, fingerprint.text(table))
     for task_id in changed:
         print(f"{task_id} {table['tasks'][task_id]['fingerprint']}")
-    print(f"{len(changed)} fingerprints written, {len(table['tasks']) - len(changed)} kept.")
+    print(f"{len(changed)} fingerprints written, {len(table['tasks']) - len(changed)} unchanged.")
     return 0
 
 
@@ -96,12 +102,12 @@ def _docs(out: Path, with_pictures: bool) -> int:
 
 @reports_mistakes
 def main(argv: list[str] | None = None) -> int:
-    """Runs one of the commands; 0 fine, 1 tasks that are not as published, 2 usage."""
-    given = _parser().parse_args(argv)
-    if given.command == "list":
-        return _list(given.group)
-    if given.command == "show":
-        return _show(task(given.task))
-    if given.command == "docs":
-        return _docs(given.out, given.pictures)
-    return _check(given.task) if given.command == "check" else _write(given.replace)
+    """Runs one command; exit status 0 for success, 1 for tasks that differ, 2 for wrong usage."""
+    args = _parser().parse_args(argv)
+    if args.command == "list":
+        return _list(args.group)
+    if args.command == "show":
+        return _show(task(args.task))
+    if args.command == "docs":
+        return _docs(args.out, args.pictures)
+    return _check(args.task) if args.command == "check" else _write(args.replace)

@@ -1,4 +1,4 @@
-"""Computes what pins a task, and compares it with what is published."""
+"""Computes the fingerprints of tasks and compares them with the published ones."""
 
 from __future__ import annotations
 
@@ -14,35 +14,45 @@ from gym_extensions.catalog.fingerprints import definition, digest
 from gym_extensions.catalog.registry import TASKS
 from gym_extensions.catalog.task import Task
 from gym_extensions.envs import canary
-from gym_extensions.envs.mujoco.compile import base_bytes
+from gym_extensions.envs.mujoco.compile import asset
 
 ENGINE = ("mujoco", "gymnasium")
 
 
 @dataclass(frozen=True)
 class Difference:
-    """One number of a task, or of the engine, that is not as published."""
+    """One value of a task, or of the engine, that differs from the published value."""
 
     task: str
     where: str
     published: Any
-    found: Any
+    current: Any
 
     def __str__(self) -> str:
-        return f"{self.task}: {self.where} is {self.found!r}, published as {self.published!r}"
+        return f"{self.task}: {self.where} is {self.current!r}, published as {self.published!r}"
 
 
 def engine() -> dict[str, str]:
-    """The installed versions on which physics depends."""
+    """Returns the installed versions of the packages on which physics depends."""
     return {name: version(name) for name in ENGINE}
 
 
+def base_bytes(task: Task) -> bytes:
+    """Returns the file from which the task's base is made, whose digest is part of the fingerprint."""
+    if task.body.family == "navigation":
+        from gym_extensions.envs.navigation.build import base_bytes as map_and_goal
+
+        content: bytes = map_and_goal(task)
+        return content
+    return asset(task.body).read_bytes()
+
+
 def row(task: Task) -> dict[str, Any]:
-    """What pins a task: definition, sha256 of its base model, canary values, and the digest of these."""
+    """Returns a task's definition, sha256 of its base model, canary values, and the digest of these."""
     content = {
         "definition": definition(task),
         "model_sha256": hashlib.sha256(base_bytes(task)).hexdigest(),
-        "canary": {"tolerance": canary.TOLERANCE, "episodes": canary.sing(task)},
+        "canary": {"tolerance": canary.TOLERANCE, "episodes": canary.record(task)},
     }
     return {"fingerprint": digest(content)} | content
 
@@ -50,23 +60,23 @@ def row(task: Task) -> dict[str, Any]:
 def check(
     tasks: Iterable[Task] | None = None, published: Mapping[str, Any] | None = None
 ) -> list[Difference]:
-    """Every way in which the tasks, all by default, differ from the published table; empty if none does.
+    """Returns every difference between the tasks (by default all) and the published table.
 
-    The digests are those of the published rows, so a value that moves within the tolerance, as on another
-    CPU, moves no digest.
+    Digests are computed from the published rows, so a value that changes within the tolerance, as on another
+    CPU, does not change a digest.
     """
     table = fingerprints.table() if published is None else published
-    found = [
-        Difference("engine", name, table["engine"].get(name), here)
-        for name, here in engine().items()
-        if table["engine"].get(name) != here
+    differences = [
+        Difference("engine", name, table["engine"].get(name), installed)
+        for name, installed in engine().items()
+        if table["engine"].get(name) != installed
     ]
     for task in TASKS.values() if tasks is None else tasks:
-        found.extend(_task_differences(task, table["tasks"].get(task.id)))
+        differences.extend(_task_differences(task, table["tasks"].get(task.id)))
     if tasks is None:
         gone = sorted(set(table["tasks"]) - set(TASKS))
-        found.extend(Difference(task_id, "task", "published", "not in the catalog") for task_id in gone)
-    return found
+        differences.extend(Difference(task_id, "task", "published", "not in the catalog") for task_id in gone)
+    return differences
 
 
 def _task_differences(task: Task, published: Mapping[str, Any] | None) -> Iterator[Difference]:
@@ -79,48 +89,48 @@ def _task_differences(task: Task, published: Mapping[str, Any] | None) -> Iterat
         yield Difference(task.id, where, before, now)
 
 
-def compare(where: str, published: Any, found: Any) -> Iterator[tuple[str, Any, Any]]:
-    """Each leaf at which two rows differ: where it is, the published and the found value.
+def compare(where: str, published: Any, current: Any) -> Iterator[tuple[str, Any, Any]]:
+    """Yields the path, the published and the current value of each leaf at which two rows differ.
 
-    Numbers within ``canary.TOLERANCE`` of each other (relative above 1) are the same.
+    Numbers within ``canary.TOLERANCE`` of each other (relative above 1) are equal.
     """
-    if isinstance(published, dict) and isinstance(found, dict):
-        for key in sorted(published.keys() | found.keys()):
+    if isinstance(published, dict) and isinstance(current, dict):
+        for key in sorted(published.keys() | current.keys()):
             path = f"{where}.{key}" if where else key
-            yield from compare(path, published.get(key), found.get(key))
-    elif isinstance(published, list) and isinstance(found, list) and len(published) == len(found):
-        for index, (before, now) in enumerate(zip(published, found, strict=True)):
+            yield from compare(path, published.get(key), current.get(key))
+    elif isinstance(published, list) and isinstance(current, list) and len(published) == len(current):
+        for index, (before, now) in enumerate(zip(published, current, strict=True)):
             yield from compare(f"{where}[{index}]", before, now)
-    elif not _same(published, found):
-        yield where, published, found
+    elif not _same(published, current):
+        yield where, published, current
 
 
-def _same(published: Any, found: Any) -> bool:
-    numbers = all(type(value) in (int, float) for value in (published, found))
+def _same(published: Any, current: Any) -> bool:
+    numbers = all(type(value) in (int, float) for value in (published, current))
     if not numbers:
-        return bool(published == found)
-    return bool(abs(published - found) <= canary.TOLERANCE * max(1.0, abs(published)))
+        return bool(published == current)
+    return bool(abs(published - current) <= canary.TOLERANCE * max(1.0, abs(published)))
 
 
-def renewed(replace: bool = False) -> tuple[dict[str, Any], list[str]]:
-    """The table with a row for every task that has none, and the ids of the rows that are new.
+def updated(replace: bool = False) -> tuple[dict[str, Any], list[str]]:
+    """Returns the table with a row for every new task, and the ids of the new rows.
 
-    Rows that are published stay byte for byte; with ``replace`` those that no longer hold are made anew.
+    Published rows stay byte for byte; with ``replace``, rows that differ from their task are computed again.
     """
     old = fingerprints.table() if fingerprints.PATH.exists() else {"tasks": {}}
     rows: dict[str, Any] = {}
     changed = []
     for task in TASKS.values():
-        kept = old["tasks"].get(task.id)
-        if kept is None or (replace and any(True for _ in _task_differences(task, kept))):
-            kept = row(task)
+        entry = old["tasks"].get(task.id)
+        if entry is None or (replace and any(True for _ in _task_differences(task, entry))):
+            entry = row(task)
             changed.append(task.id)
-        rows[task.id] = kept
+        rows[task.id] = entry
     return {"format": fingerprints.FORMAT, "engine": engine(), "tasks": rows}, changed
 
 
 def text(table: Mapping[str, Any]) -> str:
-    """The table as JSON, a line a task, so that a diff shows which tasks moved."""
+    """Returns the table as JSON with one line per task, so that a diff shows which tasks changed."""
     lines = ",\n".join(f"  {json.dumps(key)}: {json.dumps(value)}" for key, value in table["tasks"].items())
     head = f'"format": {table["format"]},\n "engine": {json.dumps(table["engine"])}'
     return f'{{{head},\n "tasks": {{\n{lines}\n }}}}\n'

@@ -1,58 +1,47 @@
-"""Task -> gymnasium.Env."""
+"""Makes the environment of a task."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import gymnasium as gym
 from gymnasium.envs.registration import EnvSpec
 
-from gym_extensions.catalog.custom import varied
+from gym_extensions.catalog.custom import customize
 from gym_extensions.catalog.registry import TASKS
-from gym_extensions.catalog.registry import task as published
+from gym_extensions.catalog.registry import task as published_task
 from gym_extensions.catalog.task import Task
 from gym_extensions.catalog.variations.base import Variation
-from gym_extensions.envs.mujoco import humanoid, pusher, striker
-from gym_extensions.envs.mujoco import planar as running
+from gym_extensions.envs.bodies import implementation
 from gym_extensions.envs.mujoco.task_env import TaskEnv
-from gym_extensions.errors import BenchError, did_you_mean
-
-BODIES: dict[str, type[TaskEnv]] = {
-    "Hopper": running.Hopper,
-    "Walker2d": running.Walker2d,
-    "HalfCheetah": running.HalfCheetah,
-    "Humanoid": humanoid.Humanoid,
-    "HumanoidStandup": humanoid.HumanoidStandup,
-    "HumanoidStandupAndRun": humanoid.HumanoidStandupAndRun,
-    "Pusher": pusher.Pusher,
-    "Striker": striker.Striker,
-}
-"""The class of every MuJoCo base body."""
 
 ENTRY_POINT = "gym_extensions.envs.make:construct"
 
 
 def construct(task: str | Task, **rendering: Any) -> gym.Env[Any, Any]:
-    """The task's environment without wrappers; this is what Gymnasium's registry calls.
+    """Returns the task's environment without wrappers; Gymnasium's registry calls this.
 
     Args:
         task: an id, a bare name, or a Task.
-        rendering: ``render_mode`` and the camera arguments of Gymnasium's MuJoCo bodies.
+        rendering: ``render_mode``, and for MuJoCo bodies Gymnasium's camera arguments.
 
     Raises:
-        BenchError: there is no such task, or no such base body.
+        BenchError: the task or its base body is unknown, or a variation does not fit the body.
     """
-    row = task if isinstance(task, Task) else published(task)
-    if row.base == "Navigation":
-        from gym_extensions.envs.navigation.build import construct as navigation
+    row = task if isinstance(task, Task) else published_task(task)
+    if row.body.family == "navigation":
+        from gym_extensions.envs.navigation.build import construct as construct_navigation
 
-        built: gym.Env[Any, Any] = navigation(row, **rendering)
-        return built
-    if row.base not in BODIES:
-        hint = did_you_mean(row.base, BODIES)
-        raise BenchError("unknown-base", f"There is no base body {row.base!r}.", row.id, hint)
-    return BODIES[row.base](row, **rendering)
+        environment: gym.Env[Any, Any] = construct_navigation(row, **rendering)
+        return environment
+    return construct_mujoco(row, **rendering)
+
+
+def construct_mujoco(task: str | Task, **rendering: Any) -> TaskEnv:
+    """Returns the environment of a MuJoCo task without wrappers, with its MuJoCo types."""
+    row = task if isinstance(task, Task) else published_task(task)
+    return implementation(row.body.name).env(row, **rendering)
 
 
 def make(
@@ -62,22 +51,18 @@ def make(
     render_mode: str | None = None,
     max_steps: int | None = None,
 ) -> gym.Env[Any, Any]:
-    """The environment of a task, published or free, with its time limit.
+    """Returns the environment of a published or custom task, with its time limit.
 
     Args:
         task: an id (``gym_extensions/HopperGravityHalf-v0``), a bare name (``HopperGravityHalf``), or a Task.
-        variations: added to the task's own. If the result is a published task, it is that task.
+        variations: added to the task's own. If the result equals a published task, it is that task.
         render_mode: as in ``gymnasium.make``.
-        max_steps: steps after which an episode is cut off; the task's own limit if None.
+        max_steps: the time limit in environment steps; None keeps the task's.
 
     Raises:
-        BenchError: there is no such task, a limit below 1, or a variation that does not fit the base body.
+        BenchError: the task is unknown, the limit is below 1, or a variation does not fit the base body.
     """
-    given: object = variations
-    if not isinstance(given, Iterable):
-        message = f"variations is {variations!r}."
-        raise BenchError("no-list", message, hint="Give a list, even of one variation.")
-    row = varied(task if isinstance(task, Task) else published(task), tuple(variations), max_steps)
+    row = customize(task, variations, max_steps=max_steps)
     if TASKS.get(row.id) == row:
         return gym.make(row.id, render_mode=render_mode, disable_env_checker=True)
     spec = EnvSpec(row.id, entry_point=ENTRY_POINT, max_episode_steps=row.max_steps, kwargs={"task": row})

@@ -1,4 +1,4 @@
-"""Every published task under its id in Gymnasium's registry."""
+"""Registers every published task with Gymnasium."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from gym_extensions.envs.make import ENTRY_POINT
 
 
 def register() -> None:
-    """Registers each published id once; ``gymnasium.make`` and ``make_vec`` know it from then on."""
+    """Registers each published id once, for ``gymnasium.make`` and ``gymnasium.make_vec``."""
     for row in TASKS.values():
         if row.id not in gym.registry:
             gym.register(

@@ -1,4 +1,4 @@
-"""What a vector environment's reset asks for: one seed a lane, and which lanes."""
+"""Seeds and masks of a vector environment's reset."""
 
 from __future__ import annotations
 
@@ -10,36 +10,38 @@ from numpy.typing import NDArray
 
 from gym_extensions.errors import BenchError
 
-WHERE = "make_batch"
-"""The place that errors of the vector environment name."""
+WHERE = "make_vec"
+"""Where errors of vector environments are located."""
 
 
-def lane_seeds(seed: int, num_envs: int) -> list[int]:
-    """One seed a lane, spawned from one seed, so that neighbouring seeds share no lane."""
+def spawn_seeds(seed: int, num_envs: int) -> list[int]:
+    """Spawns one seed per environment from one seed; neighboring seeds share none of them."""
     return [int(child.generate_state(1)[0]) for child in np.random.SeedSequence(seed).spawn(num_envs)]
 
 
 def seed_of_each(seed: int | Sequence[int | None] | None, num_envs: int) -> Sequence[int | None]:
-    """Every lane's seed: spawned from an int, a list as it is, None where a lane goes on with its generator.
+    """Returns the seed of every environment; None continues with the environment's generator.
+
+    An int is spawned into one seed per environment; a list is returned as it is.
 
     Raises:
-        BenchError: a list of another length.
+        BenchError: the list does not have one seed per environment.
     """
     if seed is None:
         return [None] * num_envs
     if isinstance(seed, int | np.integer):
-        return lane_seeds(int(seed), num_envs)
+        return spawn_seeds(int(seed), num_envs)
     if len(seed) != num_envs:
-        message = f"There are {len(seed)} seeds for {num_envs} lanes."
-        raise BenchError("bad-seeds", message, WHERE, "Give one seed a lane, or one int for all.")
-    return [None if own is None else int(own) for own in seed]
+        message = f"There are {len(seed)} seeds for {num_envs} environments."
+        raise BenchError("bad-seeds", message, WHERE, "Give one seed per environment, or one int.")
+    return [None if value is None else int(value) for value in seed]
 
 
 def reset_mask(options: dict[str, Any] | None, num_envs: int) -> NDArray[np.bool_]:
-    """Which lanes a reset is for: the option ``reset_mask``, or all.
+    """Returns which environments to reset, ``(num_envs,)``: the option ``reset_mask``, or all.
 
     Raises:
-        BenchError: the mask is not one boolean a lane, or all false.
+        BenchError: the mask does not have one boolean per environment, or is all false.
     """
     mask = (options or {}).get("reset_mask")
     if mask is None:

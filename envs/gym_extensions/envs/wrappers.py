@@ -1,4 +1,4 @@
-"""Tells an agent which task it is in: a one-hot vector appended to the observation."""
+"""Wrappers that append the task to the observation, as a one-hot vector."""
 
 from __future__ import annotations
 
@@ -19,23 +19,23 @@ Tasks = TaskGroup | Sequence[Task]
 
 
 def one_hot(task: Task, tasks: Tasks) -> NDArray[np.float64]:
-    """A vector as long as there are tasks, 1 at the task's place.
+    """Returns a vector (tasks,) with 1 at the index of the task and 0 elsewhere.
 
     Raises:
-        BenchError: the task is not among them.
+        BenchError: the task is not in the list.
     """
     members = list(tasks.tasks) if isinstance(tasks, TaskGroup) else list(tasks)
     if task not in members:
-        known = ", ".join(member.name for member in members)
-        raise BenchError("foreign-task", f"{task.id} is not among {known}.", "TaskId")
+        names = ", ".join(member.name for member in members)
+        raise BenchError("foreign-task", f"{task.id} is not one of {names}.", "TaskId")
     return np.array([float(member == task) for member in members])
 
 
 def _appended(space: gym.Space[Any], length: int) -> Box:
-    """The space with entries in [0, 1] appended; raises ``BenchError`` for a space that is no flat box."""
+    """Returns the space with entries in [0, 1] appended; raises ``BenchError`` unless it is a flat Box."""
     if not isinstance(space, Box) or len(space.shape) != 1:
-        message = f"The observation space {space} is no vector to append to."
-        raise BenchError("no-vector", message, "TaskId", "Give the task another way, as an input of its own.")
+        message = f"The observation space {space} is not a vector."
+        raise BenchError("no-vector", message, "TaskId", "Give the task to the agent as a separate input.")
     low, high = np.append(space.low, np.zeros(length)), np.append(space.high, np.ones(length))
     return Box(low.astype(space.dtype), high.astype(space.dtype), dtype=space.dtype.type)
 
@@ -55,20 +55,25 @@ class TaskId(gym.ObservationWrapper[Any, Any, Any], gym.utils.RecordConstructorA
         self.observation_space = _appended(env.observation_space, self._id.size)
 
     def observation(self, observation: NDArray[Any]) -> NDArray[Any]:
-        """The observation with the vector appended, in the observation's own precision."""
+        """Appends the vector, in the precision of the observation."""
         return np.concatenate([observation, self._id.astype(observation.dtype)])
 
 
 class VectorTaskId(VectorObservationWrapper):
-    """A vector environment whose lanes' observations end with their tasks' one-hot vectors."""
+    """A vector environment whose observations end with the one-hot vectors of their tasks.
+
+    Args:
+        env: a vector environment of the tasks.
+        tasks: a group, or the tasks in the order of the vector's entries.
+    """
 
     def __init__(self, env: VectorEnv[Any, Any, Any], tasks: Tasks) -> None:
         super().__init__(env)
-        lanes: Any = env  # VectorEnv declares no call, its implementations have it
-        self._ids = np.stack([one_hot(task, tasks) for task in lanes.call("task")])
+        environments: Any = env  # VectorEnv does not declare call, but its implementations have it
+        self._ids = np.stack([one_hot(task, tasks) for task in environments.call("task")])
         self.single_observation_space = _appended(env.single_observation_space, self._ids.shape[1])
         self.observation_space = gym.vector.utils.batch_space(self.single_observation_space, env.num_envs)
 
     def observations(self, observations: NDArray[Any]) -> NDArray[Any]:
-        """Observations (lanes, …) with each lane's vector appended."""
+        """Appends each environment's vector to its observation, (num_envs, …)."""
         return np.concatenate([observations, self._ids.astype(observations.dtype)], axis=1)

@@ -7,5 +7,4 @@
 
 from gym_extensions.results.rollouts import curves, episodes
 
-
 __all__ = ["curves", "episodes"]

@@ -1,7 +1,7 @@
-"""Which episodes a submission must show: an audit sample that the finished log itself chooses.
+"""The audit sample: the episodes whose traces a submission must include, selected by its finished log.
 
-One episode of every cell R[T][j], R[j][j] and S[j] of every run. It catches mistakes. Any change of the log
-chooses anew, so that an author who means to deceive can try until it suits (docs/rollout-log.md).
+The sample has one episode per cell R[T][j], R[j][j] and S[j] of every run. It catches mistakes. It does not
+catch deliberate deception, because any change of the log selects another sample (docs/rollout-log.md).
 """
 
 from __future__ import annotations
@@ -25,9 +25,10 @@ class Audited:
 
 
 def audited_cells(protocol: str, tasks: Sequence[Task]) -> list[tuple[int, Task]]:
-    """(stage, task) of every audited cell of a run, once for every column of the table that it stands in.
+    """(stage, task) of the audited cells of a run; a cell is repeated once per column that it belongs to.
 
-    Sequential: R[T][j] and R[j][j]; R[T][T] is both and stands twice. Single and joint: each task at stage 1.
+    Sequential: R[T][j] and R[j][j]; R[T][T] is both and appears twice. Single and joint:
+    each task at stage 1.
     """
     if protocol != "sequential":
         return [(1, task) for task in tasks]
@@ -37,20 +38,20 @@ def audited_cells(protocol: str, tasks: Sequence[Task]) -> list[tuple[int, Task]
 
 
 def audit_sample(protocol: str, log: bytes, runs: Sequence[int], tasks: Sequence[Task]) -> list[Audited]:
-    """The episodes whose traces a submission holds for one log, sorted.
+    """The episodes of one log whose traces a submission must include, sorted.
 
-    With D the hexadecimal sha256 of the log file's bytes, the episodes of a cell are ranked by the sha256 of
-    ``D/<run>/<stage>/<task id>/<episode>``, lowest first; a cell that stands n times gives its first n.
+    With D the hexadecimal SHA-256 of the log file's bytes, the episodes of a cell are ranked by the SHA-256
+    of ``D/<run>/<stage>/<task id>/<episode>``, lowest first; a cell that appears n times gives its first n.
 
     Args:
-        protocol: which log.
+        protocol: sequential, single or joint.
         log: the bytes of ``<protocol>.csv``.
         runs: the runs in it.
-        tasks: the group's, in order.
+        tasks: the group's tasks, in training order.
     """
     digest = hashlib.sha256(log).hexdigest()
     cells = audited_cells(protocol, tasks)
-    found = []
+    sample = []
     for run in runs:
         for stage, task in dict.fromkeys(cells):
 
@@ -58,7 +59,6 @@ def audit_sample(protocol: str, log: bytes, runs: Sequence[int], tasks: Sequence
                 return hashlib.sha256(f"{cell}/{episode}".encode()).hexdigest()
 
             ranked = sorted(range(EVALUATION_EPISODES), key=rank)
-            found += [
-                Audited(run, stage, task.id, episode) for episode in ranked[: cells.count((stage, task))]
-            ]
-    return sorted(found)
+            count = cells.count((stage, task))
+            sample += [Audited(run, stage, task.id, episode) for episode in ranked[:count]]
+    return sorted(sample)

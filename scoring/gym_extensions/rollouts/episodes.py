@@ -1,4 +1,4 @@
-"""The rollout log, the only interface between running and scoring. docs/rollout-log.md has it key by key."""
+"""The rows of evaluation logs and training curves, and their writers (docs/rollout-log.md)."""
 
 from __future__ import annotations
 

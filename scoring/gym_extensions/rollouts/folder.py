@@ -1,23 +1,28 @@
-"""What lies in a submission's folder: names, kinds and sizes, without following a link or opening a file."""
+"""Lists a submission's folder: names, kinds and sizes, without following links or opening files."""
 
 from __future__ import annotations
 
+import functools
 import os
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.layout import DEEPEST, MANIFEST, PROGRESS
-from gym_extensions.rollouts.problem import printable
+from gym_extensions.rollouts.layout import MANIFEST, MAX_DEPTH, PROGRESS
+from gym_extensions.rollouts.problem import escape
 
-HERE = "."
-"""The path of the submission's own folder, where that cannot be read."""
+ROOT = "."
+"""The path of the submission's folder itself, listed only if it cannot be read."""
 
 
 @dataclass(frozen=True)
-class Entry:
-    """A name in the folder: its path inside the submission with ``/``, its kind, its size in bytes."""
+class FolderItem:
+    """A file or folder: its path inside the submission with ``/``, its kind, its size in bytes.
+
+    The kind is ``file``, ``folder``, or one that a submission may not contain: ``link``, ``device``,
+    ``unreadable`` (a folder) or ``unreadable file``.
+    """
 
     path: str
     kind: str
@@ -26,56 +31,49 @@ class Entry:
 
 @dataclass(frozen=True)
 class Folder:
-    """A submission's folder and everything in it, sorted by path."""
+    """A submission's folder and its content, sorted by path."""
 
     root: Path
     name: str
-    entries: tuple[Entry, ...]
+    items: tuple[FolderItem, ...]
 
-    def files(self) -> list[Entry]:
-        """The regular files."""
-        return [entry for entry in self.entries if entry.kind == "file"]
-
-    def has(self, path: str) -> bool:
-        """Whether a regular file of that path is there."""
-        return any(entry.path == path and entry.kind == "file" for entry in self.entries)
-
-    def size(self, path: str) -> int:
-        """The bytes of the regular file of that path; 0 where there is none."""
-        return next((entry.size for entry in self.entries if entry.path == path), 0)
+    @functools.cached_property
+    def files(self) -> dict[str, FolderItem]:
+        """The regular files by path."""
+        return {item.path: item for item in self.items if item.kind == "file"}
 
     def read(self, path: str) -> bytes:
-        """The bytes of a file; raises OSError where it cannot be read."""
+        """The bytes of a file; raises OSError if it cannot be read."""
         return (self.root / path).read_bytes()
 
 
-def _entries(folder: Path, prefix: str, depth: int) -> Iterator[Entry]:
+def _items(folder: Path, prefix: str, depth: int) -> Iterator[FolderItem]:
     try:
-        found = list(os.scandir(folder))
+        children = list(os.scandir(folder))
     except OSError:
-        yield Entry(prefix.rstrip("/") or HERE, "unreadable")
+        yield FolderItem(prefix.rstrip("/") or ROOT, "unreadable")
         return
-    for item in found:
-        path = f"{prefix}{printable(item.name)}"
+    for child in children:
+        path = f"{prefix}{escape(child.name)}"
         if path == PROGRESS:
             continue
-        if item.is_symlink():
-            yield Entry(path, "link")
-        elif item.is_dir(follow_symlinks=False):
-            yield Entry(path, "folder")
-            if depth < DEEPEST:
-                yield from _entries(Path(item.path), f"{path}/", depth + 1)
-        elif item.is_file(follow_symlinks=False):
+        if child.is_symlink():
+            yield FolderItem(path, "link")
+        elif child.is_dir(follow_symlinks=False):
+            yield FolderItem(path, "folder")
+            if depth < MAX_DEPTH:
+                yield from _items(Path(child.path), f"{path}/", depth + 1)
+        elif child.is_file(follow_symlinks=False):
             try:
-                yield Entry(path, "file", item.stat(follow_symlinks=False).st_size)
+                yield FolderItem(path, "file", child.stat(follow_symlinks=False).st_size)
             except OSError:
-                yield Entry(path, "shut")
+                yield FolderItem(path, "unreadable file")
         else:
-            yield Entry(path, "device")
+            yield FolderItem(path, "device")
 
 
-def seen(path: Path, kind: Callable[[Path], bool] = Path.exists) -> bool:
-    """Whether a path is there, or is a folder (``Path.is_dir``) and so on, as far as one may look."""
+def exists_readable(path: Path, kind: Callable[[Path], bool] = Path.exists) -> bool:
+    """``kind(path)``, or False where permission is denied."""
     try:
         return kind(path)
     except OSError:
@@ -83,40 +81,43 @@ def seen(path: Path, kind: Callable[[Path], bool] = Path.exists) -> bool:
 
 
 def scan(root: Path) -> Folder:
-    """The folder as it is on disk; a path that is no folder gives one without entries."""
-    name = printable(root.name or root.resolve().name)
-    if not seen(root, Path.is_dir):
+    """The folder as it is on disk; without items if the path is not a folder."""
+    name = escape(root.name or root.resolve().name)
+    if not exists_readable(root, Path.is_dir):
         return Folder(root, name, ())
-    return Folder(root, name, tuple(sorted(_entries(root, "", 1), key=lambda entry: entry.path)))
+    return Folder(root, name, tuple(sorted(_items(root, "", 1), key=lambda item: item.path)))
 
 
-def _inside(path: Path) -> list[Path]:
-    """What stands in a folder in the place of submissions: folders, and links that lead nowhere."""
+def _candidates(path: Path) -> list[Path]:
+    """The visible folders in a folder, and links without a target."""
     try:
-        children = [child for child in sorted(path.iterdir()) if not child.name.startswith(".")]
+        children = sorted(child for child in path.iterdir() if not child.name.startswith("."))
     except OSError:
         return []
-    return [
-        one for one in children if seen(one, Path.is_dir) or (seen(one, Path.is_symlink) and not seen(one))
-    ]
+    return [child for child in children if exists_readable(child, Path.is_dir) or _is_broken_link(child)]
+
+
+def _is_broken_link(path: Path) -> bool:
+    return exists_readable(path, Path.is_symlink) and not exists_readable(path)
 
 
 def submission_folders(paths: list[Path]) -> list[Path]:
-    """The submissions that the paths name, sorted by name: a folder of submissions stands for all in it.
+    """The submissions at the given paths, sorted by name. A folder of submissions stands for all in it.
 
     Raises:
-        BenchError: two of them have one name.
+        BenchError: two submissions have the same name.
     """
-    found: list[Path] = []
-    for given in paths:
-        path = given.resolve() if seen(given, Path.is_symlink) or given.name in ("", ".", "..") else given
-        folders = [] if seen(path / MANIFEST) else _inside(path)
-        holds = any(seen(child / MANIFEST) for child in folders)
-        found += folders if holds else [path]
-    named: dict[str, Path] = {}
-    for path in found:
-        first = named.setdefault(path.name, path)
-        if first.absolute() != path.absolute():
-            told = f"Two submissions have the name {printable(path.name)!r}: {first} and {path}."
-            raise BenchError("two-of-one-name", printable(told), hint="Score one at a time, or rename one.")
-    return [path for _, path in sorted(named.items())]
+    folders: list[Path] = []
+    for path in paths:
+        is_alias = exists_readable(path, Path.is_symlink) or path.name in ("", ".", "..")
+        target = path.resolve() if is_alias else path
+        candidates = [] if exists_readable(target / MANIFEST) else _candidates(target)
+        has_submissions = any(exists_readable(candidate / MANIFEST) for candidate in candidates)
+        folders += candidates if has_submissions else [target]
+    by_name: dict[str, Path] = {}
+    for folder in folders:
+        first = by_name.setdefault(folder.name, folder)
+        if first.absolute() != folder.absolute():
+            message = f"Two submissions have the name {escape(folder.name)!r}: {first} and {folder}."
+            raise BenchError("two-of-one-name", escape(message), hint="Score one at a time, or rename one.")
+    return [folder for _, folder in sorted(by_name.items())]

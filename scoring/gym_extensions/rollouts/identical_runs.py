@@ -1,4 +1,4 @@
-"""Runs that are identical in every episode, and a submission in which they count once."""
+"""Finds runs that are identical in every episode, and counts them as one run."""
 
 from __future__ import annotations
 
@@ -7,70 +7,78 @@ from dataclasses import replace
 import numpy as np
 
 from gym_extensions.rollouts.reading.evaluation_log import Log
-from gym_extensions.rollouts.submission import GroupEntry
+from gym_extensions.rollouts.submission import SubmittedGroup
+
+PAIRED_PROTOCOLS = (("sequential", "single"), ("joint",))
+"""Protocols whose runs belong together: a run of one agent has both a sequential and a single log."""
 
 
-def without_copies(entry: GroupEntry) -> GroupEntry:
-    """The entry with runs that are identical in every episode counted once, and notes that say so.
+def merge_identical_runs(submitted: SubmittedGroup) -> SubmittedGroup:
+    """The group with identical runs counted as one, and a note per set of identical runs.
 
-    Sequential and single runs are pairs, and a pair is identical where both are; joint runs stand alone.
+    A sequential and a single run of one training seed are a pair; two pairs are identical if both logs are.
+    Joint runs are compared by themselves.
     """
-    for protocols in (("sequential", "single"), ("joint",)):
-        entry = _without_copies(entry, [entry.logs[name] for name in protocols if name in entry.logs])
-    return entry
+    for protocols in PAIRED_PROTOCOLS:
+        logs = [submitted.logs[name] for name in protocols if name in submitted.logs]
+        submitted = _merge(submitted, logs)
+    return submitted
 
 
-def _without_copies(entry: GroupEntry, logs: list[Log]) -> GroupEntry:
-    each = [originals(log) for log in logs]
-    same: dict[tuple[int | None, ...], list[int]] = {}
-    for run in sorted(set().union(*each)):
-        same.setdefault(tuple(one.get(run) for one in each), []).append(run)
-    copies = [runs for runs in same.values() if len(runs) > 1]
+def _merge(submitted: SubmittedGroup, logs: list[Log]) -> SubmittedGroup:
+    """The group with the runs merged that are identical in each of these logs."""
+    first_runs = [first_identical_runs(log) for log in logs]
+    sets: dict[tuple[int | None, ...], list[int]] = {}
+    for run in sorted(set().union(*first_runs)):
+        sets.setdefault(tuple(first.get(run) for first in first_runs), []).append(run)
+    copies = [runs for runs in sets.values() if len(runs) > 1]
     if not copies:
-        return entry
-    firsts = {runs[0] for runs in same.values()}
-    which = "Joint runs" if logs[0].protocol == "joint" else "Runs"
+        return submitted
+    kind = "Joint runs" if logs[0].protocol == "joint" else "Runs"
     notes = [
-        f"{which} {', '.join(map(str, runs))} are identical in every episode and count as one."
+        f"{kind} {', '.join(map(str, runs))} are identical in every episode and count as one."
         for runs in copies
     ]
-    kept = entry.logs | {log.protocol: only(log, firsts) for log in logs}
-    return replace(entry, logs=kept, notes=(*entry.notes, *notes))
+    distinct = {runs[0] for runs in sets.values()}
+    merged = submitted.logs | {log.protocol: select_runs(log, distinct) for log in logs}
+    return replace(submitted, logs=merged, notes=(*submitted.notes, *notes))
 
 
-def only(log: Log, runs: set[int]) -> Log:
-    """The rows of a complete log that belong to the given runs."""
-    keep = [index for index, run in enumerate(log.run.tolist()) if run in runs]
+def select_runs(log: Log, runs: set[int]) -> Log:
+    """The rows of a complete log that belong to these runs."""
+    rows = [index for index, run in enumerate(log.run.tolist()) if run in runs]
     return replace(
         log,
         runs=tuple(sorted(runs)),
-        run=log.run[keep],
-        stage=log.stage[keep],
-        task=[log.task[index] for index in keep],
-        position=log.position[keep],
-        episode=log.episode[keep],
-        seed=log.seed[keep],
-        length=log.length[keep],
-        return_=log.return_[keep],
-        terminated=log.terminated[keep],
-        fingerprint=[log.fingerprint[index] for index in keep],
+        run=log.run[rows],
+        stage=log.stage[rows],
+        task=[log.task[index] for index in rows],
+        position=log.position[rows],
+        episode=log.episode[rows],
+        seed=log.seed[rows],
+        length=log.length[rows],
+        return_=log.return_[rows],
+        terminated=log.terminated[rows],
+        fingerprint=[log.fingerprint[index] for index in rows],
     )
 
 
-def outcomes(log: Log) -> dict[int, tuple[bytes, ...]]:
-    """What each run of a log measured, as bytes: episode by episode, whatever the order of the rows."""
+def measurements(log: Log) -> dict[int, tuple[bytes, ...]]:
+    """The measured columns of each run as bytes, sorted by episode key, so that row order does not matter."""
     order = np.lexsort((log.episode, log.position, log.stage, log.run))
     starts = np.searchsorted(log.run[order], log.runs).tolist()
     ends = [*starts[1:], order.size]
-    measured = (log.stage, log.position, log.episode, log.length, log.return_, log.terminated)
-    columns = [column[order] for column in measured]
+    columns = [
+        column[order]
+        for column in (log.stage, log.position, log.episode, log.length, log.return_, log.terminated)
+    ]
     return {
         run: tuple(column[start:end].tobytes() for column in columns)
         for run, start, end in zip(log.runs, starts, ends, strict=True)
     }
 
 
-def originals(log: Log) -> dict[int, int]:
-    """For each run of a log the first run that is the same in every episode, itself where none is before."""
+def first_identical_runs(log: Log) -> dict[int, int]:
+    """For each run the first run that is identical in every episode; the run itself if it is the first."""
     first: dict[tuple[bytes, ...], int] = {}
-    return {run: first.setdefault(outcome, run) for run, outcome in outcomes(log).items()}
+    return {run: first.setdefault(measured, run) for run, measured in measurements(log).items()}

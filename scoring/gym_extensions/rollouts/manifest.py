@@ -1,143 +1,179 @@
-"""submission.toml as a value: who, what, how; read strictly, so that a misspelt key is told, not ignored."""
+"""submission.toml as dataclasses: who submits, what was run, how. Every key is declared here, once."""
 
 from __future__ import annotations
 
 import tomllib
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field, fields
+from typing import Annotated, Any, Literal, get_args, get_type_hints
 
 from gym_extensions.catalog.budgets import BUDGETS, Budget
+from gym_extensions.rollouts.manifest_values import (
+    COUNT,
+    DIGEST,
+    FLAG,
+    LONG,
+    NAMES,
+    TEXT,
+    URL,
+    Hyperparameter,
+    Key,
+)
 
-Scalar = str | int | float | bool
+MAX_NESTING = 8
+"""Most levels of nested tables and lists."""
+FORMAT = 1
+HYPERPARAMETERS = "hyperparameters"
+"""The section with free keys."""
 
-TEXT = "a text"
-COUNT = "a whole number"
-FLAG = "true or false"
-URL = "a web address, or an empty text"
-NAMES = "a list of texts"
-DIGEST = "a sha256 in 64 hexadecimal digits, or an empty text"
-SHORT, LONG = 100, 4000
-DEEPEST = 8
-"""So many tables and lists may stand in one another."""
+Evaluation = Literal["sampled", "deterministic"]
+EVALUATIONS: tuple[str, ...] = get_args(Evaluation)
+"""How an agent selects actions during evaluation."""
 
-
-@dataclass(frozen=True)
-class Field:
-    """One key of submission.toml: its kind of value, which values are allowed (all, if none is named)."""
-
-    kind: str
-    choices: tuple[Scalar, ...] = ()
-    required: bool = True
-    longest: int = SHORT
+Text = Annotated[str, Key(TEXT)]
+Url = Annotated[str, Key(URL, max_length=500)]
+Count = Annotated[int, Key(COUNT)]
+Flag = Annotated[bool, Key(FLAG)]
 
 
-SECTIONS: dict[str, dict[str, Field]] = {
-    "": {
-        "format": Field(COUNT, choices=(1,)),
-        "title": Field(TEXT),
-        "authors": Field(NAMES),
-        "description": Field(TEXT, longest=LONG),
-        "reported": Field(TEXT, required=False),
-    },
-    "code": {"url": Field(URL, longest=500), "commit": Field(TEXT)},
-    "protocol": {
-        "budget": Field(TEXT, choices=tuple(BUDGETS)),
-        "algorithm": Field(TEXT),
-        "evaluation": Field(TEXT, choices=("sampled", "deterministic")),
-    },
-    "knows": {name: Field(FLAG) for name in ("task_in_training", "task_in_evaluation", "boundaries")},
-    "memory": {name: Field(COUNT) for name in ("stored_steps", "parameters_first", "parameters_last")},
-    "versions": {
-        name: Field(TEXT) for name in ("gym_extensions", "gymnasium", "mujoco", "numpy", "python", "platform")
-    },
-    "archive": {"url": Field(URL, longest=500), "sha256": Field(DIGEST)},
-    "hyperparameters": {},
-}
-"""Every key of submission.toml, by section; the keys of ``hyperparameters`` are free."""
+@dataclass(frozen=True, slots=True)
+class Code:
+    """Where the agent's code is. Either may be empty."""
 
-FREE = "hyperparameters"
-OPTIONAL_SECTIONS = ("archive", FREE)
-REPORTED_LACKS = ("memory", "versions")
-"""Sections that a published table, which has no logs, may leave out."""
+    url: Url
+    commit: Text
+
+
+@dataclass(frozen=True, slots=True)
+class Protocol:
+    """The training budget, the algorithm, and how actions are selected during evaluation."""
+
+    budget: Annotated[str, Key(TEXT, choices=tuple(BUDGETS))]
+    algorithm: Text
+    evaluation: Annotated[Evaluation, Key(TEXT, choices=EVALUATIONS)]
+
+
+@dataclass(frozen=True, slots=True)
+class Observes:
+    """What the agent observes besides the task's observations: the task's identity, and task boundaries."""
+
+    task_in_training: Flag
+    task_in_evaluation: Flag
+    boundaries: Flag
+
+
+@dataclass(frozen=True, slots=True)
+class Memory:
+    """Most transitions stored at once; parameters at the start and end of training, the largest per group."""
+
+    stored_steps: Count
+    parameters_first: Count
+    parameters_last: Count
+
+
+@dataclass(frozen=True, slots=True)
+class Versions:
+    """Versions of the packages and the platform that the runs used."""
+
+    gym_extensions: Text
+    gymnasium: Text
+    mujoco: Text
+    numpy: Text
+    python: Text
+    platform: Text
+
+
+@dataclass(frozen=True, slots=True)
+class Archive:
+    """The complete set of traces."""
+
+    url: Url
+    sha256: Annotated[str, Key(DIGEST)]
 
 
 @dataclass(frozen=True)
 class Manifest:
-    """What a submission says of itself. ``reported`` names a published table that stands in for logs."""
+    """A submission's manifest. ``reported`` names a published table that replaces logs.
 
-    title: str
-    authors: tuple[str, ...]
-    description: str
-    code: dict[str, str]
-    budget: str
-    algorithm: str
-    evaluation: str
-    hyperparameters: dict[str, Any]
-    knows: dict[str, bool]
-    memory: dict[str, int]
-    versions: dict[str, str]
-    archive: dict[str, str]
-    reported: str = ""
+    ``memory`` and ``versions`` are None only if ``reported`` is set.
+    """
 
-    def as_dict(self) -> dict[str, Any]:
-        """The manifest as it stands in the scorecard's JSON."""
-        return {
-            "authors": list(self.authors),
-            "description": self.description,
-            "code": self.code,
-            "protocol": {"budget": self.budget, "algorithm": self.algorithm, "evaluation": self.evaluation},
-            "hyperparameters": self.hyperparameters,
-            "knows": self.knows,
-            "memory": self.memory,
-            "versions": self.versions,
-            "archive": self.archive,
-        }
+    format: Annotated[Literal[1], Key(COUNT, choices=(FORMAT,))]
+    title: Text
+    authors: Annotated[tuple[str, ...], Key(NAMES)]
+    description: Annotated[str, Key(TEXT, max_length=LONG)]
+    code: Code
+    protocol: Protocol
+    observes: Observes
+    memory: Memory | None = None
+    versions: Versions | None = None
+    archive: Archive | None = None
+    hyperparameters: dict[str, Hyperparameter] = field(default_factory=dict)
+    reported: Annotated[str, Key(TEXT, required=False)] = ""
+
+
+SECTION_TYPES = {
+    "code": Code,
+    "protocol": Protocol,
+    "observes": Observes,
+    "memory": Memory,
+    "versions": Versions,
+    "archive": Archive,
+}
+
+
+def _keys(section: type) -> dict[str, Key]:
+    hints = get_type_hints(section, include_extras=True)
+    annotations = {item.name: getattr(hints[item.name], "__metadata__", ()) for item in fields(section)}
+    return {name: metadata[0] for name, metadata in annotations.items() if metadata}
+
+
+SECTIONS: dict[str, dict[str, Key]] = {
+    "": _keys(Manifest),
+    **{name: _keys(section) for name, section in SECTION_TYPES.items()},
+    HYPERPARAMETERS: {},
+}
+"""The keys of submission.toml by section; ``""`` is the top level, and ``hyperparameters`` has free keys."""
+OPTIONAL_SECTIONS = ("archive", HYPERPARAMETERS)
+OPTIONAL_IF_REPORTED = ("memory", "versions")
+"""Sections that a published table, which has no logs, may leave out."""
 
 
 def parse(data: bytes) -> dict[str, Any]:
     """The tables of a TOML file.
 
-    Raises ValueError (tomllib's or Unicode's) where it is malformed, RecursionError where it is too deep.
+    Raises:
+        ValueError: it is not TOML or not UTF-8.
+        RecursionError: tables and lists are nested too deeply.
     """
     tables = tomllib.loads(data.decode("utf-8"))
     level: list[Any] = [tables]
-    for _ in range(DEEPEST):
-        inner = [value for one in level for value in (one.values() if isinstance(one, dict) else one)]
+    for _ in range(MAX_NESTING):
+        inner = [value for item in level for value in (item.values() if isinstance(item, dict) else item)]
         level = [value for value in inner if isinstance(value, (dict, list))]
     if level:
         raise RecursionError
     return tables
 
 
-def budget_said(tables: dict[str, Any]) -> Budget | None:
-    """The budget that tables name, whatever else is wrong with them; None where they name none."""
-    protocol = tables.get("protocol")
-    name = protocol.get("budget") if isinstance(protocol, dict) else None
+def _declared(tables: dict[str, Any], section: str, key: str) -> object:
+    """The value of a key in tables that may be wrong elsewhere, or None."""
+    table = tables.get(section)
+    return table.get(key) if isinstance(table, dict) else None
+
+
+def declared_budget(tables: dict[str, Any]) -> Budget | None:
+    """The budget that the tables name, even if they have other problems; None if they name none."""
+    name = _declared(tables, "protocol", "budget")
     return BUDGETS.get(name) if isinstance(name, str) else None
 
 
-def learns_said(tables: dict[str, Any]) -> bool | None:
-    """Whether the agent has parameters to train, by tables that may be wrong elsewhere; None if not said."""
-    memory = tables.get("memory")
-    count = memory.get("parameters_last") if isinstance(memory, dict) else None
+def declared_trainable(tables: dict[str, Any]) -> bool | None:
+    """Whether the agent has parameters to train, even if the tables have other problems; None if unknown."""
+    count = _declared(tables, "memory", "parameters_last")
     return count > 0 if isinstance(count, int) else None
 
 
 def manifest(tables: dict[str, Any]) -> Manifest:
-    """The manifest of tables in which no rule found a problem."""
-    protocol = tables["protocol"]
-    return Manifest(
-        title=tables["title"],
-        authors=tuple(tables["authors"]),
-        description=tables["description"],
-        code=dict(tables["code"]),
-        budget=protocol["budget"],
-        algorithm=protocol["algorithm"],
-        evaluation=protocol["evaluation"],
-        hyperparameters=dict(tables.get(FREE, {})),
-        knows=dict(tables["knows"]),
-        memory=dict(tables.get("memory", {})),
-        versions=dict(tables.get("versions", {})),
-        archive=dict(tables.get("archive", {})),
-        reported=tables.get("reported", ""),
-    )
+    """The manifest in tables without problems."""
+    sections = {name: section(**tables[name]) for name, section in SECTION_TYPES.items() if name in tables}
+    return Manifest(**{**tables, **sections, "authors": tuple(tables["authors"])})

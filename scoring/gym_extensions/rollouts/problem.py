@@ -1,42 +1,44 @@
-"""What is wrong with a submission, as data: every problem names its rule, its place and what to do."""
+"""A problem in a submission: which rule it breaks, where, what is wrong and what to do."""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-Numbers = NDArray[np.int64]
+RowNumbers = NDArray[np.int64]
 
-ROWS_TOLD = 3
-"""Rows named one by one for each rule and file; the others are counted."""
+ROWS_LISTED = 3
+"""Rows listed per rule and file; the rest are counted."""
+PROBLEMS_LISTED = 20
+"""Problems listed per rule and submission; the rest are counted."""
+MAX_QUOTE = 80
+"""Characters of a quoted value."""
 
 
-LONGEST_QUOTE = 80
-
-
-def printable(text: str) -> str:
-    """The text with an escape in the place of everything that a terminal would obey or cannot show."""
+def escape(text: str) -> str:
+    """The text with control and other unprintable characters as escape sequences."""
     if text.isprintable():
         return text
-    return "".join(one if one.isprintable() else one.encode("unicode_escape").decode() for one in text)
+    return "".join(char if char.isprintable() else char.encode("unicode_escape").decode() for char in text)
 
 
-def shown(value: object) -> str:
-    """A value as it is quoted to its author: at most 80 characters."""
-    cut = value[: LONGEST_QUOTE + 1] if isinstance(value, str) else value
+def quote(value: object) -> str:
+    """The ``repr`` of a value, cut to 80 characters."""
+    cut = value[: MAX_QUOTE + 1] if isinstance(value, str) else value
     try:
         text = repr(cut)
     except ValueError:
-        return "a number of very many digits"
-    return text if len(text) <= LONGEST_QUOTE else f"{text[:LONGEST_QUOTE]}…"
+        return "An integer with too many digits to print"
+    return text if len(text) <= MAX_QUOTE else f"{text[:MAX_QUOTE]}…"
 
 
 @dataclass(frozen=True)
 class Finding:
-    """What a rule found: where (a path inside the submission, with a row), what, and what to do about it."""
+    """What a rule reports: a path inside the submission (with a row or key), what is wrong, what to do."""
 
     where: str
     message: str
@@ -45,7 +47,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class Problem:
-    """A finding with the name of the rule that was broken; its texts hold printable characters alone."""
+    """A finding and the name of the broken rule. Its texts contain printable characters only."""
 
     rule: str
     where: str
@@ -54,57 +56,67 @@ class Problem:
 
     def __post_init__(self) -> None:
         for name in ("where", "message", "hint"):
-            object.__setattr__(self, name, printable(getattr(self, name)))
+            object.__setattr__(self, name, escape(getattr(self, name)))
 
     def as_dict(self) -> dict[str, str]:
-        """The four keys of the scorecard's JSON."""
+        """The problem as in the scorecard's JSON."""
         return {"rule": self.rule, "where": self.where, "message": self.message, "hint": self.hint}
 
 
-def number(row: int, numbers: Numbers | None = None) -> int:
-    """The number of a data row in its file (the header is row 1) by its index among those that are there."""
-    return 2 + (row if numbers is None else int(numbers[row]))
+def row_number(index: int, numbers: RowNumbers | None = None) -> int:
+    """The number of a data row in its file, where the header is row 1.
+
+    Args:
+        index: the row's index among the rows that were read, from 0.
+        numbers: the index in the file of each row that was read; None if all rows were read.
+    """
+    return 2 + (index if numbers is None else int(numbers[index]))
 
 
-def told_briefly(problems: Sequence[Problem]) -> list[Problem]:
-    """The first problems of each rule, then for each rule one that counts the rest of its places."""
-    by_rule: dict[str, list[Problem]] = {}
-    for one in problems:
-        by_rule.setdefault(one.rule, []).append(one)
-    brief: list[Problem] = []
-    for rule, found in by_rule.items():
-        brief += found[:ROWS_TOLD]
-        rest = found[ROWS_TOLD:]
-        if rest:
-            places = "1 more place breaks" if len(rest) == 1 else f"{len(rest)} more places break"
-            where = rest[0].where.partition("/")[0]
-            brief.append(Problem(rule, where, f"{places} the same rule.", rest[0].hint))
-    return brief
-
-
-def told(
+def row_findings(
     path: str,
     rows: Sequence[int],
-    say: Callable[[int], str],
+    message: Callable[[int], str],
     hint: str,
-    numbers: Numbers | None = None,
+    numbers: RowNumbers | None = None,
     *,
     more: int = 0,
 ) -> Iterator[Finding]:
-    """One finding for each of the first rows, then one that counts the rest.
+    """One finding per row for the first ``ROWS_LISTED`` rows, then one that counts the rest.
 
     Args:
         path: the file inside the submission.
-        rows: indices of the data rows that are wrong, from 0.
-        say: what was found in the row of that index.
+        rows: indices of the rows that break the rule.
+        message: what is wrong with the row of an index.
         hint: what to do.
-        numbers: each row's place in the file, from 0; the row's index where None.
-        more: how many wrong rows there are beside ``rows``.
+        numbers: as for ``row_number``.
+        more: number of rows that break the rule and are not in ``rows``.
     """
-    for index in rows[:ROWS_TOLD]:
-        yield Finding(f"{path}, row {number(index, numbers)}", say(index), hint)
-    rest = len(rows[ROWS_TOLD:]) + more
+    for index in rows[:ROWS_LISTED]:
+        yield Finding(f"{path}, row {row_number(index, numbers)}", message(index), hint)
+    rest = len(rows[ROWS_LISTED:]) + more
     if rest:
-        yield Finding(
-            path, f"{rest} more row{'s' if rest > 1 else ''} of this file break the same rule.", hint
-        )
+        count = "1 more row of this file breaks" if rest == 1 else f"{rest} more rows of this file break"
+        yield Finding(path, f"{count} the same rule.", hint)
+
+
+def summarize(problems: Sequence[Problem], name: str) -> tuple[Problem, ...]:
+    """The first ``PROBLEMS_LISTED`` problems per rule, then one per rule that counts the rest.
+
+    Args:
+        problems: all problems of a submission.
+        name: the submission's name; the counts are reported there.
+    """
+    listed: list[Problem] = []
+    rest: list[Problem] = []
+    totals = Counter(problem.rule for problem in problems)
+    seen: Counter[str] = Counter()
+    for problem in problems:
+        seen[problem.rule] += 1
+        more = totals[problem.rule] - PROBLEMS_LISTED
+        if seen[problem.rule] <= PROBLEMS_LISTED:
+            listed.append(problem)
+        elif seen[problem.rule] == PROBLEMS_LISTED + 1:
+            message = f"{more} more problem{'s' if more > 1 else ''} of this rule in the submission."
+            rest.append(Problem(problem.rule, name, message, problem.hint))
+    return (*listed, *rest)

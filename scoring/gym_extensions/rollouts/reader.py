@@ -1,4 +1,4 @@
-"""A folder -> a Submission, and every problem in it at once."""
+"""Reads a submission's folder and reports all its problems at once."""
 
 from __future__ import annotations
 
@@ -8,144 +8,153 @@ from typing import Any
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.rollouts import manifest as toml
+from gym_extensions.rollouts import rules
 from gym_extensions.rollouts.episodes import CURVE_COLUMNS, EPISODE_COLUMNS
 from gym_extensions.rollouts.folder import Folder, scan
-from gym_extensions.rollouts.identical_runs import without_copies
-from gym_extensions.rollouts.layout import MANIFEST, largest
-from gym_extensions.rollouts.problem import Problem
-from gym_extensions.rollouts.reading import evaluation_log as rows
+from gym_extensions.rollouts.identical_runs import merge_identical_runs
+from gym_extensions.rollouts.layout import CURVES, MANIFEST, max_bytes
+from gym_extensions.rollouts.manifest import Manifest
+from gym_extensions.rollouts.problem import Problem, summarize
+from gym_extensions.rollouts.reading import evaluation_log, training_curves
 from gym_extensions.rollouts.reading.csv_lines import Text, columns
-from gym_extensions.rollouts.reading.evaluation_log import Log
-from gym_extensions.rollouts.reading.fast_path import prescribed_log
-from gym_extensions.rollouts.reading.salvage import every_cell, keys_alone, legible
-from gym_extensions.rollouts.reading.training_curves import Curves, curves
-from gym_extensions.rollouts.rules.consistency import Said
-from gym_extensions.rollouts.rules.npz import Arrays
-from gym_extensions.rollouts.rules.readable import Unreadable
-from gym_extensions.rollouts.rules.rule import broken
+from gym_extensions.rollouts.reading.evaluation_log import Cells, Log, Runs, has_prescribed_keys
+from gym_extensions.rollouts.reading.salvage import fully_parsed_rows, key_parsed_rows, readable_rows
+from gym_extensions.rollouts.reading.training_curves import Curves
+from gym_extensions.rollouts.rules.consistency import ManifestInFolder
+from gym_extensions.rollouts.rules.folder import UnreadableFile
+from gym_extensions.rollouts.rules.npz import ArrayFile
+from gym_extensions.rollouts.rules.rule import Scope
 from gym_extensions.rollouts.rules.runs import GroupLogs
-from gym_extensions.rollouts.submission import GroupEntry, Submission
+from gym_extensions.rollouts.submission import Submission, SubmittedGroup
 
-UNREAD = (ValueError, KeyError, OverflowError)
-"""What a cell of another kind than its column's raises."""
+PARSE_ERRORS = (ValueError, KeyError, OverflowError)
+"""Raised for a cell of the wrong kind."""
+
+
+def read(path: Path) -> Submission:
+    """The submission in a folder. With problems, it holds all of them and what could be read.
+
+    At most ``PROBLEMS_LISTED`` problems are listed per rule; the rest are counted.
+    """
+    return _Reader(scan(path)).submission()
 
 
 class _Reader:
-    """Reads one folder step by step, collecting problems; each part as far as it can be read."""
+    """Reads one folder part by part and collects the problems of each."""
 
     def __init__(self, folder: Folder) -> None:
         self.folder = folder
         self.tables: dict[str, Any] = {}
         self.problems: list[Problem] = []
 
-    def passes(self, scope: str, subject: Any) -> bool:
-        """Whether the rules of a scope find nothing; what they find is kept."""
-        found = broken(scope, subject)
-        self.problems += found
-        return not found
+    def submission(self) -> Submission:
+        self._passes("folder", self.folder)
+        manifest = self._manifest()
+        names = [name for name in GROUPS if any(item.path == name for item in self.folder.items)]
+        groups = {GROUPS[name].id: self._group(GROUPS[name]) for name in names}
+        if not self.problems and not toml.declared_trainable(self.tables):
+            groups = {group_id: merge_identical_runs(group) for group_id, group in groups.items()}
+        problems = summarize(self.problems, self.folder.name)
+        return Submission(self.folder.name, manifest, groups, problems)
 
-    def contents(self, path: str) -> bytes | None:
-        """The bytes of a file, or None with a problem where they cannot be read or are too many."""
-        if self.folder.size(path) > largest(path):
-            return None  # too_large has told it
+    def _manifest(self) -> Manifest | None:
+        data = self._bytes(MANIFEST)
+        if data is None or not self._passes("manifest bytes", data):
+            return None
+        self.tables = toml.parse(data)
+        manifest = toml.manifest(self.tables) if self._passes("manifest", self.tables) else None
+        self._passes("manifest in folder", ManifestInFolder(self.folder, self.tables))
+        return manifest
+
+    def _group(self, group: TaskGroup) -> SubmittedGroup:
+        logs: dict[str, Log] = {}
+        measured: dict[str, Log] = {}
+        named_runs: Runs = {}
+        known_runs = self._unknown_runs(group)
+        for protocol in PROTOCOLS:
+            before = len(self.problems)
+            keys, values = self._log(group, protocol)
+            named_runs[protocol] = keys.runs if keys and not keys.unread else None
+            if values is not None:
+                measured[protocol] = values
+            if keys is not None and len(self.problems) == before:
+                logs[protocol], known_runs[protocol] = keys, keys.runs
+        is_trainable = toml.declared_trainable(self.tables)
+        self._passes("group", GroupLogs(group.name, measured, named_runs, is_trainable))
+        curves = self._curves(group, known_runs)
+        self._arrays(group, known_runs)
+        return SubmittedGroup(group, logs, curves)
+
+    def _unknown_runs(self, group: TaskGroup) -> Runs:
+        """The logs that curves and traces may belong to: all, if the group's folder has a problem."""
+        has_problem = any(problem.where.startswith(f"{group.name}/") for problem in self.problems)
+        logs = [name for name in PROTOCOLS if has_problem or f"{group.name}/{name}.csv" in self.folder.files]
+        return dict.fromkeys(logs or PROTOCOLS)
+
+    def _log(self, group: TaskGroup, protocol: str) -> tuple[Log | None, Log | None]:
+        """The rows of a log whose keys can be parsed, and those that can be parsed fully."""
+        cells = self._cells(f"{group.name}/{protocol}.csv", EPISODE_COLUMNS)
+        if cells is None:
+            return None, None
+        try:
+            keys: Log | None = evaluation_log.log(cells, protocol, group)
+            values = keys
+        except PARSE_ERRORS:
+            if self._passes("cells", cells):
+                raise
+            keys, values = (
+                evaluation_log.log(part, protocol, group) if part else None
+                for part in (key_parsed_rows(cells), fully_parsed_rows(cells))
+            )
+        if keys is not None and not has_prescribed_keys(keys):
+            self._passes("keys", keys)
+        if values is not None:
+            self._passes("log", values)
+        return keys, values
+
+    def _curves(self, group: TaskGroup, runs: Runs) -> Curves | None:
+        cells = self._cells(f"{group.name}/{CURVES}", CURVE_COLUMNS)
+        if cells is None:
+            return None
+        budget = toml.declared_budget(self.tables)
+        try:
+            curves: Curves | None = training_curves.curves(cells, group, budget, runs)
+        except PARSE_ERRORS:
+            if self._passes("cells", cells):
+                raise
+            parsed = fully_parsed_rows(cells)
+            curves = training_curves.curves(parsed, group, budget, runs) if parsed else None
+        if curves is not None:
+            self._passes("curves", curves)
+        return curves
+
+    def _arrays(self, group: TaskGroup, runs: Runs) -> None:
+        for path in self.folder.files:
+            is_array_file = path.startswith(f"{group.name}/") and path.endswith(".npz")
+            if is_array_file and (data := self._bytes(path)) is not None:
+                self._passes("arrays", ArrayFile(path, data, group, runs))
+
+    def _cells(self, path: str, header: tuple[str, ...]) -> Cells | None:
+        """The cells of a CSV file: of all rows, or of those that can be read."""
+        data = self._bytes(path)
+        if data is None:
+            return None
+        text = Text(path, header, data)
+        return Cells(path, columns(text)) if self._passes("text", text) else readable_rows(text)
+
+    def _bytes(self, path: str) -> bytes | None:
+        """The bytes of a file; None if there is none, it is too large, or it cannot be read (a problem)."""
+        file = self.folder.files.get(path)
+        if file is None or file.size > max_bytes(path):
+            return None
         try:
             return self.folder.read(path)
         except OSError as error:
-            self.passes("unreadable", Unreadable(path, error.strerror or type(error).__name__))
+            self._passes("unreadable", UnreadableFile(path, error.strerror or type(error).__name__))
             return None
 
-    def manifest(self) -> toml.Manifest | None:
-        data = self.contents(MANIFEST) if self.folder.has(MANIFEST) else None
-        if data is None or not self.passes("manifest-bytes", data):
-            return None
-        self.tables = toml.parse(data)
-        found = toml.manifest(self.tables) if self.passes("manifest", self.tables) else None
-        self.passes("said", Said(self.folder, self.tables))
-        return found
-
-    def cells(self, path: str, data: bytes, header: tuple[str, ...]) -> rows.Cells | None:
-        """The cells of a CSV file: of all rows, or of those that can be read."""
-        text = Text(path, header, data)
-        return rows.Cells(path, columns(text)) if self.passes("text", text) else legible(text)
-
-    def log(self, group: TaskGroup, protocol: str) -> tuple[Log | None, Log | None]:
-        """The log as far as its keys can be read, and as far as every cell can be."""
-        path = f"{group.name}/{protocol}.csv"
-        if not self.folder.has(path) or (data := self.contents(path)) is None:
-            return None, None
-        if (log := prescribed_log(path, data, protocol, group)) is not None:
-            self.passes("log", log)
-            return log, log
-        if (cells := self.cells(path, data, EPISODE_COLUMNS)) is None:
-            return None, None
-        try:
-            keys: Log | None = rows.log(cells, protocol, group)
-            values = keys
-        except UNREAD:
-            if self.passes("cells", cells):
-                raise
-            keys, values = (
-                rows.log(part, protocol, group) if part else None
-                for part in (keys_alone(cells), every_cell(cells))
-            )
-        for scope, part in (("keys", keys), ("log", values)):
-            if part is not None:
-                self.passes(scope, part)
-        return keys, values
-
-    def curves(self, group: TaskGroup, runs: rows.Runs) -> Curves | None:
-        path = f"{group.name}/curves.csv"
-        if not self.folder.has(path) or (data := self.contents(path)) is None:
-            return None
-        cells = self.cells(path, data, CURVE_COLUMNS)
-        known = group, toml.budget_said(self.tables), runs
-        try:
-            found = curves(cells, *known) if cells else None
-        except UNREAD:
-            if cells is None or self.passes("cells", cells):
-                raise
-            every = every_cell(cells)
-            found = curves(every, *known) if every else None
-        if found is not None:
-            self.passes("curves", found)
-        return found
-
-    def arrays(self, group: TaskGroup, runs: rows.Runs) -> None:
-        for entry in self.folder.files():
-            mine = entry.path.startswith(f"{group.name}/") and entry.path.endswith(".npz")
-            if mine and (data := self.contents(entry.path)) is not None:
-                self.passes("arrays", Arrays(entry.path, data, group, runs))
-
-    def group(self, group: TaskGroup) -> GroupEntry:
-        odd = any(problem.where.startswith(f"{group.name}/") for problem in self.problems)
-        logs: dict[str, Log] = {}
-        readable: dict[str, Log] = {}
-        named: rows.Runs = {}
-        there = [name for name in PROTOCOLS if odd or self.folder.has(f"{group.name}/{name}.csv")]
-        runs: rows.Runs = dict.fromkeys(there or PROTOCOLS)
-        for protocol in PROTOCOLS:
-            before = len(self.problems)
-            keys, values = self.log(group, protocol)
-            if values is not None:
-                readable[protocol] = values
-            named[protocol] = keys.runs if keys and not keys.unread else None
-            if keys is not None and len(self.problems) == before:
-                logs[protocol], runs[protocol] = keys, keys.runs
-        self.passes("group", GroupLogs(group.name, readable, named, toml.learns_said(self.tables)))
-        curves = self.curves(group, runs)
-        self.arrays(group, runs)
-        return GroupEntry(group, logs, curves)
-
-
-def read(path: Path) -> Submission:
-    """The submission in a folder; with problems, what could be read of it and all of them."""
-    folder = scan(path)
-    reader = _Reader(folder)
-    reader.passes("folder", folder)
-    manifest = reader.manifest()
-    names = [name for name in GROUPS if any(entry.path == name for entry in folder.entries)]
-    groups = {GROUPS[name].id: reader.group(GROUPS[name]) for name in names}
-    problems = tuple(reader.problems)
-    if not problems and not toml.learns_said(reader.tables):  # a learning agent's copies are problems
-        groups = {name: without_copies(entry) for name, entry in groups.items()}
-    return Submission(folder.name, manifest, groups, problems)
+    def _passes(self, scope: Scope, subject: Any) -> bool:
+        """Checks the rules of a scope, collects their problems, and returns whether there are none."""
+        problems = rules.problems(scope, subject)
+        self.problems += problems
+        return not problems

@@ -1,133 +1,138 @@
-"""An .npz file opened without trust: zipfile finds its members, and a pattern of our own reads their headers.
+"""Reads .npz files from untrusted sources: numbers only, never a pickle, sizes checked before reading.
 
-numpy's reader evaluates a header as Python and believes the shape in it; nothing here does.
+``numpy.load`` trusts the shape in a header and allocates accordingly. Here a header must agree with the size
+of its member, and the data is read as bytes.
 """
 
 from __future__ import annotations
 
+import functools
 import io
 import math
-import re
-import struct
+import tokenize
+import warnings
 import zipfile
 import zlib
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-LARGEST_UNPACKED = 256 * 2**20
-MOST_ARRAYS = 256
-HEADER_BYTES = 4096
-MAGIC = {b"\x93NUMPY\x01\x00": "<H", b"\x93NUMPY\x02\x00": "<I", b"\x93NUMPY\x03\x00": "<I"}
-"""How a .npy file begins, and how its header's length follows."""
-NUMBERS = re.compile(
-    rb"\{'descr': '(?P<descr>[<>|=]?(?:b1|[iu][1248]|f[248]|c8|c16))', "
-    rb"'fortran_order': (?P<fortran>True|False), "
-    rb"'shape': \((?P<shape>|[0-9]{1,15},|[0-9]{1,15}(?:, [0-9]{1,15}){1,31})\), ?\} *\n"
-)
-OBJECTS = re.compile(rb"'[<>|=]?O[0-9]?'")
+from gym_extensions.rollouts.layout import MAX_ARRAYS, MAX_UNPACKED_BYTES
+
+MAX_HEADER_BYTES = 4096
+MAX_DIMENSIONS = 32
+MAX_LENGTH = 2**48
+NUMERIC = frozenset(("b1", "i1", "i2", "i4", "i8", "u1", "u2", "u4", "u8", "f2", "f4", "f8", "c8", "c16"))
+"""Data types of numbers, as in ``dtype.str`` without the byte order."""
 ENCRYPTED = 1
-UNREADABLE = (
+HEADER_READERS = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
+"""By version of the .npy format. Version 3.0 is for structured arrays, which are refused."""
+ERRORS = (
     zipfile.BadZipFile,
     zlib.error,
-    struct.error,
+    tokenize.TokenError,
     ValueError,
     TypeError,
     LookupError,
+    SyntaxError,
     OverflowError,
     OSError,
     EOFError,
     MemoryError,
     RuntimeError,
+    Warning,
 )
-"""What zipfile and zlib raise for bytes that are not theirs."""
+"""Exceptions that zipfile, zlib and numpy raise for malformed bytes."""
 
 
 @dataclass(frozen=True)
 class Header:
-    """What an array's header says: its numbers' type, its shape, where they begin; or that it has objects."""
+    """The header of a .npy file; ``start`` is the offset of the data in bytes."""
 
-    objects: bool
-    dtype: str = ""
-    shape: tuple[int, ...] = ()
-    order: str = "C"
-    start: int = 0
+    dtype: np.dtype[Any]
+    shape: tuple[int, ...]
+    fortran_order: bool
+    start: int
 
     @property
     def size(self) -> int:
-        """The bytes of the whole .npy file."""
-        return self.start + math.prod(self.shape) * np.dtype(self.dtype).itemsize
+        """Size in bytes that the .npy file must have."""
+        return self.start + math.prod(self.shape) * self.dtype.itemsize
 
 
 @dataclass(frozen=True)
 class Member:
-    """One member: its name, its unpacked bytes, whether numpy packs so, its header if that can be read."""
+    """A member of an archive: uncompressed size, whether numpy packs this way, header (None: malformed)."""
 
     name: str
     size: int
-    plain: bool
+    is_plain: bool
     header: Header | None
 
     @property
-    def sound(self) -> bool:
-        """Whether it is an array of numbers and nothing else."""
+    def is_valid(self) -> bool:
+        """Whether it is an array of numbers of the size that its header states."""
         header = self.header
-        return self.plain and header is not None and not header.objects and header.size == self.size
+        return header is not None and not header.dtype.hasobject and header.size == self.size
 
 
-def _header(start: bytes) -> Header | None:
-    length = MAGIC.get(start[:8])
-    if length is None or len(start) < 8 + struct.calcsize(length):
+@functools.lru_cache(maxsize=1024)
+def _read_header(header: bytes) -> Header | None:
+    """The header of a .npy file; None unless its data are numbers or Python objects."""
+    stream = io.BytesIO(header)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # numpy warns of headers that it has to repair
+        try:
+            read_header = HEADER_READERS[npy.read_magic(stream)]
+            shape, fortran_order, dtype = read_header(stream, max_header_size=MAX_HEADER_BYTES)
+        except ERRORS:
+            return None
+    is_bounded = len(shape) <= MAX_DIMENSIONS and all(0 <= length < MAX_LENGTH for length in shape)
+    if not is_bounded or not (dtype.hasobject or dtype.str[1:] in NUMERIC):
         return None
-    first = 8 + struct.calcsize(length)
-    end = first + struct.unpack(length, start[8:first])[0]
-    found = NUMBERS.fullmatch(start[first:end]) if end <= len(start) else None
-    if found is None:
-        return Header(objects=True) if OBJECTS.search(start[first:end]) else None
-    shape = tuple(map(int, re.findall(rb"[0-9]+", found["shape"])))
-    return Header(False, found["descr"].decode(), shape, "F" if found["fortran"] == b"True" else "C", end)
+    return Header(dtype, shape, fortran_order, stream.tell())
 
 
 def _member(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> Member:
-    packed = info.compress_type in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
-    plain, header = packed and not info.flag_bits & ENCRYPTED, None
-    if plain:
+    is_packed_by_numpy = info.compress_type in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+    is_plain, header = is_packed_by_numpy and not info.flag_bits & ENCRYPTED, None
+    if is_plain:
         try:
             with archive.open(info) as stream:
-                header = _header(stream.read(HEADER_BYTES))
-        except UNREADABLE:
+                start = stream.read(MAX_HEADER_BYTES)
+            header = _read_header(start[: start.find(b"\n", npy.MAGIC_LEN + 2) + 1])
+        except ERRORS:
             header = None
-    return Member(info.filename, info.file_size, plain, header)
+    return Member(info.filename, info.file_size, is_plain, header)
 
 
 def members(data: bytes) -> tuple[list[Member], int] | None:
-    """The first members of an archive and the number of all; None where the bytes are no archive."""
+    """The first ``MAX_ARRAYS`` members of a zip archive and the number of all; None if it is malformed."""
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            found = archive.infolist()
-            return [_member(archive, info) for info in found[:MOST_ARRAYS]], len(found)
-    except UNREADABLE:
+            infos = archive.infolist()
+            return [_member(archive, info) for info in infos[:MAX_ARRAYS]], len(infos)
+    except ERRORS:
         return None
 
 
 def read(data: bytes) -> dict[str, NDArray[Any]] | None:
-    """The arrays by name; None where one of them is no array of numbers, or cannot be read."""
-    found = members(data)
-    if found is None or found[1] > MOST_ARRAYS or not all(one.sound for one in found[0]):
-        return None
-    if sum(one.size for one in found[0]) > LARGEST_UNPACKED:
+    """The arrays of an .npz file by name; None unless all are arrays of numbers within the limits."""
+    listing, count = members(data) or ([], MAX_ARRAYS + 1)
+    if count > MAX_ARRAYS or sum(member.size for member in listing) > MAX_UNPACKED_BYTES:
         return None
     arrays = {}
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            for one in found[0]:
-                header, content = one.header or Header(True), archive.read(one.name)
-                flat = np.frombuffer(content, np.dtype(header.dtype), offset=header.start)
-                arrays[one.name.removesuffix(".npy")] = flat.reshape(
-                    header.shape, order="F" if header.order == "F" else "C"
-                )
-    except UNREADABLE:
+            for member in listing:
+                if not member.is_valid or (header := member.header) is None:
+                    return None
+                values = np.frombuffer(archive.read(member.name), header.dtype, offset=header.start)
+                array = values.reshape(header.shape, order="F" if header.fortran_order else "C")
+                arrays[member.name.removesuffix(".npy")] = array
+    except ERRORS:
         return None
     return arrays

@@ -1,4 +1,4 @@
-"""What a submission is once it has been read."""
+"""A submission that has been read."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from gym_extensions.rollouts.reading.training_curves import Curves
 
 
 @dataclass(frozen=True)
-class GroupEntry:
-    """What a submission holds of one group: the checked logs by protocol, the training curves, notes."""
+class SubmittedGroup:
+    """A group of a submission: the logs without problems by protocol, the training curves, and notes."""
 
     group: TaskGroup
     logs: dict[str, Log]
@@ -23,9 +23,9 @@ class GroupEntry:
 
 @dataclass(frozen=True)
 class Submission:
-    """A submission in which no rule found a problem, or what could be read of it."""
+    """A submission. With problems, it holds what could be read."""
 
     name: str
     manifest: Manifest | None
-    groups: dict[str, GroupEntry]
+    groups: dict[str, SubmittedGroup]
     problems: tuple[Problem, ...] = ()

@@ -1,34 +1,54 @@
-"""A recorded episode as a submission holds it: the log's row and its trace, read without trust."""
+"""Reads and checks the traces of a submission's audit sample."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_extensions.catalog.bodies import segments
-from gym_extensions.catalog.registry import TASKS
 from gym_extensions.catalog.task import Task
 from gym_extensions.rollouts.audit import audit_sample
 from gym_extensions.rollouts.folder import Folder
-from gym_extensions.rollouts.layout import trace_name
-from gym_extensions.rollouts.problem import Problem, shown
+from gym_extensions.rollouts.layout import TRACES, trace_name
+from gym_extensions.rollouts.problem import Problem, quote
 from gym_extensions.rollouts.reading.evaluation_log import Log
 from gym_extensions.rollouts.safe_npz import read
+from gym_extensions.rollouts.traces import (
+    ACTIONS,
+    DTYPES,
+    SEGMENT_RETURNS,
+    SEGMENT_STEPS,
+    STATE,
+    STATE_DTYPE,
+    lengths,
+)
 
 Array = NDArray[np.float64]
-STATE = "state_"
+Arrays = Mapping[str, NDArray[Any]]
 
 
 @dataclass(frozen=True)
-class Recorded:
-    """One episode that is to be replayed.
+class TraceRequest:
+    """An episode of the audit sample: its row of the log, and the path of its trace."""
 
-    ``actions`` (L, …) float32; ``returns`` (S,) the claimed sum of rewards of each segment of K steps;
-    ``states`` by name, (S − 1, …): the state one step before each segment but the first.
+    path: str
+    task: Task
+    seed: int
+    length: int
+    return_: float
+    terminated: bool
+
+
+@dataclass(frozen=True)
+class RecordedEpisode:
+    """An episode to replay.
+
+    ``actions`` (L, …) float32; ``returns`` (S,) the recorded return of each segment of K steps; ``states`` by
+    name, (S − 1, …): the state one step before each segment but the first.
     """
 
     where: str
@@ -43,53 +63,89 @@ class Recorded:
     @property
     def segment_steps(self) -> int:
         """K."""
-        return segments(self.task).steps
+        return self.task.body.segments.steps
 
 
-@dataclass(frozen=True)
-class Row:
-    """The log's row of an episode, and where its trace lies."""
+def trace_requests(log: Log, data: bytes) -> Iterator[TraceRequest]:
+    """The episodes of a log's audit sample.
 
-    path: str
-    task: Task
-    seed: int
-    length: int
-    return_: float
-    terminated: bool
-
-
-def rows(log: Log, data: bytes) -> Iterator[Row]:
-    """The rows that the log's own digest chooses for the audit sample."""
+    Args:
+        log: a log without problems.
+        data: the bytes of its file, which select the sample.
+    """
     tasks = {task.id: task for task in log.group.tasks}
-    index = {key: position for position, key in enumerate(log.cell)}
-    for one in audit_sample(log.protocol, data, log.runs, log.group.tasks):
-        at = index[one.run, one.stage, one.task, one.episode]
-        name = trace_name(log.protocol, one.run, one.stage, tasks[one.task].name, one.episode)
-        yield Row(
-            f"{log.group.name}/traces/{name}",
-            TASKS[one.task],
-            int(log.seed[at]),
-            int(log.length[at]),
-            float(log.return_[at]),
-            bool(log.terminated[at]),
+    indices = {key: index for index, key in enumerate(log.episode_keys)}
+    for audited in audit_sample(log.protocol, data, log.runs, log.group.tasks):
+        task = tasks[audited.task]
+        index = indices[audited.run, audited.stage, audited.task, audited.episode]
+        name = trace_name(log.protocol, audited.run, audited.stage, task.name, audited.episode)
+        yield TraceRequest(
+            f"{log.group.name}/{TRACES}/{name}",
+            task,
+            int(log.seed[index]),
+            int(log.length[index]),
+            float(log.return_[index]),
+            bool(log.terminated[index]),
         )
 
 
-def recorded(folder: Folder, row: Row) -> Recorded | Problem:
-    """The episode with its trace, or what is wrong with the trace."""
-    if not folder.has(row.path):
-        hint = "Put the traces that docs/rollout-log.md asks for beside the log."
-        return Problem("trace-missing", row.path, "The audit sample asks for this trace.", hint)
+def read_trace(folder: Folder, request: TraceRequest) -> RecordedEpisode | Problem:
+    """The episode with its trace, or the first problem of the trace."""
+    if request.path not in folder.files:
+        hint = "Add the traces of the audit sample, as described in docs/rollout-log.md."
+        return Problem("trace-missing", request.path, "The audit sample needs this trace.", hint)
     try:
-        arrays = read(folder.read(row.path))
+        arrays = read(folder.read(request.path))
     except OSError:
         arrays = None
-    fault = "It cannot be read." if arrays is None else _fault(arrays, row)
-    if arrays is None or fault:
-        return Problem("trace-malformed", row.path, fault, "Record it as docs/rollout-log.md says.")
-    states = {name.removeprefix(STATE): values for name, values in arrays.items() if name.startswith(STATE)}
-    facts = (row.path, row.task, row.seed, row.length, row.terminated)
-    return Recorded(*facts, arrays["actions"], arrays["segment_returns"], states)
+    error = "The file cannot be read." if arrays is None else next(_errors(arrays, request), "")
+    if arrays is None or error:
+        hint = "Record the trace as described in docs/rollout-log.md."
+        return Problem("trace-malformed", request.path, error, hint)
+    return RecordedEpisode(
+        request.path,
+        request.task,
+        request.seed,
+        request.length,
+        request.terminated,
+        arrays[ACTIONS],
+        arrays[SEGMENT_RETURNS],
+        {name.removeprefix(STATE): values for name, values in arrays.items() if name.startswith(STATE)},
+    )
+
+
+def _errors(arrays: Arrays, request: TraceRequest) -> Iterator[str]:
+    """What is wrong with the arrays of a trace, a sentence each."""
+    missing = [name for name in DTYPES if name not in arrays]
+    if missing:
+        yield f"The array {missing[0]!r} is missing."
+        return
+    segment = request.task.body.segments
+    steps = arrays[SEGMENT_STEPS].tolist()
+    if steps != segment.steps:
+        yield f"{SEGMENT_STEPS!r} is {quote(steps)}; it is {segment.steps} for {request.task.base}."
+    expected = lengths(request.length, segment.steps)
+    for name, values in arrays.items():
+        if name == SEGMENT_STEPS:
+            continue
+        key = STATE if name.startswith(STATE) else name
+        if key not in expected:
+            yield f"Unexpected array {quote(name)}."
+            continue
+        yield from _array_errors(name, values, DTYPES.get(key, STATE_DTYPE), expected[key])
+    total = _sum(arrays[SEGMENT_RETURNS].tolist())
+    if not abs(total - request.return_) <= segment.tolerance * max(1.0, abs(request.return_)):
+        yield f"The segment returns sum to {total!r}; the return in the log is {request.return_!r}."
+
+
+def _array_errors(name: str, values: NDArray[Any], dtype: type[np.generic], length: int) -> Iterator[str]:
+    is_flat = name == SEGMENT_RETURNS
+    if values.dtype != dtype or values.shape[:1] != (length,) or (is_flat and values.ndim != 1):
+        shape = f"({length},)" if is_flat else f"({length}, …)"
+        actual = f"{values.dtype} of shape {quote(values.shape)}"
+        yield f"{quote(name)} is {actual}; expected {np.dtype(dtype)} of shape {shape}."
+    elif not np.isfinite(values).all():
+        yield f"{quote(name)} contains a value that is not finite."
 
 
 def _sum(returns: list[float]) -> float:
@@ -97,38 +153,3 @@ def _sum(returns: list[float]) -> float:
         return math.fsum(returns)
     except OverflowError:
         return math.inf
-
-
-def _fault(arrays: dict[str, NDArray[np.generic]], row: Row) -> str:
-    """The first thing that is wrong with a trace's arrays, as a sentence, or nothing."""
-    return next(_faults(arrays, row), "")
-
-
-def _faults(arrays: dict[str, NDArray[np.generic]], row: Row) -> Iterator[str]:
-    steps, tolerance = segments(row.task).steps, segments(row.task).tolerance
-    count = -(-row.length // steps)
-    expected: dict[str, tuple[type[np.generic], int]] = {
-        "actions": (np.float32, row.length),
-        "segment_returns": (np.float64, count),
-    }
-    missing = [name for name in (*expected, "segment_steps") if name not in arrays]
-    if missing:
-        yield f"It lacks {missing[0]!r}."
-        return
-    if arrays["segment_steps"].tolist() != steps:
-        told = shown(arrays["segment_steps"].tolist())
-        yield f"Its segments have {told} steps, those of {row.task.base} have {steps}."
-    expected |= {name: (np.float64, count - 1) for name in arrays if name.startswith(STATE)}
-    for name, (kind, entries) in expected.items():
-        found = arrays[name]
-        flat = name != "segment_returns" or found.ndim == 1
-        if found.dtype != kind or found.shape[:1] != (entries,) or not flat:
-            belongs = f"{entries} {'rows' if flat else 'numbers'} of {np.dtype(kind)} belong there"
-            yield f"{shown(name)} is {found.dtype} of shape {shown(found.shape)}; {belongs}."
-        elif not np.isfinite(found).all():
-            yield f"{shown(name)} holds a value that is not finite."
-    for name in sorted(set(arrays) - set(expected) - {"segment_steps"}):
-        yield f"It holds an unknown array {shown(name)}."
-    total = _sum(arrays["segment_returns"].tolist())
-    if not abs(total - row.return_) <= tolerance * max(1.0, abs(row.return_)):
-        yield f"Its segments' returns sum to {total!r}, the log's row says {row.return_!r}."

@@ -1,4 +1,4 @@
-"""What replay needs of an episode: its actions, and short segments that restart from recorded states."""
+"""A trace: the recorded actions of an episode and the simulator states that replay starts segments from."""
 
 from __future__ import annotations
 
@@ -13,17 +13,27 @@ from numpy.typing import NDArray
 
 Array = NDArray[Any]
 
-
-LEFT_OUT = "derived_"
-"""Saved names that begin so are recomputed by replay's warm-up step."""
+ACTIONS = "actions"
+SEGMENT_STEPS = "segment_steps"
+SEGMENT_RETURNS = "segment_returns"
+STATE = "state_"
+"""Prefix of the arrays that hold states."""
+DERIVED = "derived_"
+"""Prefix of state names that a trace leaves out, because replay's warm-up step recomputes them."""
+DTYPES: dict[str, type[np.generic]] = {
+    ACTIONS: np.float32,
+    SEGMENT_STEPS: np.int64,
+    SEGMENT_RETURNS: np.float64,
+}
+STATE_DTYPE: type[np.generic] = np.float64
 
 
 @dataclass(frozen=True)
 class Trace:
-    """One episode of L steps cut into ⌈L/K⌉ segments.
+    """One episode of L steps, cut into ⌈L/K⌉ segments of K steps.
 
-    ``actions`` (L, …) float32 as applied; ``segment_returns`` (⌈L/K⌉,) float64; ``states`` by name, a row for
-    each segment but the first: the state one step before it starts, at t = K−1, 2K−1, …
+    ``actions`` (L, …) float32, as applied; ``segment_returns`` (⌈L/K⌉,) float64; ``states`` by name,
+    (⌈L/K⌉ − 1, …) float64: the state one step before each segment but the first, at t = K−1, 2K−1, …
     """
 
     actions: Array
@@ -32,26 +42,47 @@ class Trace:
     states: Mapping[str, Array]
 
 
+def lengths(steps: int, segment_steps: int) -> dict[str, int]:
+    """First dimension of each array of an episode; ``STATE`` stands for every state."""
+    segments = -(-steps // segment_steps)
+    return {ACTIONS: steps, SEGMENT_RETURNS: segments, STATE: segments - 1}
+
+
+def is_recorded(state_name: str) -> bool:
+    """Whether a trace holds the state of that name."""
+    return not state_name.startswith(DERIVED)
+
+
 def cut(actions: Array, rewards: Array, states: Sequence[Mapping[str, Array]], segment_steps: int) -> Trace:
-    """The trace of an episode, from its actions and rewards and the states at t = K−1, 2K−1, … (or more)."""
+    """The trace of an episode.
+
+    Args:
+        actions: (L, …), as applied.
+        rewards: (L,).
+        states: the state at t = K−1, 2K−1, …; more than the episode needs are ignored.
+        segment_steps: K.
+    """
     starts = range(0, len(rewards), segment_steps)
-    returns = np.array([math.fsum(rewards[at : at + segment_steps]) for at in starts], np.float64)
-    kept = states[: len(returns) - 1]
-    names = sorted(name for name in (states[0] if states else ()) if not name.startswith(LEFT_OUT))
-    rows = {name: np.stack([np.asarray(state[name], np.float64) for state in kept]) for name in names if kept}
-    return Trace(np.asarray(actions, np.float32), segment_steps, returns, rows)
+    returns = [math.fsum(rewards[start : start + segment_steps]) for start in starts]
+    needed = states[: len(returns) - 1]
+    names = sorted(filter(is_recorded, needed[0])) if needed else []
+    rows = {name: np.stack([np.asarray(state[name], STATE_DTYPE) for state in needed]) for name in names}
+    return Trace(
+        np.asarray(actions, DTYPES[ACTIONS]),
+        segment_steps,
+        np.array(returns, DTYPES[SEGMENT_RETURNS]),
+        rows,
+    )
 
 
 def trace_bytes(trace: Trace) -> bytes:
-    """The npz file's content: the same bytes for the same trace (numpy dates every member 1980-01-01)."""
+    """The content of the .npz file. Equal traces give equal bytes (numpy dates every member 1980-01-01)."""
+    arrays = {
+        ACTIONS: trace.actions,
+        SEGMENT_STEPS: np.array(trace.segment_steps, DTYPES[SEGMENT_STEPS]),
+        SEGMENT_RETURNS: trace.segment_returns,
+        **{f"{STATE}{name}": values for name, values in trace.states.items()},
+    }
     content = io.BytesIO()
-    states = {f"state_{name}": values for name, values in trace.states.items()}
-    np.savez_compressed(
-        content,
-        allow_pickle=False,
-        actions=trace.actions,
-        segment_steps=np.array(trace.segment_steps, np.int64),
-        segment_returns=trace.segment_returns,
-        **states,
-    )
+    np.savez_compressed(content, allow_pickle=False, **arrays)
     return content.getvalue()

@@ -5,167 +5,146 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from gym_extensions.errors import BenchError, reports_mistakes
 
-FEW = 3
-"""So many submissions are shown whole; of more, a line each, and their problems."""
+if TYPE_CHECKING:
+    from gym_extensions.scoring.scorecard.model import Scorecard
+
+MAX_IN_FULL = 3
+"""Up to this many submissions are printed in full; beyond it, one line each plus problems."""
 
 
 def parser() -> argparse.ArgumentParser:
     """The command's arguments."""
-    made = argparse.ArgumentParser(
+    command = argparse.ArgumentParser(
         prog="score",
-        description="Checks submissions, scores them and prints their scorecards.",
-        epilog="Exit status: 0 everything is fine, 1 a submission has problems, 2 the command was misused.",
+        description="Check submissions, score them and print their scorecards.",
+        epilog="Exit status: 0 no problem, 1 a submission has problems, 2 wrong usage.",
     )
-    made.add_argument(
-        "folders", nargs="*", type=Path, metavar="FOLDER", help="a submission, or a folder of submissions"
+    add = command.add_argument
+    add("folders", nargs="*", type=Path, metavar="FOLDER", help="a submission, or a folder of submissions")
+    output = command.add_mutually_exclusive_group()
+    output.add_argument("--json", action="store_true", help="print scorecards as JSON (docs/scorecard.md)")
+    output.add_argument("--csv", action="store_true", help="print one CSV row per metric")
+    output.add_argument("--markdown", action="store_true", help="print Markdown tables")
+    add("--compare", nargs=2, type=Path, metavar=("A", "B"), help="compare two submissions by metric")
+    add("--verify", action="store_true", help="also replay the recorded episodes in the simulator")
+    out_help = (
+        "write scorecards/NAME.json and boards.json to DIR; scorecards of other submissions are removed"
     )
-    form = made.add_mutually_exclusive_group()
-    form.add_argument("--json", action="store_true", help="print the scorecards as JSON (docs/scorecard.md)")
-    form.add_argument("--csv", action="store_true", help="print every metric as a row of CSV")
-    form.add_argument("--markdown", action="store_true", help="print tables in Markdown")
-    made.add_argument(
-        "--compare", nargs=2, type=Path, metavar=("A", "B"), help="compare two submissions, metric by metric"
-    )
-    made.add_argument(
-        "--verify", action="store_true", help="also replay the recorded episodes in the simulator"
-    )
-    made.add_argument(
-        "--out",
-        type=Path,
-        metavar="DIR",
-        help="write scorecards/<name>.json and boards.json here; older scorecards are removed",
-    )
-    made.add_argument(
-        "--cache", type=Path, metavar="DIR", help="keep scorecards here and score only what has changed"
-    )
-    made.add_argument(
-        "--jobs", type=int, metavar="N", help="worker processes (default: one a core, and one more)"
-    )
-    return made
+    add("--out", type=Path, metavar="DIR", help=out_help)
+    add("--jobs", type=int, metavar="N", help="worker processes (default: CPU count + 1)")
+    add("--version", action="version", version=version("gym-extensions"))
+    return command
 
 
-def asked(argv: list[str] | None) -> argparse.Namespace:
-    """The options of a command line; ends the program where they contradict each other."""
-    made = parser()
-    options = made.parse_args(argv)
+def parse_args(argv: list[str] | None) -> argparse.Namespace:
+    """The options of a command line; exits with status 2 where they are wrong."""
+    command = parser()
+    options = command.parse_args(argv)
     if not options.folders and not options.compare:
-        made.error("name at least one FOLDER, or two with --compare")
-    alone = ("folders", "csv", "markdown", "out", "cache", "verify", "jobs")
-    if options.compare and any(getattr(options, name) for name in alone):
-        made.error("--compare takes two submissions, and of the other options --json alone")
+        command.error("name at least one FOLDER, or two with --compare")
+    others = ("folders", "csv", "markdown", "out", "verify", "jobs")
+    if options.compare and any(getattr(options, name) for name in others):
+        command.error("--compare takes two submissions and no other option than --json")
     if options.jobs is not None and options.jobs < 1:
-        made.error("--jobs takes a number from 1")
+        command.error("--jobs takes a number from 1")
     return options
 
 
 def _print(text: str) -> None:
-    """Writes text to standard output as UTF-8, whatever the locale says."""
+    """Writes text to standard output as UTF-8, whatever the locale is."""
     sys.stdout.flush()
     sys.stdout.buffer.write(text.encode())
     sys.stdout.buffer.flush()
 
 
-def _compare(pair: list[Path], as_json: bool) -> int:
-    from gym_extensions.rollouts.folder import submission_folders
+def _compare(paths: list[Path], as_json: bool) -> int:
     from gym_extensions.scoring.leaderboard.compare import compare
-    from gym_extensions.scoring.output import summary as screens
+    from gym_extensions.scoring.output import summary
     from gym_extensions.scoring.output.console import console
-    from gym_extensions.scoring.pipeline.score import score_folder, text
+    from gym_extensions.scoring.pipeline.score import find_submissions, score_folder
 
-    scored = []
-    for path in pair:
-        found = submission_folders([path])
-        if len(found) != 1:
+    cards = []
+    for path in paths:
+        folders = find_submissions([path])
+        if len(folders) != 1:
             hint = "Name two submissions."
-            raise BenchError("bad-compare", f"It holds {len(found)} submissions.", str(path), hint)
-        scored.append(score_folder(found[0]))
-    broken = [card for card in scored if card["problems"]]
-    for card in broken:
-        screens.show_line(console(errors=as_json), card)
-    if broken:
+            raise BenchError("bad-compare", f"It contains {len(folders)} submissions.", str(path), hint)
+        cards.append(score_folder(folders[0]))
+    refused = [card for card in cards if card.problems]
+    for card in refused:
+        summary.show_line(console(errors=as_json), card)
+    if refused:
         return 1
-    compared = compare(*scored)
+    comparison = compare(*cards)
     if as_json:
-        _print(text(compared))
+        _print(comparison.to_json())
     else:
-        screens.show_comparison(console(), compared)
+        summary.show_comparison(console(), comparison)
     return 0
 
 
-def _verified(path: Path, card: dict[str, Any]) -> dict[str, Any]:
-    if card["problems"] or card["trust"] == "reported":
-        return card
-    from gym_extensions.scoring.replay.verify import verified
-
-    found: dict[str, Any] = verified({"submissions": [card]}, [path])["submissions"][0]
-    return found
-
-
 def _score(options: argparse.Namespace) -> int:
-    from gym_extensions.rollouts.folder import submission_folders
-    from gym_extensions.scoring.output import summary as screens
+    from gym_extensions.scoring.output import summary
     from gym_extensions.scoring.output.console import console
     from gym_extensions.scoring.output.tables import csv_text, markdown_text
-    from gym_extensions.scoring.pipeline.batch import Work, cards
+    from gym_extensions.scoring.pipeline import score as pipeline
     from gym_extensions.scoring.pipeline.publish import Publisher
-    from gym_extensions.scoring.pipeline.score import document, text
     from gym_extensions.scoring.references import load_references
 
     references = load_references()
-    folders = submission_folders(options.folders)
-    printed = next((form for form in ("json", "csv", "markdown") if getattr(options, form)), "")
-    out, kept, problems = console(), [], False
-    published = Publisher(options.out, references) if options.out else None
-    known = document([], references)["references"]
-    work = Work(references, options.cache)
-    for path, scored in zip(folders, cards(folders, work, options.jobs), strict=True):
-        card = _verified(path, scored) if options.verify else scored
-        problems = problems or bool(card["problems"])
+    info = pipeline.references_info(references)
+    folders = pipeline.find_submissions(options.folders)
+    as_text = options.json or options.csv or options.markdown
+    publisher = Publisher(options.out, references) if options.out else None
+    cards: list[Scorecard] = []
+    out, problems = console(), False
+    scorer = pipeline.Scorer(references)
+    for card in pipeline.scorecards(folders, scorer, options.jobs, options.verify):
+        problems = problems or bool(card.problems)
         try:
-            if printed:
-                kept.append(card)
-            elif len(folders) > FEW:
-                screens.show_line(out, card)
+            if as_text:
+                cards.append(card)
+            elif len(folders) > MAX_IN_FULL:
+                summary.show_line(out, card)
             else:
-                screens.show(out, card, known)
+                summary.show(out, card, info)
         except BrokenPipeError:
-            if not published:
+            if not publisher:
                 raise
-            _nobody_reads()
-        if published:
-            published.add(card)
-    if published:
-        published.finish(options.jobs)
-    if printed:
-        forms = {"json": text, "csv": csv_text, "markdown": markdown_text}
-        _print(forms[printed](document(kept, references)))
+            _discard_output()
+        if publisher:
+            publisher.add(card)
+    if publisher:
+        publisher.finish()
+    if as_text:
+        document = pipeline.scorecard_document(cards, references)
+        _print(document.to_json() if options.json else (csv_text if options.csv else markdown_text)(document))
     return 1 if problems else 0
 
 
-def _nobody_reads() -> None:
-    """Lets everything that is still printed go nowhere."""
+def _discard_output() -> None:
+    """Sends what is still printed to the null device."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 @reports_mistakes
 def main(argv: list[str] | None = None) -> int:
-    """Runs the command; gives the exit status."""
-    options = asked(argv)
+    """Runs the command and returns the exit status."""
+    options = parse_args(argv)
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")
     try:
         return _compare(options.compare, options.json) if options.compare else _score(options)
     except BrokenPipeError:
-        _nobody_reads()
+        _discard_output()
         return 1
     except OSError as error:
-        place = str(error.filename or "")
-        raise BenchError(
-            "not-written", f"{error.strerror or error}.", place, "Choose another place."
-        ) from error
+        message, path = f"{error.strerror or error}.", str(error.filename or "")
+        raise BenchError("not-written", message, path, "Choose another folder for --out.") from error

@@ -1,4 +1,4 @@
-"""Frozen floors and ceilings, and the normalised return: 0 is looking at nothing, 1 the reference."""
+"""Frozen floors and ceilings, which normalize returns: 0 ignores observations, 1 is the reference agent."""
 
 from __future__ import annotations
 
@@ -11,56 +11,60 @@ from pathlib import Path
 
 REFERENCES = Path(__file__).parent / "references_data"
 CURRENT = "provisional"
-"""The benchmark version whose references normalise every score; another one is another benchmark version."""
+"""The benchmark version whose references normalize every score."""
 
 
 @dataclass(frozen=True)
 class Reference:
-    """A task's floor and ceiling in raw returns; an open task has no ceiling, nobody having learned it."""
+    """A task's floor and ceiling in raw returns; a task that no agent has learned has no ceiling.
+
+    Raises:
+        ValueError: a solved task without a ceiling above its floor, or an unsolved one with a ceiling.
+    """
 
     floor: float
     ceiling: float | None
-    open: bool
+    unsolved: bool
 
     def __post_init__(self) -> None:
-        scored = self.ceiling is not None and math.isfinite(self.ceiling) and self.ceiling > self.floor
-        if (
-            not math.isfinite(self.floor)
-            or (self.open and self.ceiling is not None)
-            or not (self.open or scored)
-        ):
-            raise ValueError(f"A reference is open without a ceiling, or has one above its floor: {self}.")
+        solved = self.ceiling is not None and math.isfinite(self.ceiling) and self.ceiling > self.floor
+        if not math.isfinite(self.floor) or not (self.ceiling is None if self.unsolved else solved):
+            raise ValueError(
+                f"A reference is unsolved without a ceiling, or has a ceiling above its floor: {self}."
+            )
 
-    def normalised(self, value: float) -> float:
-        """(value − floor) / (ceiling − floor), not clipped; raises ValueError for an open task."""
-        if self.ceiling is None:
-            raise ValueError("An open task has no normalised return.")
-        return (value - self.floor) / (self.ceiling - self.floor)
+    def normalize(self, value: float) -> float:
+        """(value − floor) / (ceiling − floor), not clipped; raises ValueError for an unsolved task."""
+        return self.normalize_all([value])[0]
 
-    def all_normalised(self, values: Iterable[float]) -> list[float]:
-        """Every value normalised; raises ValueError for an open task."""
+    def normalize_all(self, values: Iterable[float]) -> list[float]:
+        """Every value normalized; raises ValueError for an unsolved task."""
         if self.ceiling is None:
-            raise ValueError("An open task has no normalised return.")
+            raise ValueError("An unsolved task has no normalized return.")
         floor, span = self.floor, self.ceiling - self.floor
         return [(value - floor) / span for value in values]
 
 
 @dataclass(frozen=True)
 class References:
-    """The references of one benchmark version by task id; ``digest`` pins the file's bytes."""
+    """The references of one benchmark version by task id; ``digest`` is the SHA-256 of their file."""
 
     version: str
     provisional: bool
     tasks: dict[str, Reference]
     digest: str = ""
 
-    def lacking(self, task_ids: Sequence[str]) -> list[str]:
-        """The tasks that have no reference."""
+    def missing(self, task_ids: Sequence[str]) -> list[str]:
+        """The tasks without a reference."""
         return [task for task in task_ids if task not in self.tasks]
 
 
 def parse_references(data: bytes) -> References:
-    """The references of a JSON file of format 1, which docs/metrics.md describes."""
+    """The references of a JSON file of format 1 (docs/metrics.md).
+
+    Raises:
+        ValueError: another format.
+    """
     document = json.loads(data)
     if document.get("format") != 1:
         raise ValueError("References have format 1.")
@@ -68,7 +72,7 @@ def parse_references(data: bytes) -> References:
         name: Reference(
             floor=float(row["floor"]["mean"]),
             ceiling=None if row["ceiling"] is None else float(row["ceiling"]["mean"]),
-            open=bool(row["open"]),
+            unsolved=bool(row["unsolved"]),
         )
         for name, row in document["tasks"].items()
     }
@@ -77,7 +81,7 @@ def parse_references(data: bytes) -> References:
 
 
 def load_references(version: str = CURRENT) -> References:
-    """The references of a benchmark version; without tasks where its file has not been made yet."""
+    """The references of a benchmark version; without tasks where its file does not exist."""
     path = REFERENCES / f"{version}.json"
     if not path.exists():
         return References(version, True, {})

@@ -12,16 +12,18 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from gym_extensions.errors import BenchError
-from gym_extensions.site import glossary
+from gym_extensions.scoring.metrics.definitions import BY_NAME
+from gym_extensions.scoring.metrics.paper_table import COLUMNS
+from gym_extensions.scoring.scorecard.model import ScorecardDocument
 from gym_extensions.site.charts import heatmap as heat
 from gym_extensions.site.charts import performance_profile as profiles
 from gym_extensions.site.charts import small_multiples as panels
 from gym_extensions.site.charts import strip_plot as charts
-from gym_extensions.site.document import Json
 from gym_extensions.site.page import Leaderboard, pages
 from gym_extensions.site.text import labels as words
 from gym_extensions.site.text import numbers as numerals
 from gym_extensions.site.views import board as boards
+from gym_extensions.site.views import trial as trials
 
 HERE = Path(__file__).parent
 MARK = ".gym-extensions-site"
@@ -45,17 +47,19 @@ def environment() -> Environment:
     made.globals.update(
         boards=boards,
         charts=charts,
-        glossary=glossary,
         heat=heat,
         panels=panels,
         profiles=profiles,
+        metrics=BY_NAME,
+        paper_columns=COLUMNS,
+        trials=trials,
         words=words,
         numerals=numerals,
     )
     return made
 
 
-def files(document: Json) -> Iterator[tuple[str, str]]:
+def files(document: ScorecardDocument) -> Iterator[tuple[str, str]]:
     """Every file of the site as (path, text), in the order of the pages."""
     leaderboard = Leaderboard(document)
     registry = pages()
@@ -75,7 +79,7 @@ def files(document: Json) -> Iterator[tuple[str, str]]:
         yield f"static/{path.name}", path.read_text(encoding="utf-8")
 
 
-def build(document: Json, out: Path) -> Path:
+def build(document: ScorecardDocument, out: Path) -> Path:
     """Writes the site to ``out`` and gives the path of its index: all of it, or the folder stays as it was.
 
     Raises:

@@ -14,12 +14,10 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from gym_extensions.errors import BenchError, reports_mistakes
-from gym_extensions.rollouts.folder import submission_folders
+from gym_extensions.errors import reports_mistakes
 from gym_extensions.scoring.output.summary import show_line
 from gym_extensions.scoring.pipeline.score import score_folders
 from gym_extensions.site.build import build
-from gym_extensions.site.document import Json
 from gym_extensions.site.page import Leaderboard
 from gym_extensions.site.text import labels as words
 from gym_extensions.site.views.board import Board
@@ -44,24 +42,9 @@ def arguments() -> argparse.ArgumentParser:
     return parser
 
 
-def scored(paths: Sequence[Path], verify: bool) -> Json:
-    """The scorecard document of the submissions; with ``verify`` each as far trusted as its replay allows."""
-    document = score_folders(paths)
-    if not verify:
-        return document
-    # Loads the simulator, which scoring and pages otherwise never do.
-    from gym_extensions.scoring.replay.verify import verified
-
-    cards: list[Json] = []
-    for folder, card in zip(submission_folders(list(paths)), document["submissions"], strict=True):
-        replayable = not card["problems"] and card["trust"] != "reported"
-        cards += verified({"submissions": [card]}, [folder])["submissions"] if replayable else [card]
-    return document | {"submissions": cards}
-
-
 def chapter(board: Board) -> str:
-    """What a board's table is headed by: protocol, budget, and whether the task is told."""
-    return f"{board.protocol}, budget {board.budget}{', told the task' if board.told else ''}"
+    """What a board's table is headed by: protocol, budget, and whether agents observe the task."""
+    return f"{board.protocol}, budget {board.budget}{', task-conditioned' if board.task_conditioned else ''}"
 
 
 def table(title: str, boards: Sequence[Board]) -> Table:
@@ -91,11 +74,7 @@ def _lead(board: Board) -> tuple[str, str, str, str]:
 def main(argv: list[str] | None = None) -> int:
     """Builds the site; prints the boards, all problems of what is refused (exit status 1), and the place."""
     chosen = arguments().parse_args(argv)
-    missing = [path for path in chosen.submissions if not path.exists()]
-    if missing:
-        hint = "Name a submission, or a folder of submissions."
-        raise BenchError("no-such-folder", "There is no such folder.", where=str(missing[0]), hint=hint)
-    document = scored(chosen.submissions, chosen.verify)
+    document = score_folders(chosen.submissions, verify=chosen.verify)
     index = build(document, chosen.out)
     leaderboard = Leaderboard(document)
     # What strangers wrote is printed literally, and never stops the output in a narrow encoding.
@@ -105,7 +84,7 @@ def main(argv: list[str] | None = None) -> int:
     for title, boards in groupby(leaderboard.boards, key=chapter):
         console.print(table(title, tuple(boards)))
         console.print()
-    refused = [card for card in document["submissions"] if card["problems"]]
+    refused = [card for card in document.submissions if card.problems]
     if refused:
         console.print("Refused, and on no board until every problem is gone:")
     for card in refused:

@@ -12,36 +12,36 @@ from functools import cached_property
 
 from gym_extensions.errors import BenchError
 from gym_extensions.scoring.leaderboard.board import boards as scored_boards
-from gym_extensions.site.document import Entry, Json, Version
-from gym_extensions.site.parse import entries, version
+from gym_extensions.scoring.leaderboard.model import BoardsDocument
+from gym_extensions.scoring.scorecard.model import ReferencesInfo, Scorecard, ScorecardDocument
 from gym_extensions.site.views.board import Board, boards
 
 
 @dataclass(frozen=True)
 class Leaderboard:
-    """All that pages are made from: the scorecard document, read once."""
+    """What pages are made from: the scorecards and their boards."""
 
-    document: Json
+    document: ScorecardDocument
 
     @cached_property
-    def entries(self) -> tuple[Entry, ...]:
+    def entries(self) -> tuple[Scorecard, ...]:
         """Every submission, by name."""
-        return entries(self.document)
+        return tuple(sorted(self.document.submissions, key=lambda card: card.name))
 
     @cached_property
-    def references(self) -> Version:
-        """The references that all scores stand on."""
-        return version(self.document)
+    def references(self) -> ReferencesInfo:
+        """The references that normalize all scores."""
+        return self.document.references
 
     @cached_property
     def boards(self) -> tuple[Board, ...]:
         """Every board, in the order of the index."""
-        return boards(self.scored, self.entries)
+        return boards(self.scored.boards, self.entries)
 
     @cached_property
-    def scored(self) -> list[Json]:
+    def scored(self) -> BoardsDocument:
         """The scorer's boards of all submissions that are not refused."""
-        return list(scored_boards([card for card in self.document["submissions"] if not card["problems"]]))
+        return scored_boards([card for card in self.document.submissions if not card.problems])
 
     @cached_property
     def addresses(self) -> dict[str, str]:

@@ -1,18 +1,20 @@
-"""From an agent to a submission: its rows, its bytes, what is added and what is refused."""
+"""The files of a submission: their content, adding runs, and runs that cannot be added."""
 
 from __future__ import annotations
 
 import csv
 import shutil
 import tomllib
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+from gym_extensions.baselines import Card, train
 from gym_extensions.baselines.algorithms.random import Random
-from gym_extensions.baselines.train import train
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.protocol import evaluation_seed
@@ -30,8 +32,8 @@ def rows(path: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(file))
 
 
-def test_a_sequential_log_has_every_cell_with_the_prescribed_seeds(trpo_submission):
-    found = rows(trpo_submission / "hopper-gravity/sequential.csv")
+def test_a_sequential_log_has_every_cell_with_the_prescribed_seeds(trpo_submission: Path) -> None:
+    logged = rows(trpo_submission / "hopper-gravity/sequential.csv")
     expected = [
         (str(stage), task, str(episode), str(evaluation_seed(GROUP.id, task, episode)), published(task))
         for stage in range(6)
@@ -39,20 +41,22 @@ def test_a_sequential_log_has_every_cell_with_the_prescribed_seeds(trpo_submissi
         for episode in range(20)
     ]
     columns = ("stage", "task", "episode", "seed", "fingerprint")
-    assert [tuple(row[name] for name in columns) for row in found] == expected
+    assert [tuple(row[name] for name in columns) for row in logged] == expected
 
 
-def test_every_stage_is_trained_and_joint_training_takes_all_tasks(trpo_submission):
-    found = rows(trpo_submission / "hopper-gravity/curves.csv")
-    sequential = {(row["task"], int(row["step"])) for row in found if row["protocol"] == "sequential"}
+def test_every_stage_is_trained_and_joint_training_takes_all_tasks(trpo_submission: Path) -> None:
+    points = rows(trpo_submission / "hopper-gravity/curves.csv")
+    sequential = {(row["task"], int(row["step"])) for row in points if row["protocol"] == "sequential"}
     assert {task for task, _ in sequential} == set(GROUP.task_ids)
     assert max(step for _, step in sequential) <= 1000 * 1.02
-    joint = {(row["task"], int(row["step"])) for row in found if row["protocol"] == "joint"}
+    joint = {(row["task"], int(row["step"])) for row in points if row["protocol"] == "joint"}
     assert {task for task, _ in joint} == set(GROUP.task_ids)
     assert 4000 < max(step for _, step in joint) <= 5000 * 1.02
 
 
-def test_the_audit_sample_is_what_the_log_chooses_and_holds_the_logged_returns(trpo_submission):
+def test_the_log_selects_the_audit_sample_and_its_traces_have_the_logged_returns(
+    trpo_submission: Path,
+) -> None:
     folder = trpo_submission / "hopper-gravity"
     log = folder / "sequential.csv"
     sample = audit_sample("sequential", log.read_bytes(), [0], GROUP.tasks)
@@ -67,8 +71,8 @@ def test_the_audit_sample_is_what_the_log_chooses_and_holds_the_logged_returns(t
             assert sum(trace["segment_returns"]) == pytest.approx(float(line["return"]), abs=1e-9)
 
 
-def test_the_sample_has_an_episode_for_each_column_of_the_table():
-    # T = 5: five of R[5][j] and five of R[j][j]; R[5][5] stands in both columns and gives two.
+def test_the_sample_has_an_episode_of_each_column_of_the_table() -> None:
+    # T = 5: five of R[5][j] and five of R[j][j]; R[5][5] is in both columns and gives two.
     cells = audited_cells("sequential", GROUP.tasks)
     assert len(cells) == 10
     assert cells.count((5, GROUP.tasks[4])) == 2
@@ -78,40 +82,42 @@ def test_the_sample_has_an_episode_for_each_column_of_the_table():
     assert len(audit_sample("single", b"log", [0], GROUP.tasks)) == 5
 
 
-def test_the_manifest_says_what_was_run(trpo_submission):
-    found = tomllib.loads((trpo_submission / "submission.toml").read_text())
-    assert found["protocol"] == {"budget": "smoke", "algorithm": "trpo", "evaluation": "sampled"}
-    assert found["hyperparameters"]["hidden"] == [100, 50, 25]
+def test_the_manifest_describes_the_run(trpo_submission: Path) -> None:
+    manifest = tomllib.loads((trpo_submission / "submission.toml").read_text())
+    assert manifest["protocol"] == {"budget": "smoke", "algorithm": "trpo", "evaluation": "sampled"}
+    assert manifest["hyperparameters"]["hidden"] == [100, 50, 25]
     # Policy 11-100-50-25-3 and three log σ; value function 11-64-64-1.
     policy, value = 12 * 100 + 101 * 50 + 51 * 25 + 26 * 3 + 3, 12 * 64 + 65 * 64 + 65
-    assert found["memory"] == {
+    assert manifest["memory"] == {
         "stored_steps": 250,
         "parameters_first": policy + value,
         "parameters_last": policy + value,
     }
-    assert found["versions"]["mujoco"] == "4.0.0"
+    assert manifest["versions"]["mujoco"] == "4.0.0"
 
 
-def test_made_again_in_other_processes_the_files_are_the_same(random_submission, tmp_path):
+def test_worker_processes_write_the_same_files(random_submission: Path, tmp_path: Path) -> None:
     train("random", "hopper-gravity", "single", "smoke", [0], out=tmp_path / "again", jobs=2)
     assert digests(tmp_path / "again") == digests(random_submission)
 
 
-def test_runs_added_later_give_the_files_of_one_go(random_submission, tmp_path):
-    shutil.copytree(random_submission, tmp_path / "grown")
-    train("random", "hopper-gravity", "single", "smoke", [1], out=tmp_path / "grown")
-    train("random", "hopper-gravity", "single", "smoke", [0, 1], out=tmp_path / "once")
-    assert digests(tmp_path / "grown") == digests(tmp_path / "once")
+def test_adding_a_run_later_writes_the_files_of_training_both_at_once(
+    random_submission: Path, tmp_path: Path
+) -> None:
+    shutil.copytree(random_submission, tmp_path / "added")
+    train("random", "hopper-gravity", "single", "smoke", [1], out=tmp_path / "added")
+    train("random", "hopper-gravity", "single", "smoke", [0, 1], out=tmp_path / "together")
+    assert digests(tmp_path / "added") == digests(tmp_path / "together")
 
 
-def test_a_finished_run_is_not_run_again(random_submission, tmp_path):
+def test_a_finished_run_is_not_repeated(random_submission: Path, tmp_path: Path) -> None:
     shutil.copytree(random_submission, tmp_path / "same")
-    announced = []
-    train("random", "hopper-gravity", "single", "smoke", 0, out=tmp_path / "same", announce=announced.append)
-    assert announced == [{}]
+    plans: list[Mapping[str, int]] = []
+    train("random", "hopper-gravity", "single", "smoke", 0, out=tmp_path / "same", on_plan=plans.append)
+    assert plans == [{}]
 
 
-def test_what_the_author_wrote_stays(random_submission, tmp_path):
+def test_values_that_the_author_edited_stay(random_submission: Path, tmp_path: Path) -> None:
     out = tmp_path / "mine"
     shutil.copytree(random_submission, out)
     path = out / "submission.toml"
@@ -121,55 +127,60 @@ def test_what_the_author_wrote_stays(random_submission, tmp_path):
     )
     path.write_text(text)
     train("random", "hopper-gravity", "single", "smoke", 1, out=out)
-    found = tomllib.loads(path.read_text())
-    assert (found["title"], found["authors"]) == ("Dice", ["A. Person"])
-    assert found["code"]["url"] == "https://example.org"
+    manifest = tomllib.loads(path.read_text())
+    assert (manifest["title"], manifest["authors"]) == ("Dice", ["A. Person"])
+    assert manifest["code"]["url"] == "https://example.org"
 
 
-def test_runs_without_their_traces_take_no_further_run(random_submission, tmp_path):
+def test_a_run_cannot_be_added_if_traces_are_missing(random_submission: Path, tmp_path: Path) -> None:
     out = tmp_path / "cloned"
     shutil.copytree(random_submission, out, ignore=shutil.ignore_patterns(".progress"))
-    with pytest.raises(BenchError) as told:
+    with pytest.raises(BenchError) as error:
         train("random", "hopper-gravity", "single", "smoke", 1, out=out)
-    assert str(told.value) == (
+    assert str(error.value) == (
         f"{out / '.progress/hopper-gravity/traces'}: No run can be added to hopper-gravity/single.csv: run 0 "
-        "lacks traces. Put the complete set back there, or train all runs in another --out."
+        "lacks traces. Restore all its traces, or train all runs in another --out."
     )
 
 
 MIXED = [
-    (("still", "smoke"), "protocol.algorithm is 'random' in this submission and 'still' in the run."),
-    (("random", "100k"), "protocol.budget is 'smoke' in this submission and '100k' in the run."),
+    (("zero", "smoke"), "protocol.algorithm is 'random' in this submission and 'zero' in the new run."),
+    (("random", "100k"), "protocol.budget is 'smoke' in this submission and '100k' in the new run."),
 ]
 
 
-@pytest.mark.parametrize(("asked", "message"), MIXED)
-def test_a_submission_is_one_algorithm_at_one_budget(random_submission, asked, message):
-    agent, budget = asked
-    with pytest.raises(BenchError) as told:
+@pytest.mark.parametrize(("run", "message"), MIXED)
+def test_a_submission_has_one_algorithm_and_one_budget(
+    random_submission: Path, run: tuple[str, str], message: str
+) -> None:
+    agent, budget = run
+    with pytest.raises(BenchError) as error:
         train(agent, "hopper-gravity", "single", budget, 0, out=random_submission)
-    assert str(told.value) == (
+    assert str(error.value) == (
         f"{random_submission / 'submission.toml'}: {message} "
-        "A submission is one algorithm at one budget with one set of settings; choose another --out."
+        "A submission has one algorithm, one budget and one set of hyperparameters; choose another --out."
     )
 
 
-def test_other_lanes_are_another_setting(random_submission):
+def test_the_number_of_training_environments_is_a_hyperparameter(random_submission: Path) -> None:
     with pytest.raises(
-        BenchError, match=r"hyperparameters\.lanes is None in this submission and 3 in the run"
+        BenchError, match=r"hyperparameters\.num_envs is None in this submission and 3 in the new run"
     ):
-        train("random", "hopper-gravity", "single", "smoke", 1, out=random_submission, lanes=3)
+        train("random", "hopper-gravity", "single", "smoke", 1, out=random_submission, num_envs=3)
+
+
+MIXED_TUPLE: dict[str, Any] = {"train_freq": (8, "step")}
 
 
 class Tupled(Random):
     """An agent whose card has a tuple, which TOML writes as a list."""
 
-    def card(self):
-        return replace(super().card(), hyperparameters={"train_freq": (8, "step")})
+    def card(self) -> Card:
+        return replace(super().card(), hyperparameters=MIXED_TUPLE)
 
 
-def test_a_setting_that_is_a_tuple_is_the_same_setting_later(tmp_path):
+def test_a_tuple_equals_itself_when_a_run_is_added(tmp_path: Path) -> None:
     for run in (0, 1):
         train(Tupled, "hopper-gravity", "single", "smoke", run, out=tmp_path / "tupled", jobs=0)
-    found = tomllib.loads((tmp_path / "tupled" / "submission.toml").read_text())
-    assert found["hyperparameters"]["train_freq"] == [8, "step"]
+    manifest = tomllib.loads((tmp_path / "tupled" / "submission.toml").read_text())
+    assert manifest["hyperparameters"]["train_freq"] == [8, "step"]

@@ -1,4 +1,4 @@
-"""The recorder: what counts as a step, what is clipped, where the curve has points, what is refused."""
+"""The recorder counts transitions, clips actions, records the curve and enforces the budget."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from gym_extensions.errors import BenchError
 
 
 class Counting(gym.vector.VectorEnv[Any, Any, Any]):
-    """Lanes whose episodes last ``lengths[lane]`` steps of reward 1; keeps the actions it was given."""
+    """Environments with episodes of ``lengths[i]`` steps of reward 1. Stores actions and seeds."""
 
     def __init__(self, lengths: list[int]) -> None:
         self.num_envs, self.lengths = len(lengths), np.array(lengths)
         self.single_observation_space = gym.spaces.Box(-1, 1, (1,))
         self.single_action_space = gym.spaces.Box(-0.5, 0.5, (1,))
         self.metadata = {"autoreset_mode": gym.vector.AutoresetMode.NEXT_STEP}
-        self.given: list[Any] = []
+        self.received: list[Any] = []
         self.seeds: list[Any] = []
 
     def reset(self, *, seed: Any = None, options: Any = None) -> Any:
@@ -34,7 +34,7 @@ class Counting(gym.vector.VectorEnv[Any, Any, Any]):
         return np.zeros((self.num_envs, 1)), {}
 
     def step(self, actions: Any) -> Any:
-        self.given.append(actions)
+        self.received.append(actions)
         self.at = np.where(self.over, 0, self.at + 1)
         rewards = np.where(self.over, 0.0, 1.0)
         self.over = self.at == self.lengths
@@ -45,77 +45,83 @@ def recorded(lengths: list[int], steps: int, *, batch: int = 10, tasks: tuple[st
     return Recorder(Counting(lengths), tasks, steps=steps, batch_steps=batch, seed=3)
 
 
+def received_by(recorder: Recorder) -> Counting:
+    assert isinstance(recorder.env, Counting)
+    return recorder.env
+
+
 def run(recorder: Recorder, vector_steps: int) -> None:
     recorder.reset()
     for _ in range(vector_steps):
         recorder.step(np.zeros((recorder.num_envs, 1)))
 
 
-def test_the_step_that_resets_a_lane_counts_nothing():
+def test_the_step_that_resets_an_environment_is_not_counted() -> None:
     recorder = recorded([2, 5], steps=100)
     run(recorder, 6)
-    # Lane 0: two steps, a reset, two steps, a reset. Lane 1: five steps, a reset.
+    # Environment 0: two steps, a reset, two steps, a reset. Environment 1: five steps, a reset.
     assert recorder.taken == 4 + 5
 
 
-def test_actions_are_clipped_to_the_space_in_its_own_type():
+def test_actions_are_clipped_and_cast_to_the_dtype_of_the_action_space() -> None:
     recorder = recorded([5, 5], steps=100)
     recorder.reset()
     recorder.step(np.array([[2.0], [-0.25]]))
-    given = recorder.env.given[0]
-    assert given.tolist() == [[0.5], [-0.25]]
-    assert given.dtype == np.float32
+    received = received_by(recorder).received[0]
+    assert received.tolist() == [[0.5], [-0.25]]
+    assert received.dtype == np.float32
 
 
-def test_the_curve_has_the_mean_return_of_the_episodes_ended_since_the_last_point():
+def test_a_point_is_the_mean_return_of_the_episodes_that_ended_since_the_last_point() -> None:
     recorder = recorded([2, 5], steps=100, batch=5)
     run(recorder, 6)
     recorder.flush()
-    # Five steps are taken after the third row of actions: lane 0 has ended once (return 2). In the sixth row
-    # lane 1 is reset; lane 0's second episode and lane 1's first have ended: (2 + 5) / 2.
+    # Five steps are taken after the third row of actions: environment 0 has ended once (return 2). In the
+    # sixth row environment 1 is reset; its first and the other's second episode have ended: (2 + 5) / 2.
     assert recorder.points == [Point("a", 5, 2.0), Point("a", 9, 3.5)]
 
 
-def test_each_task_of_joint_training_has_its_own_points():
+def test_each_task_of_joint_training_has_its_own_points() -> None:
     recorder = recorded([2, 4, 2, 4], steps=100, batch=100, tasks=("a", "b"))
     run(recorder, 4)
     recorder.flush()
     assert recorder.points == [Point("a", 14, 2.0), Point("b", 14, 4.0)]
 
 
-def test_episodes_of_a_thousand_steps_in_the_quick_budgets_lanes_give_a_long_enough_curve():
+def test_the_100k_budget_gives_enough_points_for_episodes_of_1000_steps() -> None:
     plan = budget("100k")
     steps = plan.steps_for("halfcheetah-gravity")
-    recorder = recorded([1000] * plan.lanes, steps=steps, batch=plan.batch_steps)
+    recorder = recorded([1000] * plan.num_envs, steps=steps, batch=plan.batch_steps)
     recorder.reset()
     while recorder.taken < steps:
-        recorder.step(np.zeros((plan.lanes, 1)))
+        recorder.step(np.zeros((plan.num_envs, 1)))
     recorder.flush()
     assert len(recorder.points) >= CURVE_POINTS
 
 
-def test_an_agent_may_exceed_its_budget_by_two_percent_and_no_more():
+def test_an_agent_may_exceed_its_budget_by_two_percent() -> None:
     recorder = recorded([1000], steps=100)
     run(recorder, 102)
-    with pytest.raises(BenchError) as told:
+    with pytest.raises(BenchError) as error:
         for _ in range(10):
             recorder.step(np.zeros((1, 1)))
-    assert str(told.value) == (
-        "learn: The agent took 103 training steps of a budget of 100. "
-        "Stop after the steps that learn() is given; at most 2% more are allowed."
+    assert str(error.value) == (
+        "learn(): The agent took 103 training steps; its budget is 100. "
+        "Stop after the number of steps passed to learn(); 2% more are allowed."
     )
 
 
-def test_the_agent_does_not_choose_the_seeds_of_its_training():
+def test_the_agent_cannot_choose_the_seeds_of_its_training() -> None:
     mine, other = recorded([5], steps=100), recorded([5], steps=100)
     mine.reset(seed=1)
     other.reset(seed=2)
     other.reset()
-    assert mine.env.seeds[0] == other.env.seeds[0]
-    assert other.env.seeds[1] != other.env.seeds[0]
+    seeds = received_by(other).seeds
+    assert received_by(mine).seeds[0] == seeds[0]
+    assert seeds[1] != seeds[0]
 
 
-def test_a_lane_that_is_reset_by_mask_takes_real_steps_at_once():
+def test_an_environment_that_is_reset_by_mask_takes_transitions_at_once() -> None:
     recorder = recorded([2, 5], steps=100)
     run(recorder, 2)
     recorder.reset(options={"reset_mask": np.array([True, False])})

@@ -12,7 +12,7 @@ import pytest
 
 from gym_extensions.baselines.algorithms import trpo
 from gym_extensions.baselines.training.recorder import Recorder
-from gym_extensions.envs import make_batch
+from gym_extensions.envs import make_vec
 
 STEPS, BATCH, LANES, SEEDS = 40_000, 2_000, 8, range(5)
 ACTIONS = 3
@@ -28,7 +28,7 @@ def late(recorder: Recorder) -> float:
 
 
 def recorder_of(seed: int) -> Recorder:
-    return Recorder(make_batch("Hopper", LANES), ["Hopper"], steps=STEPS, batch_steps=BATCH, seed=seed)
+    return Recorder(make_vec("Hopper", LANES), ["Hopper"], steps=STEPS, batch_steps=BATCH, seed=seed)
 
 
 def ours(seed: int) -> float:

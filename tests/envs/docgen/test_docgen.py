@@ -1,51 +1,56 @@
-"""The pages of docs/environments and ``envs show``: made from the catalog, and right."""
+"""The pages of docs/environments and ``envs show``."""
 
 from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from gymnasium.spaces import Box
 
-from gym_extensions.catalog.registry import TASKS, task
+from gym_extensions import envs
+from gym_extensions.catalog.registry import TASKS, VERSIONS, task
 from gym_extensions.envs import cli, make
-from gym_extensions.envs.docgen.descriptions import SENTENCES, differences
+from gym_extensions.envs.docgen.descriptions import differences
 from gym_extensions.envs.docgen.pages import pages
-from gym_extensions.envs.docgen.prose import HISTORY, PROSE
-from gym_extensions.envs.docgen.summary import sheet
+from gym_extensions.envs.docgen.summary import summary
 from gym_extensions.envs.docgen.tables import action_fields, indexed, observation_fields
+from gym_extensions.envs.make import construct_mujoco
 
 DOCS = Path(__file__).parents[3] / "docs" / "environments"
 PAGES = pages()
-ONE_A_BASE = list({row.base: row.id for row in TASKS.values()}.values())
+ONE_PER_BASE = list({row.base: row.id for row in TASKS.values()}.values())
 
 
 @pytest.mark.parametrize("name", sorted(PAGES))
-def test_a_committed_page_is_the_one_that_the_catalog_makes(name: str) -> None:
+def test_the_committed_page_is_up_to_date(name: str) -> None:
     assert (DOCS / name).read_text() == PAGES[name], "run `gym-extensions envs docs`"
 
 
-def test_every_picture_that_a_page_shows_is_committed_and_no_other() -> None:
+def test_exactly_the_pictures_on_the_pages_are_committed() -> None:
     shown = {name for text in PAGES.values() for name in re.findall(r"\(pictures/([^)]+)\)", text)}
     committed = {path.name for path in (DOCS / "pictures").iterdir()}
     assert shown == committed
     assert {"hopperbigfoot.png", "humanoidsmallhand.png", "halfcheetahwall.png", "map9.png"} <= shown
 
 
-@pytest.mark.parametrize("task_id", ONE_A_BASE)
-def test_the_tables_describe_as_many_numbers_as_there_are(task_id: str) -> None:
+@pytest.mark.parametrize("task_id", ONE_PER_BASE)
+def test_the_tables_have_as_many_entries_as_the_spaces(task_id: str) -> None:
     env = make(task_id)
-    observed = sum(field.count for field in observation_fields(task(task_id)))
-    assert observed == (0 if env.observation_space.shape == (120, 160, 3) else env.observation_space.shape[0])
+    count = sum(field.count for field in observation_fields(task(task_id)))
+    observations, action_space = env.observation_space, env.action_space
+    assert isinstance(observations, Box) and isinstance(action_space, Box)
+    assert count == (0 if observations.shape == (120, 160, 3) else observations.shape[0])
     actions = action_fields(task(task_id))
-    np.testing.assert_allclose([field.low for field in actions], env.action_space.low)
-    np.testing.assert_allclose([field.high for field in actions], env.action_space.high)
+    np.testing.assert_allclose(np.array([field.low for field in actions]), action_space.low)
+    np.testing.assert_allclose(np.array([field.high for field in actions]), action_space.high)
 
 
-def test_an_entry_of_the_table_is_what_the_index_says() -> None:
+def test_the_entry_at_an_index_has_the_value_that_the_table_describes() -> None:
     rows = dict(indexed(observation_fields(task("HumanoidWall"))))
-    env = make("HumanoidWall").unwrapped
+    env = construct_mujoco("HumanoidWall")
     seen, _ = env.reset(seed=0)
     assert rows["0"].meaning == "height of the torso"
     assert seen[0] == env.data.qpos[2]
@@ -58,44 +63,60 @@ def test_an_entry_of_the_table_is_what_the_index_says() -> None:
     assert list(rows)[-1] == "357"
 
 
-def test_every_variation_has_a_sentence_and_every_base_its_prose() -> None:
+def test_every_published_variation_has_a_sentence_of_its_own() -> None:
     for row in TASKS.values():
-        assert len(differences(row)) == len(row.variations)
-        assert row.base in PROSE
-        assert row.version in HISTORY
-    assert {type(variation) for row in TASKS.values() for variation in row.variations} == set(SENTENCES)
+        sentences = differences(row)
+        assert len(sentences) == len(row.variations)
+        assert row.version in VERSIONS
+        for variation, sentence in zip(row.variations, sentences, strict=True):
+            assert repr(variation) not in sentence
 
 
 @pytest.mark.parametrize(
     ("name", "sentence"),
     [
-        ("HopperGravityHalf", "Gravity -4.905 m/s², 0.5 times -9.81."),
+        ("HopperGravityHalf", "Gravity -4.905 m/s² (0.5 × -9.81)."),
         (
             "HalfCheetahBigTorso",
-            "Torso: radius and mass times 1.25 (radius: torso 0.046 → 0.0575 m; mass 4.663 → 5.828 kg).",
+            "Torso: radius and mass × 1.25 (radius: torso 0.046 → 0.0575 m; mass 4.663 → 5.828 kg).",
         ),
         (
             "HumanoidWall",
-            "A wall of 0.4 × 10 × 0.5 m (deep, wide, tall), without friction, its top at 0.375 m, "
-            "its centre at x ~ U(1.8, 3.8) m, y 0, drawn at reset.",
+            "A wall of 0.4 × 10 × 0.5 m (depth × width × height), without friction, its top at 0.375 m, "
+            "its center at x ~ U(1.8, 3.8) m, y 0, drawn at reset.",
         ),
     ],
 )
-def test_a_difference_is_told_in_numbers(name: str, sentence: str) -> None:
+def test_the_sentence_of_a_difference_has_numbers(name: str, sentence: str) -> None:
     assert sentence in differences(task(name))
 
 
-def test_show_prints_every_fact(capsys: pytest.CaptureFixture[str]) -> None:
+def test_show_prints_the_summary(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["show", "StrikerMovingStart"]) == 0
-    told = capsys.readouterr().out
-    assert told == sheet(task("StrikerMovingStart")) + "\n"
+    text = capsys.readouterr().out
+    assert text == summary(task("StrikerMovingStart")) + "\n"
     for fact in ("100 steps", "striker-v0", "x ~ U(0.43, 0.55)", "motor of r_wrist_roll_joint", "-3 … 3"):
-        assert fact in told
-    assert "smallest distance of ball and goal" in told
-    assert "22     z of the goal" in told
+        assert fact in text
+    assert "smallest distance between ball and goal" in text
+    assert "22     z of the goal" in text
 
 
 def test_docs_writes_the_pages(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["docs", "--out", str(tmp_path)]) == 0
     assert {path.name for path in tmp_path.iterdir()} == set(PAGES)
     assert capsys.readouterr().out == f"{len(PAGES)} pages and 0 pictures written to {tmp_path}.\n"
+
+
+def test_the_example_of_the_python_api_runs() -> None:
+    code = re.findall(r"```python\n(.*?)```", PAGES["README.md"], flags=re.DOTALL)
+    names: dict[str, Any] = {}
+    for block in code:
+        exec(compile(block, "docs/environments/README.md", "exec"), names)
+    assert names["envs"].num_envs == 8
+    assert [row.name for row in names["envs"].tasks[:2]] == ["Hopper.Gravity-0.8", "Hopper"]
+    assert names["env"].spec.max_episode_steps == 500
+
+
+def test_the_public_names_are_documented() -> None:
+    assert {"make", "make_vec", "group", "customize"} <= set(envs.__all__)
+    assert all(getattr(envs, name).__doc__ for name in envs.__all__)

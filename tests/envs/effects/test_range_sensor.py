@@ -1,4 +1,4 @@
-"""The range sensor: where the beams go, and what they read."""
+"""The range sensor: directions and readings of the beams."""
 
 from __future__ import annotations
 
@@ -8,14 +8,16 @@ import mujoco
 import numpy as np
 import pytest
 
+from gym_extensions.catalog.bodies import body as body_named
 from gym_extensions.catalog.variations.obstacles import Wall
 from gym_extensions.envs import make
 from gym_extensions.envs.effects import range_sensor as sensor
+from gym_extensions.envs.make import construct_mujoco
 
 
 @pytest.mark.parametrize("body", ["Hopper", "Walker2d", "HalfCheetah", "Humanoid"])
 def test_readings_agree_with_mujocos_ray_and_frames_at_100_random_poses(body: str) -> None:
-    env = make(f"{body}Wall").unwrapped
+    env = construct_mujoco(f"{body}Wall")
     generator = np.random.default_rng(8)
     box = env.model.geom("wall")
     hits = 0
@@ -82,29 +84,29 @@ def test_a_reading_is_the_distance_over_ten_metres(
 ) -> None:
     beams = np.tile(direction, (10, 1))
     half_sizes = np.array(Wall().half_sizes)
-    found = sensor.readings(np.array(origin), beams, np.array([2.0, 0.0, 0.125]), half_sizes)
-    assert found == pytest.approx(np.full(10, reading), abs=1e-12)
+    readings = sensor.readings(np.array(origin), beams, np.array([2.0, 0.0, 0.125]), half_sizes)
+    assert readings == pytest.approx(np.full(10, reading), abs=1e-12)
 
 
-def test_many_lanes_at_once_read_bit_for_bit_as_one_and_in_0_to_1_over_100000_poses() -> None:
+def test_readings_of_100000_poses_are_in_0_to_1_and_equal_single_readings() -> None:
     generator = np.random.default_rng(1)
     count = 100_000
     walls = np.stack([generator.uniform(-5, 5, count), np.zeros(count), np.full(count, 0.125)], axis=1)
     for body, nq in (("Hopper", 3), ("Humanoid", 7), ("HumanoidStandup", 7)):
         qpos = generator.normal(0, 1, (count, nq))
-        fan = sensor.FANS[body]
+        fan = sensor.fan_of(body_named(body))
         half_sizes = np.array(Wall(0.8).half_sizes)
-        together = sensor.readings(*fan(qpos, 0.0), walls, half_sizes)
-        assert together.min() == 0
-        assert 0 < together.max() <= 1
-        for lane in range(0, count, 997):
-            alone = sensor.readings(*fan(qpos[lane], 0.0), walls[lane], half_sizes)
-            np.testing.assert_array_equal(alone, together[lane])
+        combined = sensor.readings(*fan(qpos, 0.0), walls, half_sizes)
+        assert combined.min() == 0
+        assert 0 < combined.max() <= 1
+        for index in range(0, count, 997):
+            single = sensor.readings(*fan(qpos[index], 0.0), walls[index], half_sizes)
+            np.testing.assert_array_equal(single, combined[index])
 
 
 @pytest.mark.parametrize("name", ["HumanoidStandupAndRunWall"])
 def test_lying_bodies_look_along_the_worlds_x_whatever_their_attitude(name: str) -> None:
-    env = make(name).unwrapped
+    env = construct_mujoco(name)
     env.reset(seed=0)
     wall = env.data.mocap_pos[0, 0]
     for quaternion in ([1, 0, 0, 0], [0.5, 0.5, -0.5, 0.5], [0, 0, 0, 2]):
@@ -118,7 +120,7 @@ def test_lying_bodies_look_along_the_worlds_x_whatever_their_attitude(name: str)
 
 
 def test_a_straight_hopper_sees_the_wall_with_one_or_two_beams() -> None:
-    env = make("HopperWall").unwrapped
+    env = construct_mujoco("HopperWall")
     env.reset(seed=0)
     for x in np.linspace(1.8, 3.8, 41):
         env.data.mocap_pos[0, 0] = x

@@ -1,14 +1,18 @@
-"""Walls: the box in the way of a body that is otherwise its base."""
+"""Walls: their box, position and contacts; everything else is the base body."""
 
 from __future__ import annotations
+
+from typing import Any
 
 import mujoco
 import numpy as np
 import pytest
 from scipy import stats
 
+from gym_extensions.catalog.variations.base import Variation
 from gym_extensions.catalog.variations.obstacles import RangeSensor, SensorNoise, Wall
 from gym_extensions.envs import make
+from gym_extensions.envs.make import construct_mujoco
 from gym_extensions.errors import BenchError
 
 BODIES = ("Hopper", "Walker2d", "HalfCheetah", "Humanoid")
@@ -20,7 +24,7 @@ WALLS = [f"{body}Wall" for body in (*BODIES, "HumanoidStandupAndRun")]
 
 @pytest.mark.parametrize("name", WALLS)
 def test_the_wall_is_the_box_of_the_specification(name: str) -> None:
-    env = make(name).unwrapped
+    env = construct_mujoco(name)
     env.reset(seed=3)
     wall = env.model.geom("wall")
     x = env.data.mocap_pos[0, 0]
@@ -36,7 +40,7 @@ def test_the_wall_is_the_box_of_the_specification(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["HopperWall", "HalfCheetahWall"])
 def test_the_walls_x_is_uniform_over_2000_resets(name: str) -> None:
-    env = make(name).unwrapped
+    env = construct_mujoco(name)
     env.reset(seed=0)
     drawn = []
     for _ in range(2000):
@@ -51,7 +55,7 @@ def test_the_walls_x_is_uniform_over_2000_resets(name: str) -> None:
 
 @pytest.mark.parametrize("body", (*BODIES, "HumanoidStandup", "HumanoidStandupAndRun"))
 def test_with_a_sensor_a_body_is_bit_for_bit_its_base_with_ten_zeros(body: str) -> None:
-    base, sensing = make(body), make(f"{body}WithSensor")
+    base, sensing = construct_mujoco(body), construct_mujoco(f"{body}WithSensor")
     seen, expected = sensing.reset(seed=5)[0], base.reset(seed=5)[0]
     generator = np.random.default_rng(0)
     for _ in range(60):
@@ -64,7 +68,7 @@ def test_with_a_sensor_a_body_is_bit_for_bit_its_base_with_ten_zeros(body: str) 
 
 @pytest.mark.parametrize("body", BODIES)
 def test_with_a_wall_a_body_starts_and_moves_as_its_base_until_it_touches(body: str) -> None:
-    base, walled = make(body), make(f"{body}Wall")
+    base, walled = construct_mujoco(body), construct_mujoco(f"{body}Wall")
     expected, seen = base.reset(seed=5)[0], walled.reset(seed=5)[0]
     assert seen.shape == (SIZES[body],) == walled.observation_space.shape
     for _ in range(5):
@@ -77,7 +81,7 @@ def test_with_a_wall_a_body_starts_and_moves_as_its_base_until_it_touches(body: 
 
 @pytest.mark.parametrize("body", BODIES)
 def test_a_wall_changes_neither_mass_nor_extent_of_the_model(body: str) -> None:
-    base, walled = make(body).unwrapped.model, make(f"{body}Wall").unwrapped.model
+    base, walled = construct_mujoco(body).model, construct_mujoco(f"{body}Wall").model
     assert walled.body_mass.sum() == base.body_mass.sum()
     assert walled.stat.extent == base.stat.extent
     np.testing.assert_array_equal(walled.stat.center, base.stat.center)
@@ -86,7 +90,7 @@ def test_a_wall_changes_neither_mass_nor_extent_of_the_model(body: str) -> None:
 
 @pytest.mark.parametrize("body", BODIES)
 def test_a_body_at_the_wall_is_pushed_back_without_friction(body: str) -> None:
-    env = make(f"{body}Wall").unwrapped
+    env = construct_mujoco(f"{body}Wall")
     env.reset(seed=0)
     wall = env.model.geom("wall").id
     touching = []
@@ -105,7 +109,7 @@ def test_a_body_at_the_wall_is_pushed_back_without_friction(body: str) -> None:
 
 @pytest.mark.parametrize("name", [*LYING[:2], *(f"{body}WithSensor" for body in BODIES)])
 def test_a_parked_wall_is_out_of_reach(name: str) -> None:
-    env = make(name).unwrapped
+    env = construct_mujoco(name)
     env.reset(seed=0)
     assert env.data.mocap_pos[0].tolist() == [0, 0, -100]
 
@@ -114,13 +118,13 @@ def test_a_parked_wall_is_out_of_reach(name: str) -> None:
 def test_the_tasks_of_a_wall_group_share_one_layout(body: str) -> None:
     from gym_extensions.envs import group
 
-    models = [make(row).unwrapped.model for row in group(f"{body}-wall").tasks]
+    models = [construct_mujoco(row).model for row in group(f"{body}-wall").tasks]
     sizes = [(model.nq, model.nv, model.nbody, model.ngeom, model.nmocap) for model in models]
     assert len(set(sizes)) == 1
 
 
 def test_humanoids_observation_and_contact_cost_leave_the_wall_out() -> None:
-    env = make("HumanoidWall").unwrapped
+    env: Any = construct_mujoco("HumanoidWall")
     env.reset(seed=0)
     for _ in range(40):
         env.step(np.zeros(17, np.float32))
@@ -140,23 +144,27 @@ def test_humanoids_observation_and_contact_cost_leave_the_wall_out() -> None:
         (
             "Pusher",
             [RangeSensor()],
-            "RangeSensor does not fit Pusher. It fits Hopper, Walker2d, HalfCheetah, Humanoid, "
+            "gym_extensions/Pusher.RangeSensor-v0: RangeSensor does not fit Pusher. "
+            "It fits Hopper, Walker2d, HalfCheetah, Humanoid, "
             "HumanoidStandup, HumanoidStandupAndRun.",
         ),
         (
             "HopperWall",
             [Wall()],
+            "gym_extensions/HopperWall.Wall-0.8-0.4-0.5-0.125-1.8-3.8-False-v0: "
             "The variation Wall is given 2 times. Give it once.",
         ),
         (
             "Hopper",
             [SensorNoise()],
             "gym_extensions/Hopper.SensorNoise-0.05-0.02-v0: "
-            "There is no RangeSensor for SensorNoise to disturb.",
+            "SensorNoise needs a RangeSensor. Add RangeSensor().",
         ),
     ],
 )
-def test_a_variation_that_does_not_fit_is_refused(base: str, variations: list, text: str) -> None:
+def test_a_variation_that_does_not_fit_raises_an_error(
+    base: str, variations: list[Variation], text: str
+) -> None:
     with pytest.raises(BenchError) as caught:
         make(base, variations)
     assert str(caught.value) == text
@@ -168,11 +176,11 @@ def test_a_variation_that_does_not_fit_is_refused(base: str, variations: list, t
         ({"width": 0}, "Wall's width is 0. Give a finite number above 0."),
         (
             {"nearest": 3.0, "farthest": 2.0},
-            "Wall's farthest is 2.0, below its nearest, 3.0. Give the farthest place last.",
+            "Wall's farthest is 2.0 and its nearest 3.0. Give farthest at least as large as nearest.",
         ),
     ],
 )
-def test_an_impossible_wall_is_refused(values: dict, text: str) -> None:
+def test_an_impossible_wall_raises_an_error(values: dict[str, Any], text: str) -> None:
     with pytest.raises(BenchError) as caught:
         Wall(**values)
     assert str(caught.value) == text

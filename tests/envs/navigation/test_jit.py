@@ -1,4 +1,4 @@
-"""Machine code is kept on disk, found again, and never outlives the sources that it was made from."""
+"""Compiled code is cached on disk and recompiled when a source file changes."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def run(root: Path, **environment: str) -> list[str]:
     return done.stdout.split()
 
 
-def test_code_is_found_again_until_a_constant_in_another_file_of_the_same_time_and_size_changes(
+def test_cached_code_is_reused_until_a_constant_in_another_file_changes(
     tmp_path: Path,
 ) -> None:
     copy = shutil.copytree(HERE, tmp_path / "navigation", ignore=shutil.ignore_patterns("__pycache__"))
@@ -49,7 +49,7 @@ def test_code_is_found_again_until_a_constant_in_another_file_of_the_same_time_a
     assert run(tmp_path) == ["True", "0", "1"]
 
 
-def test_where_nothing_can_be_kept_it_is_compiled_all_the_same(tmp_path: Path) -> None:
+def test_functions_are_compiled_even_if_no_cache_can_be_written(tmp_path: Path) -> None:
     shutil.copytree(HERE, tmp_path / "navigation", ignore=shutil.ignore_patterns("__pycache__"))
     # Files stand where numba would make its folders, so that neither can be made, not even by root.
     (tmp_path / "navigation" / "__pycache__").write_text("", encoding="ascii")

@@ -1,4 +1,4 @@
-"""The ten maps and their thirty goals, as files and as what the drawing rule gives."""
+"""The ten maps and their thirty goals, as files and as the generator draws them."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_goals_are_cell_centres_clear_of_obstacles_and_apart(number: int) -> Non
     assert all(math.dist(*pair) >= 150 for pair in itertools.combinations(centres, 2))
 
 
-def test_there_are_thirty_goals_and_no_two_maps_alike() -> None:
+def test_there_are_thirty_goals_and_all_maps_differ() -> None:
     assert sorted(goals()) == [(number, goal) for number in MAPS for goal in range(3)]
     assert len({map_bytes(number) for number in MAPS}) == 10
 
@@ -67,7 +67,7 @@ def test_the_first_line_of_a_map_is_its_top() -> None:
 
 
 @pytest.mark.parametrize("lines", [[], ["##", "#"], ["#x"]])
-def test_a_map_of_another_shape_or_character_is_refused(lines: list[str]) -> None:
+def test_a_map_of_another_shape_or_character_raises_an_error(lines: list[str]) -> None:
     with pytest.raises(ValueError, match="a map is lines of equal length"):
         parse(lines)
 
@@ -76,7 +76,7 @@ def test_the_committed_files_are_what_the_rule_draws() -> None:
     assert draw_maps.main(["--check"]) == 0
 
 
-def test_the_command_names_files_that_differ_and_writes_them_anew(
+def test_the_command_lists_files_that_differ_and_writes_them_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     texts = draw_maps.drawn_files()
@@ -86,7 +86,7 @@ def test_the_command_names_files_that_differ_and_writes_them_anew(
     assert draw_maps.main(["--check"]) == 0
     (tmp_path / "map3.txt").write_text("#", encoding="ascii")
     assert draw_maps.main(["--check"]) == 1
-    assert capsys.readouterr().err == "not as drawn: map3.txt\n"
+    assert capsys.readouterr().err == "files that differ: map3.txt\n"
     assert draw_maps.main([]) == 0
     assert (tmp_path / "map3.txt").read_bytes() == map_bytes(3)
 

@@ -1,4 +1,4 @@
-"""Points and segments against closed cells, on maps drawn by hand and against exact fractions."""
+"""Points and segments on closed cells: maps drawn by hand, and a comparison with exact fractions."""
 
 from __future__ import annotations
 
@@ -119,7 +119,9 @@ def test_motion_agrees_with_exact_fractions_on_random_moves() -> None:
     assert collisions > 40
 
 
-def step(arena: Arena, start: tuple[float, float], action: tuple[float, float]) -> tuple[list, float, bool]:
+def step(
+    arena: Arena, start: tuple[float, float], action: tuple[float, float]
+) -> tuple[list[float], float, bool]:
     world = World([arena], "state")
     world.place(0, start, "")
     rewards, reached = world.advance(np.array([action], dtype=np.float32), np.zeros(1, dtype=bool))
@@ -152,7 +154,7 @@ def test_a_step_moves_by_the_clipped_action_or_not_at_all(
         ((1000.0, 1000.0), (28.0, 35.0), (5.0, 0.0), -6.0, False),  # a collision
         ((45.0, 15.0), (24.0, 15.0), (1.0, 0.0), 9.0, True),  # to a distance of exactly 20
         ((45.0, 15.0), (23.0, 15.0), (1.0, 0.0), -1.0, False),  # to 21
-        ((27.0, 38.0), (25.0, 15.0), (5.0, 0.0), -1.0, False),  # distance counts at the new position alone
+        ((27.0, 38.0), (25.0, 15.0), (5.0, 0.0), -1.0, False),  # distance counts only at the new position
         (
             (28.0, 35.0),
             (28.0, 35.0),

@@ -1,8 +1,9 @@
-"""What the agents observe: by hand on small maps, and against an independent calculation at random poses."""
+"""Navigation observations: by hand on small maps, and by independent calculation at random poses."""
 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -24,9 +25,7 @@ def blocks(*cells: tuple[int, int]) -> Grid:
     return Grid(solid)
 
 
-def observed(
-    grid: Grid, point: tuple[float, float], family: str, goal: tuple[float, float] = NOWHERE
-) -> np.ndarray:
+def observed(grid: Grid, point: tuple[float, float], family: str, goal: tuple[float, float] = NOWHERE) -> Any:
     world = World([Arena(grid, goal)], family)
     world.place(0, point, "")
     return world.observe()[0]
@@ -80,13 +79,13 @@ def boxes(grid: Grid) -> np.ndarray:
     return np.stack([low, low + 10.0], axis=1)
 
 
-def slab_range(low: np.ndarray, high: np.ndarray, point: np.ndarray, angle: float) -> float:
+def slab_range(low: Any, high: Any, point: Any, angle: float) -> float:
     """The range by the slab test against every obstacle at once; no grid is walked."""
     with np.errstate(divide="ignore"):
         per = 1.0 / np.array([math.cos(angle), math.sin(angle)])
-    one, other = (low - point) * per, (high - point) * per
-    enter, leave = np.minimum(one, other).max(axis=1), np.maximum(one, other).min(axis=1)
-    return min(100.0, enter[(enter <= leave) & (leave >= 0)].min(initial=100.0))
+    near, far = (low - point) * per, (high - point) * per
+    enter, leave = np.minimum(near, far).max(axis=1), np.maximum(near, far).min(axis=1)
+    return float(min(100.0, enter[(enter <= leave) & (leave >= 0)].min(initial=100.0)))
 
 
 def poses(count: int, seed: int) -> list[tuple[int, np.ndarray]]:
@@ -116,7 +115,7 @@ def test_the_closest_obstacle_agrees_with_all_obstacles_at_100_random_poses() ->
         gaps = np.clip(point, low, high) - point
         distances = np.hypot(*gaps.T)
         x, y, distance, bearing = observed(load(number), tuple(point), "state")
-        assert (x, y) == tuple(np.float32(point))
+        assert [x, y] == point.astype(np.float32).tolist()
         assert distance == pytest.approx(distances.min(), abs=1e-5)
         bearings = np.arctan2(gaps[:, 1], gaps[:, 0])[distances <= distances.min() + 1e-9]
         assert bearing == pytest.approx(bearings.min(), abs=1e-5)

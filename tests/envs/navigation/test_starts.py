@@ -1,13 +1,17 @@
-"""Where episodes start."""
+"""The starts of navigation episodes: random, and set by an option."""
 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
-from gym_extensions.envs import make, make_batch
+from gym_extensions.catalog.registry import task
+from gym_extensions.envs import make, make_vec
+from gym_extensions.envs.navigation.build import construct as construct_navigation
 from gym_extensions.envs.navigation.motion import touches
 from gym_extensions.errors import BenchError
 
@@ -16,8 +20,8 @@ ID = f"gym_extensions/{TASK}-v0"
 RESETS = 2000
 
 
-def starts() -> np.ndarray:
-    env = make(TASK).unwrapped
+def starts() -> NDArray[np.float64]:
+    env = construct_navigation(task(TASK))
     env.reset(seed=11)
     drawn = [env.save_state()["position"]]
     for _ in range(RESETS - 1):
@@ -27,46 +31,46 @@ def starts() -> np.ndarray:
 
 
 def test_starts_are_free_at_least_100_from_the_goal_and_uniform() -> None:
-    place, points = make(TASK).unwrapped.arena, starts()
-    goal_x, goal_y = place.goal
+    arena, points = construct_navigation(task(TASK)).arena, starts()
+    goal_x, goal_y = arena.goal
     assert np.hypot(points[:, 0] - goal_x, points[:, 1] - goal_y).min() >= 100
-    assert not any(touches(place.grid.solid, x, y) for x, y in points)
+    assert not any(touches(arena.grid.solid, x, y) for x, y in points)
     # The share of starts in each of 8 x 6 blocks of 80 units is the block's share of the space to start from,
     # which is measured here with a fine lattice of its own. Chi-square, 47 degrees of freedom: 99.9 % lie
     # below 82.7.
     lattice = np.array([(x, y) for x in np.arange(0.5, 640) for y in np.arange(0.5, 480)])
-    cells = place.grid.cells[(lattice[:, 1] // 10).astype(int), (lattice[:, 0] // 10).astype(int)]
+    cells = arena.grid.cells[(lattice[:, 1] // 10).astype(int), (lattice[:, 0] // 10).astype(int)]
     allowed = lattice[~cells & (np.hypot(lattice[:, 0] - goal_x, lattice[:, 1] - goal_y) >= 100)]
-    edges = [np.arange(0, 641, 80), np.arange(0, 481, 80)]
-    share = np.histogram2d(*allowed.T, bins=edges)[0].ravel() / len(allowed)
-    found = np.histogram2d(*points.T, bins=edges)[0].ravel()
-    assert found[share == 0].sum() == 0
+    edges = [np.arange(0.0, 641.0, 80.0), np.arange(0.0, 481.0, 80.0)]
+    share = np.histogram2d(allowed[:, 0], allowed[:, 1], bins=edges)[0].ravel() / len(allowed)
+    counts = np.histogram2d(points[:, 0], points[:, 1], bins=edges)[0].ravel()
+    assert counts[share == 0].sum() == 0
     possible = share > 0
     expected = share[possible] * RESETS
-    assert ((found[possible] - expected) ** 2 / expected).sum() < 82.7
+    assert ((counts[possible] - expected) ** 2 / expected).sum() < 82.7
     # Within the cells too: the places relative to the cell are uniform (9 degrees of freedom, 99.9 %: 27.9).
     for axis in (0, 1):
         places = np.histogram(points[:, axis] % 10, bins=10, range=(0, 10))[0]
         assert ((places - RESETS / 10) ** 2 / (RESETS / 10)).sum() < 27.9
 
 
-def test_a_given_start_is_where_the_episode_starts() -> None:
-    env = make(TASK)
+def test_the_option_start_sets_the_start() -> None:
+    env = construct_navigation(task(TASK))
     point = starts()[0]
     observation, _ = env.reset(options={"start": tuple(point)})
-    assert env.unwrapped.save_state()["position"].tolist() == point.tolist()
+    assert env.save_state()["position"].tolist() == point.tolist()
     assert observation[:2].tolist() == np.float32(point).tolist()
 
 
-def test_a_given_start_may_lie_within_100_units_of_the_goal() -> None:
-    env = make(TASK)
-    goal_x, goal_y = env.unwrapped.arena.goal
+def test_the_option_start_may_be_within_100_units_of_the_goal() -> None:
+    env = construct_navigation(task(TASK))
+    goal_x, goal_y = env.arena.goal
     env.reset(options={"start": (goal_x + 1, goal_y)})
     assert env.step(np.zeros(2, np.float32))[1:3] == (9.0, True)
 
 
 HINT = "Give (x, y) in free space, 0 < x < 640 and 0 < y < 480."
-IN_OBSTACLE = f"{ID}: The start ({{}}) lies in an obstacle or outside the map. {HINT}"
+IN_OBSTACLE = f"{ID}: The start ({{}}) is in an obstacle or outside the map. {HINT}"
 BAD = [
     ((5.0, 5.0), IN_OBSTACLE.format("5, 5")),
     ((10.0, 100.0), IN_OBSTACLE.format("10, 100")),
@@ -80,16 +84,17 @@ BAD = [
 
 
 @pytest.mark.parametrize(("start", "message"), BAD)
-def test_a_start_that_is_not_a_free_point_is_refused(start: object, message: str) -> None:
-    for env in (make(TASK), make_batch(TASK, 2)):
-        with pytest.raises(BenchError) as refused:
+def test_a_start_that_is_not_a_free_point_raises_an_error(start: object, message: str) -> None:
+    environments: list[Any] = [make(TASK), make_vec(TASK, 2)]
+    for env in environments:
+        with pytest.raises(BenchError) as caught:
             env.reset(options={"start": start})
-        assert refused.value.code == "bad-start"
-        assert str(refused.value) == message
+        assert caught.value.code == "bad-start"
+        assert str(caught.value) == message
 
 
-def test_a_block_of_the_map_is_no_start() -> None:
-    cells = make(TASK).unwrapped.arena.grid.cells[1:-1, 1:-1]
+def test_a_start_in_an_obstacle_inside_the_map_raises_an_error() -> None:
+    cells = construct_navigation(task(TASK)).arena.grid.cells[1:-1, 1:-1]
     row, column = np.argwhere(cells)[0] + 1
-    with pytest.raises(BenchError, match="lies in an obstacle"):
+    with pytest.raises(BenchError, match="is in an obstacle"):
         make(TASK).reset(options={"start": (10 * column + 5, 10 * row + 5)})

@@ -1,8 +1,9 @@
-"""The batch gives what the single environments give, bit for bit."""
+"""Vector environments equal the single environments bit for bit."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -12,52 +13,54 @@ from gym_extensions import envs
 from gym_extensions.catalog.registry import TASKS
 from gym_extensions.catalog.task import Task
 from gym_extensions.catalog.variations.actuation import MotorNoise
-from gym_extensions.catalog.variations.base import AtRunTime
+from gym_extensions.catalog.variations.base import RuntimeVariation
 from gym_extensions.catalog.variations.goals import MovingGoal, MovingStart, TrackingGoal
 from gym_extensions.catalog.variations.gravity import Gravity
 from gym_extensions.catalog.variations.morphology import LimbScale
 from gym_extensions.catalog.variations.obstacles import RangeSensor, SensorNoise, Wall
-from gym_extensions.envs.make_vec import lane_seeds
+from gym_extensions.envs.seeding import spawn_seeds
 
 STEPS = 1000
 SEED, SCALE = 5, 1.2
 
 
-def lockstep(tasks: Sequence[str | Task], lanes: int, steps: int, dtype: type = np.float32) -> None:
-    """Steps a batch and single environments side by side and compares every number."""
-    batch = envs.make_batch(tasks, lanes)
-    singles = [envs.make(tasks[lane % len(tasks)]) for lane in range(lanes)]
-    seeds = lane_seeds(SEED, lanes)
-    observations, _ = batch.reset(seed=SEED)
-    firsts = [env.reset(seed=own)[0] for env, own in zip(singles, seeds, strict=True)]
+def assert_bitwise_equal(
+    tasks: Sequence[str | Task], num_envs: int, steps: int, dtype: type = np.float32
+) -> None:
+    """Steps a vector environment and single environments and compares every number."""
+    vector: Any = envs.make_vec(tasks, num_envs)
+    singles: list[Any] = [envs.make(tasks[index % len(tasks)]) for index in range(num_envs)]
+    seeds = spawn_seeds(SEED, num_envs)
+    observations, _ = vector.reset(seed=SEED)
+    firsts = [env.reset(seed=seed)[0] for env, seed in zip(singles, seeds, strict=True)]
     assert np.array_equal(observations, firsts)
     generator = np.random.default_rng(SEED)
-    space = batch.single_action_space
+    space = vector.single_action_space
     assert isinstance(space, gym.spaces.Box)
-    ended = [False] * lanes
+    ended = [False] * num_envs
     for step in range(steps):
-        drawn = generator.uniform(SCALE * space.low, SCALE * space.high, (lanes, *space.shape))
-        actions = drawn.astype(dtype)
-        given = batch.step(actions)
-        for lane, env in enumerate(singles):
-            wanted = (env.reset()[0], 0.0, False, False) if ended[lane] else env.step(actions[lane])[:4]
-            ended[lane] = bool(wanted[2] or wanted[3])
-            for part, single in zip(given[:4], wanted, strict=True):
-                assert np.array_equal(part[lane], single), (step, lane)
+        drawn = generator.uniform(SCALE * space.low, SCALE * space.high, (num_envs, *space.shape))
+        actions: Any = drawn.astype(dtype)
+        result = vector.step(actions)
+        for index, env in enumerate(singles):
+            expected = (env.reset()[0], 0.0, False, False) if ended[index] else env.step(actions[index])[:4]
+            ended[index] = bool(expected[2] or expected[3])
+            for part, single in zip(result[:4], expected, strict=True):
+                assert np.array_equal(part[index], single), (step, index)
         if step % 100 == 7 or step == steps - 1:
-            for saved, env in zip(batch.call("save_state"), singles, strict=True):
-                wanted_state = env.unwrapped.save_state()
-                assert saved.keys() == wanted_state.keys()
-                assert all(np.array_equal(saved[name], wanted_state[name]) for name in saved)
-    assert given[0].dtype == observations.dtype == batch.single_observation_space.dtype
-    batch.close()
+            for saved, env in zip(vector.call("save_state"), singles, strict=True):
+                expected_state = env.unwrapped.save_state()
+                assert saved.keys() == expected_state.keys()
+                assert all(np.array_equal(saved[name], expected_state[name]) for name in saved)
+    assert result[0].dtype == observations.dtype == vector.single_observation_space.dtype
+    vector.close()
 
 
 def side_by_side() -> dict[str, list[str]]:
-    """Every published task once, those together that share spaces."""
+    """Every published task, grouped by equal spaces."""
     kinds: dict[str, list[str]] = {}
     for row in TASKS.values():
-        sensor = any(isinstance(own, RangeSensor) for own in row.variations)
+        sensor = any(isinstance(variation, RangeSensor) for variation in row.variations)
         kind = f"{row.base} with sensor" if sensor else row.base
         if row.base != "Navigation":
             kinds.setdefault(kind, []).append(row.id)
@@ -68,11 +71,11 @@ KINDS = side_by_side()
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_batch_of_every_task_is_its_single_environments_bit_for_bit(kind: str) -> None:
-    lockstep(KINDS[kind], lanes=len(KINDS[kind]), steps=STEPS + 10)
+def test_every_published_task(kind: str) -> None:
+    assert_bitwise_equal(KINDS[kind], num_envs=len(KINDS[kind]), steps=STEPS + 10)
 
 
-FREE: dict[str, list[Task]] = {
+CUSTOM: dict[str, list[Task]] = {
     "everything at once on one body": [
         Task(
             "HopperBusy",
@@ -100,19 +103,19 @@ FREE: dict[str, list[Task]] = {
 }
 
 
-@pytest.mark.parametrize("case", FREE)
-def test_a_batch_of_free_tasks_is_their_single_environments_bit_for_bit(case: str) -> None:
-    lockstep(FREE[case], lanes=2 * len(FREE[case]), steps=150)
+@pytest.mark.parametrize("case", CUSTOM)
+def test_custom_tasks(case: str) -> None:
+    assert_bitwise_equal(CUSTOM[case], num_envs=2 * len(CUSTOM[case]), steps=150)
 
 
 @pytest.mark.parametrize("body", ["Hopper", "HalfCheetah", "Humanoid", "Pusher", "Striker"])
-def test_costs_keep_the_precision_of_the_actions(body: str) -> None:
-    lockstep([body], lanes=2, steps=60, dtype=np.float64)
+def test_costs_use_the_precision_of_the_actions(body: str) -> None:
+    assert_bitwise_equal([body], num_envs=2, steps=60, dtype=np.float64)
 
 
-def test_a_variation_unknown_to_the_arrays_is_not_ignored() -> None:
-    class Whim(AtRunTime):
+def test_an_unknown_runtime_variation_is_stepped_through_single_environments() -> None:
+    class Whim(RuntimeVariation):
         """Something new at run time."""
 
-    env = envs.make_batch(Task("HopperWhim", "Hopper", (Whim(),)), 2)
-    assert type(env).__name__ == "OneByOne"
+    env = envs.make_vec(Task("HopperWhim", "Hopper", (Whim(),)), 2)
+    assert type(env).__name__ == "SequentialVectorEnv"

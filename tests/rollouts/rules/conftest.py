@@ -1,4 +1,4 @@
-"""How a broken folder is judged."""
+"""Checks an example of a broken rule."""
 
 from __future__ import annotations
 
@@ -9,23 +9,22 @@ import pytest
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.rollouts.reader import read
 
-from .broken import HALF, Broken, Good, Judge
+from ..examples import HALF, Check, CopySubmission, Example
 
 
 @pytest.fixture
-def judge(good: Good, tmp_path: Path) -> Judge:
-    """Spoils a good folder: the example's rule tells exactly its words, and no other rule is broken."""
+def check(good: CopySubmission, tmp_path: Path) -> Check:
+    """The example's rule reports exactly the expected problems, and only the named other rules are broken."""
 
-    def check(example: Broken) -> None:
+    def compare(example: Example) -> None:
         folder = good(example.group, tmp_path)
-        example.spoil(folder)
+        example.change(folder)
         problems = read(folder if folder.exists() else next(tmp_path.iterdir())).problems
-        told = tuple((one.where, one.message, one.hint) for one in problems if one.rule == example.rule)
-        expected = tuple(
+        findings = tuple((p.where, p.message, p.hint) for p in problems if p.rule == example.rule)
+        assert findings == tuple(
             (where, message.replace("'HALF'", repr(published(HALF))), hint)
-            for where, message, hint in example.told
+            for where, message, hint in example.findings
         )
-        assert told == expected
-        assert {one.rule for one in problems} == {example.rule, *example.also}
+        assert {p.rule for p in problems} == {example.rule, *example.also}
 
-    return check
+    return compare

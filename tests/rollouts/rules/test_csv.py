@@ -1,4 +1,4 @@
-"""Rules about the bytes of a log, before a cell is read."""
+"""Rules about the text of a CSV file."""
 
 from __future__ import annotations
 
@@ -9,58 +9,72 @@ from pathlib import Path
 from gym_extensions.rollouts.episodes import EPISODE_COLUMNS
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.reading.csv_lines import Text
-from gym_extensions.rollouts.rules import broken
+from gym_extensions.rollouts.rules import problems
 
-from .broken import GROUP, HALF, LOG, Broken, Good, Judge, all_of, cell, each, edit, lines, put, row
+from ..examples import (
+    GROUP,
+    HALF,
+    LOG,
+    Check,
+    CopySubmission,
+    Example,
+    all_of,
+    cell,
+    edit,
+    lines,
+    parametrize,
+    put,
+    row,
+)
 
-REWRITE = "Write it with gym_extensions.rollouts.episodes.write_episodes or write_curves."
+REWRITE = "Write the file with gym_extensions.rollouts.episodes.write_episodes or write_curves."
 
-BROKEN = (
-    Broken(
+EXAMPLES = (
+    Example(
         "empty-file",
         "an empty log",
         put(LOG, b""),
         ((LOG, "The file is empty.", "Add the rows, or remove the file."),),
     ),
-    Broken(
+    Example(
         "empty-file",
-        "a header alone",
+        "a header without rows",
         lines(lambda _: []),
-        ((LOG, "The file has a header and no row.", "Add the rows, or remove the file."),),
+        ((LOG, "The file has a header but no rows.", "Add the rows, or remove the file."),),
     ),
-    Broken(
+    Example(
         "byte-order-mark",
         "a log saved by a spreadsheet",
         lambda folder: (folder / LOG).write_bytes(b"\xef\xbb\xbf" + (folder / LOG).read_bytes()),
         (
             (
                 LOG,
-                "The file begins with a byte order mark (EF BB BF).",
-                "Save it as UTF-8 without BOM.",
+                "The file starts with a byte order mark (EF BB BF).",
+                "Save the file as UTF-8 without BOM.",
             ),
         ),
     ),
-    Broken(
+    Example(
         "line-ends",
         "a log saved on Windows",
         lambda folder: (folder / LOG).write_bytes((folder / LOG).read_bytes().replace(b"\n", b"\r\n")),
-        ((LOG, "The file has 1201 carriage returns (\\r).", "Save it with \\n line ends."),),
+        ((LOG, "The file contains 1201 carriage returns (\\r).", "Save the file with \\n line ends."),),
     ),
-    Broken(
+    Example(
         "truncated-file",
-        "a log cut off within a row",
+        "a log that ends within a row",
         lambda folder: (folder / LOG).write_bytes((folder / LOG).read_bytes()[:-30]),
         (
             (
                 f"{LOG}, row 1201",
                 "The last line, '1,5,gym_extensions/HopperGravityOneAndHalf-v0,19,1400010033,1000,5', "
                 "has no line end.",
-                "The file is cut off: copy or write it again.",
+                "The file may be truncated: copy or write it again.",
             ),
         ),
         also=("cell-count",),
     ),
-    Broken(
+    Example(
         "wrong-header",
         "a renamed column",
         edit("terminated", "terminate"),
@@ -73,45 +87,45 @@ BROKEN = (
             ),
         ),
     ),
-    Broken(
+    Example(
         "odd-character",
         "a quoted task",
         edit(HALF, f'"{HALF}"'),
-        ((f"{LOG}, row 2", "The row holds the character '\"'.", REWRITE),),
+        ((f"{LOG}, row 2", "The row contains the character '\"'.", REWRITE),),
     ),
-    Broken(
+    Example(
         "odd-character",
         "five rows, the header among them",
         all_of(edit("run,stage", "run, stage"), *(cell(number, 5, " 1000;") for number in (3, 5, 400, 1201))),
         (
-            (f"{LOG}, row 1", "The row holds the character ' '.", REWRITE),
-            (f"{LOG}, row 3", "The row holds the character ' '.", REWRITE),
-            (f"{LOG}, row 5", "The row holds the character ' '.", REWRITE),
+            (f"{LOG}, row 1", "The row contains the character ' '.", REWRITE),
+            (f"{LOG}, row 3", "The row contains the character ' '.", REWRITE),
+            (f"{LOG}, row 5", "The row contains the character ' '.", REWRITE),
             (LOG, "2 more rows of this file break the same rule.", REWRITE),
         ),
         also=("wrong-header",),
     ),
-    Broken(
+    Example(
         "cell-count",
-        "a row with a cell too few and an empty cell",
+        "a row with a missing cell and an empty cell",
         lambda folder: row(5, lambda cells: cells[:-1])(folder) or cell(7, 6, "")(folder),
         (
-            (f"{LOG}, row 5", "The row has 8 cells; 9 are needed.", "Write every cell of every row."),
-            (f"{LOG}, row 7", "The cell 'return' is empty.", "Write every cell of every row."),
+            (f"{LOG}, row 5", "The row has 8 cells; expected 9.", "Write every cell of every row."),
+            (f"{LOG}, row 7", "Column `return` is empty.", "Write every cell of every row."),
         ),
     ),
 )
 
 
-@each(BROKEN)
-def test_a_broken_folder_breaks_its_rule_and_says_so(example: Broken, judge: Judge) -> None:
-    judge(example)
+@parametrize(EXAMPLES)
+def test_the_rule_reports_these_problems_and_no_other(example: Example, check: Check) -> None:
+    check(example)
 
 
-def test_a_file_of_millions_of_rows_that_cannot_be_read_is_counted_in_little_memory() -> None:
+def test_millions_of_unreadable_rows_are_counted_in_bounded_memory() -> None:
     header = ",".join(EPISODE_COLUMNS).encode()
     tracemalloc.start()
-    found = broken("text", Text(LOG, EPISODE_COLUMNS, header + b"\n" + b"a\n" * 2**22))
+    found = problems("text", Text(LOG, EPISODE_COLUMNS, header + b"\n" + b"a\n" * 2**22))
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert [one.where for one in found] == [*(f"{LOG}, row {row}" for row in (2, 3, 4)), LOG]
@@ -119,7 +133,7 @@ def test_a_file_of_millions_of_rows_that_cannot_be_read_is_counted_in_little_mem
     assert peak < 2**26
 
 
-def test_damaged_logs_are_told_and_never_raise(good: Good, tmp_path: Path) -> None:
+def test_damaged_logs_are_reported_and_never_raise(good: CopySubmission, tmp_path: Path) -> None:
     folder, rng = good(GROUP, tmp_path), random.Random(2)
     (folder / GROUP / "sequential.csv").unlink()
     (folder / GROUP / "curves.csv").unlink()
@@ -130,7 +144,7 @@ def test_damaged_logs_are_told_and_never_raise(good: Good, tmp_path: Path) -> No
         place = rng.randrange(len(damaged))
         damaged[place : place + rng.randrange(4)] = bytes(rng.choices(b"0123456789,.\ne-/true\x00\xff", k=2))
         log.write_bytes(bytes(damaged))
-        # Only a changed digit of a return may pass: what it was is known to replay alone.
+        # A changed digit of a return may pass: only replay can notice it.
         problems = read(folder).problems
         rows = [
             (a, b) for a, b in zip(whole.split(b"\n"), bytes(damaged).split(b"\n"), strict=False) if a != b

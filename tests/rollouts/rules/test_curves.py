@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from .broken import GROUP, Broken, Judge, cell, each, lines
+from ..examples import GROUP, Check, Example, cell, lines, parametrize
 
-BROKEN = (
-    Broken(
+ORDER = "Sort by protocol, run, task in training order and step; every curve counts its steps from 0."
+
+EXAMPLES = (
+    Example(
         "foreign-curve",
         "the curve of a run that is not logged",
         lines(lambda rows: [*rows, "single,2,gym_extensions/Hopper-v0,10,1.0"], f"{GROUP}/curves.csv"),
@@ -13,11 +15,11 @@ BROKEN = (
             (
                 f"{GROUP}/curves.csv, row 242",
                 "single.csv has no run 2.",
-                "Keep the curves of the runs that are logged.",
+                "Include only the curves of logged runs.",
             ),
         ),
     ),
-    Broken(
+    Example(
         "curve-order",
         "a step that goes back",
         cell(4, 3, "10", f"{GROUP}/curves.csv"),
@@ -25,11 +27,11 @@ BROKEN = (
             (
                 f"{GROUP}/curves.csv, row 4",
                 "Step 10 does not follow the row above.",
-                "Sort by protocol, run, task in training order and step; steps count from 0 in every curve.",
+                ORDER,
             ),
         ),
     ),
-    Broken(
+    Example(
         "curve-order",
         "a row of another curve inside a curve",
         lines(lambda rows: [*rows[:3], rows[-1], *rows[3:-1]], f"{GROUP}/curves.csv"),
@@ -37,25 +39,25 @@ BROKEN = (
             (
                 f"{GROUP}/curves.csv, row 5",
                 "Step 1000 does not follow the row above.",
-                "Sort by protocol, run, task in training order and step; steps count from 0 in every curve.",
+                ORDER,
             ),
         ),
     ),
-    Broken(
+    Example(
         "foreign-curve",
-        "a row of no protocol inside a curve",
+        "a row with an unknown protocol inside a curve",
         cell(4, 0, "parallel", f"{GROUP}/curves.csv"),
         (
             (
                 f"{GROUP}/curves.csv, row 4",
-                "There is no protocol 'parallel'.",
-                "Keep the curves of the runs that are logged.",
+                "Unknown protocol 'parallel'.",
+                "Include only the curves of logged runs.",
             ),
         ),
     ),
-    Broken(
+    Example(
         "impossible-curve-return",
-        "a return that no episode can have",
+        "a return outside the bounds of the task",
         lambda folder: [
             cell(number, 4, value, f"{GROUP}/curves.csv")(folder)
             for number, value in ((4, "1e+308"), (5, "-20000.5"))
@@ -63,32 +65,32 @@ BROKEN = (
         tuple(
             (
                 f"{GROUP}/curves.csv, row {number}",
-                f"The return is {value}; an episode of this task gives from -20000 to 20000.",
+                f"Column `return` is {value}; an episode of this task returns -20000 to 20000.",
                 "Write the mean of the undiscounted, unscaled returns of the episodes that ended.",
             )
             for number, value in ((4, "1e+308"), (5, "-20000.5"))
         ),
     ),
-    Broken(
+    Example(
         "curve-not-finite",
         "NaN in a curve",
         cell(4, 4, "nan", f"{GROUP}/curves.csv"),
         (
             (
                 f"{GROUP}/curves.csv, row 4",
-                "The return is nan.",
-                "Leave the row out where no episode ended; find the cause of NaN elsewhere.",
+                "Column `return` is nan; expected a finite number.",
+                "Leave out rows in which no episode ended; find the cause of other NaN or infinite values.",
             ),
         ),
     ),
-    Broken(
+    Example(
         "over-budget",
         "a curve beyond the budget",
         cell(13, 3, "1021", f"{GROUP}/curves.csv"),
         (
             (
                 f"{GROUP}/curves.csv, row 13",
-                "Step 1021 is beyond the budget 'smoke', which is 1000 steps here.",
+                "Step 1021 exceeds the budget 'smoke' of 1000 steps.",
                 "Train within the budget, or name the larger budget in submission.toml.",
             ),
         ),
@@ -96,6 +98,6 @@ BROKEN = (
 )
 
 
-@each(BROKEN)
-def test_a_broken_folder_breaks_its_rule_and_says_so(example: Broken, judge: Judge) -> None:
-    judge(example)
+@parametrize(EXAMPLES)
+def test_the_rule_reports_these_problems_and_no_other(example: Example, check: Check) -> None:
+    check(example)

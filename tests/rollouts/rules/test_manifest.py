@@ -2,94 +2,95 @@
 
 from __future__ import annotations
 
-from .broken import TOML, Broken, Judge, each, edit
+from ..examples import TOML, Check, Example, edit, parametrize
 
-BROKEN = (
-    Broken(
+EXAMPLES = (
+    Example(
         "malformed-toml",
         "a missing quote",
         edit('title = "An entry"', 'title = "An entry', TOML),
         (
             (
                 TOML,
-                "It is not TOML: Illegal character '\\n' (at line 2, column 18).",
-                "Correct that place; the format is at https://toml.io.",
+                "The file is not valid TOML: Illegal character '\\n' (at line 2, column 18).",
+                "Correct the syntax; the format is described at https://toml.io.",
             ),
         ),
     ),
-    Broken(
+    Example(
         "malformed-toml",
-        "bytes that are no UTF-8",
+        "bytes that are not UTF-8",
         lambda folder: (folder / TOML).write_bytes(b"\xff\xfe"),
         (
             (
                 TOML,
-                "It is not TOML: 'utf-8' codec can't decode byte 0xff in position 0: invalid start byte.",
-                "Correct that place; the format is at https://toml.io.",
+                "The file is not valid TOML: 'utf-8' codec can't decode byte 0xff in position 0: "
+                "invalid start byte.",
+                "Correct the syntax; the format is described at https://toml.io.",
             ),
         ),
     ),
-    Broken(
+    Example(
         "unknown-key",
         "a misspelt key",
         edit("[code]", 'tittle = "Another"\n[code]', TOML),
-        ((TOML, "There is no key 'tittle'.", "Did you mean 'title'?"),),
+        ((TOML, "Unknown key 'tittle'.", "Did you mean 'title'?"),),
     ),
-    Broken(
+    Example(
         "unknown-key",
         "a key of another section",
         edit("stored_steps = 2000", "stored_step = 1\nstored_steps = 2000", TOML),
         (
             (
                 f"{TOML}, [memory] stored_step",
-                "There is no key 'stored_step'.",
+                "Unknown key 'stored_step'.",
                 "Did you mean 'stored_steps'?",
             ),
         ),
     ),
-    Broken(
+    Example(
         "missing-key",
-        "what the agent knows is left out",
+        "a missing key",
         edit("boundaries = false\n", "", TOML),
         (
             (
-                f"{TOML}, [knows] boundaries",
+                f"{TOML}, [observes] boundaries",
                 "The key is missing.",
-                "Add boundaries with a value: true or false.",
+                "Add the key boundaries: true or false.",
             ),
         ),
     ),
-    Broken(
+    Example(
         "bad-value",
-        "a text in place of a number",
+        "a string in place of a number",
         edit("stored_steps = 2000", 'stored_steps = "2000"', TOML),
         (
             (
                 f"{TOML}, [memory] stored_steps",
-                "'2000' is not a whole number from 0 to 2⁵³ − 1.",
-                "Give a whole number.",
+                "'2000' is not an integer from 0 to 2⁵³ − 1.",
+                "Write an integer from 0.",
             ),
         ),
     ),
-    Broken(
+    Example(
         "bad-value",
-        "an address that a browser would run",
+        "a URL that a browser would execute",
         edit('url = ""', 'url = "javascript:alert(1)"', TOML),
         (
             (
                 f"{TOML}, [code] url",
-                "'javascript:alert(1)' is not an address that begins with https:// or http://.",
-                "Give a web address, or an empty text.",
+                "'javascript:alert(1)' is not a web address that starts with https:// or http://.",
+                "Write a web address or an empty string.",
             ),
         ),
     ),
-    Broken(
+    Example(
         "bad-value",
-        "another evaluation",
+        "an unknown evaluation",
         edit('"sampled"', '"sample"', TOML),
         ((f"{TOML}, [protocol] evaluation", "The value is 'sample'.", "Did you mean 'sampled'?"),),
     ),
-    Broken(
+    Example(
         "bad-value",
         "a value where a section belongs",
         lambda folder: (
@@ -98,125 +99,125 @@ BROKEN = (
         ),
         ((f"{TOML}, code", "'https://example.org' is not a section.", "Write [code] and its keys."),),
     ),
-    Broken(
-        "unknown-budget",
+    Example(
+        "bad-value",
         "a misspelt budget",
         edit('"smoke"', '"smok"', TOML),
-        ((f"{TOML}, [protocol] budget", "There is no budget 'smok'.", "Did you mean 'smoke'?"),),
+        ((f"{TOML}, [protocol] budget", "The value is 'smok'.", "Did you mean 'smoke'?"),),
     ),
-    Broken(
+    Example(
         "unknown-report",
-        "a table that the project does not keep",
+        "an unknown published table",
         edit("format = 1", 'format = 1\nreported = "henderson2018"', TOML),
-        ((f"{TOML}, reported", "There is no table 'henderson2018'.", "Did you mean 'henderson2017'?"),),
+        ((f"{TOML}, reported", "Unknown table 'henderson2018'.", "Did you mean 'henderson2017'?"),),
         also=("logs-of-a-reported-entry",),
     ),
-    Broken(
+    Example(
         "bad-hyperparameter",
-        "a number of more digits than can be printed",
+        "an integer with too many digits to print",
         edit("step = 0.01", f"step = 0x{'f' * 6000}", TOML),
         (
             (
                 f"{TOML}, [hyperparameters] step",
-                "a number of very many digits is too large.",
-                "Give a text, a finite number, true or false, or a list of them.",
+                "An integer with too many digits to print is too large.",
+                "Write a string, a finite number, true or false, or a list of them.",
             ),
         ),
     ),
-    Broken(
+    Example(
         "malformed-toml",
-        "lists within lists without end",
+        "thousands of nested lists",
         edit("step = 0.01", f"step = {'[' * 5000}", TOML),
         (
             (
                 TOML,
-                "Its tables or lists are nested too deeply.",
-                "At most 8 may stand in one another.",
+                "Tables or lists are nested too deeply.",
+                "Use at most 8 levels.",
             ),
         ),
     ),
-    Broken(
+    Example(
         "malformed-toml",
-        "tables within tables",
+        "thousands of nested tables",
         edit("step = 0.01", f"{'a.' * 3000}step = 0.01", TOML),
-        ((TOML, "Its tables or lists are nested too deeply.", "At most 8 may stand in one another."),),
+        ((TOML, "Tables or lists are nested too deeply.", "Use at most 8 levels."),),
     ),
-    Broken(
+    Example(
         "bad-hyperparameter",
         "a table among the hyperparameters",
         edit("step = 0.01", "step = {first = 1}", TOML),
         (
             (
                 f"{TOML}, [hyperparameters] step",
-                "{'first': 1} is of another kind.",
-                "Give a text, a finite number, true or false, or a list of them.",
+                "{'first': 1} is of type dict.",
+                "Write a string, a finite number, true or false, or a list of them.",
             ),
         ),
     ),
-    Broken(
+    Example(
         "bad-hyperparameter",
-        "lists and texts without end, and lists within lists",
+        "long lists and strings, nested lists, an infinite number",
         edit("step = 0.01", f"a = {[1] * 101}\nb = '{'x' * 4001}'\nc = [[1]]\nd = inf", TOML),
         (
             (
                 f"{TOML}, [hyperparameters] a",
-                f"[{'1, ' * 26}1… has 101 elements; 100 are allowed.",
-                "Give a text, a finite number, true or false, or a list of them.",
+                f"[{'1, ' * 26}1… has 101 elements; the limit is 100.",
+                "Write a string, a finite number, true or false, or a list of them.",
             ),
             (
                 f"{TOML}, [hyperparameters] b",
-                f"'{'x' * 79}… has 4001 characters; 4000 are allowed.",
-                "Give a text, a finite number, true or false, or a list of them.",
+                f"'{'x' * 79}… has 4001 characters; the limit is 4000.",
+                "Write a string, a finite number, true or false, or a list of them.",
             ),
             (
                 f"{TOML}, [hyperparameters] c",
-                "[[1]] is of another kind.",
-                "Give a text, a finite number, true or false, or a list of them.",
+                "[[1]] contains an element of type list.",
+                "Write a string, a finite number, true or false, or a list of them.",
             ),
             (
                 f"{TOML}, [hyperparameters] d",
                 "inf is not finite.",
-                "Give a text, a finite number, true or false, or a list of them.",
+                "Write a string, a finite number, true or false, or a list of them.",
             ),
         ),
     ),
-    Broken(
+    Example(
         "bad-value",
-        "a digest that is none",
+        "a malformed digest",
         edit("[versions]", '[archive]\nurl = ""\nsha256 = "z"\n[versions]', TOML),
         (
             (
                 f"{TOML}, [archive] sha256",
-                "'z' is not 64 digits of 0 to 9 and a to f.",
-                "Give a sha256 in 64 hexadecimal digits, or an empty text.",
+                "'z' is not 64 hexadecimal digits (0 to 9, a to f).",
+                "Write a SHA-256 digest of 64 hexadecimal digits, or an empty string.",
             ),
         ),
     ),
-    Broken(
+    Example(
         "bad-value",
-        "an address whose host is not what it seems",
+        "a URL with user information",
         edit('url = ""', 'url = "https://example.org@example.com/x"', TOML),
         (
             (
                 f"{TOML}, [code] url",
-                "'https://example.org@example.com/x' is not an address that begins with https:// or http://.",
-                "Give a web address, or an empty text.",
+                "'https://example.org@example.com/x' is not a web address that starts with https:// or http://.",
+                "Write a web address or an empty string.",
             ),
         ),
     ),
-    Broken(
+    Example(
         "unknown-key",
         "a key with an escape sequence and one of thousands of letters",
         edit("[code]", f'[code]\n"\\u001b[31m" = 1\n{"k" * 3000} = 1', TOML),
         (
             (
                 f"{TOML}, [code] '\\x1b[31m'",
-                "There is no key '\\x1b[31m'.",
+                "Unknown key '\\x1b[31m'.",
                 "Choose one of: commit, url.",
             ),
             (
                 f"{TOML}, [code] '{'k' * 79}…",
-                f"There is no key '{'k' * 79}….",
+                f"Unknown key '{'k' * 79}….",
                 "Choose one of: commit, url.",
             ),
         ),
@@ -225,6 +226,6 @@ BROKEN = (
 )
 
 
-@each(BROKEN)
-def test_a_broken_folder_breaks_its_rule_and_says_so(example: Broken, judge: Judge) -> None:
-    judge(example)
+@parametrize(EXAMPLES)
+def test_the_rule_reports_these_problems_and_no_other(example: Example, check: Check) -> None:
+    check(example)

@@ -1,4 +1,4 @@
-"""Rules about what a log says was measured: cells, lengths, returns, ends, fingerprints."""
+"""Rules about the measured cells of a log."""
 
 from __future__ import annotations
 
@@ -7,49 +7,54 @@ from pathlib import Path
 
 import pytest
 
-from gym_extensions.catalog.bodies import BOUNDS, bound
 from gym_extensions.catalog.registry import TASKS
 from gym_extensions.catalog.task import Task
 from gym_extensions.rollouts.reader import read
 
-from .broken import LOG, Broken, Judge, cell, each, edit, row
+from ..examples import LOG, Check, Example, cell, edit, parametrize, row
 
 COUNT_STEPS = "Count the steps from the reset to the end of the episode."
 
-BROKEN = (
-    Broken(
+EXAMPLES = (
+    Example(
         "bad-cell",
         "a length with a point and a word for a return",
         lambda folder: cell(3, 5, "1000.0")(folder) or cell(4, 6, "many")(folder),
         (
-            (f"{LOG}, row 3", "The length is '1000.0'.", "Write a whole number."),
-            (f"{LOG}, row 4", "The return is 'many'.", "Write a number."),
+            (f"{LOG}, row 3", "Column `length` is '1000.0'; expected an integer.", "Write an integer."),
+            (f"{LOG}, row 4", "Column `return` is 'many'; expected a number.", "Write a number."),
         ),
     ),
-    Broken(
+    Example(
         "bad-cell",
         "True in place of true",
         cell(3, 7, "True"),
-        ((f"{LOG}, row 3", "The terminated is 'True'.", "Write true or false."),),
+        (
+            (
+                f"{LOG}, row 3",
+                "Column `terminated` is 'True'; expected true or false.",
+                "Write true or false.",
+            ),
+        ),
     ),
-    Broken(
+    Example(
         "not-finite",
         "NaN and infinity",
         lambda folder: cell(2, 6, "nan")(folder) or cell(3, 6, "-inf")(folder),
         (
             (
                 f"{LOG}, row 2",
-                "The return is nan.",
-                "Find what the policy or the sum did there; the row cannot be scored.",
+                "Column `return` is nan; expected a finite number.",
+                "Find the cause in the policy or in the sum of rewards; such an episode cannot be scored.",
             ),
             (
                 f"{LOG}, row 3",
-                "The return is -inf.",
-                "Find what the policy or the sum did there; the row cannot be scored.",
+                "Column `return` is -inf; expected a finite number.",
+                "Find the cause in the policy or in the sum of rewards; such an episode cannot be scored.",
             ),
         ),
     ),
-    Broken(
+    Example(
         "impossible-length",
         "episodes that are too long, empty and negative",
         lambda folder: [
@@ -58,58 +63,59 @@ BROKEN = (
         tuple(
             (
                 f"{LOG}, row {number}",
-                f"The length is {steps}; the task's episodes have 1 to 1000 steps.",
+                f"Column `length` is {steps}; expected 1 to 1000 steps.",
                 COUNT_STEPS,
             )
             for number, steps in ((2, 1001), (3, 0), (4, -5))
         ),
     ),
-    Broken(
+    Example(
         "unfinished-episode",
-        "an episode that nobody ended",
+        "an episode that stops before its end",
         cell(2, 5, "999"),
         (
             (
                 f"{LOG}, row 2",
-                "The episode stops after 999 of 1000 steps and terminated is false.",
-                "Evaluate every episode to its end; write terminated = true where the task ended it.",
+                "The episode ends after 999 of 1000 steps, but `terminated` is false.",
+                "Evaluate every episode to its end; write true in `terminated` if the task ended it.",
             ),
         ),
     ),
-    Broken(
+    Example(
         "impossible-return",
         "a return beyond what the task can give in that many steps",
         row(2, lambda cells: [*cells[:5], "10", "3000.0", "true", cells[8]]),
         (
             (
                 f"{LOG}, row 2",
-                "The return is 3000.0; 10 steps of this task give from -200 to 200.",
+                "Column `return` is 3000.0; expected -200 to 200 in 10 steps of this task.",
                 "Write the undiscounted, unscaled sum of the rewards.",
             ),
         ),
     ),
-    Broken(
+    Example(
         "foreign-fingerprint",
-        "a task of other physics",
+        "the fingerprint of other physics",
         cell(2, 8, "0123456789abcdef"),
         (
             (
                 f"{LOG}, row 2",
-                "The fingerprint is '0123456789abcdef'; gym_extensions/HopperGravityHalf-v0 has 'HALF'.",
+                "Column `fingerprint` is '0123456789abcdef'; expected 'HALF' for "
+                "gym_extensions/HopperGravityHalf-v0.",
                 "Evaluate in this benchmark's environments, with the pinned versions of gymnasium and "
                 "mujoco.",
             ),
         ),
     ),
-    Broken(
+    Example(
         "impossible-end",
-        "HalfCheetah said to have ended an episode",
+        "termination in HalfCheetah",
         cell(2, 7, "true", "halfcheetah-gravity/sequential.csv"),
         (
             (
                 "halfcheetah-gravity/sequential.csv, row 2",
-                "gym_extensions/HalfCheetahGravityHalf-v0 never ends an episode by itself.",
-                "Write terminated = false where the time limit ended the episode.",
+                "Column `terminated` is true, but gym_extensions/HalfCheetahGravityHalf-v0 never terminates.",
+                "Write false in `terminated` if the time limit ended the episode.",
             ),
         ),
         group="halfcheetah-gravity",
@@ -117,9 +123,9 @@ BROKEN = (
 )
 
 
-@each(BROKEN)
-def test_a_broken_folder_breaks_its_rule_and_says_so(example: Broken, judge: Judge) -> None:
-    judge(example)
+@parametrize(EXAMPLES)
+def test_the_rule_reports_these_problems_and_no_other(example: Example, check: Check) -> None:
+    check(example)
 
 
 def test_thousands_of_bad_rows_are_counted_not_listed(submission: Callable[..., Path]) -> None:
@@ -132,5 +138,4 @@ def test_thousands_of_bad_rows_are_counted_not_listed(submission: Callable[..., 
 
 @pytest.mark.parametrize("task", TASKS.values(), ids=lambda task: task.name)
 def test_every_task_has_a_row_of_bounds(task: Task) -> None:
-    assert bound(task) in BOUNDS.values()
-    assert bound(task).low < bound(task).high
+    assert task.body.rewards.low < task.body.rewards.high

@@ -1,4 +1,4 @@
-"""Rules about what the texts of submission.toml show."""
+"""Rules about the characters of the strings in submission.toml."""
 
 from __future__ import annotations
 
@@ -8,28 +8,28 @@ import pytest
 
 from gym_extensions.rollouts.reader import read
 
-from .broken import GROUP, TOML, Broken, Good, Judge, each, edit
+from ..examples import GROUP, TOML, Check, CopySubmission, Example, edit, parametrize
 
-BROKEN = (
+EXAMPLES = (
     *(
-        Broken(
+        Example(
             "empty-title",
             f"a title of {name}",
             edit("An entry", title, TOML),
-            ((f"{TOML}, title", f"The title {title!r} shows nothing.", "Name the entry."),),
+            ((f"{TOML}, title", f"The title {title!r} has no visible character.", "Name the entry."),),
             also=also,
         )
         for name, title, also in (
             ("spaces", "   ", ()),
-            ("a letter without ink", "\u3164", ("control-character",)),
+            ("a letter without a glyph", "\u3164", ("control-character",)),
         )
     ),
     *(
-        Broken(
+        Example(
             "control-character",
-            f"a title that looks like another by {name}",
+            f"a title that looks like another one: {name}",
             edit("An entry", title, TOML),
-            ((f"{TOML}, title", f"The text {title!r} holds an unseen character.", "Remove it."),),
+            ((f"{TOML}, title", f"{title!r} contains a control or invisible character.", "Remove it."),),
         )
         for name, title in (
             ("a space of no width", "TR\u200bPO"),
@@ -39,50 +39,50 @@ BROKEN = (
             ("a mark that joins", "TR\u034fPO"),
         )
     ),
-    Broken(
+    Example(
         "control-character",
-        "a title that runs backwards",
+        "a right-to-left override in the title",
         edit("An entry", "An \\u202eentry", TOML),
         (
             (
                 f"{TOML}, title",
-                "The text 'An \\u202eentry' holds an unseen character.",
+                "'An \\u202eentry' contains a control or invisible character.",
                 "Remove it.",
             ),
         ),
     ),
-    Broken(
+    Example(
         "control-character",
         "an escape sequence in the title",
         edit("An entry", "An \\u001b[31mentry", TOML),
         (
             (
                 f"{TOML}, title",
-                "The text 'An \\x1b[31mentry' holds an unseen character.",
+                "'An \\x1b[31mentry' contains a control or invisible character.",
                 "Remove it.",
             ),
         ),
     ),
-    Broken(
+    Example(
         "control-character",
         "a title of two lines",
         edit("An entry", "An entry\\n  (replayed)", TOML),
         (
             (
                 f"{TOML}, title",
-                "The text 'An entry\\n  (replayed)' holds an unseen character.",
+                "'An entry\\n  (replayed)' contains a control or invisible character.",
                 "Remove it.",
             ),
         ),
     ),
-    Broken(
+    Example(
         "control-character",
         "an escape sequence in a key",
         edit("step = 0.01", '"\\u001b[31mstep" = nan', TOML),
         (
             (
                 f"{TOML}, hyperparameters",
-                "The text '\\x1b[31mstep' holds an unseen character.",
+                "'\\x1b[31mstep' contains a control or invisible character.",
                 "Remove it.",
             ),
         ),
@@ -91,9 +91,9 @@ BROKEN = (
 )
 
 
-@each(BROKEN)
-def test_a_broken_folder_breaks_its_rule_and_says_so(example: Broken, judge: Judge) -> None:
-    judge(example)
+@parametrize(EXAMPLES)
+def test_the_rule_reports_these_problems_and_no_other(example: Example, check: Check) -> None:
+    check(example)
 
 
 @pytest.mark.parametrize(
@@ -107,13 +107,13 @@ def test_a_broken_folder_breaks_its_rule_and_says_so(example: Broken, judge: Jud
         "\U0001fae8",
     ],
 )
-def test_a_title_is_in_anybodys_language(good: Good, tmp_path: Path, title: str) -> None:
+def test_titles_in_every_language_are_valid(good: CopySubmission, tmp_path: Path, title: str) -> None:
     folder = good(GROUP, tmp_path)
     edit("An entry", title, TOML)(folder)
     assert read(folder).problems == ()
 
 
-def test_the_description_may_have_lines(good: Good, tmp_path: Path) -> None:
+def test_the_description_may_have_line_breaks_and_tabs(good: CopySubmission, tmp_path: Path) -> None:
     folder = good(GROUP, tmp_path)
     edit("Made up by a formula.", "Made up\\n\\tby a formula.", TOML)(folder)
     assert read(folder).problems == ()

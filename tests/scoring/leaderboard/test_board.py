@@ -1,76 +1,106 @@
-"""Boards: order, rank intervals, who has no rank, and that scores on it are the scorecards'."""
+"""Boards: order, rank intervals, entries without a rank, and scores equal to those of the scorecards."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
+from itertools import permutations
 from pathlib import Path
-from typing import Any
+from typing import Protocol
 
 import pytest
 
 from gym_extensions.catalog.suites import SUITES
 from gym_extensions.scoring.leaderboard.board import board, boards
-from gym_extensions.scoring.leaderboard.keys import BoardKey, board_keys, slim
-from gym_extensions.scoring.pipeline import batch
-from gym_extensions.scoring.pipeline.score import score_folders, text
+from gym_extensions.scoring.leaderboard.keys import BoardKey, board_keys, strip_for_boards
+from gym_extensions.scoring.leaderboard.model import Board, BoardEntry, BoardsDocument, VersusNext
+from gym_extensions.scoring.metrics.value import MetricValue
+from gym_extensions.scoring.pipeline.score import score_folder
 from gym_extensions.scoring.references import References
+from gym_extensions.scoring.scorecard.model import Scorecard
 from gym_extensions.scoring.scorecard.suites import suite_scores
 
 FIVE = (0, 1, 2, 3, 4)
 GROUP = "hopper-gravity-v0"
 KEY = BoardKey(GROUP, "sequential", "100k", False)
 
-Enter = Callable[..., dict[str, Any]]
+Value = Callable[[str, int, int, int, int], float]
+
+
+class Enter(Protocol):
+    """Makes the scorecard of an entry whose returns lie around a level."""
+
+    def __call__(
+        self,
+        name: str,
+        level: float,
+        *,
+        runs: tuple[int, ...] = FIVE,
+        task_conditioned: bool = False,
+        protocols: tuple[str, ...] = ("sequential",),
+        value: Value | None = None,
+    ) -> Scorecard: ...
 
 
 @pytest.fixture
 def enter(submission: Callable[..., Path], references: References, manifest_text: str) -> Enter:
-    """The scorecard of an entry whose returns lie around a level, as ``enter(name, level, …)``."""
-
-    def make(name: str, level: float, runs: tuple[int, ...] = FIVE, told: bool = False, **more: Any) -> Any:
+    def make(
+        name: str,
+        level: float,
+        *,
+        runs: tuple[int, ...] = FIVE,
+        task_conditioned: bool = False,
+        protocols: tuple[str, ...] = ("sequential",),
+        value: Value | None = None,
+    ) -> Scorecard:
         manifest = manifest_text.replace('"smoke"', '"100k"')
-        if told:
+        if task_conditioned:
             manifest = manifest.replace("task_in_evaluation = false", "task_in_evaluation = true")
-        more.setdefault(
-            "value", lambda p, run, stage, j, e: stage * level / 5 + 10.0 * (run * 3 % 5) + j - e / 20
+
+        def around_level(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
+            return stage * level / 5 + 10.0 * (run * 3 % 5) + position - episode / 20
+
+        folder = submission(
+            name=name, runs=runs, manifest=manifest, protocols=protocols, value=value or around_level
         )
-        more.setdefault("protocols", ("sequential",))
-        folder = submission(name=name, runs=runs, manifest=manifest, **more)
-        return score_folders([folder], references)["submissions"][0]
+        return score_folder(folder, references)
 
     return make
 
 
-def names(found: dict[str, Any]) -> list[str]:
-    return [row["name"] for row in found["rows"]]
+def names(board: Board) -> list[str]:
+    return [entry.name for entry in board.rows]
+
+
+def final_ranks(board: Board) -> list[tuple[int, int] | None]:
+    return [entry.metrics["final_performance"].rank for entry in board.rows]
+
+
+def versus_next(entry: BoardEntry) -> VersusNext:
+    assert entry.vs_next is not None
+    return entry.vs_next
 
 
 def test_entries_are_sorted_by_final_performance_and_ranked_by_intervals(enter: Enter) -> None:
-    found = board([enter("low", 200), enter("high", 900), enter("tied", 901)], KEY)
-    assert names(found) == ["tied", "high", "low"]
-    assert [row["metrics"]["final_performance"]["rank"] for row in found["rows"]] == [[1, 2], [1, 2], [3, 3]]
-    assert found["ranked"] == 3
-    tied, high, low = found["rows"]
-    assert (tied["next"]["name"], tied["next"]["separated"]) == ("high", False)
-    assert tied["next"]["more_runs"] is None  # more than 100
-    assert (high["next"]["separated"], high["next"]["more_runs"]) == (True, 0)
-    assert "next" not in low
+    made = board([enter("low", 200), enter("high", 900), enter("tied", 901)], KEY)
+    assert names(made) == ["tied", "high", "low"]
+    assert final_ranks(made) == [(1, 2), (1, 2), (3, 3)]
+    assert made.ranked == 3
+    tied, high, low = made.rows
+    assert (versus_next(tied).name, versus_next(tied).separated) == ("high", False)
+    assert versus_next(tied).more_runs is None  # more than 100
+    assert (versus_next(high).separated, versus_next(high).more_runs) == (True, 0)
+    assert low.vs_next is None
 
 
-def on_gravity(card: dict[str, Any], mean: float) -> dict[str, Any]:
-    """The scorecard with every group of the suite: five runs of each, with that mean and the deviation 1."""
-    groups = {}
-    for name in SUITES["gravity"]:
-        metrics = {
-            "final_performance": {
-                "runs": [mean + step / math.sqrt(2.5) for step in range(-2, 3)],
-                "mean": mean,
-            }
-        }
-        scored = card["groups"][GROUP]["sequential"]
-        groups[name] = {"sequential": scored | {"metrics": scored["metrics"] | metrics}}
-    return card | {"groups": groups, "suites": suite_scores(groups)}
+def on_gravity(card: Scorecard, mean: float) -> Scorecard:
+    """The scorecard with every group of the suite: five runs of each, with that mean and deviation 1."""
+    runs = tuple(mean + step / math.sqrt(2.5) for step in range(-2, 3))
+    score = card.groups[GROUP]["sequential"]
+    metrics = {**score.metrics, "final_performance": MetricValue(mean=mean, runs=runs)}
+    groups = {name: {"sequential": replace(score, metrics=metrics)} for name in SUITES["gravity"]}
+    return replace(card, groups=groups, suites=suite_scores(groups))
 
 
 @pytest.mark.parametrize(("where", "gap", "more"), [(GROUP, 1.25, 7), ("gravity", 0.625, 6)])
@@ -79,87 +109,80 @@ def test_the_runs_that_would_separate_two_are_those_of_every_group(
 ) -> None:
     # One and a quarter deviations apart on both: the suite's is half a group's. See test_ranks.
     cards = [on_gravity(enter("high", 900), gap), on_gravity(enter("low", 200), 0.0)]
-    (high, _) = board(cards, BoardKey(where, "sequential", "100k", False))["rows"]
-    assert (high["next"]["name"], high["next"]["separated"], high["next"]["more_runs"]) == (
-        "low",
-        False,
-        more,
-    )
+    high, _ = board(cards, BoardKey(where, "sequential", "100k", False)).rows
+    versus = versus_next(high)
+    assert (versus.name, versus.separated, versus.more_runs) == ("low", False, more)
 
 
-def test_entries_with_fewer_runs_stand_below_without_a_rank_and_count_nowhere(enter: Enter) -> None:
-    found = board([enter("few", 950, runs=(0, 1)), enter("low", 200), enter("high", 900)], KEY)
-    assert names(found) == ["high", "low", "few"]
-    assert [row["metrics"]["final_performance"]["rank"] for row in found["rows"]] == [[1, 1], [2, 2], None]
-    assert found["rows"][2]["why"] == "Fewer than 5 runs."
+def test_entries_with_fewer_runs_are_below_without_a_rank_and_count_nowhere(enter: Enter) -> None:
+    made = board([enter("few", 950, runs=(0, 1)), enter("low", 200), enter("high", 900)], KEY)
+    assert names(made) == ["high", "low", "few"]
+    assert final_ranks(made) == [(1, 1), (2, 2), None]
+    assert made.rows[2].why == "Fewer than 5 runs."
 
 
-def test_scores_on_a_board_are_the_scorecards_and_do_not_move_when_somebody_joins(enter: Enter) -> None:
+def test_scores_are_those_of_the_scorecards_and_do_not_move_when_an_entry_joins(enter: Enter) -> None:
     first, second, third = enter("a", 300), enter("b", 600), enter("c", 610)
-    before, after = board([first, second], KEY), board([third, first, second], KEY)
-    scores = {
-        found["name"]: {
-            name: {key: value for key, value in score.items() if key != "rank"}
-            for name, score in found["metrics"].items()
+
+    def scores(made: Board) -> dict[str, dict[str, tuple[float | None, ...]]]:
+        return {
+            entry.name: {name: (value.mean, value.low, value.high) for name, value in entry.metrics.items()}
+            for entry in made.rows
         }
-        for found in before["rows"]
+
+    before, after = board([first, second], KEY), board([third, first, second], KEY)
+    assert {name: scores(after)[name] for name in "ab"} == scores(before)
+    assert scores(before)["a"] == {
+        name: (value.mean, value.low, value.high)
+        for name, value in first.groups[GROUP]["sequential"].metrics.items()
     }
-    for row in after["rows"]:
-        for name, score in row["metrics"].items():
-            if row["name"] in scores:
-                expected = scores[row["name"]][name]
-                assert {key: value for key, value in score.items() if key != "rank"} == expected
-    final = first["groups"][GROUP]["sequential"]["metrics"]["final_performance"]
-    assert scores["a"]["final_performance"]["mean"] == final["mean"]
-    assert after["rows"][0]["metrics"]["final_performance"]["rank"] == [1, 2]
+    assert (final_ranks(before), final_ranks(after)) == ([(1, 1), (2, 2)], [(1, 2), (1, 2), (3, 3)])
 
 
-def test_who_learned_nothing_has_no_rank_for_forgetting(enter: Enter) -> None:
+def test_an_entry_that_learned_nothing_has_no_rank_for_forgetting(enter: Enter) -> None:
     idle = enter("idle", 0, value=lambda p, run, stage, j, e: float((run * 7 + stage * 3 + j + e) % 11) - 5)
-    found = board([idle, enter("learner", 900)], KEY)
-    learner, still = found["rows"]
-    assert still["metrics"]["forgetting"]["instead"] == "nothing learned to forget"
-    assert still["metrics"]["forgetting"]["rank"] is None
-    assert learner["metrics"]["forgetting"]["rank"] == [1, 1]
-    assert "instead" not in learner["metrics"]["forgetting"]
+    learner, still = board([idle, enter("learner", 900)], KEY).rows
+    assert still.metrics["forgetting"].rank_note == "nothing learned to forget"
+    assert still.metrics["forgetting"].rank is None
+    assert learner.metrics["forgetting"].rank == (1, 1)
+    assert learner.metrics["forgetting"].rank_note == ""
 
 
-def test_the_joint_gap_is_ranked_where_five_joint_runs_stand_behind_it(enter: Enter) -> None:
+def test_the_joint_gap_is_ranked_with_five_joint_runs(enter: Enter) -> None:
     both = ("sequential", "joint")
     cards = [enter("low", 200, protocols=both), enter("high", 900, protocols=both), enter("without", 500)]
     few = enter("few", 400, protocols=both)
-    for score in few["groups"][GROUP]["joint"]["metrics"].values():
-        score["runs"] = score["runs"][:4]
-    ranks = {row["name"]: row["metrics"]["joint_gap"]["rank"] for row in board([*cards, few], KEY)["rows"]}
+    joint = few.groups[GROUP]["joint"]
+    four = {name: replace(value, runs=value.runs[:4]) for name, value in joint.metrics.items()}
+    protocols = {**few.groups[GROUP], "joint": replace(joint, metrics=four)}
+    made = board([*cards, replace(few, groups={GROUP: protocols})], KEY)
+    ranks = {entry.name: entry.metrics["joint_gap"].rank for entry in made.rows}
     # Joint returns are a fifth of the sequential ones: the gap is −.8 level, and lower is better.
-    assert ranks == {"high": [1, 1], "low": [2, 2], "without": None, "few": None}
+    assert ranks == {"high": (1, 1), "low": (2, 2), "without": None, "few": None}
 
 
-def test_agents_that_are_told_the_task_have_a_board_of_their_own(enter: Enter) -> None:
-    cards = [enter("told", 900, told=True), enter("free", 100)]
-    assert [(key.told, names(board(cards, key))) for key in board_keys(cards)] == [
-        (False, ["free"]),
-        (True, ["told"]),
+def test_agents_that_observe_the_task_have_a_board_of_their_own(enter: Enter) -> None:
+    cards = [enter("conditioned", 900, task_conditioned=True), enter("plain", 100)]
+    assert [(key.task_conditioned, names(board(cards, key))) for key in board_keys(cards)] == [
+        (False, ["plain"]),
+        (True, ["conditioned"]),
     ]
 
 
 def test_the_smoke_budget_is_on_no_board(submission: Callable[..., Path], references: References) -> None:
-    cards = score_folders([submission(runs=FIVE)], references)["submissions"]
-    assert boards(cards) == []
-    assert batch.boards_text(cards) == text({"format": 1, "boards": []})
+    assert boards([score_folder(submission(runs=FIVE), references)]) == BoardsDocument(boards=())
 
 
-def test_a_reported_entry_stands_on_a_board_without_a_rank() -> None:
-    (card,) = score_folders([Path(__file__).parents[3] / "submissions" / "henderson2017-trpo"])["submissions"]
-    found = board([card], BoardKey("hopper-gravity-v0", "sequential", "paper", False))
-    assert (found["ranked"], found["rows"][0]["why"]) == (0, "Reported from a publication: no logs.")
-    assert found["rows"][0]["metrics"]["final_performance"]["mean"] is None
+def test_a_reported_entry_is_on_a_board_without_a_rank() -> None:
+    card = score_folder(Path(__file__).parents[3] / "submissions" / "henderson2017-trpo")
+    made = board([card], BoardKey("hopper-gravity-v0", "sequential", "paper", False))
+    assert (made.ranked, made.rows[0].why) == (0, "Reported from a publication: no logs.")
+    assert made.rows[0].metrics["final_performance"].mean is None
 
 
-def test_an_entry_that_repeats_another_is_told(enter: Enter) -> None:
+def test_a_duplicate_entry_is_named(enter: Enter) -> None:
     cards = [enter("original", 500), enter("copied", 500), enter("other", 501), enter("again", 500)]
-    found = board(cards, KEY)
-    assert {row["name"]: row.get("same_as") for row in found["rows"]} == {
+    assert {entry.name: entry.duplicate_of for entry in board(cards, KEY).rows} == {
         "again": "copied",
         "copied": "again",
         "original": "again",
@@ -167,19 +190,16 @@ def test_an_entry_that_repeats_another_is_told(enter: Enter) -> None:
     }
 
 
-def test_boards_made_side_by_side_are_the_same(enter: Enter, monkeypatch: pytest.MonkeyPatch) -> None:
-    cards = [slim(enter(f"entry{number}", 100 * number, told=number > 2)) for number in range(1, 5)]
-    monkeypatch.setattr(batch, "MANY_ENTRIES", 4)
-    alone = text({"format": 1, "boards": boards(cards)})
-    assert batch.boards_text(cards, 2) == batch.boards_text(cards, 1) == alone
-    assert len(boards(cards)) > 1
-
-
-def test_a_slim_scorecard_gives_the_same_boards(enter: Enter) -> None:
+def test_a_stripped_scorecard_gives_the_same_boards(enter: Enter) -> None:
     cards = [enter("a", 300), enter("b", 600), enter("c", 610, runs=(0,))]
-    assert boards([slim(card) for card in cards]) == boards(cards)
+    stripped = [strip_for_boards(card) for card in cards]
+    assert boards(stripped) == boards(cards)
+    assert stripped[0].groups[GROUP]["sequential"].return_matrix == ()
 
 
-def test_a_board_does_not_depend_on_the_order_of_its_entries(enter: Enter) -> None:
-    cards = [enter(f"e{level}", level) for level in (100, 500, 505, 900)]
-    assert boards(cards) == boards(cards[::-1])
+def test_the_order_of_the_entries_does_not_matter(enter: Enter) -> None:
+    """In any order, ties in final performance included, which the name decides."""
+    cards = [enter("b", 500), enter("a", 500), enter("high", 900), enter("few", 500, runs=(0, 1))]
+    made = [boards(order) for order in permutations(cards)]
+    assert names(made[0].boards[0]) == ["high", "a", "b", "few"]
+    assert all(other == made[0] for other in made)

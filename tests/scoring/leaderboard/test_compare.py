@@ -32,7 +32,7 @@ def test_compare_tells_the_problems_of_a_submission_that_has_some(
     first, second = submission(name="a"), submission(name="b")
     (second / "notes.txt").write_text("")
     assert cli.main(["--compare", str(first), str(second)]) == 1
-    assert "notes.txt: A file of this name has no place here." in capsys.readouterr().out
+    assert "notes.txt: Unexpected file." in capsys.readouterr().out
 
 
 def test_problems_do_not_mix_with_json(
@@ -43,7 +43,7 @@ def test_problems_do_not_mix_with_json(
     assert cli.main(["--compare", str(first), str(second), "--json"]) == 1
     told = capsys.readouterr()
     assert told.out == ""
-    assert "notes.txt: A file of this name has no place here." in told.err
+    assert "notes.txt: Unexpected file." in told.err
 
 
 def test_compare_takes_the_paths_that_scoring_takes(
@@ -61,7 +61,7 @@ def test_compare_takes_the_paths_that_scoring_takes(
     assert cli.main(["--compare", ".", str(link)]) == 0
     assert capsys.readouterr().out.splitlines()[1].split()[1:3] == ["a", "b"]
     assert cli.main(["--compare", ".", str(tmp_path)]) == 2
-    assert capsys.readouterr().err == f"error: {tmp_path}: It holds 2 submissions. Name two submissions.\n"
+    assert capsys.readouterr().err == f"error: {tmp_path}: It contains 2 submissions. Name two submissions.\n"
 
 
 def test_compare_has_suites_and_the_joint_gap(

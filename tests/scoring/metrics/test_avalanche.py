@@ -11,12 +11,12 @@ StreamForgetting      mean over j < T of p[j][j] − p[T][j]   forgetting
 StreamBWT             its negative, term by term             minus forgetting
 StreamForwardTransfer mean over j ≥ 2 of p[j−1][j] − p[0][j] zero-shot transfer
 StreamAccuracy        mean over the episodes of stage T      final performance
-functional.forgetting all p[j][j] − p[s][j], s > j           terms of forgetting, all later stages
+functional.forgetting all p[j][j] − p[s][j], s > j           terms of mean later forgetting
 ===================== ====================================== =====================================
 
 Three differences, each held by a test. A mean of no terms is 0.0 there and None here. What Avalanche calls
-forward transfer is zero-shot transfer here; forward transfer here needs the task trained alone, which
-Avalanche has not. It has no open tasks: one is trained on there and left out of the stream that is evaluated.
+forward transfer is zero-shot transfer here; asymptotic transfer here needs the task trained alone, which
+Avalanche does not have. It has no unsolved tasks: one is trained on there and not evaluated.
 Worst-case forgetting (the maximum of Chaudhry et al.) has no counterpart: Avalanche keeps the first value.
 """
 
@@ -37,15 +37,23 @@ import pytest
 import torch
 
 from gym_extensions import scoring
-from gym_extensions.scoring.metrics import formulas
+from gym_extensions.scoring.metrics.definitions import BY_NAME
 from gym_extensions.scoring.metrics.run import Run
 from gym_extensions.scoring.statistics.descriptive import Number, mean
 
 KIT = Path(str(scoring.__file__)).parent / "conformance" / "sequential.json"
 EXACT = 1e-12
 
+
+def function_of(name: str) -> Callable[[Run], Number]:
+    """The function of a metric."""
+    function = BY_NAME[name].function
+    assert function is not None
+    return function
+
+
 Cells = dict[tuple[int, int], list[float]]
-"""The normalised returns of the episodes on task j after stage s."""
+"""The normalized returns of the episodes on task j after stage s."""
 
 
 @pytest.fixture(scope="module")
@@ -180,9 +188,9 @@ def successes(rng: random.Random) -> list[float]:
 def test_published_matrices_are_what_avalanche_makes_of_them(avalanche: SimpleNamespace) -> None:
     for name, published, T, scored, cells in golden():
         for metric, formula, plugin, sign in (
-            ("forgetting", formulas.forgetting, "StreamForgetting", 1),
-            ("forgetting", formulas.forgetting, "StreamBWT", -1),
-            ("zero_shot_transfer", formulas.zero_shot_transfer, "StreamForwardTransfer", 1),
+            ("forgetting", function_of("forgetting"), "StreamForgetting", 1),
+            ("forgetting", function_of("forgetting"), "StreamBWT", -1),
+            ("zero_shot_transfer", function_of("zero_shot_transfer"), "StreamForwardTransfer", 1),
         ):
             theirs = sign * emitted(of_returns(avalanche, plugin), T, scored, cells)
             ours = formula(run_of(T, scored, cells))
@@ -196,9 +204,9 @@ def test_forgetting_and_zero_shot_transfer_of_returns_are_avalanches(avalanche: 
     for T, scored, cells in random_runs(returns):
         run = run_of(T, scored, cells)
         for ours, plugin, sign in (
-            (formulas.forgetting(run), "StreamForgetting", 1),
-            (formulas.forgetting(run), "StreamBWT", -1),
-            (formulas.zero_shot_transfer(run), "StreamForwardTransfer", 1),
+            (function_of("forgetting")(run), "StreamForgetting", 1),
+            (function_of("forgetting")(run), "StreamBWT", -1),
+            (function_of("zero_shot_transfer")(run), "StreamForwardTransfer", 1),
         ):
             same(ours, sign * emitted(of_returns(avalanche, plugin), T, scored, cells))
 
@@ -209,10 +217,10 @@ def test_metrics_of_success_rates_are_those_of_avalanches_plugins_as_they_are(
     for T, scored, cells in islice(random_runs(successes), 10):
         run = run_of(T, scored, cells)
         for ours, plugin, sign in (
-            (formulas.final_performance(run), avalanche.StreamAccuracy(), 1),
-            (formulas.forgetting(run), avalanche.StreamForgetting(), 1),
-            (formulas.forgetting(run), avalanche.StreamBWT(), -1),
-            (formulas.zero_shot_transfer(run), avalanche.StreamForwardTransfer(), 1),
+            (function_of("final_performance")(run), avalanche.StreamAccuracy(), 1),
+            (function_of("forgetting")(run), avalanche.StreamForgetting(), 1),
+            (function_of("forgetting")(run), avalanche.StreamBWT(), -1),
+            (function_of("zero_shot_transfer")(run), avalanche.StreamForwardTransfer(), 1),
         ):
             same(ours, sign * emitted(plugin, T, scored, cells))
 
@@ -227,28 +235,30 @@ def test_forgetting_at_every_later_stage_is_a_mean_of_avalanches_forgetting_matr
         columns = [drops[j + 1 :, place] for place, j in enumerate(scored) if j < T]
         run = run_of(T, scored, cells)
         if not columns:
-            assert formulas.forgetting_all_later_stages(run) is None
+            assert function_of("mean_later_forgetting")(run) is None
             continue
         later = float(np.mean([column.mean() for column in columns]))
-        assert formulas.forgetting_all_later_stages(run) == pytest.approx(later, abs=EXACT)
+        assert function_of("mean_later_forgetting")(run) == pytest.approx(later, abs=EXACT)
         last = float(np.mean([column[-1] for column in columns]))
-        assert formulas.forgetting(run) == pytest.approx(last, abs=EXACT)
+        assert function_of("forgetting")(run) == pytest.approx(last, abs=EXACT)
 
 
 def test_a_mean_of_no_terms_is_none_here_and_zero_in_avalanche(avalanche: SimpleNamespace) -> None:
     cells = {(0, 1): [0.2], (1, 1): [0.7]}
     for formula, plugin in (
-        (formulas.forgetting, "StreamForgetting"),
-        (formulas.zero_shot_transfer, "StreamForwardTransfer"),
+        (function_of("forgetting"), "StreamForgetting"),
+        (function_of("zero_shot_transfer"), "StreamForwardTransfer"),
     ):
         assert formula(run_of(1, (1,), cells)) is None
         assert emitted(of_returns(avalanche, plugin), 1, (1,), cells) == 0.0
 
 
-def test_avalanches_forward_transfer_is_not_the_forward_transfer_here(avalanche: SimpleNamespace) -> None:
+def test_avalanches_forward_transfer_is_zero_shot_transfer_and_not_asymptotic_transfer(
+    avalanche: SimpleNamespace,
+) -> None:
     """Theirs: how well task 2 goes before it is trained. Here: what task 1 did for learning task 2."""
     cells = {(0, 1): [0.0], (0, 2): [0.0], (1, 1): [1.0], (1, 2): [0.25], (2, 1): [0.5], (2, 2): [1.0]}
-    run = Run(2, (1, 2), run_of(2, (1, 2), cells).cells, alone={1: 1.0, 2: 0.5})
+    run = Run(2, (1, 2), run_of(2, (1, 2), cells).normalized_returns, single_task={1: 1.0, 2: 0.5})
     assert emitted(of_returns(avalanche, "StreamForwardTransfer"), 2, (1, 2), cells) == 0.25
-    assert formulas.zero_shot_transfer(run) == 0.25
-    assert formulas.forward_transfer(run) == 0.5
+    assert function_of("zero_shot_transfer")(run) == 0.25
+    assert function_of("asymptotic_transfer")(run) == 0.5

@@ -16,20 +16,22 @@ from gym_extensions.catalog.task import Task
 from gym_extensions.scoring.metrics.aggregates import iqm, profile
 from gym_extensions.scoring.metrics.auc import area
 from gym_extensions.scoring.metrics.definitions import METRICS
-from gym_extensions.scoring.metrics.evaluate import NO_TERM, TOO_FEW_POINTS, scores
-from gym_extensions.scoring.metrics.normalization import normalised
-from gym_extensions.scoring.metrics.paper_table import table
+from gym_extensions.scoring.metrics.evaluate import NO_TERM, TOO_FEW_POINTS, metric_values
+from gym_extensions.scoring.metrics.normalization import normalized_runs
+from gym_extensions.scoring.metrics.paper_table import paper_table
 from gym_extensions.scoring.metrics.returns import Results
+from gym_extensions.scoring.metrics.value import MetricValue
 from gym_extensions.scoring.references import Reference, References
 from gym_extensions.scoring.statistics.intervals import (
     Interval,
     difference,
     interval,
-    span,
+    mean_of_groups,
     summary,
-    summary_of,
+    to_interval,
 )
-from gym_extensions.scoring.statistics.ranking import different, rank_intervals
+from gym_extensions.scoring.statistics.ranking import rank_intervals
+from gym_extensions.scoring.statistics.welch import significant_pairs
 
 KIT = Path(str(scoring.__file__)).parent / "conformance"
 EXACT = 1e-12
@@ -71,7 +73,7 @@ def results(case: dict[str, Any]) -> Results:
     tasks = next(array.shape[-2] for array in arrays.values() if array is not None)
     group = TaskGroup("kit", tuple(Task(f"Task{j}", "Hopper") for j in range(1, tasks + 1)))
     runs = {name: tuple(range(len(array))) for name, array in arrays.items() if array is not None}
-    return Results(group=group, steps=1, runs=runs, **arrays)
+    return Results(group, 1, runs, arrays["sequential"], arrays["single"], arrays["joint"])
 
 
 def references(case: dict[str, Any], group: TaskGroup) -> References:
@@ -85,10 +87,10 @@ def test_metrics_of_runs(protocol: str) -> None:
     for case in kit(protocol)["cases"]:
         found = results(case)
         known = references(case, found.group)
-        got = scores(found, known, protocol, normalised(found, known, protocol))
+        got = metric_values(found, known, protocol, normalized_runs(found, known, protocol))
         for name, expected in case["expected"].items():
             if expected is None:
-                assert got[name].interval is None, (case["name"], name)
+                assert got[name].mean is None, (case["name"], name)
                 assert got[name].why, (case["name"], name)
             else:
                 assert got[name].runs == pytest.approx(expected, abs=EXACT), (case["name"], name)
@@ -106,10 +108,9 @@ def test_the_joint_gap() -> None:
     (case,) = [case for case in kit("joint")["cases"] if "joint_gap" in case]
     found = results(case)
     known = references(case, found.group)
-    gap = scores(found, known, "sequential", normalised(found, known, "sequential"))["joint_gap"]
-    assert gap.interval is not None
-    assert gap.interval.mean == pytest.approx(case["joint_gap"], abs=EXACT)
-    assert gap.interval == difference((1.0, 0.75, 0.75), (0.5, 0.25))
+    gap = metric_values(found, known, "sequential", normalized_runs(found, known, "sequential"))["joint_gap"]
+    assert gap.mean == pytest.approx(case["joint_gap"], abs=EXACT)
+    assert gap == MetricValue.of(difference((1.0, 0.75, 0.75), (0.5, 0.25)))
 
 
 @pytest.mark.parametrize("case", kit("curves")["cases"], ids=named)
@@ -122,7 +123,7 @@ def test_areas_under_training_curves(case: dict[str, Any]) -> None:
 
 
 @pytest.mark.parametrize("case", kit("transfer")["cases"], ids=named)
-def test_learning_speed_transfer(case: dict[str, Any]) -> None:
+def test_forward_transfer_auc(case: dict[str, Any]) -> None:
     runs, tasks = len(case["sequential"]), len(case["floor"])
     blank = {"sequential": [[[0] * tasks] * (tasks + 1)] * runs, "single": [[0] * tasks] * runs}
     without = results(blank)
@@ -134,10 +135,10 @@ def test_learning_speed_transfer(case: dict[str, Any]) -> None:
     }
     found = dataclasses.replace(without, steps=case["D"], curves=curves)
     known = references(case, found.group)
-    got = scores(found, known, "sequential", normalised(found, known, "sequential"))
+    got = metric_values(found, known, "sequential", normalized_runs(found, known, "sequential"))
     ((name, expected),) = case["expected"].items()
     assert got[name].runs == (() if expected is None else pytest.approx(expected, abs=EXACT))
-    assert (got[name].interval is None) is (expected is None)
+    assert (got[name].mean is None) is (expected is None)
     if expected is None:
         enough = all(len(points) >= 10 for _, points in curves.values())
         assert got[name].why == (NO_TERM if enough else TOO_FEW_POINTS)
@@ -156,7 +157,7 @@ def test_intervals_of_a_mean(case: dict[str, Any]) -> None:
 
 @pytest.mark.parametrize("case", kit("intervals")["suite"], ids=named)
 def test_intervals_of_a_suite(case: dict[str, Any]) -> None:
-    _same(span(summary_of([summary(values) for values in case["groups"]])), case)
+    _same(to_interval(mean_of_groups([summary(values) for values in case["groups"]])), case)
 
 
 @pytest.mark.parametrize("case", kit("intervals")["difference"], ids=named)
@@ -169,7 +170,7 @@ def test_interquartile_mean_and_performance_profile(case: dict[str, Any]) -> Non
     assert iqm(case["values"]) == pytest.approx(case["iqm"], abs=EXACT)
     found = profile(case["values"])
     assert found is not None
-    curve = dict(zip(found["tau"], found["fraction"], strict=True))
+    curve = dict(found.points)
     assert [curve[tau] for tau, _ in case["profile"]] == pytest.approx(
         [f for _, f in case["profile"]], abs=EXACT
     )
@@ -177,19 +178,16 @@ def test_interquartile_mean_and_performance_profile(case: dict[str, Any]) -> Non
 
 @pytest.mark.parametrize("case", kit("table")["cases"], ids=named)
 def test_the_papers_table(case: dict[str, Any]) -> None:
-    rows, total = table(results(case))
-    got = [
-        {column: row[column] for column in expected} for row, expected in zip(rows, case["rows"], strict=True)
-    ]
-    for rows, expected_rows in ((got, case["rows"]), ([total], [case["total"]])):
-        for row, expected in zip(rows, expected_rows, strict=True):
-            for column, cell in expected.items():
-                assert row[column] == (None if cell is None else pytest.approx(cell, abs=EXACT)), column
+    rows, total = paper_table(results(case))
+    for row, expected in zip([*rows, total], [*case["rows"], case["total"]], strict=True):
+        for column, cell in expected.items():
+            found = row.cell(column)
+            mean_and_std = None if found is None else {"mean": found.mean, "std": found.std}
+            assert mean_and_std == (None if cell is None else pytest.approx(cell, abs=EXACT)), column
 
 
 @pytest.mark.parametrize("case", kit("ranks")["cases"], ids=named)
 def test_rank_intervals(case: dict[str, Any]) -> None:
     entries = [summary(values) for values in case["entries"]]
-    assert [list(span) for span in rank_intervals(entries, different(entries), case["better"])] == case[
-        "ranks"
-    ]
+    ranks = rank_intervals(entries, significant_pairs(entries), case["better"])
+    assert [list(first_and_last) for first_and_last in ranks] == case["ranks"]

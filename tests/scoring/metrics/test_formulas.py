@@ -8,18 +8,26 @@ from collections.abc import Callable
 import pytest
 from scipy import stats
 
-from gym_extensions.scoring.metrics import formulas
 from gym_extensions.scoring.metrics.aggregates import iqm
+from gym_extensions.scoring.metrics.definitions import BY_NAME
 from gym_extensions.scoring.metrics.run import Run
+from gym_extensions.scoring.statistics.descriptive import Number
 
 Matrix = list[list[float]]
 
 
-def run_of(matrix: Matrix, alone: list[float] | None = None) -> Run:
+def function(name: str) -> Callable[[Run], Number]:
+    """The formula of a metric."""
+    formula = BY_NAME[name].function
+    assert formula is not None
+    return formula
+
+
+def run_of(matrix: Matrix, single: list[float] | None = None) -> Run:
     """A run whose p[s][j] is ``matrix[s][j - 1]``."""
     T = len(matrix[0])
     cells = {(s, j): matrix[s][j - 1] for s in range(T + 1) for j in range(1, T + 1)}
-    return Run(T, tuple(range(1, T + 1)), cells, alone=dict(enumerate(alone or [], 1)))
+    return Run(T, tuple(range(1, T + 1)), cells, single_task=dict(enumerate(single or [], 1)))
 
 
 def matrices(count: int = 30) -> list[Matrix]:
@@ -37,7 +45,7 @@ def backward_transfer(R: Matrix) -> float:
     return total / (T - 1)
 
 
-def forward_transfer(R: Matrix) -> float:
+def zero_shot(R: Matrix) -> float:
     """Lopez-Paz & Ranzato 2017, equation 4: 1/(T−1) Σ_{i≥2} R[i−1][i] − b_i, b the untrained policy's."""
     T = len(R[0])
     total = 0.0
@@ -71,15 +79,15 @@ def average(R: Matrix) -> float:
 @pytest.mark.parametrize(
     ("formula", "plain"),
     [
-        (formulas.forgetting, lambda R: -backward_transfer(R)),
-        (formulas.zero_shot_transfer, forward_transfer),
-        (formulas.worst_case_forgetting, worst_forgetting),
-        (formulas.average_over_training, average),
+        (function("forgetting"), lambda R: -backward_transfer(R)),
+        (function("zero_shot_transfer"), zero_shot),
+        (function("worst_case_forgetting"), worst_forgetting),
+        (function("average_lower_triangle"), average),
     ],
-    ids=["forgetting", "zero-shot transfer", "worst-case forgetting", "average over training"],
+    ids=["forgetting", "zero-shot transfer", "worst-case forgetting", "average of the lower triangle"],
 )
 def test_formulas_are_those_of_the_papers_that_they_name(
-    formula: Callable[[Run], float], plain: Callable[[Matrix], float]
+    formula: Callable[[Run], Number], plain: Callable[[Matrix], float]
 ) -> None:
     for matrix in matrices():
         assert formula(run_of(matrix)) == pytest.approx(plain(matrix), abs=1e-12)
@@ -89,9 +97,9 @@ def test_learning_less_final_is_forgetting_times_its_share_of_the_tasks() -> Non
     for matrix in matrices():
         run = run_of(matrix)
         learned, final, forgotten = (
-            formulas.learning_performance(run),
-            formulas.final_performance(run),
-            formulas.forgetting(run),
+            function("learning_performance")(run),
+            function("final_performance")(run),
+            function("forgetting")(run),
         )
         assert learned is not None
         assert final is not None
@@ -102,7 +110,7 @@ def test_learning_less_final_is_forgetting_times_its_share_of_the_tasks() -> Non
 def test_worst_case_forgetting_is_never_less_than_forgetting() -> None:
     for matrix in matrices():
         worst, plain = (
-            formula(run_of(matrix)) for formula in (formulas.worst_case_forgetting, formulas.forgetting)
+            f(run_of(matrix)) for f in (function("worst_case_forgetting"), function("forgetting"))
         )
         assert worst is not None
         assert plain is not None
@@ -112,11 +120,15 @@ def test_worst_case_forgetting_is_never_less_than_forgetting() -> None:
 def test_a_policy_that_is_better_everywhere_by_the_same_forgets_the_same() -> None:
     for matrix in matrices():
         raised = [[value + 0.5 for value in row] for row in matrix]
-        for formula in (formulas.forgetting, formulas.zero_shot_transfer, formulas.worst_case_forgetting):
+        for formula in (
+            function("forgetting"),
+            function("zero_shot_transfer"),
+            function("worst_case_forgetting"),
+        ):
             assert formula(run_of(raised)) == pytest.approx(formula(run_of(matrix)), abs=1e-12)
-        final = formulas.final_performance(run_of(matrix))
+        final = function("final_performance")(run_of(matrix))
         assert final is not None
-        assert formulas.final_performance(run_of(raised)) == pytest.approx(final + 0.5)
+        assert function("final_performance")(run_of(raised)) == pytest.approx(final + 0.5)
 
 
 def test_the_interquartile_mean_is_scipys_trimmed_mean() -> None:

@@ -1,24 +1,30 @@
-"""The paper as an entry: every printed number, recomputed totals, and each contradiction found by a check."""
+"""The paper as an entry: every printed number, and the frozen findings computed again."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from gym_extensions.catalog.groups import GROUPS
-from gym_extensions.scoring.pipeline.score import score_folders
-from gym_extensions.scoring.published.consistency import (
+from gym_extensions.scoring.metrics.paper_table import COLUMNS, PaperCell, PaperColumns, PaperRow
+from gym_extensions.scoring.pipeline.score import score_folder
+from gym_extensions.scoring.published.tables import findings, task_id
+from gym_extensions.scoring.scorecard.model import GroupScore, Scorecard
+
+from .consistency import (
+    Printed,
+    PrintedGroup,
     averaged,
+    contradictions,
     copies,
     deviation_rule,
     mean_agrees,
     pooled,
+    printed_groups,
     repair,
     row_mean,
 )
-from gym_extensions.scoring.published.tables import PrintedGroup, printed_groups
 
 ENTRY = Path(__file__).parents[3] / "submissions" / "henderson2017-trpo"
 PAPER = printed_groups("henderson2017")
@@ -26,9 +32,28 @@ TOTALS = [(group, column) for group in PAPER.values() for column in group.total]
 
 
 @pytest.fixture(scope="module")
-def card() -> dict[str, Any]:
-    found: dict[str, Any] = score_folders([ENTRY])["submissions"][0]
-    return found
+def card() -> Scorecard:
+    return score_folder(ENTRY)
+
+
+@pytest.fixture(scope="module")
+def hopper(card: Scorecard) -> GroupScore:
+    return card.groups["hopper-gravity-v0"]["sequential"]
+
+
+def test_the_frozen_totals_are_those_of_the_printed_rows() -> None:
+    frozen = findings("henderson2017")
+    assert set(frozen) == set(PAPER)
+    for group in PAPER.values():
+        cells = {column: group.column(column) for column in COLUMNS}
+        totals = {name: PaperCell(row_mean(c), pooled(c)) if c else None for name, c in cells.items()}
+        assert frozen[group.id].paper_total == PaperColumns(**totals), group.id
+
+
+def test_the_frozen_contradictions_are_those_of_the_printed_numbers() -> None:
+    frozen = findings("henderson2017")
+    for group in PAPER.values():
+        assert list(frozen[group.id].contradictions) == contradictions(group, PAPER), group.id
 
 
 def test_all_sixteen_groups_and_285_printed_values_are_there() -> None:
@@ -39,8 +64,6 @@ def test_all_sixteen_groups_and_285_printed_values_are_there() -> None:
 
 def test_groups_and_tasks_are_ours_in_our_order() -> None:
     ours = {group.id: group.task_ids for group in GROUPS.values()}
-    from gym_extensions.scoring.published.tables import task_id
-
     for group in PAPER.values():
         assert tuple(task_id(name) for name in group.rows) == ours[group.id]
 
@@ -88,31 +111,40 @@ def test_both_rules_by_hand() -> None:
     assert pooled(pusher) == pytest.approx(((2.39**2 + 7.24**2) / 2 + ((28.01 - 24.83) / 2) ** 2) ** 0.5)
 
 
-def test_the_entry_is_reported_shows_what_it_has_and_says_what_it_lacks(card: dict[str, Any]) -> None:
-    assert (card["trust"], card["problems"], len(card["groups"])) == ("reported", [], 16)
-    scored = card["groups"]["hopper-gravity-v0"]["sequential"]
-    assert (scored["runs"], scored["matrix"], scored["budget"]) == ([], [], "paper")
-    assert scored["missing"] == ["logs", "5 runs", "the evaluation matrix", "training curves"]
-    assert {score["mean"] for score in scored["metrics"].values()} == {None}
-    assert scored["table"][3] == {
-        "task": "gym_extensions/HopperGravityOneAndQuarter-v0",
-        "printed_task": "HopperGravityOneAndQuarter-v0",
-        "fully_trained": {"mean": 922.76, "std": 128.71},
-        "after_env_training": {"mean": 3006.17, "std": 847.30},
-        "first_step": {"mean": 818.08, "std": 255.85},
-        "single_env": {"mean": 3028.04, "std": 875.81},
-    }
-    assert scored["printed_total"]["fully_trained"] == {"mean": 990.95, "std": 1022.32}
-    assert scored["total"]["fully_trained"]["mean"] == pytest.approx(1238.31)
-    assert card["groups"]["hopper-wall-v0"]["sequential"]["printed_total"]["fully_trained"] is None
+def test_the_entry_is_reported_and_says_what_it_lacks(card: Scorecard, hopper: GroupScore) -> None:
+    assert (card.trust, card.problems, len(card.groups)) == ("reported", (), 16)
+    assert (hopper.runs, hopper.return_matrix, hopper.budget) == ((), (), "paper")
+    assert hopper.missing_for_full_entry == ("logs", "5 runs", "the evaluation matrix", "training curves")
+    assert {value.mean for value in hopper.metrics.values()} == {None}
 
 
-def test_nothing_is_computed_from_the_repaired_value(card: dict[str, Any]) -> None:
-    assert card["groups"]["hopper-gravity-v0"]["sequential"]["table"][0]["fully_trained"]["mean"] == 1495.93
+def test_a_row_is_as_printed_and_totals_are_printed_and_recomputed(
+    card: Scorecard, hopper: GroupScore
+) -> None:
+    assert hopper.paper_table[3] == PaperRow(
+        task="gym_extensions/HopperGravityOneAndQuarter-v0",
+        printed_task="HopperGravityOneAndQuarter-v0",
+        fully_trained=PaperCell(922.76, 128.71),
+        after_env_training=PaperCell(3006.17, 847.30),
+        first_step=PaperCell(818.08, 255.85),
+        single_env=PaperCell(3028.04, 875.81),
+    )
+    assert hopper.printed_total is not None
+    assert hopper.printed_total.fully_trained == PaperCell(990.95, 1022.32)
+    assert hopper.paper_total is not None
+    assert hopper.paper_total.fully_trained is not None
+    assert hopper.paper_total.fully_trained.mean == pytest.approx(1238.31)
+    wall = card.groups["hopper-wall-v0"]["sequential"].printed_total
+    assert wall is not None
+    assert wall.fully_trained is None
 
 
-def test_the_contradictions_of_the_first_group_word_by_word(card: dict[str, Any]) -> None:
-    assert card["groups"]["hopper-gravity-v0"]["sequential"]["notes"] == [
+def test_nothing_is_computed_from_the_repaired_value(hopper: GroupScore) -> None:
+    assert hopper.paper_table[0].fully_trained == PaperCell(1495.93, 823.51)
+
+
+def test_the_contradictions_of_the_first_group_word_by_word(hopper: GroupScore) -> None:
+    assert list(hopper.notes) == [
         "The printed total mean of Fully Trained, 990.95, is not the mean of its rows, 1238.31.",
         "The row HopperGravityHalf-v0, 1495.93 ± 823.51, repeats HalfCheetahGravityHalf-v0 of "
         "halfcheetah-gravity-v0 digit for digit; 259.13 ± 144.0 in its place would give the printed total. "
@@ -127,9 +159,6 @@ def test_the_contradictions_of_the_first_group_word_by_word(card: dict[str, Any]
 
 
 def test_a_table_without_a_mistake_has_no_contradiction() -> None:
-    from gym_extensions.scoring.published.consistency import contradictions
-    from gym_extensions.scoring.published.tables import Printed
-
     rows = {
         name: {"fully_trained": cell, "after_env_training": cell}
         for name, cell in (("A-v0", Printed(1.0, 1.0)), ("B-v0", Printed(3.0, 1.0)))

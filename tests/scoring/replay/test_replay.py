@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -11,10 +12,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gym_extensions.baselines.train import train
+from gym_extensions.baselines import train
+from gym_extensions.rollouts.problem import Problem
 from gym_extensions.rollouts.reader import read
 from gym_extensions.scoring.cli import main
-from gym_extensions.scoring.replay.verify import verify
+from gym_extensions.scoring.replay.segments import usable_cpus
+from gym_extensions.scoring.replay.verify import verified, verify
+from gym_extensions.scoring.scorecard.model import Scorecard
 
 Arrays = dict[str, np.ndarray[Any, Any]]
 GROUP = "halfcheetah-gravity"  # its episodes are 1000 steps long: 100 segments each
@@ -41,7 +45,7 @@ def rewrite(path: Path, edit: Callable[[Arrays], object]) -> None:
     with np.load(path, allow_pickle=False) as file:
         arrays = {name: file[name].copy() for name in file.files}
     edit(arrays)
-    np.savez_compressed(path, **arrays)  # type: ignore[arg-type]
+    np.savez_compressed(path, **arrays)
 
 
 def shift_action(arrays: Arrays) -> None:
@@ -58,9 +62,9 @@ def start_a_segment_elsewhere(arrays: Arrays) -> None:
 
 
 def test_an_honest_sample_replays_and_says_how_much_it_is(honest: Path) -> None:
-    found = verify(honest)
-    assert found.problems == ()
-    assert found.level == "replayed (sample: 5 of 100 episodes)"
+    verification = verify(honest)
+    assert verification.problems == ()
+    assert verification.level == "replayed (sample: 5 of 100 episodes)"
 
 
 @pytest.mark.parametrize(
@@ -88,21 +92,24 @@ def test_a_lie_in_one_trace_is_found_at_its_first_segment(
 @pytest.mark.parametrize(
     ("break_", "message"),
     [
-        (lambda arrays: arrays.pop("segment_returns"), "It lacks 'segment_returns'."),
+        (lambda arrays: arrays.pop("segment_returns"), "The array 'segment_returns' is missing."),
         (
             lambda arrays: arrays.update(segment_steps=np.array(25)),
-            "Its segments have 25 steps, those of HalfCheetah have 10.",
+            "'segment_steps' is 25; it is 10 for HalfCheetah.",
         ),
         (
             lambda arrays: arrays.update(actions=arrays["actions"][:-1]),
-            "'actions' is float32 of shape (999, 6); 1000 rows of float32 belong there.",
+            "'actions' is float32 of shape (999, 6); expected float32 of shape (1000, …).",
         ),
-        (lambda arrays: arrays["state_qpos"].fill(np.nan), "'state_qpos' holds a value that is not finite."),
+        (
+            lambda arrays: arrays["state_qpos"].fill(np.nan),
+            "'state_qpos' contains a value that is not finite.",
+        ),
         (
             lambda arrays: arrays.update(segment_returns=np.zeros((100, 2))),
-            "'segment_returns' is float64 of shape (100, 2); 100 numbers of float64 belong there.",
+            "'segment_returns' is float64 of shape (100, 2); expected float64 of shape (100,).",
         ),
-        (lambda arrays: arrays.update(luck=np.zeros(1)), "It holds an unknown array 'luck'."),
+        (lambda arrays: arrays.update(luck=np.zeros(1)), "Unexpected array 'luck'."),
     ],
 )
 def test_a_trace_of_the_wrong_form_is_told(
@@ -166,7 +173,7 @@ def test_a_trace_whose_data_is_damaged_is_told(copy: Path) -> None:
     victim.write_bytes(bytes(data))
     assert read(copy).problems == ()
     (problem,) = verify(copy).problems
-    assert (problem.rule, problem.message) == ("trace-malformed", "It cannot be read.")
+    assert (problem.rule, problem.message) == ("trace-malformed", "The file cannot be read.")
 
 
 def test_unstable_states_leave_no_log_of_the_simulator(
@@ -188,7 +195,7 @@ def test_a_return_that_is_not_the_sum_of_its_segments_is_told(copy: Path, value:
     rewrite(traces(copy)[0], brag)
     (problem,) = verify(copy).problems
     assert problem.rule == "trace-malformed"
-    assert "segments' returns sum to" in problem.message
+    assert "The segment returns sum to" in problem.message
 
 
 def test_a_trace_that_the_log_asks_for_and_is_not_there_is_told(copy: Path) -> None:
@@ -198,28 +205,29 @@ def test_a_trace_that_the_log_asks_for_and_is_not_there_is_told(copy: Path) -> N
     assert (problem.rule, problem.where) == ("trace-missing", f"{GROUP}/traces/{victim.name}")
 
 
-def test_a_submission_without_traces_stays_well_formed_and_says_so(
+def test_a_submission_without_traces_stays_validated_and_says_so(
     copy: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     shutil.rmtree(copy / GROUP / "traces")
     assert main([str(copy), "--verify", "--json"]) == 0
     (card,) = json.loads(capsys.readouterr().out)["submissions"]
-    assert (card["trust"], card["problems"]) == ("well-formed", [])
+    assert (card["trust"], card["problems"]) == ("validated", [])
     assert card["notes"] == ["It holds no traces: nothing could be replayed."]
     assert card["groups"] != {}
 
 
 def test_of_many_missing_traces_three_are_named_and_the_rest_counted(
-    copy: Path, capsys: pytest.CaptureFixture[str]
+    copy: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr("gym_extensions.rollouts.problem.PROBLEMS_LISTED", 3)
     for victim in traces(copy)[1:]:
         victim.unlink()
     assert main([str(copy), "--verify", "--json"]) == 1
     (card,) = json.loads(capsys.readouterr().out)["submissions"]
     assert [one["rule"] for one in card["problems"]] == ["trace-missing"] * 4
     assert (card["problems"][3]["where"], card["problems"][3]["message"]) == (
-        GROUP,
-        "1 more place breaks the same rule.",
+        "copy",
+        "1 more problem of this rule in the submission.",
     )
 
 
@@ -247,6 +255,33 @@ def test_score_verify_gives_the_level_of_trust_and_the_exit_status(
 
 def test_a_submission_with_problems_is_not_replayed(copy: Path) -> None:
     (copy / "submission.toml").write_text("format = 2\n")
-    found = verify(copy)
-    assert found.replayed == 0
-    assert found.problems != ()
+    verification = verify(copy)
+    assert verification.replayed == 0
+    assert verification.problems != ()
+
+
+@pytest.mark.parametrize(("has_it", "count"), [(True, 3), (False, 5)])
+def test_the_usable_cpus_are_known_on_every_system(
+    has_it: bool, count: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Python 3.13 knows the CPUs of the process; before it, and on every system, those of the machine."""
+    monkeypatch.delattr(os, "sched_getaffinity", raising=False)
+    monkeypatch.setattr(os, "cpu_count", lambda: 5)
+    if has_it:
+        monkeypatch.setattr(os, "process_cpu_count", lambda: 3, raising=False)
+    else:
+        monkeypatch.delattr(os, "process_cpu_count", raising=False)
+    assert usable_cpus() == count
+
+
+def test_there_is_at_least_one_cpu(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(os, "process_cpu_count", lambda: None, raising=False)
+    assert usable_cpus() == 1
+
+
+def test_a_reported_scorecard_and_one_with_problems_are_returned_unchanged(copy: Path) -> None:
+    reported = Scorecard(name="copy", title="", trust="reported", manifest=None)
+    assert verified(reported, copy) is reported
+    problem = Problem("manifest-missing", "submission.toml", "It is missing.", "Add it.")
+    refused = Scorecard(name="copy", title="", trust=None, manifest=None, problems=(problem,))
+    assert verified(refused, copy) is refused

@@ -1,4 +1,4 @@
-"""What stands out in a group: the largest difference, and only one that the runs bear out."""
+"""Highlights of a group: the largest change, and only one that is significant over runs."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from pathlib import Path
 
 from gym_extensions.scoring.pipeline.score import score_folder
 from gym_extensions.scoring.references import Reference, References
-from gym_extensions.scoring.scorecard.highlights import outstanding
+from gym_extensions.scoring.scorecard.highlights import highlights
 
 Write = Callable[..., Path]
 FORGETS_HALF = "forgets HopperGravityHalf most: {} → {}"
 
 
-def told(folder: Path, references: References) -> list[str]:
-    group = score_folder(folder, references)["groups"]["hopper-gravity-v0"]
-    return outstanding(group["sequential"], group.get("single"))
+def sentences(folder: Path, references: References) -> list[str]:
+    group = score_folder(folder, references).groups["hopper-gravity-v0"]
+    return highlights(group["sequential"], group.get("single"))
 
 
 def forgets(fall: float, noise: float, runs: int = 5) -> Callable[..., float]:
@@ -31,16 +31,18 @@ def forgets(fall: float, noise: float, runs: int = 5) -> Callable[..., float]:
 def test_what_every_run_forgets_stands_out(submission: Write, references: References) -> None:
     # Falls of 190, 195, 200, 205, 210.
     folder = submission(runs=tuple(range(5)), value=forgets(200, 5))
-    assert told(folder, references) == [FORGETS_HALF.format(500, 300)]
+    assert sentences(folder, references) == [FORGETS_HALF.format(500, 300)]
 
 
 def test_a_difference_that_chance_explains_does_not(submission: Write, references: References) -> None:
     # Falls of -380, -180, 20, 220, 420: their mean is 20, and its interval reaches far below 0.
-    assert told(submission(runs=tuple(range(5)), value=forgets(20, 200)), references) == []
+    assert sentences(submission(runs=tuple(range(5)), value=forgets(20, 200)), references) == []
 
 
 def test_one_run_is_told_as_it_is(submission: Write, references: References) -> None:
-    assert told(submission(runs=(0,), value=forgets(20, 0, 1)), references) == [FORGETS_HALF.format(500, 480)]
+    assert sentences(submission(runs=(0,), value=forgets(20, 0, 1)), references) == [
+        FORGETS_HALF.format(500, 480)
+    ]
 
 
 def test_the_largest_is_measured_in_the_spans_of_the_tasks(submission: Write, references: References) -> None:
@@ -48,10 +50,10 @@ def test_the_largest_is_measured_in_the_spans_of_the_tasks(submission: Write, re
         return 500.0 - (stage == 5) * {1: 90.0, 2: 100.0}.get(position, 0.0) + run
 
     folder = submission(value=value)
-    assert told(folder, references) == ["forgets HopperGravityThreeQuarters most: 500 → 400"]
+    assert sentences(folder, references) == ["forgets HopperGravityThreeQuarters most: 500 → 400"]
     first = "gym_extensions/HopperGravityHalf-v0"
     narrow = References("x", True, {**references.tasks, first: Reference(0.0, 500.0, False)})
-    assert told(folder, narrow) == [FORGETS_HALF.format(500, 410)]
+    assert sentences(folder, narrow) == [FORGETS_HALF.format(500, 410)]
 
 
 def test_help_and_harm_are_after_the_earlier_tasks_against_alone(
@@ -63,7 +65,14 @@ def test_help_and_harm_are_after_the_earlier_tasks_against_alone(
         )
         return 400.0 + change + run / 8
 
-    assert told(submission(value=value), references) == [
+    assert sentences(submission(value=value), references) == [
         "earlier tasks help HopperGravityThreeQuarters most: 400 alone, 500 after them",
         "earlier tasks hurt Hopper most: 400 alone, 350 after them",
     ]
+
+
+def test_unsolved_tasks_are_named(submission: Write, references: References) -> None:
+    unsolved = {"gym_extensions/Hopper-v0": Reference(0.0, None, True)}
+    with_unsolved = References("x", True, {**references.tasks, **unsolved})
+    folder = submission(runs=(0,), value=lambda *_: 1.0)
+    assert sentences(folder, with_unsolved) == ["unsolved, left out of normalized means: Hopper"]

@@ -7,12 +7,12 @@ from xml.etree import ElementTree
 
 import pytest
 
+from gym_extensions.scoring.metrics.value import MetricValue
 from gym_extensions.site.charts import strip_plot as charts
 from gym_extensions.site.charts.scale import Axis, around
-from gym_extensions.site.document import Estimate
 
 UNIT = Axis(0.0, 1.0, 0.0, 100.0)
-FIVE = Estimate(0.5, 0.4, 0.6, (0.4, 0.45, 0.5, 0.55, 0.6))
+FIVE = MetricValue(0.5, 0.4, 0.6, (0.4, 0.45, 0.5, 0.55, 0.6))
 
 
 def parts(svg: str, kind: str) -> list[ElementTree.Element]:
@@ -57,23 +57,23 @@ def test_a_strip_draws_a_dot_for_each_run_the_mean_and_the_interval() -> None:
 
 
 def test_an_interval_beyond_the_scale_ends_in_an_arrow_on_that_side() -> None:
-    arrows = parts(charts.strip(Estimate(0.5, -0.5, 0.8, (0.4, 0.6)), UNIT), "beyond")
+    arrows = parts(charts.strip(MetricValue(0.5, -0.5, 0.8, (0.4, 0.6)), UNIT), "beyond")
     assert [arrow.get("points") for arrow in arrows] == ["-7.0,11.0 0.0,6.0 0.0,16.0"]
 
 
 def test_one_run_has_a_mean_and_no_interval() -> None:
-    svg = charts.strip(Estimate(0.5, None, None, (0.5,)), UNIT)
+    svg = charts.strip(MetricValue(0.5, None, None, (0.5,)), UNIT)
     assert not parts(svg, "interval")
     assert "one run, no interval" in svg
 
 
 def test_an_estimate_without_a_value_is_not_drawn_at_zero() -> None:
-    assert charts.strip(Estimate(why="all tasks are open"), UNIT) == ""
+    assert charts.strip(MetricValue(why="all tasks are open"), UNIT) == ""
 
 
 @pytest.mark.parametrize(("after", "kind"), [(0.2, "loss"), (0.8, "gain"), (0.502, "same")])
 def test_what_was_forgotten_leans_left_and_is_called_a_loss(after: float, kind: str) -> None:
-    svg = charts.slope(Estimate(0.5, None, None, (0.5,)), Estimate(after, None, None, (after,)), UNIT)
+    svg = charts.slope(MetricValue(0.5, None, None, (0.5,)), MetricValue(after, None, None, (after,)), UNIT)
     line = parts(svg, "join")[0]
     assert line.get("class") == f"join {kind}"
     assert (line.get("x1"), line.get("x2")) == ("50.0", f"{after * 100:.1f}")

@@ -8,15 +8,16 @@ from xml.etree import ElementTree
 
 import pytest
 
-from gym_extensions.site.build import files
 from gym_extensions.site.charts import performance_profile as profiles
 from gym_extensions.site.charts.performance_profile import Line
 from gym_extensions.site.page import Leaderboard
 
+from ..reading import files, typed
+
 HALVES = ((-0.5, 1.0), (0.0, 1.0), (0.5, 0.5), (1.0, 0.25), (1.5, 0.0), (2.0, 0.0))
 TAUS, SHARES = (list(side) for side in zip(*HALVES, strict=True))
 HOSTILE = '"><script>alert(1)</script>'
-OPEN = "Every task of this group is open: no reference agent has learned it."
+UNSOLVED = "Every task of this group is unsolved: no reference agent has learned it."
 
 
 def scores(document: dict[str, Any], entry: int = 0) -> dict[str, Any]:
@@ -72,7 +73,9 @@ def test_the_boards_first_entry_lies_uppermost_and_lines_beyond_the_sixth_share_
     document: dict[str, Any],
 ) -> None:
     profiled(document, 0, 1)
-    (row, *_) = next(one for one in Leaderboard(document).boards if one.group == "hopper-gravity-v0").rows
+    (row, *_) = next(
+        one for one in Leaderboard(typed(document)).boards if one.group == "hopper-gravity-v0"
+    ).rows
     lines = profiles.lines([row] * 8)
     assert [line.kind for line in lines] == ["p1", "p2", "p3", "p4", "p5", "p6", "p0", "p0"]
     drawn = ElementTree.fromstring(profiles.of_board(lines)).findall("polyline")
@@ -115,12 +118,12 @@ def test_an_entrys_title_stays_text_in_the_drawing(document: dict[str, Any], ent
 
 
 def test_without_a_profile_the_page_says_why(document: dict[str, Any]) -> None:
-    null = {"mean": None, "low": None, "high": None, "runs": [], "why": OPEN}
+    null: dict[str, Any] = {"mean": None, "low": None, "high": None, "runs": [], "why": UNSOLVED}
     scores(document).update(profile=None, iqm=None)
     scores(document)["metrics"]["final_performance"] = null
     page = dict(files(document))["submissions/agile.html"]
     assert '<svg class="profile"' not in page
-    assert f"No performance profile. {OPEN}" in said(page)
+    assert f"No performance profile. {UNSOLVED}" in said(page)
     scores(document)["metrics"] = dict.fromkeys(scores(document)["metrics"], null)
     page = dict(files(document))["submissions/agile.html"]
-    assert f"No metrics. {OPEN} Nor is there a performance profile." in said(page)
+    assert f"No metrics. {UNSOLVED} Nor is there a performance profile." in said(page)

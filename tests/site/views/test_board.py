@@ -10,7 +10,11 @@ import pytest
 
 from gym_extensions.site.page import Leaderboard
 from gym_extensions.site.text import labels as words
-from gym_extensions.site.views.board import COLUMNS, Board
+from gym_extensions.site.views.board import Board
+from gym_extensions.site.views.board_row import COLUMNS
+from gym_extensions.site.views.trial import nothing_to_forget
+
+from ..reading import typed
 
 FIVE = (-0.02, -0.01, 0.0, 0.01, 0.02)
 """Five runs around a mean: standard deviation .0158, interval ± .0196."""
@@ -28,14 +32,14 @@ def entry(document: Card) -> Make:
 
     def make(name: str, final: list[float] | None, learning: list[float] | None = None, **facts: Any) -> Card:
         card: Card = copy.deepcopy(pattern)
-        card.update(name=name, title=name.title(), trust=facts.pop("trust", "well-formed"))
+        card.update(name=name, title=name.title(), trust=facts.pop("trust", "validated"))
         budget = facts.pop("budget", "100k")
         card["manifest"].update(facts)
         scores = card["groups"]["hopper-gravity-v0"]["sequential"]
         card["groups"] = {"hopper-gravity-v0": {"sequential": scores}}
         runs = final or [0.0] * 5
         scores.update(budget=budget, runs=list(range(len(runs))))
-        null = {"mean": None, "low": None, "high": None, "runs": [], "why": "Every task is open."}
+        null: Card = {"mean": None, "low": None, "high": None, "runs": [], "why": "Every task is unsolved."}
         scores["metrics"] |= {
             "final_performance": estimate(final) if final else null,
             "learning_performance": estimate(learning or around(0.9, len(runs))),
@@ -64,7 +68,7 @@ def around(mean: float, runs: int = 5, wide: float = 1.0) -> list[float]:
 def of(*cards: Card) -> tuple[Board, ...]:
     """The boards of these cards."""
     references = {"version": "made-up", "provisional": False, "sha256": ""}
-    return Leaderboard({"format": 1, "references": references, "submissions": list(cards)}).boards
+    return Leaderboard(typed({"format": 1, "references": references, "submissions": list(cards)})).boards
 
 
 def only(*cards: Card) -> Board:
@@ -84,9 +88,9 @@ def test_a_board_is_sorted_by_final_performance_then_name(entry: Make) -> None:
 
 
 def test_an_entry_without_a_value_stands_last_and_not_at_zero(entry: Make) -> None:
-    board = only(entry("open", None), entry("worse", around(-0.5)))
-    assert names(board) == ["worse", "open"]
-    assert [heading for heading, _ in board.bodies] == ["", "Not ranked: Every task is open."]
+    board = only(entry("unsolved", None), entry("worse", around(-0.5)))
+    assert names(board) == ["worse", "unsolved"]
+    assert [heading for heading, _ in board.bodies] == ["", "Not ranked: Every task is unsolved."]
 
 
 def test_entries_with_fewer_than_five_runs_stand_below_under_a_heading(entry: Make) -> None:
@@ -102,17 +106,17 @@ def test_forgetting_stands_right_beside_learning_performance() -> None:
     assert columns.index("forgetting") == columns.index("learning_performance") + 1
 
 
-def test_entries_told_the_task_have_a_board_of_their_own(entry: Make) -> None:
-    told = {"task_in_training": True, "task_in_evaluation": True, "boundaries": True}
-    first, second = of(entry("a", around(0.5)), entry("b", around(0.9), knows=told))
-    assert (names(first), first.told) == (["a"], False)
-    assert (names(second), second.told) == (["b"], True)
-    assert second.id == "hopper-gravity-v0-sequential-100k-told"
+def test_task_conditioned_entries_have_a_board_of_their_own(entry: Make) -> None:
+    conditioned = {"task_in_training": True, "task_in_evaluation": True, "boundaries": True}
+    first, second = of(entry("a", around(0.5)), entry("b", around(0.9), observes=conditioned))
+    assert (names(first), first.task_conditioned) == (["a"], False)
+    assert (names(second), second.task_conditioned) == (["b"], True)
+    assert second.id == "hopper-gravity-v0-sequential-100k-task-conditioned"
 
 
-def test_being_told_the_task_while_training_alone_is_no_other_board(entry: Make) -> None:
-    knows = {"task_in_training": True, "task_in_evaluation": False, "boundaries": False}
-    assert not only(entry("a", around(0.5), knows=knows)).told
+def test_observing_the_task_in_training_alone_does_not_change_the_board(entry: Make) -> None:
+    observes = {"task_in_training": True, "task_in_evaluation": False, "boundaries": False}
+    assert not only(entry("a", around(0.5), observes=observes)).task_conditioned
 
 
 def test_budgets_are_never_compared_and_smoke_is_on_no_board(entry: Make) -> None:
@@ -127,7 +131,9 @@ def test_budgets_are_never_compared_and_smoke_is_on_no_board(entry: Make) -> Non
 def test_a_refused_submission_is_on_no_board(document: Card) -> None:
     broken = document["submissions"][-1]
     broken["groups"] = document["submissions"][0]["groups"]
-    assert "broken" not in {row.entry.name for board in Leaderboard(document).boards for row in board.rows}
+    assert "broken" not in {
+        row.entry.name for board in Leaderboard(typed(document)).boards for row in board.rows
+    }
 
 
 def test_a_published_table_alone_makes_no_board(entry: Make) -> None:
@@ -238,7 +244,7 @@ def test_a_full_entry_leads_before_a_better_one_with_fewer_runs(entry: Make) -> 
 
 def test_an_entry_says_whose_results_it_repeats(entry: Make) -> None:
     found = only(entry("a", around(0.5)), entry("b", around(0.5)), entry("c", around(0.6)))
-    assert {row.entry.name: row.same_as for row in found.rows} == {"a": "b", "b": "a", "c": ""}
+    assert {row.entry.name: row.duplicate_of for row in found.rows} == {"a": "b", "b": "a", "c": None}
 
 
 def test_nobody_leads_where_nobody_has_a_value(entry: Make) -> None:
@@ -258,5 +264,5 @@ def test_nobody_leads_where_nobody_has_a_value(entry: Make) -> None:
 )
 def test_who_learned_nothing_has_nothing_to_forget(entry: Make, learning: list[float], said: str) -> None:
     (row,) = only(entry("a", around(0.5, runs=len(learning)), learning)).rows
-    assert (words.nothing(row.trial) if row.trial.learned_nothing else "") == said
-    assert ("instead" in row.place["metrics"]["forgetting"]) is bool(said), "the scorer says otherwise"
+    assert (nothing_to_forget(row.trial) if row.trial.learned_nothing else "") == said
+    assert bool(row.entry.metrics["forgetting"].rank_note) is bool(said), "the scorer says otherwise"

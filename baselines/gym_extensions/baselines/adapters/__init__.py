@@ -1,1 +1,1 @@
-"""Agents of other libraries as agents of this one."""
+"""Adapters that make agents of other libraries agents of this one."""

@@ -1,110 +1,41 @@
-"""Settings of any kind as the manifest takes them: others than plain ones become texts that tell them apart.
-
-A text is the same in every process: it holds no address in memory, and no module's name, which is another
-where a program is run as a script.
-"""
+"""Hyperparameters of any type as values that ``submission.toml`` can store."""
 
 from __future__ import annotations
 
-import functools
-import hashlib
 import re
-from collections.abc import Mapping, Sequence, Set
-from types import CellType, CodeType, FunctionType, MethodType
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from gym_extensions.baselines.agent import Setting
-from gym_extensions.baselines.agent_checks import LONGEST_SETTING, unfit_setting
+from gym_extensions.rollouts.manifest_values import LONG, hyperparameter_error
 
-DEEPEST = 5
-"""Values in one another; what lies deeper is left out."""
 ADDRESS = re.compile(r" at 0x[0-9a-fA-F]+")
-DIGEST = 16
-"""Hexadecimal digits of a sha256 that stand for what a text leaves out."""
-EMPTY = CellType()
 
 
-def as_setting(value: Any) -> Setting:
-    """The value itself where the manifest takes it (a tuple as a list), else a text that describes it."""
-    if not unfit_setting(value):
+def to_manifest_value(value: Any) -> Setting:
+    """A plain value unchanged (a tuple as a list), any other value as text, cut at the manifest's limit.
+
+    The text of a class or function is its qualified name, so two lambdas of one scope have the same text. The
+    text contains no module name and no memory address: it is the same in every process.
+    """
+    if not hyperparameter_error(value):
         plain: Setting = list(value) if isinstance(value, tuple) else value
         return plain
-    text = _described(value, DEEPEST)
-    if len(text) <= LONGEST_SETTING:
-        return text
-    mark = f"… {_digest(text)}"
-    return text[: LONGEST_SETTING - len(mark)] + mark
+    return _text(value)[:LONG]
 
 
-def _digest(text: str) -> str:
-    return hashlib.sha256(text.encode()).hexdigest()[:DIGEST]
-
-
-def _described(value: Any, deep: int) -> str:
-    return _text(value, deep - 1) if deep else "…"
-
-
-@functools.singledispatch
-def _text(value: Any, below: int) -> str:
+def _text(value: Any) -> str:
+    if isinstance(value, np.ndarray | np.generic):
+        return _text(value.tolist())
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{_text(key)}: {_text(item)}" for key, item in value.items()) + "}"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(map(_text, value)) + "]"
+    if isinstance(value, set | frozenset):
+        return "{" + ", ".join(sorted(map(_text, value))) + "}"
     kind: Any = type(value)
-    if kind.__repr__ is object.__repr__:
-        return f"{kind.__qualname__} {_described(getattr(value, '__dict__', {}), below)}"
-    return ADDRESS.sub("", repr(value))
-
-
-@_text.register(np.ndarray | np.generic)
-def _(value: Any, below: int) -> str:
-    return _text(value.tolist(), below)
-
-
-@_text.register(Mapping)
-def _(value: Mapping[Any, Any], below: int) -> str:
-    pairs = (f"{_described(key, below)}: {_described(one, below)}" for key, one in value.items())
-    return "{" + ", ".join(pairs) + "}"
-
-
-@_text.register(list | tuple)
-def _(value: Sequence[Any], below: int) -> str:
-    return "[" + ", ".join(_described(one, below) for one in value) + "]"
-
-
-@_text.register(set | frozenset)
-def _(value: Set[Any], below: int) -> str:
-    return "{" + ", ".join(sorted(_described(one, below) for one in value)) + "}"
-
-
-@_text.register(type)
-def _(value: type, below: int) -> str:
-    return value.__qualname__
-
-
-@_text.register(FunctionType)
-def _(value: FunctionType, below: int) -> str:
-    return f"{value.__qualname__} {_digest(_of_function(value, below))}"
-
-
-@_text.register(MethodType)
-def _(value: MethodType, below: int) -> str:
-    return f"{value.__func__.__qualname__} of {_described(value.__self__, below)}"
-
-
-@_text.register(functools.partial)
-def _(value: functools.partial[Any], below: int) -> str:
-    return f"partial {_described([value.func, value.args, value.keywords], below)}"
-
-
-def _of_function(function: FunctionType, deep: int) -> str:
-    """What makes two functions of one name differ: their code, their defaults, what they close over."""
-    held = [cell.cell_contents for cell in function.__closure__ or () if cell != EMPTY]
-    parts = (function.__defaults__, function.__kwdefaults__, held)
-    return _of_code(function.__code__, deep) + _described(parts, deep)
-
-
-def _of_code(code: CodeType, deep: int) -> str:
-    inner = [
-        _of_code(each, deep - 1) if isinstance(each, CodeType) and deep else _described(each, deep)
-        for each in code.co_consts
-    ]
-    return f"{code.co_code.hex()} {code.co_names} {inner}"
+    if hasattr(value, "__qualname__"):
+        return str(value.__qualname__)
+    return str(kind.__qualname__) if kind.__repr__ is object.__repr__ else ADDRESS.sub("", repr(value))

@@ -1,4 +1,4 @@
-"""The reference agents by name, a module each with a factory ``make``; and agents of one's own."""
+"""The reference agents, one module each with a factory ``make``, and agents of the user by name."""
 
 from __future__ import annotations
 
@@ -16,18 +16,23 @@ def names() -> list[str]:
     return sorted(module.name for module in pkgutil.iter_modules(__path__))
 
 
-def factory(name: str) -> Factory:
-    """The factory of a reference agent (``trpo``), or of one's own (``module:factory``).
+def factory(agent: str | Factory) -> Factory:
+    """The factory of an agent.
+
+    Args:
+        agent: the name of a reference agent (``"trpo"``), ``"module:attribute"``, or a factory.
 
     Raises:
-        BenchError: there is no such agent, module or attribute.
+        BenchError: an unknown agent, module or attribute.
     """
-    module_name, _, attribute = name.partition(":")
+    if not isinstance(agent, str):
+        return agent
+    module_name, _, attribute = agent.partition(":")
     if not attribute:
-        if name not in names():
-            hint = did_you_mean(name, names()) + " An agent of your own is named as module:factory."
-            raise BenchError("unknown-agent", f"There is no agent {name!r}.", hint=hint.strip())
-        module_name, attribute = f"{__name__}.{name}", "make"
+        if agent not in names():
+            hint = did_you_mean(agent, names()) + " Name your own agent as module:factory."
+            raise BenchError("unknown-agent", f"Unknown agent {agent!r}.", hint=hint.strip())
+        module_name, attribute = f"{__name__}.{agent}", "make"
     elif str(Path.cwd()) not in sys.path:
         sys.path.insert(0, str(Path.cwd()))
     try:
@@ -35,14 +40,24 @@ def factory(name: str) -> Factory:
     except ModuleNotFoundError as missing:
         if missing.name is None or not module_name.startswith(missing.name):
             raise
-        hint = "Run from the folder that holds it, or install it."
-        raise BenchError("unknown-agent", f"There is no module {module_name!r}.", hint=hint) from missing
+        hint = "Run the command in the folder of the module, or install the module."
+        raise BenchError("unknown-agent", f"Module {module_name!r} was not found.", hint=hint) from missing
     if not callable(getattr(module, attribute, None)):
-        choices = [known for known, value in vars(module).items() if callable(value)]
+        choices = [name for name, value in vars(module).items() if callable(value)]
         raise BenchError(
             "unknown-agent",
-            f"Module {module_name!r} has nothing callable named {attribute!r}.",
+            f"Module {module_name!r} has no callable {attribute!r}.",
             hint=did_you_mean(attribute, choices),
         )
-    made: Factory = getattr(module, attribute)
-    return made
+    make: Factory = getattr(module, attribute)
+    return make
+
+
+def name_of(agent: str | Factory) -> str:
+    """The name of an agent without a card: its factory's, or its module's if the factory is ``make``."""
+    if isinstance(agent, str):
+        module, _, attribute = agent.partition(":")
+    else:
+        module = getattr(agent, "__module__", type(agent).__module__)
+        attribute = getattr(agent, "__name__", type(agent).__name__)
+    return attribute if attribute not in ("", "make") else module.rpartition(".")[2]

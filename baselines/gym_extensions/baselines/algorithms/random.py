@@ -1,4 +1,4 @@
-"""Uniformly random actions: half of the floor, and an entry that forgets nothing."""
+"""Uniformly random actions: one of the two agents that measure the floor."""
 
 from __future__ import annotations
 
@@ -12,30 +12,30 @@ from gym_extensions.baselines.checkpoint import load_arrays, restore_generator, 
 
 
 class Random:
-    """Actions uniform over the action box, whatever is seen."""
+    """Draws actions uniformly from the action space and ignores observations."""
 
     def __init__(self, observation_space: gym.spaces.Box, action_space: gym.spaces.Box, seed: int) -> None:
         self._low, self._high = action_space.low, action_space.high
         self._acting, _ = acting_and_learning(seed)
 
     def act(self, observations: Array) -> Array:
-        """One draw a lane."""
+        """One random action per environment."""
         shape = (len(observations), *self._low.shape)
         return self._acting.uniform(self._low, self._high, shape).astype(np.float32)
 
     def learn(self, env: VectorEnv, steps: int) -> None:
-        """Nothing: no step is taken."""
+        """Does nothing and takes no steps."""
 
     def card(self) -> Card:
-        """The manifest's words."""
+        """The agent's description in the manifest."""
         return Card("random", title="Random actions", description="Uniformly random actions; learns nothing.")
 
     def save(self, path: Path) -> None:
-        """Writes the state of the generator."""
+        """Writes the state of the random generator."""
         save_arrays(path, acting=saved_generator(self._acting))
 
     def load(self, path: Path) -> None:
-        """Goes on with the saved generator."""
+        """Restores the state of the random generator."""
         restore_generator(self._acting, load_arrays(path)["acting"])
 
 

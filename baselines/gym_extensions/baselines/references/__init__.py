@@ -1,1 +1,1 @@
-"""Measures floors and ceilings, and writes a version of the references."""
+"""Measures the floors and ceilings that normalize scores, and writes a version of the references."""

@@ -1,4 +1,4 @@
-"""gym-extensions reference: floors and ceilings, measured; the file that normalises every score."""
+"""gym-extensions reference: measures floors and ceilings and writes the file that normalizes scores."""
 
 from __future__ import annotations
 
@@ -9,12 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from gym_extensions.atomic import write_text
-from gym_extensions.baselines.cli import numbers
-from gym_extensions.baselines.references.logs import ceiling_log, floor_log
-from gym_extensions.baselines.references.measure import ORACLE, Measurement, MeasurementWork, agent_seed
+from gym_extensions.baselines.references.logs import write_ceiling_log, write_floor_log
+from gym_extensions.baselines.references.measure import ORACLE, Measurement, PendingMeasurement
 from gym_extensions.baselines.references.rows import floor_row, task_row
-from gym_extensions.baselines.training.display import Screen, shown
-from gym_extensions.baselines.training.progress import FOLDER
+from gym_extensions.baselines.training.display import Screen, open_screen
+from gym_extensions.baselines.training.request import parse_names, parse_runs, require_positive
 from gym_extensions.baselines.training.workers import run_all
 from gym_extensions.catalog.budgets import BUDGETS
 from gym_extensions.catalog.budgets import budget as budget_named
@@ -24,116 +23,135 @@ from gym_extensions.catalog.protocol import FIRST_REFERENCE_RUN, FULL_ENTRY_RUNS
 from gym_extensions.catalog.registry import task as task_named
 from gym_extensions.errors import BenchError, reports_mistakes
 from gym_extensions.rollouts.episodes import Episode
+from gym_extensions.rollouts.layout import PROGRESS
 
-FLOOR_AGENTS = ("random", "still")
+FLOOR_AGENTS = ("random", "zero")
 CEILING_AGENT = "trpo"
 FLOOR_EPISODES, CEILING_EPISODES = 1000, 100
 REFERENCE_BUDGET = "1M"
 
-
-def returns(episodes: Sequence[Episode]) -> list[float]:
-    """The returns of the episodes."""
-    return [row.return_ for row in episodes]
+Results = Mapping[Measurement, list[Episode]]
 
 
 def floor_measurements(task_id: str) -> dict[str, Measurement]:
-    """What measures a task's floor, by the blind agent."""
+    """The measurements of a task's floor, by agent."""
     return {agent: Measurement(task_id, agent, FIRST_REFERENCE_RUN, FLOOR_EPISODES) for agent in FLOOR_AGENTS}
 
 
 def ceiling_measurements(task_id: str, budget: str, runs: Sequence[int]) -> list[Measurement]:
-    """What measures a task's ceiling: the reference runs, or the oracle where the task is navigation."""
+    """The measurements of a task's ceiling: the reference runs, or the oracle in navigation."""
     if task_named(task_id).base == "Navigation":
         return [Measurement(task_id, ORACLE, FIRST_REFERENCE_RUN, FLOOR_EPISODES)]
     return [Measurement(task_id, CEILING_AGENT, run, CEILING_EPISODES, budget) for run in runs]
 
 
-def measured(
+def measure_all(
     budgets: Mapping[str, str], *, runs: Sequence[int], out: Path, jobs: int, screen: Screen
 ) -> dict[str, Any]:
-    """The whole document; its episodes are logged beside ``out``, parts of unfinished work are kept.
+    """Measures every task. Episodes are logged beside ``out``, and finished measurements are stored.
 
     Args:
-        budgets: for each task id, what its reference runs are trained for.
-        runs: the reference runs' training seeds.
-        out: the file that the document is for; its stem is the version.
-        jobs: processes side by side.
-        screen: shown what happens.
+        budgets: the training budget of the reference runs, by task id.
+        runs: the training seeds of the reference runs.
+        out: the path of the references file; its stem is the version.
+        jobs: number of worker processes.
+        screen: shows the progress.
+
+    Returns:
+        The references file's content.
     """
-    ceilings = [each for task, own in budgets.items() for each in ceiling_measurements(task, own, runs)]
-    wanted = [*ceilings, *(each for task in budgets for each in floor_measurements(task).values())]
-    screen.plan({each.title: 1 for each in wanted})
-    parts = out.parent / FOLDER / out.stem
-    found: dict[Measurement, list[Episode]] = {}
-    for index, episodes in run_all([MeasurementWork(each, parts) for each in wanted], jobs, screen.hear):
-        found[wanted[index]] = episodes
+    ceilings = {task: ceiling_measurements(task, budget, runs) for task, budget in budgets.items()}
+    floors = {task: floor_measurements(task) for task in budgets}
+    measurements = [each for row in ceilings.values() for each in row]
+    measurements += [each for row in floors.values() for each in row.values()]
+    screen.plan({each.title: 1 for each in measurements})
+    folder = out.parent / PROGRESS / out.stem
+    pending = [PendingMeasurement(each, folder) for each in measurements]
+    results: Results = {
+        measurements[index]: episodes for index, episodes in run_all(pending, jobs, screen.show)
+    }
     logs = out.parent / f"{out.stem}-logs"
-    tasks = {task: _task(task, found, logs) for task in budgets}
+    tasks = {task: _task(task, floors[task], ceilings[task], results, logs) for task in budgets}
     final = set(budgets.values()) == {REFERENCE_BUDGET} and len(runs) >= FULL_ENTRY_RUNS
     return {"format": 1, "version": out.stem, "provisional": not final, "tasks": tasks}
 
 
-def _task(task: str, found: Mapping[Measurement, list[Episode]], logs: Path) -> dict[str, Any]:
-    """The row of one task out of all measurements; writes its two logs."""
-    blind = floor_measurements(task)
-    top = [each for each in found if each.task == task and each not in blind.values()]
+def _task(
+    task: str,
+    floors: Mapping[str, Measurement],
+    ceilings: Sequence[Measurement],
+    results: Results,
+    logs: Path,
+) -> dict[str, Any]:
+    """The row of one task; writes its two logs."""
+    floor_episodes = {agent: results[each] for agent, each in floors.items()}
     floor = floor_row(
-        {agent: returns(found[each]) for agent, each in blind.items()},
-        {agent: agent_seed(each) for agent, each in blind.items()},
+        {agent: _returns(episodes) for agent, episodes in floor_episodes.items()},
+        {agent: each.agent_seed for agent, each in floors.items()},
         fingerprint=published(task),
-        log_sha256=floor_log(logs, task, {agent: found[each] for agent, each in blind.items()}),
+        log_sha256=write_floor_log(logs, task, floor_episodes),
     )
     return task_row(
         floor,
-        {each.run: returns(found[each]) for each in top},
-        agent=top[0].agent,
-        budget=top[0].budget,
-        log_sha256=ceiling_log(logs, task, [row for each in top for row in found[each]]),
+        {each.run: _returns(results[each]) for each in ceilings},
+        agent=ceilings[0].agent,
+        budget=ceilings[0].budget,
+        log_sha256=write_ceiling_log(logs, task, [row for each in ceilings for row in results[each]]),
     )
 
 
-def budgets_of(groups: str, budgets: str) -> dict[str, str]:
-    """Each task's budget, of groups named by commas: one budget for all, or one a group.
+def _returns(episodes: Sequence[Episode]) -> list[float]:
+    return [row.return_ for row in episodes]
 
-    Raises BenchError for a name that is not known, another number of budgets, and a task that would have two.
+
+def task_budgets(groups: str, budgets: str) -> dict[str, str]:
+    """The budget of each task, from comma-separated groups and one budget for all or one per group.
+
+    Raises:
+        BenchError: an unknown name, another number of budgets, or two budgets for one task.
     """
-    names, given = ([name.strip() for name in listed.split(",")] for listed in (groups, budgets))
-    if len(given) not in (1, len(names)):
-        found = f"{len(names)} groups have {len(given)} budgets."
-        raise BenchError("bad-budget", found, "--budget", "Give one for all groups, or one a group.")
+    group_names, budget_names = parse_names(groups), parse_names(budgets)
+    if len(budget_names) not in (1, len(group_names)):
+        message = f"There are {len(group_names)} groups and {len(budget_names)} budgets."
+        raise BenchError("bad-budget", message, "--budget", "Use one budget, or one per group.")
+    if len(budget_names) == 1:
+        budget_names *= len(group_names)
     chosen: dict[str, str] = {}
-    for name, own in zip(names, given * (len(names) // len(given)), strict=True):
-        for task in group(name).task_ids:
-            if chosen.setdefault(task, budget_named(own).name) != own:
-                found = f"{task} is in two of the groups, with the budgets {chosen[task]} and {own}."
-                raise BenchError("bad-budget", found, "--budget", "Give these groups the same budget.")
+    for group_name, budget_name in zip(group_names, budget_names, strict=True):
+        for task in group(group_name).task_ids:
+            if chosen.setdefault(task, budget_named(budget_name).name) != budget_name:
+                message = f"{task} is in two groups with the budgets {chosen[task]} and {budget_name}."
+                raise BenchError("bad-budget", message, "--budget", "Use the same budget for these groups.")
     return chosen
 
 
 @reports_mistakes
 def main(argv: list[str] | None = None) -> int:
-    """Measures, and writes the file."""
+    """Measures and writes the references file."""
     command = argparse.ArgumentParser(
         prog="gym-extensions reference",
-        description="Measure floors (random and zero actions) and ceilings (trpo alone, or the oracle).",
+        description="Measure floors (random and zero actions) and ceilings (trpo per task, or the oracle).",
     )
-    command.add_argument("--groups", required=True, help="names by commas")
+    command.add_argument("--groups", required=True, help="comma-separated group names")
     command.add_argument(
-        "--budget", default=REFERENCE_BUDGET, help=f"one for all groups, or one a group: {', '.join(BUDGETS)}"
+        "--budget",
+        default=REFERENCE_BUDGET,
+        help=f"one for all groups, or comma-separated, one per group: {', '.join(BUDGETS)} (default: 1M)",
     )
-    command.add_argument("--runs", default="1000-1004", help="training seeds from 1000 on")
+    command.add_argument(
+        "--runs", default="1000-1004", help="training seeds, at least 1000 (default: 1000-1004)"
+    )
     command.add_argument("--out", required=True, type=Path, help="the file; its stem is the version's name")
-    command.add_argument("--jobs", type=int, default=1, help="processes side by side")
-    asked = command.parse_args(argv)
-    runs, budgets = numbers(asked.runs), budgets_of(asked.groups, asked.budget)
+    command.add_argument("--jobs", type=int, default=1, help="worker processes (default: 1)")
+    options = command.parse_args(argv)
+    runs, budgets = parse_runs(options.runs), task_budgets(options.groups, options.budget)
     for run in runs:
         if run < FIRST_REFERENCE_RUN:
-            hint = f"Give numbers from {FIRST_REFERENCE_RUN} on; those below are for submissions."
-            raise BenchError("bad-run", f"{run} is no reference run.", "--runs", hint)
-    if asked.jobs < 1:
-        raise BenchError("bad-jobs", f"{asked.jobs} processes are too few.", "--jobs", "Give at least 1.")
-    with shown() as screen:
-        document = measured(budgets, runs=runs, out=asked.out, jobs=asked.jobs, screen=screen)
-    write_text(asked.out, json.dumps(document, indent=1, ensure_ascii=False) + "\n")
-    print(f"The references are in {asked.out}.")
+            hint = f"Use numbers from {FIRST_REFERENCE_RUN}; smaller ones are reserved for submissions."
+            raise BenchError("bad-run", f"Run {run} is out of range.", "--runs", hint)
+    require_positive(options.jobs, "--jobs")
+    with open_screen() as screen:
+        content = measure_all(budgets, runs=runs, out=options.out, jobs=options.jobs, screen=screen)
+    write_text(options.out, json.dumps(content, indent=1, ensure_ascii=False) + "\n")
+    print(f"The references are in {options.out}.")
     return 0

@@ -1,4 +1,4 @@
-"""The logs beside a references file: every episode that a floor or a ceiling was computed from."""
+"""The logs of a references file: every episode that a floor or a ceiling was computed from."""
 
 from __future__ import annotations
 
@@ -10,29 +10,29 @@ from gym_extensions.atomic import write_text
 from gym_extensions.rollouts.episodes import Episode, write_episodes
 
 FLOOR_COLUMNS = ("agent", "episode", "seed", "length", "return", "terminated")
-"""A floor's log names no task and no fingerprint: its path and the references file do."""
+"""The task and its fingerprint are in the references file."""
 
 
-def ceiling_log(folder: Path, task_id: str, episodes: Sequence[Episode]) -> str:
-    """Writes a task's reference runs, a rollout log; gives the sha256 of its bytes."""
-    path = folder / _name(task_id)
+def write_ceiling_log(folder: Path, task_id: str, episodes: Sequence[Episode]) -> str:
+    """Writes the episodes of a task's reference runs as a rollout log and returns the file's sha256."""
+    path = folder / _file_name(task_id)
     write_episodes(path, episodes, (task_id,))
     return _sha256(path)
 
 
-def floor_log(folder: Path, task_id: str, episodes: Mapping[str, Sequence[Episode]]) -> str:
-    """Writes the blind agents' episodes of a task, agent by agent; gives the sha256 of its bytes."""
-    path = folder / "floors" / _name(task_id)
+def write_floor_log(folder: Path, task_id: str, episodes: Mapping[str, Sequence[Episode]]) -> str:
+    """Writes the episodes of a task's floor agents, agent by agent, and returns the file's sha256."""
+    path = folder / "floors" / _file_name(task_id)
     lines = [",".join(FLOOR_COLUMNS)]
     for agent, rows in episodes.items():
         for row in sorted(rows, key=lambda row: row.episode):
-            ended = "true" if row.terminated else "false"
-            lines.append(f"{agent},{row.episode},{row.seed},{row.length},{row.return_!r},{ended}")
+            terminated = "true" if row.terminated else "false"
+            lines.append(f"{agent},{row.episode},{row.seed},{row.length},{row.return_!r},{terminated}")
     write_text(path, "\n".join(lines) + "\n")
     return _sha256(path)
 
 
-def _name(task_id: str) -> str:
+def _file_name(task_id: str) -> str:
     return f"{task_id.rpartition('/')[2]}.csv"
 
 

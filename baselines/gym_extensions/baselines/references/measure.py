@@ -1,8 +1,9 @@
-"""One agent measured on one task for the references: trained on it alone, or not at all, then evaluated."""
+"""Measures one agent on one task for the references."""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -11,27 +12,28 @@ from gym_extensions.atomic import write_text
 from gym_extensions.baselines import algorithms
 from gym_extensions.baselines.agent import Agent, VectorEnv
 from gym_extensions.baselines.training.evaluation import evaluate
+from gym_extensions.baselines.training.events import Event, Listener
+from gym_extensions.baselines.training.jobs import Settings
 from gym_extensions.baselines.training.recorder import Recorder
-from gym_extensions.baselines.training.runner import Listener, News, Settings
 from gym_extensions.baselines.training.seeding import training_seed
 from gym_extensions.catalog.budgets import budget
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.protocol import evaluation_seed
 from gym_extensions.catalog.registry import task as task_named
-from gym_extensions.envs import make_batch
+from gym_extensions.envs import make_vec
 from gym_extensions.rollouts.episodes import Episode
 
-ARRIVAL = 10.0
+ARRIVAL_REWARD = 10.0
 REFERENCE = "reference"
-"""Stands in place of a group's id where seeds are derived."""
-LANES = 100
+"""Replaces a group's id in the derivation of seeds."""
+NUM_ENVS = 100
 ORACLE = "oracle"
-"""Knows the map of a navigation task and takes the fewest steps; the ceiling of these tasks."""
+"""Plans on the map of a navigation task and takes the fewest steps: the ceiling of these tasks."""
 
 
 @dataclass(frozen=True)
 class Measurement:
-    """An agent on a task: which run, how many episodes, trained for which budget (untrained if empty)."""
+    """An agent on a task: the run, the number of episodes and the training budget (untrained if empty)."""
 
     task: str
     agent: str
@@ -41,88 +43,97 @@ class Measurement:
 
     @property
     def title(self) -> str:
-        """A name in words."""
+        """A readable name."""
         return f"{self.task} {self.agent} run {self.run}" if self.budget else f"{self.task} {self.agent}"
 
-    def part(self, folder: Path) -> Path:
-        """Where its result is kept."""
-        bare = self.task.rpartition("/")[2]
-        return folder / f"{bare}-{self.agent}-{self.budget or 'untrained'}-{self.run}-{self.episodes}.json"
+    @property
+    def agent_seed(self) -> int:
+        """The seed of the agent."""
+        return training_seed(self.run, REFERENCE, self.task, self.agent)
+
+    def path(self, folder: Path) -> Path:
+        """The file of its result."""
+        task = self.task.rpartition("/")[2]
+        return folder / f"{task}-{self.agent}-{self.budget or 'untrained'}-{self.run}-{self.episodes}.json"
 
 
 @dataclass(frozen=True)
-class MeasurementWork:
-    """A measurement as a piece of work for a process; a part that is there is not measured again."""
+class PendingMeasurement:
+    """A measurement that a worker process can run. An existing result is not measured again."""
 
-    what: Measurement
+    measurement: Measurement
     folder: Path
 
     def run(self, listen: Listener) -> list[Episode]:
-        """Its evaluation episodes; kept in its part."""
-        path = self.what.part(self.folder)
-        settings = asdict(self.what) | {"fingerprint": published(self.what.task)}
+        """The measurement's episodes, stored in its file."""
+        path = self.measurement.path(self.folder)
+        settings = asdict(self.measurement) | {"fingerprint": published(self.measurement.task)}
         if path.exists():
-            kept: dict[str, Any] = json.loads(path.read_text())
-            if kept["settings"] == settings:
-                return [Episode(**row) for row in kept["episodes"]]
-        found = measure(self.what, listen)
-        content = {"settings": settings, "episodes": [asdict(row) for row in found]}
+            stored: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+            if stored["settings"] == settings:
+                return [Episode(**row) for row in stored["episodes"]]
+        episodes = measure(self.measurement, listen)
+        content = {"settings": settings, "episodes": [asdict(row) for row in episodes]}
         write_text(path, json.dumps(content) + "\n")
-        return found
+        return episodes
 
 
-def agent_seed(what: Measurement) -> int:
-    """What the agent's generator is seeded with."""
-    return training_seed(what.run, REFERENCE, what.task, what.agent)
-
-
-def measure(what: Measurement, listen: Listener) -> list[Episode]:
-    """The measurement's episodes at the prescribed reference seeds."""
-    if what.agent == ORACLE:
-        return _oracle_episodes(what)
-    lanes = make_batch(what.task, min(LANES, what.episodes))
-    spaces = (lanes.single_observation_space, lanes.single_action_space)
-    agent = algorithms.factory(what.agent)(*spaces, agent_seed(what))
-    if what.budget:
-        _train(agent, what, listen)
-    rows = _episodes(agent, lanes, what)
-    mean = sum(row.return_ for row in rows) / len(rows)
-    listen(News(what.title, 1, 0, what.task, mean))
-    lanes.close()
+def measure(measurement: Measurement, listen: Listener) -> list[Episode]:
+    """Trains the agent if it has a budget, and evaluates it with the prescribed reference seeds."""
+    if measurement.agent == ORACLE:
+        return _oracle_episodes(measurement)
+    env = make_vec(measurement.task, min(NUM_ENVS, measurement.episodes))
+    make = algorithms.factory(measurement.agent)
+    agent = make(env.single_observation_space, env.single_action_space, measurement.agent_seed)
+    if measurement.budget:
+        _train(agent, measurement, listen)
+    rows = _evaluate(agent, env, measurement)
+    mean_return = sum(row.return_ for row in rows) / len(rows)
+    listen(Event(measurement.title, 1, 0, measurement.task, mean_return))
+    env.close()
     return rows
 
 
-def _oracle_episodes(what: Measurement) -> list[Episode]:
+def _seeds(measurement: Measurement, episodes: Iterable[int]) -> list[int]:
+    return [evaluation_seed(REFERENCE, measurement.task, episode) for episode in episodes]
+
+
+def _oracle_episodes(measurement: Measurement) -> list[Episode]:
     from gym_extensions.envs.navigation.oracle import oracle_returns
 
-    task = task_named(what.task)
-    seeds = [evaluation_seed(REFERENCE, task.id, episode) for episode in range(what.episodes)]
+    task = task_named(measurement.task)
+    seeds = _seeds(measurement, range(measurement.episodes))
     rows = []
-    for episode, (seed, found) in enumerate(zip(seeds, oracle_returns(task, seeds), strict=True)):
-        length = round(ARRIVAL - found)  # it never collides: -1 a step, and the reward of arriving
-        end = (seed, length, float(found), True, published(task.id))
-        rows.append(Episode(what.run, 1, task.id, episode, *end))
+    for episode, (seed, return_) in enumerate(zip(seeds, oracle_returns(task, seeds), strict=True)):
+        length = round(ARRIVAL_REWARD - return_)  # no collisions: −1 per step, and the reward of arrival
+        result = (seed, length, float(return_), True, published(task.id))
+        rows.append(Episode(measurement.run, 1, task.id, episode, *result))
     return rows
 
 
-def _train(agent: Agent, what: Measurement, listen: Listener) -> None:
-    plan = budget(what.budget)
-    env = make_batch(what.task, Settings(what.agent, what.budget).lanes_for(1))
+def _train(agent: Agent, measurement: Measurement, listen: Listener) -> None:
+    plan = budget(measurement.budget)
+    env = make_vec(measurement.task, Settings(measurement.agent, plan.name).num_envs_for(1))
     steps = plan.batches * plan.batch_steps
-    seed = training_seed(what.run, REFERENCE, what.task, "training")
-    report = lambda taken: listen(News(what.title, 1, taken))  # noqa: E731
-    batch = plan.batch_steps
-    recorder = Recorder(env, [what.task], steps=steps, batch_steps=batch, seed=seed, report=report)
+    recorder = Recorder(
+        env,
+        [measurement.task],
+        steps=steps,
+        batch_steps=plan.batch_steps,
+        seed=training_seed(measurement.run, REFERENCE, measurement.task, "training"),
+        report=lambda taken: listen(Event(measurement.title, 1, taken)),
+    )
     agent.learn(recorder, steps)
     env.close()
 
 
-def _episodes(agent: Agent, lanes: VectorEnv, what: Measurement) -> list[Episode]:
-    pinned, rows = published(task_named(what.task).id), list[Episode]()
-    for first in range(0, what.episodes, lanes.num_envs):
-        numbers = range(first, first + lanes.num_envs)
-        seeds = [evaluation_seed(REFERENCE, what.task, episode) for episode in numbers]
-        for episode, seed, found in zip(numbers, seeds, evaluate(agent, lanes, seeds), strict=True):
-            end = (seed, found.length, found.return_, found.terminated, pinned)
-            rows.append(Episode(what.run, 1, what.task, episode, *end))
-    return rows[: what.episodes]
+def _evaluate(agent: Agent, env: VectorEnv, measurement: Measurement) -> list[Episode]:
+    task_id, rows = measurement.task, list[Episode]()
+    fingerprint = published(task_named(task_id).id)
+    for first in range(0, measurement.episodes, env.num_envs):
+        numbers = range(first, first + env.num_envs)
+        seeds = _seeds(measurement, numbers)
+        for episode, seed, rollout in zip(numbers, seeds, evaluate(agent, env, seeds), strict=True):
+            result = (seed, rollout.length, rollout.return_, rollout.terminated, fingerprint)
+            rows.append(Episode(measurement.run, 1, task_id, episode, *result))
+    return rows[: measurement.episodes]

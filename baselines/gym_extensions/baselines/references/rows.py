@@ -1,4 +1,4 @@
-"""From the returns of reference episodes to a task's row of the references file."""
+"""A task's row of the references file, computed from the returns of its reference episodes."""
 
 from __future__ import annotations
 
@@ -8,8 +8,10 @@ from typing import Any
 
 from gym_extensions.catalog.protocol import FIRST_REFERENCE_RUN, FULL_ENTRY_RUNS
 
-CLEAR_ERRORS, CLEAR_DEVIATIONS, CLEAR_RUNS = 5.0, 1.0, 3
-"""A run beats the floor by so many standard errors and deviations; so many runs of five or more must."""
+MIN_ERRORS, MIN_DEVIATIONS = 5.0, 1.0
+"""A run beats the floor by at least this many standard errors and standard deviations."""
+MIN_RUNS = 3
+"""Of five or more runs, at least this many must beat the floor."""
 
 
 def summary(returns: Sequence[float]) -> dict[str, float]:
@@ -20,17 +22,18 @@ def summary(returns: Sequence[float]) -> dict[str, float]:
 
 
 def beats_floor(run: Mapping[str, float], floor: Mapping[str, float]) -> bool:
-    """Whether a run is above the floor by five standard errors and by one deviation of its own episodes."""
-    above = run["mean"] - floor["mean"]
+    """Whether a run is above the floor by five standard errors and one standard deviation of its episodes."""
+    difference = run["mean"] - floor["mean"]
     error = math.hypot(run["standard_error"], floor["standard_error"])
-    return above >= CLEAR_ERRORS * error and above >= CLEAR_DEVIATIONS * run["std"] and above > 0
+    clear = difference >= MIN_ERRORS * error and difference >= MIN_DEVIATIONS * run["std"]
+    return clear and difference > 0
 
 
-def is_open(beaten: Sequence[bool]) -> bool:
-    """Whether nobody has learned the task: fewer than three runs did, or, of under five, not all."""
+def is_unsolved(beaten: Sequence[bool]) -> bool:
+    """Whether a task is unsolved: fewer than three runs beat the floor, or, of under five runs, not all."""
     if len(beaten) < FULL_ENTRY_RUNS:
         return not all(beaten)
-    return sum(beaten) < CLEAR_RUNS
+    return sum(beaten) < MIN_RUNS
 
 
 def floor_row(
@@ -40,13 +43,13 @@ def floor_row(
     fingerprint: str,
     log_sha256: str,
 ) -> dict[str, Any]:
-    """The floor of one task: the better of the blind agents, and what each of them got.
+    """The floor of one task: the mean return of its better floor agent, and the summaries of both.
 
     Args:
         returns: of each agent's episodes.
-        seeds: what each agent's generator was seeded with.
-        fingerprint: of the task that was measured.
-        log_sha256: of the log that holds every episode of every agent.
+        seeds: of each agent.
+        fingerprint: of the task.
+        log_sha256: of the log with every episode of both agents.
     """
     agents = {name: summary(values) | {"seed": seeds[name]} for name, values in returns.items()}
     better = max(agents, key=lambda name: agents[name]["mean"])
@@ -71,13 +74,13 @@ def task_row(
     budget: str,
     log_sha256: str,
 ) -> dict[str, Any]:
-    """The references of one task, from its floor and from the returns of the reference runs."""
-    found = {run: summary(returns) for run, returns in sorted(runs.items())}
+    """The references of one task, from its floor and the returns of its reference runs."""
+    summaries = {run: summary(returns) for run, returns in sorted(runs.items())}
     rows: list[dict[str, Any]] = [
-        {"run": run, "mean": own["mean"], "std": own["std"], "beats_floor": beats_floor(own, floor)}
-        for run, own in found.items()
+        {"run": run, "mean": row["mean"], "std": row["std"], "beats_floor": beats_floor(row, floor)}
+        for run, row in summaries.items()
     ]
-    mean, error = _over_runs(list(found.values()))
+    mean, error = _over_runs(list(summaries.values()))
     ceiling = {
         "mean": mean,
         "agent": agent,
@@ -87,16 +90,16 @@ def task_row(
         "runs": rows,
         "log_sha256": log_sha256,
     }
-    open_ = is_open([row["beats_floor"] for row in rows])
-    row = {"floor": dict(floor), "ceiling": None if open_ else ceiling, "open": open_}
-    return row | ({"attempts": ceiling} if open_ else {})
+    unsolved = is_unsolved([row["beats_floor"] for row in rows])
+    row = {"floor": dict(floor), "ceiling": None if unsolved else ceiling, "unsolved": unsolved}
+    return row | ({"attempts": ceiling} if unsolved else {})
 
 
-def _over_runs(found: Sequence[Mapping[str, float]]) -> tuple[float, float]:
-    """The mean of the runs' means and its standard error; of one run, the error over its episodes."""
-    means = [own["mean"] for own in found]
+def _over_runs(summaries: Sequence[Mapping[str, float]]) -> tuple[float, float]:
+    """The mean over runs and its standard error; of a single run, the error over its episodes."""
+    means = [summary["mean"] for summary in summaries]
     mean = math.fsum(means) / len(means)
     if len(means) == 1:
-        return mean, found[0]["standard_error"]
-    spread = math.sqrt(math.fsum((value - mean) ** 2 for value in means) / (len(means) - 1))
-    return mean, spread / math.sqrt(len(means))
+        return mean, summaries[0]["standard_error"]
+    deviation = math.sqrt(math.fsum((value - mean) ** 2 for value in means) / (len(means) - 1))
+    return mean, deviation / math.sqrt(len(means))

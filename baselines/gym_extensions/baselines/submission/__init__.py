@@ -1,1 +1,1 @@
-"""Writes a submission: merges finished runs, draws the audit sample, keeps the manifest."""
+"""Writes a submission: its logs, curves, audit sample and manifest."""

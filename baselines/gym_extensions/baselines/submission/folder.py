@@ -1,75 +1,69 @@
-"""The folder that a submission is written to: its name, what lies there, whether it can be written."""
+"""Checks of the output folder, made before training starts."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from gym_extensions.baselines.submission import manifest
-from gym_extensions.baselines.training.progress import FOLDER
 from gym_extensions.catalog.groups import GROUPS
-from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.layout import LOGS, MANIFEST, NAME, PROGRESS
 
-NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
-"""A submission's name becomes an address."""
 ANOTHER = "Choose another --out."
 
 
-def refuse_unfit(out: Path) -> None:
-    """Looks at the folder before anything is trained; changes nothing.
+def validate(out: Path) -> None:
+    """Checks that ``out`` is, or can become, the folder of a submission. Changes nothing.
 
     Raises:
-        BenchError: the name is no submission's, this is no folder, it holds folders that are no groups', or
-            logs of which no manifest says whose they are.
+        BenchError: the name is not allowed, ``out`` is a file or not accessible, it contains folders that are
+            not groups, or it contains logs without a manifest.
     """
-    with _told(out):
+    with _reports_access(out):
         name = out.resolve().name
         if not NAME.fullmatch(name):
-            hint = "Begin with a letter or digit; then letters, digits, dots, dashes, underscores, 64 in all."
-            raise BenchError("bad-out", f"{name!r} is no name of a submission.", str(out), hint)
+            hint = (
+                "Use at most 64 letters, digits, dots, dashes and underscores; start with a letter or digit."
+            )
+            raise BenchError("bad-out", f"{name!r} is not a valid submission name.", str(out), hint)
         if not out.exists():
             return
         if not out.is_dir():
-            raise BenchError("bad-out", "This is a file, and a submission is a folder.", str(out), ANOTHER)
-        foreign = sorted(each.name for each in out.iterdir() if each.is_dir() and _is_foreign(each.name))
-        if foreign:
-            message = f"It holds the folder {foreign[0]!r}, which is no group, so it is no submission."
-            hint = f"Name a folder of the submission's own, as in {out / 'mine'}."
+            raise BenchError("bad-out", "A submission is a folder, and this is a file.", str(out), ANOTHER)
+        folders = sorted(path.name for path in out.iterdir() if path.is_dir())
+        unexpected = [folder for folder in folders if folder not in GROUPS and folder != PROGRESS]
+        if unexpected:
+            message = f"Unexpected folder {unexpected[0]!r}: a submission contains only group folders."
+            hint = f"Use a folder for this submission alone, such as {out / 'mine'}."
             raise BenchError("bad-out", message, str(out), hint)
-        _refuse_nobodys_logs(out)
+        _require_manifest(out)
 
 
 def prepare(out: Path) -> None:
-    """Makes the folder where it is missing; raises ``BenchError`` if nothing can be written there."""
-    with _told(out):
+    """Creates the folder; raises ``BenchError`` if it is not writable."""
+    with _reports_access(out):
         out.mkdir(parents=True, exist_ok=True)
-        probe = out / f"{FOLDER}.probe"
+        probe = out / f"{PROGRESS}.probe"
         probe.touch()
         probe.unlink(missing_ok=True)
 
 
-def _is_foreign(name: str) -> bool:
-    return name not in GROUPS and name != FOLDER
-
-
-def _refuse_nobodys_logs(out: Path) -> None:
-    if (out / manifest.NAME).exists():
+def _require_manifest(out: Path) -> None:
+    if (out / MANIFEST).exists():
         return
-    for name in GROUPS:
-        for protocol in PROTOCOLS:
-            if (out / name / f"{protocol}.csv").exists():
-                message = f"{name}/{protocol}.csv is here, and no {manifest.NAME} says whose it is."
-                hint = f"Put its {manifest.NAME} back, or choose another --out."
+    for group_name in GROUPS:
+        for log in LOGS:
+            if (out / group_name / log).exists():
+                message = f"The folder contains {group_name}/{log} but no {MANIFEST}."
+                hint = f"Restore {MANIFEST}, or choose another --out."
                 raise BenchError("manifest-lost", message, str(out), hint)
 
 
 @contextmanager
-def _told(out: Path) -> Iterator[None]:
+def _reports_access(out: Path) -> Iterator[None]:
     try:
         yield
-    except OSError as refusal:
-        message = f"Nothing can be written here: {refusal.strerror or refusal}."
-        raise BenchError("bad-out", message, str(out), ANOTHER) from refusal
+    except OSError as error:
+        message = f"The folder is not writable: {error.strerror or error}."
+        raise BenchError("bad-out", message, str(out), ANOTHER) from error

@@ -1,4 +1,4 @@
-"""submission.toml: what the recorder writes, and what it leaves as its author wrote it."""
+"""``submission.toml``: the sections that follow from a run, and those that the author edits."""
 
 from __future__ import annotations
 
@@ -12,102 +12,104 @@ from typing import Any
 import tomli_w
 
 from gym_extensions.atomic import write_text
+from gym_extensions.baselines.agent import Card
 from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.manifest import FORMAT, SECTIONS
 
-FORMAT = 1
-NAME = "submission.toml"
-FIXED = ("protocol", "hyperparameters")
-"""Sections that every run of a submission shares; a run with others is refused."""
-FIXED_VERSIONS = ("gymnasium", "mujoco")
-"""Packages that make the physics: runs of different versions are not mixed."""
-SEPARATE = "A submission is one algorithm at one budget with one set of settings; choose another --out."
+SHARED_SECTIONS = ("protocol", "hyperparameters")
+"""Sections that are the same in every run of a submission."""
+PHYSICS_PACKAGES = ("gymnasium", "mujoco")
+"""Packages whose versions are the same in every run of a submission."""
+ONE_SETTING = (
+    "A submission has one algorithm, one budget and one set of hyperparameters; choose another --out."
+)
+
+Tables = Mapping[str, Any]
 
 
 def versions() -> dict[str, str]:
-    """The packages and the platform that this process runs on."""
-    packages = {
-        "gym_extensions": "gym-extensions",
-        "gymnasium": "gymnasium",
-        "mujoco": "mujoco",
-        "numpy": "numpy",
-    }
-    found = {key: version(package) for key, package in packages.items()}
-    return found | {
+    """The versions of the packages, of Python and of the platform."""
+    packages = ("gym_extensions", "gymnasium", "mujoco", "numpy")
+    return {name: version(name.replace("_", "-")) for name in packages} | {
         "python": platform.python_version(),
         "platform": f"{platform.system()}-{platform.machine()}",
     }
 
 
 def read(path: Path) -> dict[str, Any]:
-    """The manifest's tables; empty where there is none; raises ``BenchError`` where it is not TOML."""
+    """The manifest's tables, empty if the file does not exist; raises ``BenchError`` if it is not TOML."""
     if not path.exists():
         return {}
     try:
         return tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as broken:
-        hint = "Correct that place, or choose another --out."
-        raise BenchError("bad-manifest", f"This is no TOML: {broken}.", str(path), hint) from broken
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        hint = "Correct the file, or choose another --out."
+        raise BenchError("bad-manifest", f"The file is not valid TOML: {error}.", str(path), hint) from error
 
 
-def written(card: Mapping[str, Any], budget: str, lanes: int | None) -> dict[str, Any]:
-    """The sections that follow from the run: ``protocol``, ``hyperparameters``, ``versions``.
+def run_sections(card: Card, budget: str, num_envs: int | None) -> dict[str, Any]:
+    """The sections that follow from a run: ``protocol``, ``hyperparameters`` and ``versions``.
 
-    Settings are as TOML gives them back (a tuple is a list), so that a later run finds its own.
+    Hyperparameters are as TOML reads them back (tuples as lists), so that a later run compares equal.
     """
-    settings = dict(card["hyperparameters"]) | ({} if lanes is None else {"lanes": lanes})
-    settings = tomllib.loads(tomli_w.dumps(settings))
+    settings = dict(card.hyperparameters) | ({} if num_envs is None else {"num_envs": num_envs})
     return {
-        "protocol": {"budget": budget, "algorithm": card["algorithm"], "evaluation": card["evaluation"]},
-        "hyperparameters": settings,
+        "protocol": {"budget": budget, "algorithm": card.algorithm, "evaluation": card.evaluation},
+        "hyperparameters": tomllib.loads(tomli_w.dumps(settings)),
         "versions": versions(),
     }
 
 
-def refuse_mixing(path: Path, existing: Mapping[str, Any], new: Mapping[str, Any]) -> None:
-    """Raises ``BenchError`` if the manifest that is there belongs to another algorithm, budget or setting."""
-    for section in FIXED:
+def require_same(path: Path, existing: Tables, new: Tables) -> None:
+    """Raises ``BenchError`` if the existing manifest has another algorithm, budget, setting or physics."""
+    for section in SHARED_SECTIONS:
         old = existing.get(section)
         if old is None or old == new[section]:
             continue
         for key in sorted(old.keys() | new[section].keys()):
-            was, now = old.get(key), new[section].get(key)
-            if was != now:
-                message = f"{section}.{key} is {was!r} in this submission and {now!r} in the run."
-                raise BenchError("mixed-submission", message, str(path), SEPARATE)
-    for key in FIXED_VERSIONS:
-        was, now = existing.get("versions", {}).get(key), new["versions"][key]
-        if was not in (None, now):
-            message = f"This submission was made with {key} {was}, and {now} is installed."
-            raise BenchError(
-                "mixed-versions", message, str(path), "Physics depends on it; choose another --out."
-            )
+            before, now = old.get(key), new[section].get(key)
+            if before != now:
+                message = f"{section}.{key} is {before!r} in this submission and {now!r} in the new run."
+                raise BenchError("mixed-submission", message, str(path), ONE_SETTING)
+    for package in PHYSICS_PACKAGES:
+        before, now = existing.get("versions", {}).get(package), new["versions"][package]
+        if before not in (None, now):
+            message = f"This submission was made with {package} {before}; {now} is installed."
+            hint = f"Install {package} {before}, or choose another --out."
+            raise BenchError("mixed-versions", message, str(path), hint)
 
 
-def manifest(
-    existing: Mapping[str, Any], card: Mapping[str, Any], new: Mapping[str, Any], first: int, last: int
-) -> dict[str, Any]:
-    """All tables in order: what its author wrote stays, the rest is the run's."""
+def merge(existing: Tables, card: Card, new: Tables, first: int, last: int) -> dict[str, Any]:
+    """The whole manifest: the author's values stay, the rest follows from the run.
+
+    Args:
+        existing: the tables of the existing manifest; may be empty.
+        card: of the agent that stores the most transitions.
+        new: the sections of the run.
+        first: the agent's parameters before training.
+        last: the agent's parameters after training.
+    """
     memory = existing.get("memory", {})
-    knows = {key: card[key] for key in ("task_in_training", "task_in_evaluation", "boundaries")}
-    ours = {
+    observes = {key: getattr(card, key) for key in SECTIONS["observes"]}
+    tables = {
         "format": FORMAT,
-        "title": existing.get("title", card["title"] or card["algorithm"]),
+        "title": existing.get("title", card.title or card.algorithm),
         "authors": existing.get("authors", []),
-        "description": existing.get("description", card["description"]),
+        "description": existing.get("description", card.description),
         "code": existing.get("code", {"url": "", "commit": ""}),
         "protocol": new["protocol"],
         "hyperparameters": new["hyperparameters"],
-        "knows": existing.get("knows", knows),
+        "observes": existing.get("observes", observes),
         "memory": {
-            "stored_steps": max(memory.get("stored_steps", 0), card["stored_steps"]),
+            "stored_steps": max(memory.get("stored_steps", 0), card.stored_steps),
             "parameters_first": max(memory.get("parameters_first", 0), first),
             "parameters_last": max(memory.get("parameters_last", 0), last),
         },
         "versions": new["versions"],
     }
-    return ours | {key: value for key, value in existing.items() if key not in ours}
+    return tables | {key: value for key, value in existing.items() if key not in tables}
 
 
-def write(path: Path, tables: Mapping[str, Any]) -> None:
+def write(path: Path, tables: Tables) -> None:
     """Writes the manifest."""
     write_text(path, tomli_w.dumps(dict(tables)))

@@ -1,1 +1,1 @@
-"""The loop: trains an agent through a protocol, evaluates it, records the log."""
+"""The training loop: runs any agent through a protocol, evaluates it and records every episode."""

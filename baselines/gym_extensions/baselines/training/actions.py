@@ -1,4 +1,4 @@
-"""An agent's actions as they are applied: of the right shape, inside the box."""
+"""An agent's actions as the environment receives them: checked and clipped to the action space."""
 
 from __future__ import annotations
 
@@ -9,40 +9,43 @@ import numpy as np
 from gym_extensions.baselines.agent import Array, VectorEnv
 from gym_extensions.errors import BenchError
 
-NUMBERS = "biuf"
-"""Kinds of arrays that are actions: truth values, whole numbers, floats."""
+NUMERIC_KINDS = "biuf"
+"""Allowed kinds of arrays: booleans, integers, floats."""
 
 
-def clipped(actions: object, env: VectorEnv, where: str) -> Array:
-    """The actions inside the action space, in its own type (float32).
+def clip_actions(actions: object, env: VectorEnv, where: str) -> Array:
+    """Clips actions to the action space and casts them to its dtype (float32).
 
     Args:
-        actions: what the agent gave.
-        env: whose lanes they are for.
-        where: the method that they came from, for an error.
+        actions: the agent's actions.
+        env: the vector environment that receives them.
+        where: the call that they come from, for error messages.
+
+    Returns:
+        Actions (num_envs, …).
 
     Raises:
-        BenchError: they are no array of numbers, a row a lane.
+        BenchError: the actions are not an array of numbers of shape (num_envs, …).
     """
     space = env.single_action_space
     shape = (env.num_envs, *(space.shape or ()))
-    found = _array(actions)
-    if found is None or found.dtype.kind not in NUMBERS or found.shape != shape:
-        message = f"The agent gave {_described(actions, found)} as its actions."
-        hint = f"Give an array of numbers of shape {shape}, a row a lane."
+    array = _to_array(actions)
+    if array is None or array.dtype.kind not in NUMERIC_KINDS or array.shape != shape:
+        message = f"The agent returned {_describe(actions, array)} as actions."
+        hint = f"Return an array of numbers of shape {shape}, one row per environment."
         raise BenchError("bad-actions", message, where, hint)
-    low, high, kind = getattr(space, "low", None), getattr(space, "high", None), space.dtype
-    return found if low is None else np.clip(found, low, high).astype(kind, copy=False)
+    low, high, dtype = getattr(space, "low", None), getattr(space, "high", None), space.dtype
+    return array if low is None else np.clip(array, low, high).astype(dtype, copy=False)
 
 
-def _array(actions: Any) -> Array | None:
+def _to_array(actions: Any) -> Array | None:
     try:
         return np.asarray(actions)
-    except (TypeError, ValueError, RuntimeError):  # rows of several lengths; a tensor elsewhere
+    except (TypeError, ValueError, RuntimeError):  # a ragged list, or a tensor on another device
         return None
 
 
-def _described(actions: object, found: Array | None) -> str:
-    if found is not None and found.shape:
-        return f"an array of shape {found.shape} and type {found.dtype}"
-    return f"a value of kind {type(actions).__name__}"
+def _describe(actions: object, array: Array | None) -> str:
+    if array is not None and array.shape:
+        return f"an array of shape {array.shape} and dtype {array.dtype}"
+    return f"a value of type {type(actions).__name__}"

@@ -1,4 +1,4 @@
-"""How far the work is: bars on a terminal, a line for each finished cell in a log."""
+"""Progress on the screen: bars on a terminal, else one line per evaluated task."""
 
 from __future__ import annotations
 
@@ -16,53 +16,54 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
-from gym_extensions.baselines.training.runner import News
+from gym_extensions.baselines.training.events import Event
 
 
 class Screen:
-    """Hears how far each piece of work is and shows it, counted in evaluated cells."""
+    """Shows the progress of every job, measured in evaluated tasks."""
 
     def __init__(self, console: Console, bars: Progress | None) -> None:
         self._console, self._bars = console, bars
-        self._cells: dict[str, int] = {}
+        self._remaining: dict[str, int] = {}
         self._rows: dict[str, TaskID] = {}
         self._total: TaskID | None = None
 
-    def plan(self, cells: Mapping[str, int]) -> None:
-        """Says how much there is to do: the cells of every piece of work, by its title."""
-        self._cells = dict(cells)
+    def plan(self, evaluations: Mapping[str, int]) -> None:
+        """Announces the work: the number of evaluations of every job, by its title."""
+        self._remaining = dict(evaluations)
+        total = sum(evaluations.values())
         if self._bars is None:
-            self._line(f"{len(cells)} units to run, {sum(cells.values())} cells to evaluate")
-        elif cells:
-            self._total = self._bars.add_task("all", total=sum(cells.values()))
+            self._print(f"{len(evaluations)} jobs, {total} evaluations")
+        elif evaluations:
+            self._total = self._bars.add_task("all", total=total)
 
-    def hear(self, news: News) -> None:
-        """Moves a bar, or prints a line for a finished cell."""
-        text = f"{news.work} stage {news.stage}"
+    def show(self, event: Event) -> None:
+        """Moves a bar, or prints a line for an evaluated task."""
+        text = f"{event.job} stage {event.stage}"
         if self._bars is None:
-            if news.evaluated:
-                self._line(f"{text}: {news.evaluated} mean return {news.mean:.1f}")
+            if event.task:
+                self._print(f"{text}: {event.task} mean return {event.mean_return:.1f}")
             return
-        if news.work not in self._rows:
-            self._rows[news.work] = self._bars.add_task(news.work, total=self._cells.get(news.work))
-        row = self._rows[news.work]
-        if not news.evaluated:
-            self._bars.update(row, description=f"{text} training {news.steps:,}")
+        if event.job not in self._rows:
+            self._rows[event.job] = self._bars.add_task(event.job, total=self._remaining.get(event.job))
+        row = self._rows[event.job]
+        if not event.task:
+            self._bars.update(row, description=f"{text} training {event.steps:,}")
             return
         self._bars.update(row, description=f"{text} evaluating", advance=1)
         if self._total is not None:
             self._bars.advance(self._total)
-        self._cells[news.work] -= 1
-        if self._cells[news.work] <= 0:
+        self._remaining[event.job] -= 1
+        if self._remaining[event.job] <= 0:
             self._bars.remove_task(row)
 
-    def _line(self, text: str) -> None:
+    def _print(self, text: str) -> None:
         self._console.print(text, highlight=False, soft_wrap=True, markup=False)
 
 
 @contextmanager
-def shown() -> Iterator[Screen]:
-    """A screen for one command: bars where there is a terminal, plain lines elsewhere."""
+def open_screen() -> Iterator[Screen]:
+    """A screen for one command: bars on a terminal, plain lines elsewhere."""
     console = Console()
     if not console.is_terminal:
         yield Screen(console, None)

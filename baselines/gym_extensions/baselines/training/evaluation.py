@@ -1,4 +1,4 @@
-"""One cell of the evaluation matrix: every episode a lane of a vector environment, recorded for replay."""
+"""Evaluation of an agent on one task: one episode per environment, recorded for replay."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from gym_extensions.baselines.agent import Agent, Array, VectorEnv
-from gym_extensions.baselines.training.actions import clipped
+from gym_extensions.baselines.training.actions import clip_actions
 from gym_extensions.rollouts.traces import Trace, cut
 
 
 @runtime_checkable
-class StatesAtOnce(Protocol):
-    """A vector environment that gives the states of all lanes in one call."""
+class BatchedStates(Protocol):
+    """A vector environment that returns the states of all environments in one call."""
 
     def save_states(self) -> dict[str, Array]:
-        """Arrays by name, (lanes, …)."""
+        """Arrays (num_envs, …) by name."""
 
 
 @dataclass(frozen=True)
 class Rollout:
-    """One evaluated episode: what the log's row needs, and its trace when one was asked for."""
+    """One evaluation episode, with its trace if one was requested."""
 
     length: int
     return_: float
@@ -33,42 +33,50 @@ class Rollout:
 
 
 def saved_states(env: VectorEnv) -> dict[str, Array]:
-    """The state of every lane, by name, (lanes, …)."""
-    if isinstance(env, StatesAtOnce):
+    """The states of all environments: arrays (num_envs, …) by name."""
+    if isinstance(env, BatchedStates):
         return env.save_states()
-    lanes = env.call("save_state")  # type: ignore[attr-defined]
-    return {name: np.stack([lane[name] for lane in lanes]) for name in lanes[0]}
+    states = env.call("save_state")  # type: ignore[attr-defined]
+    return {name: np.stack([state[name] for state in states]) for name in states[0]}
 
 
 def evaluate(agent: Agent, env: VectorEnv, seeds: Sequence[int], segment_steps: int = 0) -> list[Rollout]:
-    """The first episode of every lane, in the order of ``seeds``, one a lane.
+    """Runs the first episode of every environment.
 
-    A lane that has ended keeps its place, so that no lane's actions depend on when another ended.
-    With ``segment_steps`` above 0 each episode has its trace, cut into segments of so many steps.
+    An environment whose episode ended is stepped on, so that no action depends on when another episode ended.
+
+    Args:
+        agent: acts and does not learn.
+        env: ``len(seeds)`` environments of one task.
+        seeds: the reset seed of each environment.
+        segment_steps: steps per segment of a trace; 0 records no traces.
+
+    Returns:
+        One rollout per seed, in the order of ``seeds``.
     """
-    lanes = len(seeds)
+    num_envs = len(seeds)
     observations, _ = env.reset(seed=list(seeds))  # type: ignore[arg-type]
     rewards, actions, states = [], [], []
-    lengths, terminated = np.zeros(lanes, int), np.zeros(lanes, bool)
+    lengths, is_terminated = np.zeros(num_envs, int), np.zeros(num_envs, bool)
     while not lengths.all():
-        applied = clipped(agent.act(observations), env, "act()")
-        observations, reward, ends, cuts, _ = env.step(applied)
+        applied = clip_actions(agent.act(observations), env, "act()")
+        observations, reward, terminated, truncated, _ = env.step(applied)
         rewards.append(np.array(reward, np.float64))
-        ended = (ends | cuts) & (lengths == 0)
-        terminated[ended] = ends[ended]
+        ended = (terminated | truncated) & (lengths == 0)
+        is_terminated[ended] = terminated[ended]
         lengths[ended] = len(rewards)
         if segment_steps:
             actions.append(np.array(applied))
             if (len(rewards) + 1) % segment_steps == 0 and not lengths.all():
                 states.append(saved_states(env))
-    columns = np.stack(rewards)
-    played = np.stack(actions) if actions else None
+    all_rewards = np.stack(rewards)
+    all_actions = np.stack(actions) if actions else None
     rollouts = []
-    for lane in range(lanes):
-        earned = columns[: lengths[lane], lane]
+    for i in range(num_envs):
+        episode_rewards = all_rewards[: lengths[i], i]
         trace = None
-        if played is not None:
-            own = [{name: rows[lane] for name, rows in kept.items()} for kept in states]
-            trace = cut(played[: lengths[lane], lane], earned, own, segment_steps)
-        rollouts.append(Rollout(int(lengths[lane]), math.fsum(earned), bool(terminated[lane]), trace))
+        if all_actions is not None:
+            episode_states = [{name: values[i] for name, values in state.items()} for state in states]
+            trace = cut(all_actions[: lengths[i], i], episode_rewards, episode_states, segment_steps)
+        rollouts.append(Rollout(int(lengths[i]), math.fsum(episode_rewards), bool(is_terminated[i]), trace))
     return rollouts

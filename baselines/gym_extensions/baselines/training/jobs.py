@@ -1,18 +1,35 @@
-"""The pieces a protocol falls into: each can be run alone, in a process of its own."""
+"""The independent jobs of a protocol. Each trains one agent and can run in its own process."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from gym_extensions.catalog.budgets import Budget
-from gym_extensions.catalog.groups import TaskGroup, group
+from gym_extensions.catalog.budgets import Budget, budget
+from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.task import Task
 
 
 @dataclass(frozen=True)
+class Settings:
+    """How jobs run: the agent's and the budget's name, and ``num_envs`` if it is not the budget's."""
+
+    agent: str
+    budget: str
+    num_envs: int | None = None
+
+    def num_envs_for(self, num_tasks: int) -> int:
+        """Training environments: a multiple of the number of tasks, so that each task has equally many."""
+        requested = self.num_envs or budget(self.budget).num_envs
+        return -(-requested // num_tasks) * num_tasks
+
+
+@dataclass(frozen=True)
 class Stage:
-    """One step of a unit: what is trained (nothing in stage 0), how long, and what is evaluated then."""
+    """One stage of a job: train on ``trained`` for ``steps`` transitions, then evaluate on ``evaluated``.
+
+    Stage 0 trains nothing.
+    """
 
     number: int
     trained: tuple[Task, ...]
@@ -21,52 +38,46 @@ class Stage:
 
 
 @dataclass(frozen=True)
-class Unit:
-    """One learner's life: a run of a group's protocol; in the single protocol, of one ``task`` of it."""
+class TrainingJob:
+    """One agent in one run of a protocol; in the single protocol, on the task at index ``task``."""
 
-    group: str
+    group: TaskGroup
     protocol: str
     run: int
     task: int | None = None
 
     @property
     def name(self) -> str:
-        """A short name, also its folder's: ``sequential-run0``, ``single-run0-task3``."""
+        """A short name and the name of the job's folder: ``sequential-run0``, ``single-run0-task3``."""
         ending = "" if self.task is None else f"-task{self.task}"
         return f"{self.protocol}-run{self.run}{ending}"
 
     @property
     def title(self) -> str:
-        """Its name with the group's."""
-        return f"{self.group} {self.name}"
-
-    @property
-    def of(self) -> TaskGroup:
-        """The group's row."""
-        return group(self.group)
+        """The group's and the job's name."""
+        return f"{self.group.name} {self.name}"
 
     def stages(self, budget: Budget) -> list[Stage]:
-        """What happens, in order."""
-        tasks = self.of.tasks
-        steps = budget.steps_for(self.group)
+        """The stages in order."""
+        tasks = self.group.tasks
+        steps = budget.steps_for(self.group.name)
         if self.protocol == "sequential":
             trained = [(), *((task,) for task in tasks)]
             return [Stage(k, which, steps if which else 0, tasks) for k, which in enumerate(trained)]
         if self.protocol == "joint":
             return [Stage(1, tasks, steps * len(tasks), tasks)]
         if self.task is None:
-            raise ValueError("a unit of the single protocol names its task")
-        one = (tasks[self.task],)
-        return [Stage(1, one, steps, one)]
+            raise ValueError("a job of the single protocol needs a task")
+        alone = (tasks[self.task],)
+        return [Stage(1, alone, steps, alone)]
 
-    def cells(self, budget: Budget) -> int:
-        """Cells that are evaluated in all its stages."""
+    def num_evaluations(self, budget: Budget) -> int:
+        """Evaluated tasks, summed over all stages."""
         return sum(len(stage.evaluated) for stage in self.stages(budget))
 
 
-def units(group_name: str, protocol: str, runs: Sequence[int]) -> list[Unit]:
-    """The units of one log, in order."""
-    name = group(group_name).name
+def jobs_of(group: TaskGroup, protocol: str, runs: Sequence[int]) -> list[TrainingJob]:
+    """The jobs of one log, in order."""
     if protocol != "single":
-        return [Unit(name, protocol, run) for run in runs]
-    return [Unit(name, protocol, run, task) for run in runs for task in range(len(group(name).tasks))]
+        return [TrainingJob(group, protocol, run) for run in runs]
+    return [TrainingJob(group, protocol, run, task) for run in runs for task in range(len(group.tasks))]

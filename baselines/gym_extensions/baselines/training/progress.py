@@ -1,100 +1,130 @@
-"""What an unfinished run keeps: its finished stages, and the agent as it was after the last of them."""
+"""The state of unfinished jobs on disk: finished stages, and the agent after the last of them."""
 
 from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 from gym_extensions.atomic import write_text
-from gym_extensions.baselines.agent import Agent, Resumable
+from gym_extensions.baselines.agent import Agent, Card, Resumable
+from gym_extensions.baselines.training.jobs import TrainingJob
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.episodes import CurvePoint, Episode
+from gym_extensions.rollouts.layout import PROGRESS
 
-FOLDER = ".progress"
+SETTINGS = "settings.json"
 
 
 @dataclass(frozen=True)
-class Finished:
-    """One finished stage: its log rows, its curve, the number of the agent's parameters before and after."""
+class FinishedStage:
+    """The record of a stage. ``parameters`` are the agent's numbers before the job and after the stage."""
 
     stage: int
     episodes: list[Episode]
     curves: list[CurvePoint]
-    card: dict[str, Any]
+    card: Card
     parameters: tuple[int, int]
 
 
 class Progress:
-    """The folder of one unit. A stage counts as finished when its record is there: that is written last."""
+    """The folder of one unfinished job. A stage is finished once its record exists; it is written last."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
 
+    @classmethod
+    def of(cls, out: Path, job: TrainingJob) -> Progress:
+        """The progress of a job in the submission folder ``out``."""
+        return cls(out / PROGRESS / job.group.name / job.name)
+
     def begin(self, settings: Mapping[str, Any]) -> None:
-        """Notes what is being run; raises ``BenchError`` if parts of something else are here."""
-        note = self.folder / "settings.json"
+        """Stores the job's settings; raises ``BenchError`` if the folder belongs to other settings."""
+        path = self.folder / SETTINGS
         text = json.dumps(settings, indent=1, sort_keys=True) + "\n"
-        if not note.exists():
-            write_text(note, text)
-        elif note.read_text() != text:
+        if not path.exists():
+            write_text(path, text)
+            return
+        stored = path.read_text(encoding="utf-8")
+        if stored != text:
             raise BenchError(
                 "other-run-unfinished",
-                f"Parts of an unfinished run with other settings are here: {note.read_text()}",
+                f"The folder belongs to an unfinished run with other settings: {stored}",
                 where=str(self.folder),
-                hint="Finish it with its own settings, remove the folder, or choose another --out.",
+                hint="Finish it with its settings, delete the folder, or choose another --out.",
             )
 
-    def finished(self) -> list[Finished]:
+    def finished(self) -> list[FinishedStage]:
         """The records of the finished stages, in order."""
-        records = sorted(self.folder.glob("stage*.json"), key=lambda path: int(path.stem[5:]))
-        return [_read(path) for path in records]
+        return [_read(path) for path in self._records()]
 
-    def resume(self, agent: Agent, done: list[Finished]) -> bool:
-        """Puts the agent where the last finished stage left it; False if it must start again."""
-        saved = self._saved(done[-1].stage)
-        if not (isinstance(agent, Resumable) and saved.exists()):
+    def reusable(self) -> int:
+        """Number of finished stages that the same command would not repeat.
+
+        An agent that cannot be saved repeats its job, unless every stage is finished.
+        """
+        records = self._records()
+        if not records:
+            return 0
+        settings: dict[str, Any] = json.loads((self.folder / SETTINGS).read_text(encoding="utf-8"))
+        complete = len(records) == settings["stages"]
+        return len(records) if complete or self._checkpoint(_number(records[-1])).exists() else 0
+
+    def resume(self, agent: Agent, done: list[FinishedStage]) -> bool:
+        """Restores the agent after the last finished stage; False if the job must start again."""
+        checkpoint = self._checkpoint(done[-1].stage)
+        if not (isinstance(agent, Resumable) and checkpoint.exists()):
             self.forget()
             return False
-        agent.load(saved)
+        agent.load(checkpoint)
         return True
 
-    def finish(self, record: Finished, agent: Agent, last: bool) -> None:
-        """Keeps the agent, then the record, then removes the agent of the stage before."""
-        saved = self._saved(record.stage)
+    def finish(self, record: FinishedStage, agent: Agent, last: bool) -> None:
+        """Saves the agent, writes the record, then deletes the agent of the stage before."""
+        checkpoint = self._checkpoint(record.stage)
         if isinstance(agent, Resumable) and not last:
-            partial = saved.with_name(f".{saved.stem}.partial.npz")
+            partial = checkpoint.with_name(f".{checkpoint.stem}.partial.npz")
             agent.save(partial)
-            partial.replace(saved)
+            partial.replace(checkpoint)
         write_text(self.folder / f"stage{record.stage}.json", json.dumps(asdict(record)) + "\n")
         for older in self.folder.glob("agent*.npz"):
-            if older != saved:
+            if older != checkpoint:
                 older.unlink()
 
     def forget(self) -> None:
-        """Removes every finished stage, records first."""
-        for path in sorted(self.folder.glob("stage*.json"), reverse=True):
-            path.unlink()
-        for path in self.folder.glob("agent*.npz"):
+        """Deletes every finished stage, the records first."""
+        for path in [*reversed(self._records()), *self.folder.glob("agent*.npz")]:
             path.unlink()
 
     def remove(self) -> None:
-        """Removes the folder."""
+        """Deletes the folder."""
         shutil.rmtree(self.folder, ignore_errors=True)
 
-    def _saved(self, stage: int) -> Path:
+    def _records(self) -> list[Path]:
+        return sorted(self.folder.glob("stage*.json"), key=_number)
+
+    def _checkpoint(self, stage: int) -> Path:
         return self.folder / f"agent{stage}.npz"
 
 
-def _read(path: Path) -> Finished:
-    content = json.loads(path.read_text())
-    return Finished(
+def reusable_stages(out: Path, titles: Iterable[str]) -> int:
+    """Finished stages that the same command would not repeat, summed over jobs with these titles."""
+    return sum(Progress(out.joinpath(PROGRESS, *title.split())).reusable() for title in titles)
+
+
+def _number(record: Path) -> int:
+    return int(record.stem.removeprefix("stage"))
+
+
+def _read(path: Path) -> FinishedStage:
+    content = json.loads(path.read_text(encoding="utf-8"))
+    return FinishedStage(
         content["stage"],
         [Episode(**row) for row in content["episodes"]],
         [CurvePoint(**row) for row in content["curves"]],
-        content["card"],
+        Card(**content["card"]),
         (content["parameters"][0], content["parameters"][1]),
     )

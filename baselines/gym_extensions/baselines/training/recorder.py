@@ -1,4 +1,4 @@
-"""The environment that an agent learns in: clips its actions, counts its steps, writes its curve."""
+"""The training environment: clips actions, counts transitions and records the training curve."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ import gymnasium as gym
 import numpy as np
 
 from gym_extensions.baselines.agent import Array, VectorEnv
-from gym_extensions.baselines.training.actions import clipped
+from gym_extensions.baselines.training.actions import clip_actions
 from gym_extensions.errors import BenchError
 
 EXCESS = 0.02
-"""Part of the budget by which an agent's last batch may exceed it."""
+"""Fraction of the budget by which an agent's last batch may exceed it."""
 
 
 @dataclass(frozen=True)
 class Point:
-    """Mean return of the training episodes of one task that ended since the point before."""
+    """Mean return of the training episodes of one task that ended since the previous point."""
 
     task: str
     step: int
@@ -27,15 +27,15 @@ class Point:
 
 
 class Recorder(gym.vector.VectorWrapper):
-    """A vector environment whose log is right whatever the agent does with it.
+    """A vector environment that records training correctly whatever the agent does with it.
 
     Args:
-        env: lanes in autoreset mode NEXT_STEP; lane i holds ``task_ids[i mod len(task_ids)]``.
-        task_ids: the tasks trained here.
+        env: environments in autoreset mode NEXT_STEP; environment i runs ``task_ids[i % len(task_ids)]``.
+        task_ids: the tasks that are trained.
         steps: the budget: transitions that the agent may take.
-        batch_steps: the budget's batch; also how often the curve gets a point, where an episode has ended.
-        seed: of the first reset; whatever seed the agent passes is ignored.
-        report: told the number of transitions after every batch.
+        batch_steps: the budget's batch size. It is also the interval between points of the curve.
+        seed: of the first reset; seeds that the agent passes are ignored.
+        report: called with the number of transitions after every batch.
     """
 
     def __init__(
@@ -52,7 +52,7 @@ class Recorder(gym.vector.VectorWrapper):
         self.batch_steps, self.taken, self.points = batch_steps, 0, list[Point]()
         self._tasks, self._budget, self._report = task_ids, steps, report
         self._seeds = np.random.SeedSequence(seed)
-        self._between = np.ones(self.num_envs, bool)
+        self._resetting = np.ones(self.num_envs, bool)
         self._sums = np.zeros(self.num_envs)
         self._ended: dict[str, list[float]] = {task: [] for task in task_ids}
         self._next_point = batch_steps
@@ -60,42 +60,45 @@ class Recorder(gym.vector.VectorWrapper):
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Any, dict[str, Any]]:
-        """First observations; ``options["reset_mask"]`` resets those lanes alone; seeded by the run."""
+        """Resets all environments, or those in ``options["reset_mask"]``, with the run's own seeds."""
         mask = None if options is None else options.get("reset_mask")
-        which = np.ones(self.num_envs, bool) if mask is None else np.array(mask, bool)
-        self._between[which] = False
-        self._sums[which] = 0.0
+        selected = np.ones(self.num_envs, bool) if mask is None else np.array(mask, bool)
+        self._resetting[selected] = False
+        self._sums[selected] = 0.0
         if mask is not None:
             return self.env.reset(options=options)
-        fresh = int(self._seeds.spawn(1)[0].generate_state(1)[0])
-        return self.env.reset(seed=fresh, options=options)
+        new_seed = int(self._seeds.spawn(1)[0].generate_state(1)[0])
+        return self.env.reset(seed=new_seed, options=options)
 
     def step(self, actions: Array) -> tuple[Any, Array, Array, Array, dict[str, Any]]:
-        """One step of every lane with clipped actions; raises ``BenchError`` above the budget."""
-        observations, rewards, ends, cuts, infos = self.env.step(
-            clipped(actions, self.env, "env.step() in learn()")
-        )
-        real = ~self._between
-        self.taken += int(real.sum())
-        self._sums += np.where(real, rewards, 0.0)
-        self._between = (ends | cuts) & real
-        for lane in map(int, np.flatnonzero(self._between)):
-            self._ended[self._tasks[lane % len(self._tasks)]].append(float(self._sums[lane]))
-            self._sums[lane] = 0.0
+        """Steps all environments with clipped actions.
+
+        Raises:
+            BenchError: the agent exceeded its budget, or the actions have the wrong shape.
+        """
+        applied = clip_actions(actions, self.env, "env.step() in learn()")
+        observations, rewards, terminated, truncated, infos = self.env.step(applied)
+        is_transition = ~self._resetting
+        self.taken += int(is_transition.sum())
+        self._sums += np.where(is_transition, rewards, 0.0)
+        self._resetting = (terminated | truncated) & is_transition
+        for i in map(int, np.flatnonzero(self._resetting)):
+            self._ended[self._tasks[i % len(self._tasks)]].append(float(self._sums[i]))
+            self._sums[i] = 0.0
         if self.taken >= self._next_point:
             self._next_point += self.batch_steps * (1 + (self.taken - self._next_point) // self.batch_steps)
             self.flush()
         if self.taken > self._budget * (1 + EXCESS):
             raise BenchError(
                 "budget-exceeded",
-                f"The agent took {self.taken} training steps of a budget of {self._budget}.",
-                where="learn",
-                hint=f"Stop after the steps that learn() is given; at most {EXCESS:.0%} more are allowed.",
+                f"The agent took {self.taken} training steps; its budget is {self._budget}.",
+                where="learn()",
+                hint=f"Stop after the number of steps passed to learn(); {EXCESS:.0%} more are allowed.",
             )
-        return observations, rewards, ends, cuts, infos
+        return observations, rewards, terminated, truncated, infos
 
     def flush(self) -> None:
-        """Writes a point for every task with episodes ended since its last, and tells the steps taken."""
+        """Adds a point for every task with newly ended episodes and reports the transitions."""
         for task, returns in self._ended.items():
             if returns:
                 self.points.append(Point(task, self.taken, float(np.mean(returns))))

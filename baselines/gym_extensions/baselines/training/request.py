@@ -1,7 +1,8 @@
-"""What is asked of the loop, checked before anything is run."""
+"""The arguments of a training command, checked before anything runs."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from operator import index
@@ -9,85 +10,115 @@ from typing import Any
 
 from gym_extensions.catalog.budgets import Budget
 from gym_extensions.catalog.budgets import budget as budget_named
-from gym_extensions.catalog.groups import group
+from gym_extensions.catalog.groups import TaskGroup
+from gym_extensions.catalog.groups import group as group_named
 from gym_extensions.catalog.protocol import CURVE_POINTS, FIRST_REFERENCE_RUN, PROTOCOLS
 from gym_extensions.errors import BenchError, did_you_mean
 
 
 @dataclass(frozen=True)
 class Request:
-    """Groups by their bare names, protocols, a budget and runs, each in order and once."""
+    """Groups, protocols, a budget and runs, without duplicates."""
 
-    groups: tuple[str, ...]
+    groups: tuple[TaskGroup, ...]
     protocols: tuple[str, ...]
     budget: Budget
     runs: tuple[int, ...]
 
-    def logs(self) -> list[tuple[str, str]]:
-        """(group, protocol) of every log."""
-        return [(name, protocol) for name in self.groups for protocol in self.protocols]
+    def logs(self) -> list[tuple[TaskGroup, str]]:
+        """The group and protocol of every log."""
+        return [(group, protocol) for group in self.groups for protocol in self.protocols]
 
 
-def _texts(given: object, what: str) -> list[str]:
-    """The text alone, or several; raises ``BenchError`` for anything else, and for none."""
-    found = [given] if isinstance(given, str) else list(given) if isinstance(given, Iterable) else []
-    if not found or not all(isinstance(text, str) for text in found):
-        hint = "Give a name, or a list of names."
-        raise BenchError(f"bad-{what}", f"{given!r} names nothing.", what, hint)
-    return found
-
-
-def _numbers(given: Any) -> list[int]:
-    """The number alone, or several; raises ``BenchError`` for anything else, and for none."""
-    found = list(given) if isinstance(given, Iterable) and not isinstance(given, str | bytes) else [given]
-    try:
-        numbers = [index(number) for number in found]
-    except TypeError:
-        numbers = []
-    if not numbers:
-        hint = "Give a whole number or several, as in 0, [0, 1] or range(5)."
-        raise BenchError("bad-runs", f"{given!r} is no list of runs.", "runs", hint)
-    return numbers
-
-
-def checked(
+def parse_request(
     groups: str | Iterable[str],
     protocols: str | Iterable[str],
     budget: str,
     runs: int | Iterable[int],
-    lanes: int | None,
+    num_envs: int | None,
 ) -> Request:
-    """The request; raises ``BenchError`` for an unknown name, none, a run or lanes that are not allowed."""
-    names = tuple(dict.fromkeys(group(name).name for name in _texts(groups, "groups")))
-    kinds = tuple(dict.fromkeys(_texts(protocols, "protocols")))
-    numbers = tuple(sorted(set(_numbers(runs))))
-    for kind in kinds:
-        if kind not in PROTOCOLS:
-            hint = did_you_mean(kind, PROTOCOLS)
-            raise BenchError("unknown-protocol", f"There is no protocol {kind!r}.", hint=hint)
+    """Checks the arguments of :func:`gym_extensions.baselines.train`.
+
+    Raises:
+        BenchError: an unknown name, an empty list, or a number that is not allowed.
+    """
+    unique_groups = tuple(dict.fromkeys(group_named(name) for name in _names(groups, "groups")))
+    unique_protocols = tuple(dict.fromkeys(_names(protocols, "protocols")))
+    for protocol in unique_protocols:
+        if protocol not in PROTOCOLS:
+            hint = did_you_mean(protocol, PROTOCOLS)
+            raise BenchError("unknown-protocol", f"Unknown protocol {protocol!r}.", hint=hint)
     chosen = budget_named(str(budget))
-    for run in numbers:
+    unique_runs = tuple(sorted(set(_integers(runs))))
+    for run in unique_runs:
         if not 0 <= run < FIRST_REFERENCE_RUN:
-            hint = f"Give numbers from 0 to {FIRST_REFERENCE_RUN - 1}; those above are for references."
-            raise BenchError("bad-run", f"{run} is no run of a submission.", "--runs", hint)
-    if lanes is not None:
-        _check_lanes(lanes, chosen, names)
-    return Request(names, kinds, chosen, numbers)
+            hint = f"Use 0 to {FIRST_REFERENCE_RUN - 1}; larger numbers are reserved for references."
+            raise BenchError("bad-run", f"Run {run} is out of range.", "--runs", hint)
+    if num_envs is not None:
+        _check_num_envs(num_envs, chosen, unique_groups)
+    return Request(unique_groups, unique_protocols, chosen, unique_runs)
 
 
-def _check_lanes(lanes: Any, chosen: Budget, names: Iterable[str]) -> None:
-    if not isinstance(lanes, int):
-        hint = "Give a whole number."
-        raise BenchError("bad-lanes", f"{lanes!r} is no number of lanes.", "--lanes", hint)
-    if lanes < 1:
-        raise BenchError("bad-lanes", f"{lanes} training lanes are too few.", "--lanes", "Give at least 1.")
-    if not chosen.on_boards:
+def parse_names(text: str) -> list[str]:
+    """The names of a comma-separated list."""
+    return [name.strip() for name in text.split(",")]
+
+
+def parse_runs(text: str) -> list[int]:
+    """The numbers of a list with ranges such as ``0,2,5-7``; raises ``BenchError`` for anything else."""
+    runs: list[int] = []
+    for part in text.split(","):
+        match = re.fullmatch(r"\s*(\d+)\s*(?:-\s*(\d+)\s*)?", part)
+        if match is None:
+            hint = "Use numbers and ranges, such as 0,1 or 0-4."
+            raise BenchError("bad-runs", f"{text!r} is not a list of runs.", "--runs", hint)
+        first, last = int(match[1]), int(match[2] or match[1])
+        if last < first:
+            hint = f"Write the smaller number first: {last}-{first}."
+            raise BenchError("bad-runs", f"The range {part.strip()!r} is empty.", "--runs", hint)
+        runs += range(first, last + 1)
+    return runs
+
+
+def require_positive(number: int, option: str) -> None:
+    """Raises ``BenchError`` if the value of a command's option is below 1."""
+    if number < 1:
+        raise BenchError(f"bad-{option[2:]}", f"{number} is too small.", option, "Use at least 1.")
+
+
+def _names(value: object, argument: str) -> list[str]:
+    names = [value] if isinstance(value, str) else list(value) if isinstance(value, Iterable) else []
+    if not names or not all(isinstance(name, str) for name in names):
+        message = f"Expected a name or a list of names, got {value!r}."
+        raise BenchError(f"bad-{argument}", message, argument)
+    return names
+
+
+def _integers(value: Any) -> list[int]:
+    items = list(value) if isinstance(value, Iterable) and not isinstance(value, str | bytes) else [value]
+    try:
+        numbers = [index(item) for item in items]
+    except TypeError:
+        numbers = []
+    if not numbers:
+        hint = "For example 0, [0, 1] or range(5)."
+        raise BenchError("bad-runs", f"Expected an integer or several, got {value!r}.", "runs", hint)
+    return numbers
+
+
+def _check_num_envs(num_envs: Any, budget: Budget, groups: Iterable[TaskGroup]) -> None:
+    option = "--num-envs"
+    if not isinstance(num_envs, int):
+        raise BenchError("bad-num-envs", f"Expected an integer, got {num_envs!r}.", option)
+    require_positive(num_envs, option)
+    if not budget.on_boards:
         return
-    for name in names:
-        longest = max(task.max_steps for task in group(name).tasks)
-        most = chosen.steps_for(name) // (longest * CURVE_POINTS)
-        if lanes > most:
+    for group in groups:
+        episode_steps = max(task.max_steps for task in group.tasks)
+        limit = budget.steps_for(group.name) // (episode_steps * CURVE_POINTS)
+        if num_envs > limit:
             message = (
-                f"{lanes} lanes leave fewer than {CURVE_POINTS} episodes a lane in budget {chosen.name!r}."
+                f"With {num_envs} environments, the budget {budget.name!r} has fewer than {CURVE_POINTS} "
+                "episodes per environment."
             )
-            raise BenchError("bad-lanes", message, "--lanes", f"Give at most {most} for {name}.")
+            raise BenchError("bad-num-envs", message, option, f"Use at most {limit} for {group.name}.")

@@ -5,21 +5,30 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from gym_extensions.catalog.variations.base import AtRunTime, positive
+from gym_extensions.catalog.variations.base import RuntimeVariation, require_positive
 
 if TYPE_CHECKING:
-    pass
+    import mujoco
+
+    from gym_extensions.catalog.bodies.body import Body
 
 
 @dataclass(frozen=True)
-class MotorNoise(AtRunTime):
-    """Every motor gets its command plus normal noise, clipped to its range.
+class MotorNoise(RuntimeVariation):
+    """Adds normal noise to the command of every motor and clips the sum to the motor's range.
 
-    ``scale`` is the noise's standard deviation as a share of the motor's range. Rewards use the command where
-    Gymnasium's use the action, and what was applied where they use ``ctrl``.
+    ``scale`` is the standard deviation of the noise as a fraction of the motor's range. Reward terms that
+    use the action in Gymnasium use the command; terms that use ``ctrl`` use the noisy command.
     """
 
     scale: float = 0.1
 
     def __post_init__(self) -> None:
-        positive("MotorNoise's scale", self.scale)
+        require_positive("MotorNoise's scale", self.scale)
+
+    def describe(self, body: Body, spec: mujoco.MjSpec) -> str:
+        """Returns the documentation's sentence."""
+        return (
+            f"Noise from N(0, ({self.scale:g} × range)²) is added to every motor's command, and the sum is "
+            "clipped to the motor's range. All noise of an episode is drawn at reset."
+        )

@@ -1,4 +1,4 @@
-"""Each kind of difference between a task and its base: a frozen value that edits an MjSpec handed to it."""
+"""What every kind of variation has in common."""
 
 from __future__ import annotations
 
@@ -10,23 +10,46 @@ from gym_extensions.errors import BenchError
 if TYPE_CHECKING:
     import mujoco
 
+    from gym_extensions.catalog.bodies.body import Body
+
 
 class Variation(Protocol):
-    """A difference as a value; applying several of different parts gives the same model in any order."""
+    """A difference between a task and its base body, as a frozen value.
+
+    Variations of different parts give the same model in any order.
+    """
 
     def apply(self, spec: mujoco.MjSpec) -> None:
         """Edits the model's specification in place, before it is compiled."""
 
 
-def positive(name: str, value: object) -> None:
-    """Raises ``BenchError`` unless the value is a finite number above zero."""
-    number = float(value) if isinstance(value, SupportsFloat) and not isinstance(value, bool) else math.nan
-    if not (math.isfinite(number) and number > 0):
-        raise BenchError("bad-factor", f"{name} is {value!r}.", hint="Give a finite number above 0.")
-
-
-class AtRunTime:
-    """A difference in what happens while the simulation runs: the model is the base's."""
+class BaseVariation:
+    """A variation that changes nothing, fits every body, and describes itself by its values."""
 
     def apply(self, spec: mujoco.MjSpec) -> None:
         """Leaves the model as it is."""
+
+    @classmethod
+    def fits(cls, body: Body) -> bool:
+        """Returns whether the variation can be applied to the base body."""
+        return True
+
+    def describe(self, body: Body, spec: mujoco.MjSpec) -> str:
+        """Returns the documentation's sentence about the variation.
+
+        Args:
+            body: the base body.
+            spec: the body's specification without variations; the method may edit it.
+        """
+        return f"{self!r}."
+
+
+class RuntimeVariation(BaseVariation):
+    """A variation that acts while the simulation runs; the model is the base body's."""
+
+
+def require_positive(name: str, value: object) -> None:
+    """Raises ``BenchError`` unless the value is a finite number above 0."""
+    number = float(value) if isinstance(value, SupportsFloat) and not isinstance(value, bool) else math.nan
+    if not (math.isfinite(number) and number > 0):
+        raise BenchError("bad-factor", f"{name} is {value!r}.", hint="Give a finite number above 0.")

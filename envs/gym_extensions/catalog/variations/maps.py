@@ -5,23 +5,30 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from gym_extensions.catalog.variations.base import BaseVariation
 from gym_extensions.errors import BenchError
 
 if TYPE_CHECKING:
     import mujoco
 
+    from gym_extensions.catalog.bodies.body import Body
+
 
 @dataclass(frozen=True)
-class Course:
-    """What makes one navigation task: what the agent observes, on which map, to which goal."""
+class Course(BaseVariation):
+    """One navigation task: what the agent observes (``family``), the map and the goal by their numbers."""
 
     family: str
     map: int
     goal: int
 
+    @classmethod
+    def fits(cls, body: Body) -> bool:
+        """Returns whether the body is the point of navigation."""
+        return body.family == "navigation"
+
     def apply(self, spec: mujoco.MjSpec) -> None:
-        """Raises ``BenchError``: a course is no change of a body."""
+        """Raises ``BenchError``: a course does not change a model."""
         hint = "Make a navigation task by its name."
-        raise BenchError(
-            "not-a-body-variation", "A course on a map cannot be added to a body.", str(self), hint
-        )
+        message = "A navigation course cannot be added to a MuJoCo body."
+        raise BenchError("not-a-body-variation", message, str(self), hint)

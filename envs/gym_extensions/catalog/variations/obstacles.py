@@ -1,30 +1,32 @@
-"""A wall in the way, and the range sensor that sees it."""
+"""A wall in the way, the range sensor that sees it, and noise on that sensor."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from gym_extensions.catalog.variations.base import AtRunTime, positive
+from gym_extensions.catalog.variations.base import BaseVariation, RuntimeVariation, require_positive
 from gym_extensions.errors import BenchError
 
 if TYPE_CHECKING:
     import mujoco
 
+    from gym_extensions.catalog.bodies.body import Body
+
 WALL = "wall"
 """Name of the wall's body and geom in the model."""
 PARKED_HEIGHT = -100.0
-"""Where a parked wall's centre lies, m: no body and no beam reaches that far below the floor."""
+"""z of a parked wall's center, in m: no body and no beam reaches that far below the floor."""
 BOX = 6
 """MuJoCo's mjGEOM_BOX; the catalog loads no simulator."""
 
 
 @dataclass(frozen=True)
-class Wall:
-    """A box across the way, its centre at y 0 and an x drawn at every reset from U(nearest, farthest).
+class Wall(BaseVariation):
+    """A box across the way, its center at y = 0 and at x drawn from U(nearest, farthest) at every reset.
 
-    It is a mocap body added last to the world, without mass and without friction. Lengths in m. A parked wall
-    lies out of reach under the floor: the task then shares the layout of the one in which it stands.
+    The box is a mocap body, added last to the world, without mass and friction. Lengths are in m. A parked
+    wall is out of reach under the floor, so that its task shares the model layout of the task with the wall.
     """
 
     width: float = 0.8
@@ -37,10 +39,15 @@ class Wall:
 
     def __post_init__(self) -> None:
         for name in ("width", "depth", "height", "nearest"):
-            positive(f"Wall's {name}", getattr(self, name))
+            require_positive(f"Wall's {name}", getattr(self, name))
         if not self.farthest >= self.nearest:
-            message = f"Wall's farthest is {self.farthest!r}, below its nearest, {self.nearest!r}."
-            raise BenchError("bad-range", message, hint="Give the farthest place last.")
+            message = f"Wall's farthest is {self.farthest!r} and its nearest {self.nearest!r}."
+            raise BenchError("bad-range", message, hint="Give farthest at least as large as nearest.")
+
+    @classmethod
+    def fits(cls, body: Body) -> bool:
+        """Returns whether the body moves along x."""
+        return body.beams is not None
 
     @property
     def half_sizes(self) -> tuple[float, float, float]:
@@ -49,16 +56,16 @@ class Wall:
 
     @property
     def rest(self) -> tuple[float, float, float]:
-        """Where the model places the centre before a reset draws its x."""
+        """The center in the model, before a reset draws its x; m."""
         if self.parked:
             return 0.0, 0.0, PARKED_HEIGHT
         return (self.nearest + self.farthest) / 2, 0.0, self.centre_height
 
     def apply(self, spec: mujoco.MjSpec) -> None:
-        """Adds the box. The model's extent and centre stay, or the renderer would clip the agent.
+        """Adds the box and keeps the model's extent and center, or the renderer would clip the agent.
 
-        Condim 1 with priority 1: a contact takes the larger condim of the pair, so without the priority some
-        bodies would rub against it.
+        A contact takes the larger condim of its two geoms. Priority 1 gives the wall's condim 1, that is, no
+        friction.
         """
         before = spec.copy().compile().stat
         spec.stat.extent, spec.stat.center = before.extent, before.center
@@ -76,27 +83,59 @@ class Wall:
             rgba=(0.75, 0.25, 0.55, 1),
         )
 
+    def describe(self, body: Body, spec: mujoco.MjSpec) -> str:
+        """Returns the documentation's sentence."""
+        size = f"{self.depth:g} × {self.width:g} × {self.height:g} m (depth × width × height)"
+        if self.parked:
+            return f"A wall of {size} is parked out of reach, so every beam reads 0."
+        top = self.centre_height + self.height / 2
+        return (
+            f"A wall of {size}, without friction, its top at {top:g} m, "
+            f"its center at x ~ U({self.nearest:g}, {self.farthest:g}) m, y 0, drawn at reset."
+        )
+
+
+class _OnTorso(RuntimeVariation):
+    """A run-time variation of bodies with a torso that carries range beams."""
+
+    @classmethod
+    def fits(cls, body: Body) -> bool:
+        """Returns whether the body can carry range beams."""
+        return body.beams is not None
+
 
 @dataclass(frozen=True)
-class RangeSensor(AtRunTime):
-    """Ten range beams from the torso, appended to the observation: distance to the wall / 10 m, or 0."""
+class RangeSensor(_OnTorso):
+    """Appends ten range beams from the torso to the observation: distance to the wall / 10 m, or 0."""
+
+    def describe(self, body: Body, spec: mujoco.MjSpec) -> str:
+        """Returns the documentation's sentence."""
+        plane = "the world's x–z plane" if body.beams == "world" else "the torso's x–z plane"
+        return f"Ten range beams in {plane}, −45° to +45°, up to 10 m, are appended to the observation."
 
 
 @dataclass(frozen=True)
-class SensorNoise(AtRunTime):
-    """The range sensor reads one step late; beams drop out and carry normal noise.
+class SensorNoise(_OnTorso):
+    """Delays the range sensor by one step, drops beams and adds normal noise.
 
-    ``dropout`` is each beam's probability of reading 0, ``noise`` the standard deviation of what is added to
-    the readings of beams that hit.
+    ``dropout`` is the probability that a beam reads 0, per beam and step. ``noise`` is the standard deviation
+    of the noise on beams that hit, in units of 10 m.
     """
 
     dropout: float = 0.05
     noise: float = 0.02
 
     def __post_init__(self) -> None:
-        positive("SensorNoise's dropout", self.dropout)
-        positive("SensorNoise's noise", self.noise)
+        require_positive("SensorNoise's dropout", self.dropout)
+        require_positive("SensorNoise's noise", self.noise)
         if self.dropout > 1:
             raise BenchError(
                 "bad-factor", f"SensorNoise's dropout is {self.dropout!r}.", hint="Give at most 1."
             )
+
+    def describe(self, body: Body, spec: mujoco.MjSpec) -> str:
+        """Returns the documentation's sentence."""
+        return (
+            f"The sensor is one step late. Each beam drops to 0 with probability {self.dropout:g}, "
+            f"and N(0, {self.noise:g}²) is added to beams that hit."
+        )

@@ -1,1 +1,1 @@
-"""What each task is, in words and numbers: printed by ``envs show``, written as pages by ``envs docs``."""
+"""The documentation of the environments: printed by ``envs show``, written as pages by ``envs docs``."""

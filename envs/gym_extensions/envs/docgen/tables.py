@@ -1,59 +1,37 @@
-"""The entries of observations and actions: index, meaning, unit, range."""
+"""Tables of the entries of observations and actions."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
 
 import mujoco
 import numpy as np
 
+from gym_extensions.catalog.bodies import Body
 from gym_extensions.catalog.task import Task
 from gym_extensions.catalog.variations.obstacles import RangeSensor
+from gym_extensions.envs.effects.range_sensor import ANGLES
+from gym_extensions.envs.fields import Field
 from gym_extensions.envs.mujoco.compile import compile_model
 
-SPEED_LIMITS = {"Hopper": 10.0, "Walker2d": 10.0}
-"""Where Gymnasium clips the velocities it shows."""
 FREE_POSITIONS = ("quaternion w", "quaternion x", "quaternion y", "quaternion z")
-SLIDE, HINGE = int(mujoco.mjtJoint.mjJNT_SLIDE), int(mujoco.mjtJoint.mjJNT_HINGE)
-
-
-@dataclass(frozen=True)
-class Field:
-    """``count`` neighbouring entries that mean the same and have the same range."""
-
-    meaning: str
-    unit: str
-    low: float = -math.inf
-    high: float = math.inf
-    count: int = 1
-
-    @property
-    def range(self) -> str:
-        """The range as text."""
-        if math.isinf(self.low) and math.isinf(self.high):
-            return "unbounded"
-        return f"{self.low:.6g} … {self.high:.6g}"
+HINGE = int(mujoco.mjtJoint.mjJNT_HINGE)
 
 
 def observation_fields(task: Task) -> list[Field]:
-    """What each entry of the task's observation means, in order; none for pictures."""
-    if task.base == "Navigation":
+    """Returns the entries of the task's observation, in order; none for pictures."""
+    if task.body.family == "navigation":
         return _navigation(task)
-    model = compile_model(task)
-    body = {"Pusher": _arm, "Striker": _arm}.get(task.base)
-    if body is None:
-        body = _humanoid if task.base.startswith("Humanoid") else _planar
-    fields = body(model, task.base)
+    fields = LAYOUTS[task.body.family](compile_model(task), task.body)
     if any(isinstance(variation, RangeSensor) for variation in task.variations):
-        fields += [_beam(index) for index in range(10)]
+        fields += [_beam(angle) for angle in ANGLES]
     return fields
 
 
 def action_fields(task: Task) -> list[Field]:
-    """What each entry of the task's action means, in order."""
-    if task.base == "Navigation":
+    """Returns the entries of the task's action, in order."""
+    if task.body.family == "navigation":
         return [Field(f"displacement in {axis}, clipped to the range", "unit", -5.0, 5.0) for axis in "xy"]
     model = compile_model(task)
     fields = []
@@ -66,12 +44,12 @@ def action_fields(task: Task) -> list[Field]:
 
 
 def indexed(fields: Iterable[Field]) -> list[tuple[str, Field]]:
-    """Each field with its index, or its first and last."""
-    rows, place = [], 0
+    """Returns each field with its index, or its first and last index."""
+    rows, first = [], 0
     for field in fields:
-        last = place + field.count - 1
-        rows.append((str(place) if last == place else f"{place}–{last}", field))
-        place = last + 1
+        last = first + field.count - 1
+        rows.append((str(first) if last == first else f"{first}–{last}", field))
+        first = last + 1
     return rows
 
 
@@ -80,8 +58,8 @@ def _joint_fields(model: mujoco.MjModel, joints: Iterable[int]) -> list[Field]:
     for joint in joints:
         name, hinge = model.joint(joint).name, model.jnt_type[joint] == HINGE
         low, high = model.jnt_range[joint] if model.jnt_limited[joint] else (-np.inf, np.inf)
-        what, unit = ("angle", "rad") if hinge else ("position", "m")
-        fields.append(Field(f"{what} of {name}", unit, float(low), float(high)))
+        quantity, unit = ("angle", "rad") if hinge else ("position", "m")
+        fields.append(Field(f"{quantity} of {name}", unit, float(low), float(high)))
     return fields
 
 
@@ -93,16 +71,16 @@ def _speed_fields(model: mujoco.MjModel, joints: Iterable[int], limit: float = m
     return fields
 
 
-def _planar(model: mujoco.MjModel, base: str) -> list[Field]:
-    """Everything but the x position."""
-    limit = SPEED_LIMITS.get(base, math.inf)
+def _planar(model: mujoco.MjModel, body: Body) -> list[Field]:
+    """Positions without x, then velocities."""
+    limit = math.inf if body.velocity_limit is None else body.velocity_limit
     return _joint_fields(model, range(1, model.njnt)) + _speed_fields(model, range(model.njnt), limit)
 
 
-def _humanoid(model: mujoco.MjModel, base: str) -> list[Field]:
-    """Everything but the x and y position, then what Gymnasium adds of the bodies' dynamics."""
+def _humanoid(model: mujoco.MjModel, body: Body) -> list[Field]:
+    """Positions without x and y, velocities, then the quantities of the bodies' dynamics."""
     joints = range(1, model.njnt)
-    bodies = [model.body(index).name for index in range(1, model.nbody - model.nmocap)]
+    names = [model.body(index).name for index in range(1, model.nbody - model.nmocap)]
     return [
         Field("height of the torso", "m"),
         *(Field(f"attitude of the torso, {entry}", "1") for entry in FREE_POSITIONS),
@@ -111,33 +89,39 @@ def _humanoid(model: mujoco.MjModel, base: str) -> list[Field]:
         *(Field(f"angular velocity of the torso, {axis}", "rad/s") for axis in "xyz"),
         *_speed_fields(model, joints),
         *(
-            Field(f"inertia and mass of {body} about the centre of mass", "kg·m², kg·m, kg", count=10)
-            for body in bodies
+            Field(f"inertia and mass of {name} about the center of mass", "kg·m², kg·m, kg", count=10)
+            for name in names
         ),
-        *(Field(f"angular, then linear velocity of {body}", "rad/s, m/s", count=6) for body in bodies),
+        *(Field(f"angular, then linear velocity of {name}", "rad/s, m/s", count=6) for name in names),
         *(Field(f"torque of the motor of {model.joint(joint).name}", "N·m") for joint in joints),
-        *(Field(f"contact torque, then force on {body}", "N·m, N", count=6) for body in bodies),
+        *(Field(f"contact torque, then force on {name}", "N·m, N", count=6) for name in names),
     ]
 
 
-def _arm(model: mujoco.MjModel, base: str) -> list[Field]:
-    places = ("tip of the arm", "ball" if base == "Striker" else "object", "goal")
+def _arm(model: mujoco.MjModel, body: Body) -> list[Field]:
+    points = ("tip of the arm", "ball" if body.name == "Striker" else "object", "goal")
     return [
         *_joint_fields(model, range(7)),
         *_speed_fields(model, range(7)),
-        *(Field(f"{axis} of the {place}", "m") for place in places for axis in "xyz"),
+        *(Field(f"{axis} of the {point}", "m") for point in points for axis in "xyz"),
     ]
 
 
-def _beam(index: int) -> Field:
-    return Field(
-        f"range beam at {-45 + 10 * index:+d}°: distance to the wall / 10 m, 0 without a hit", "10 m", 0, 1
-    )
+LAYOUTS: dict[str, Callable[[mujoco.MjModel, Body], list[Field]]] = {
+    "planar": _planar,
+    "humanoid": _humanoid,
+    "arm": _arm,
+}
+"""The layout of the observation of each family of MuJoCo bodies."""
+
+
+def _beam(angle: float) -> Field:
+    degrees = round(math.degrees(angle))
+    return Field(f"range beam at {degrees:+d}°: distance to the wall / 10 m, 0 without a hit", "10 m", 0, 1)
 
 
 def _navigation(task: Task) -> list[Field]:
     from gym_extensions.envs.navigation.env import course
     from gym_extensions.envs.navigation.observations import FIELDS
 
-    rows = FIELDS.get(course(task).family, ())
-    return [Field(row.meaning, row.unit, row.low, row.high, row.count) for row in rows]
+    return list(FIELDS.get(course(task).family, ()))

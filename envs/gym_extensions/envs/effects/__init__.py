@@ -1,1 +1,4 @@
-"""Run-time variations: what a variation does while the simulation runs, one module each."""
+"""What variations do while the simulation runs.
+
+One module per variation: its pure functions, and its effect on one environment and on many.
+"""

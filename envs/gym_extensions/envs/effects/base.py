@@ -1,42 +1,118 @@
-"""What a variation does while the simulation runs, as a part that the environment calls at fixed moments."""
+"""The moments at which an environment calls the effects of its run-time variations."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gym_extensions.catalog.task import Task
+from gym_extensions.envs.protocols import (
+    Array,
+    Generators,
+    Indices,
+    Physics,
+    Simulation,
+    States,
+    Steps,
+    Template,
+)
 from gym_extensions.envs.state import State
 
-if TYPE_CHECKING:
-    from gym_extensions.envs.mujoco.task_env import TaskEnv
+Kind = TypeVar("Kind")
 
 NOISE_SEEDS = 2**32
-"""An episode's noise follows from one number below this, drawn at reset: replay needs no generator state."""
+"""The noise of an episode follows from one number below this, drawn at reset: replay needs no generator."""
+CACHED_EPISODES = 256
+"""Number of episodes whose noise is cached, enough for this number of environments."""
 
 
-class Part:
-    """A part that does nothing; kinds of parts override what they need."""
+class Effect:
+    """The effect on one environment. The methods do nothing; an effect overrides those it needs."""
 
-    def reset(self, env: TaskEnv) -> None:
-        """Draws and places at reset, after the body's own draws; derived quantities are recomputed later."""
+    def on_reset(self, simulation: Simulation) -> None:
+        """Draws and places after the body's own draws; derived fields are recomputed afterwards."""
 
-    def before(self, env: TaskEnv) -> None:
+    def pre_step(self, simulation: Simulation) -> None:
         """Acts before the physics of a step."""
 
-    def applied(self, env: TaskEnv, ctrl: NDArray[Any]) -> NDArray[Any]:
-        """What the motors get for a command."""
+    def control(self, simulation: Simulation, ctrl: NDArray[Any]) -> NDArray[Any]:
+        """Returns what the motors receive for a command."""
         return ctrl
 
-    def observed(self, env: TaskEnv) -> NDArray[np.float64]:
-        """What the part appends to the observation."""
+    def observation(self, simulation: Simulation) -> Array:
+        """Returns what the effect appends to the observation."""
         return np.zeros(0)
 
-    def carried(self) -> State:
-        """The part's own state by name."""
+    def get_state(self) -> State:
+        """Returns a copy of the effect's own state, by name."""
         return {}
 
-    def carry(self, saved: Mapping[str, NDArray[np.float64]]) -> None:
-        """Takes back what ``carried`` gave; derived values may be absent."""
+    def set_state(self, state: Mapping[str, Array]) -> None:
+        """Restores what ``get_state`` returned; derived values may be absent."""
+
+
+class VectorEffect:
+    """The same effect on many environments. ``steps`` counts environment steps since each reset."""
+
+    def draw(self, indices: Indices, generators: Generators, rows: dict[str, Array]) -> None:
+        """Draws after the body, and adds to the rows of the states in which environments start."""
+
+    def on_reset(self, indices: Indices) -> None:
+        """Acts after some environments have started an episode."""
+
+    def pre_step(self, steps: Steps) -> None:
+        """Acts before the physics of a step. Rows of environments that are not stepped are ignored."""
+
+    def control(self, ctrl: NDArray[Any], steps: Steps) -> NDArray[Any]:
+        """Returns what the motors receive for commands ``(num_envs, nu)``."""
+        return ctrl
+
+    def observation(self) -> Array | None:
+        """Returns what the effect appends to the observations, ``(num_envs, …)``."""
+        return None
+
+    def get_state(self) -> dict[str, Array]:
+        """Returns copies of the effect's own state by name, one row per environment."""
+        return {}
+
+    def set_state(self, indices: Indices, state: States) -> None:
+        """Restores saved rows in some environments; derived values may be absent."""
+
+
+@dataclass(frozen=True)
+class EffectKind:
+    """One row of the registry of effects.
+
+    Args:
+        variation: the class of the variation.
+        single: makes the effect on one environment of a task.
+        vector: makes the effect on many environments, given their physics and templates.
+        draw_order: effects draw from an environment's generator in this order. The numbers of published
+            kinds never change; a new kind has a larger number.
+        shard_key: environments share a shard only if this value of their variations is equal.
+        replaces: the variation whose effect this one replaces; a task must have it too.
+    """
+
+    variation: type
+    single: Callable[[Task], Effect]
+    vector: Callable[[Physics, Sequence[Template]], VectorEffect]
+    draw_order: int
+    shard_key: Callable[[Any], object] = repr
+    replaces: type | None = None
+
+
+def required(task: Task, kind: type[Kind]) -> Kind:
+    """Returns the task's variation of a class; raises ``ValueError`` if it has none."""
+    variation = variation_of(task, kind)
+    if variation is None:
+        raise ValueError(f"{task.id} has no {kind.__name__}")
+    return variation
+
+
+def variation_of(task: Task, kind: type[Kind]) -> Kind | None:
+    """Returns the task's variation of a class, or None."""
+    return next((variation for variation in task.variations if isinstance(variation, kind)), None)

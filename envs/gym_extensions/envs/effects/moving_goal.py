@@ -1,44 +1,101 @@
-"""A goal that moves during the episode."""
+"""A goal that moves during the episode; the physics never moves it."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gym_extensions.catalog.bodies.body import Body, Rectangle
 from gym_extensions.catalog.task import Task
 from gym_extensions.catalog.variations.goals import TrackingGoal
-from gym_extensions.envs.effects import goals
-from gym_extensions.envs.effects.base import Part
+from gym_extensions.envs.effects.base import Effect, EffectKind, VectorEffect, required
+from gym_extensions.envs.protocols import (
+    Array,
+    Generators,
+    Indices,
+    Physics,
+    Simulation,
+    States,
+    Steps,
+    Template,
+)
 from gym_extensions.envs.state import State
 
-if TYPE_CHECKING:
-    from gym_extensions.envs.mujoco.task_env import TaskEnv
+
+def goal_area(body: Body) -> Rectangle:
+    """Returns the rectangle of a body's goal; raises ``ValueError`` for a body without a goal."""
+    if body.goal_area is None:
+        raise ValueError(f"{body.name} has no goal")
+    return body.goal_area
 
 
-class Tracking(Part):
-    """Moves the goal before the physics of every step; the simulation itself never moves it."""
+def draw_velocity(generator: np.random.Generator, speed: float) -> Array:
+    """Draws a goal's velocity, (2,), each component in [−speed, speed], m/s."""
+    return generator.uniform(-speed, speed, 2)
 
-    def __init__(self, task: Task, tracking: TrackingGoal) -> None:
-        self._box = goals.BOXES[task.base]
-        self._speed = tracking.speed
+
+def move(position: Array, velocity: Array, area: Rectangle, seconds: float) -> tuple[Array, Array]:
+    """Returns position and velocity (…, 2) after some time: straight on, reflected at the edges."""
+    low, high = np.array(area.low), np.array(area.high)
+    ahead = position + velocity * seconds
+    below, above = ahead < low, ahead > high
+    reflected = np.where(below, 2 * low - ahead, np.where(above, 2 * high - ahead, ahead))
+    return reflected, np.where(below | above, -velocity, velocity)
+
+
+class TrackingGoalEffect(Effect):
+    """Moves the goal of one environment before the physics of every step."""
+
+    def __init__(self, task: Task) -> None:
+        self._area = goal_area(task.body)
+        self._speed = required(task, TrackingGoal).speed
         self._velocity = np.zeros(2)
 
-    def reset(self, env: TaskEnv) -> None:
+    def on_reset(self, simulation: Simulation) -> None:
         """Draws the velocity."""
-        self._velocity = goals.drawn_velocity(env.np_random, self._speed)
+        self._velocity = draw_velocity(simulation.np_random, self._speed)
 
-    def before(self, env: TaskEnv) -> None:
-        """Puts the goal where it is at the end of the coming step."""
-        place = env.goal_place()
-        place[:], self._velocity = goals.moved(place, self._velocity, self._box, env.dt)
+    def pre_step(self, simulation: Simulation) -> None:
+        """Moves the goal to its position at the end of the step."""
+        position = simulation.goal_position()
+        position[:], self._velocity = move(position, self._velocity, self._area, simulation.dt)
 
-    def carried(self) -> State:
+    def get_state(self) -> State:
         """``goal_velocity`` (2,), m/s, in the order of the goal's coordinates: Pusher y, x; Striker x, y."""
         return {"goal_velocity": self._velocity.copy()}
 
-    def carry(self, saved: Mapping[str, NDArray[np.float64]]) -> None:
-        """Takes the saved velocity."""
-        self._velocity = np.array(saved["goal_velocity"])
+    def set_state(self, state: Mapping[str, Array]) -> None:
+        """Restores the velocity."""
+        self._velocity = np.array(state["goal_velocity"])
+
+
+class VectorTrackingGoalEffect(VectorEffect):
+    """Moves the goals of many environments before the physics of every step."""
+
+    def __init__(self, physics: Physics, templates: Sequence[Template]) -> None:
+        task = templates[0].task
+        self._area, self._dt = goal_area(task.body), templates[0].dt
+        self._speed = required(task, TrackingGoal).speed
+        self._velocity = np.zeros((len(templates), 2))
+        mocap = templates[0].model.nmocap > 0  # Striker's goal is a mocap body, Pusher's is on slides
+        self._position = physics.field("mocap_pos")[:, 0, :2] if mocap else physics.field("qpos")[:, -2:]
+
+    def draw(self, indices: Indices, generators: Generators, rows: dict[str, Array]) -> None:
+        """Draws the velocities."""
+        self._velocity[indices] = [draw_velocity(generator, self._speed) for generator in generators]
+
+    def pre_step(self, steps: Steps) -> None:
+        """Moves the goals to their positions at the end of the step."""
+        self._position[...], self._velocity = move(self._position, self._velocity, self._area, self._dt)
+
+    def get_state(self) -> dict[str, Array]:
+        """``goal_velocity`` (2,), m/s."""
+        return {"goal_velocity": self._velocity.copy()}
+
+    def set_state(self, indices: Indices, state: States) -> None:
+        """Restores the velocities."""
+        self._velocity[indices] = state["goal_velocity"]
+
+
+KIND = EffectKind(TrackingGoal, TrackingGoalEffect, VectorTrackingGoalEffect, draw_order=5)

@@ -1,34 +1,36 @@
-"""The range sensor as pure functions over arrays, any leading axes: fan of beams, ray against box, noise."""
+"""The range sensor: ten beams from the torso, appended to the observation.
+
+The functions take arrays with any leading axes.
+"""
 
 from __future__ import annotations
 
-import functools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from gym_extensions.catalog.bodies import Body
+from gym_extensions.catalog.task import Task
+from gym_extensions.catalog.variations.obstacles import RangeSensor, Wall
+from gym_extensions.envs.effects.base import Effect, EffectKind, VectorEffect, variation_of
+from gym_extensions.envs.protocols import Array, Physics, Simulation, Template
 
 BEAMS = 10
 REACH = 10.0
-"""Longest distance that is read, m; a reading is distance / reach."""
+"""Longest distance that a beam measures, m; a reading is distance / reach."""
 ANGLES = tuple(math.radians(-45 + 10 * beam) for beam in range(BEAMS))
 """Beam angles about the forward axis, rad: beam 0 looks down, beam 9 up."""
-
-KEPT_EPISODES = 256
-"""Episodes whose noise is kept, for that many lanes in flight."""
 
 _COS = np.array([math.cos(angle) for angle in ANGLES])
 _SIN = np.array([math.sin(angle) for angle in ANGLES])
 
 Fan = Callable[[Array, float], tuple[Array, Array]]
-"""Root qpos (…, nq) and the height that belongs to a root z of 0 -> origins (…, 3), directions (…, 10, 3)."""
+"""(root qpos (…, nq), height of the torso at root z = 0) -> origins (…, 3), directions (…, 10, 3)."""
 
 
 def planar_fan(qpos: Array, lift: float) -> tuple[Array, Array]:
-    """Beams of a body on slides x, z and hinge y: they turn with its pitch."""
+    """Beams of a body on slides x, z and hinge y; they turn with its pitch."""
     origins, directions = np.zeros((*qpos.shape[:-1], 3)), np.zeros((*qpos.shape[:-1], BEAMS, 3))
     origins[..., 0], origins[..., 2] = qpos[..., 0], lift + qpos[..., 1]
     cos, sin = np.cos(qpos[..., 2])[..., None], np.sin(qpos[..., 2])[..., None]
@@ -37,7 +39,7 @@ def planar_fan(qpos: Array, lift: float) -> tuple[Array, Array]:
 
 
 def torso_fan(qpos: Array, lift: float) -> tuple[Array, Array]:
-    """Beams in the x–z plane of a free torso, which turn with its quaternion (any length but 0)."""
+    """Beams in the x–z plane of a free torso; they turn with its quaternion (of any length except 0)."""
     w, x, y, z = (qpos[..., index] for index in (3, 4, 5, 6))
     square = w * w + x * x + y * y + z * z
     forward = np.stack([w * w + x * x - y * y - z * z, 2 * (x * y + w * z), 2 * (x * z - w * y)], axis=-1)
@@ -47,7 +49,7 @@ def torso_fan(qpos: Array, lift: float) -> tuple[Array, Array]:
 
 
 def world_fan(qpos: Array, lift: float) -> tuple[Array, Array]:
-    """Beams in the world's x–z plane about +x, whatever the torso's attitude: for bodies that start lying."""
+    """Beams in the world's x–z plane about +x at any attitude of the torso, for bodies that start lying."""
     directions = np.stack([_COS, np.zeros(BEAMS), _SIN], axis=-1)
     return _lifted(qpos, lift), np.broadcast_to(directions, (*qpos.shape[:-1], BEAMS, 3))
 
@@ -56,26 +58,26 @@ def _lifted(qpos: Array, lift: float) -> Array:
     return np.stack([qpos[..., 0], qpos[..., 1], lift + qpos[..., 2]], axis=-1)
 
 
-FANS: dict[str, Fan] = {
-    "Hopper": planar_fan,
-    "Walker2d": planar_fan,
-    "HalfCheetah": planar_fan,
-    "Humanoid": torso_fan,
-    "HumanoidStandup": world_fan,
-    "HumanoidStandupAndRun": world_fan,
-}
-"""The fan of every base body that can carry the sensor."""
+FANS: dict[str, Fan] = {"pitch": planar_fan, "torso": torso_fan, "world": world_fan}
+"""The fan of every frame in which a body's beams can be fixed."""
+
+
+def fan_of(body: Body) -> Fan:
+    """Returns the fan of a body that carries beams; raises ``ValueError`` for another body."""
+    if body.beams is None:
+        raise ValueError(f"{body.name} carries no range beams")
+    return FANS[body.beams]
 
 
 def _slab(offset: Array, along: Array, half_size: float) -> tuple[Array, Array]:
-    """Where beams enter and leave the space between two faces; all or nothing for a beam parallel to them."""
+    """Distances at which beams enter and leave the space between two faces (±∞ for parallel beams)."""
     moving = np.count_nonzero(along)
     if moving == 0:
         between = np.abs(offset) <= half_size
         return np.where(between, -np.inf, np.inf), np.where(between, np.inf, -np.inf)
     with np.errstate(divide="ignore", invalid="ignore"):
-        one, other = (offset - half_size) / along, (offset + half_size) / along
-    first, last = np.minimum(one, other), np.maximum(one, other)
+        near, far = (offset - half_size) / along, (offset + half_size) / along
+    first, last = np.minimum(near, far), np.maximum(near, far)
     if moving == along.size:
         return first, last
     between, parallel = np.abs(offset) <= half_size, along == 0
@@ -85,20 +87,22 @@ def _slab(offset: Array, along: Array, half_size: float) -> tuple[Array, Array]:
     )
 
 
-def readings(origins: Array, directions: Array, centre: Array, half_sizes: Array) -> Array:
-    """Distance to an axis-aligned box along each beam / 10 m, in [0, 1]; 0 without a hit, or from inside.
+def readings(origins: Array, directions: Array, center: Array, half_sizes: Array) -> Array:
+    """Returns the distance to an axis-aligned box along each beam / 10 m, in [0, 1].
+
+    A beam that misses, or starts inside the box, reads 0.
 
     Args:
         origins: (…, 3), m.
         directions: (…, 10, 3), of length 1.
-        centre: (…, 3) of the box, m.
+        center: (…, 3) of the box, m.
         half_sizes: (3,) of the box, m.
     """
     enters, leaves = np.full(directions.shape[:-1], -np.inf), np.full(directions.shape[:-1], np.inf)
     # Axis by axis: reducing over a last axis of three costs more than the arithmetic.
     for axis in range(3):
         along = directions[..., axis]
-        offset = (centre[..., axis] - origins[..., axis])[..., None]
+        offset = (center[..., axis] - origins[..., axis])[..., None]
         first, last = _slab(offset, along, half_sizes[axis])
         np.maximum(enters, first, out=enters)
         np.minimum(leaves, last, out=leaves)
@@ -106,19 +110,48 @@ def readings(origins: Array, directions: Array, centre: Array, half_sizes: Array
     return np.where(hits, enters, 0.0) / REACH
 
 
-@functools.lru_cache(maxsize=KEPT_EPISODES)
-def beam_noise(seed: int, steps: int, dropout: float, noise: float) -> tuple[NDArray[np.bool_], Array]:
-    """An episode's disturbances, a row a step from 0: which beams are kept, and what is added to hits.
+class RangeSensorEffect(Effect):
+    """Appends the 10 beams of one environment, in [0, 1]."""
 
-    Both are (steps + 1, 10), follow from the seed alone, and are read-only.
-    """
-    generator = np.random.Generator(np.random.PCG64(seed))
-    shape = (steps + 1, BEAMS)
-    kept, shift = generator.random(shape) >= dropout, noise * generator.standard_normal(shape)
-    kept.flags.writeable = shift.flags.writeable = False
-    return kept, shift
+    def __init__(self, task: Task) -> None:
+        self._fan = fan_of(task.body)
+        self._wall = variation_of(task, Wall)
+
+    def reading(self, simulation: Simulation) -> Array:
+        """The present readings, (10,); zeros if the task has no wall."""
+        if self._wall is None:
+            return np.zeros(BEAMS)
+        origins, directions = self._fan(simulation.data.qpos, simulation.root_lift)
+        half_sizes = np.array(self._wall.half_sizes)
+        return readings(origins, directions, simulation.data.mocap_pos[0], half_sizes)
+
+    def observation(self, simulation: Simulation) -> Array:
+        """The present readings."""
+        return self.reading(simulation)
 
 
-def disturbed(clean: Array, kept: NDArray[np.bool_], shift: Array) -> Array:
-    """Readings with noise on beams that hit, clipped to [0, 1]; 0 for those that miss or drop out."""
-    return np.where((clean > 0) & kept, np.clip(clean + shift, 0.0, 1.0), 0.0)
+class VectorRangeSensorEffect(VectorEffect):
+    """Appends the 10 beams of many environments, in [0, 1]; their walls have one size."""
+
+    def __init__(self, physics: Physics, templates: Sequence[Template]) -> None:
+        self._num_envs = len(templates)
+        self._fan = fan_of(templates[0].task.body)
+        self._lift = templates[0].root_lift
+        self._qpos = physics.field("qpos")
+        wall = variation_of(templates[0].task, Wall)
+        self._center = physics.field("mocap_pos")[:, 0] if wall is not None else None
+        self._half_sizes = np.array(wall.half_sizes) if wall is not None else np.zeros(3)
+
+    def reading(self) -> Array:
+        """The present readings, (num_envs, 10)."""
+        if self._center is None:
+            return np.zeros((self._num_envs, BEAMS))
+        origins, directions = self._fan(self._qpos, self._lift)
+        return readings(origins, directions, self._center, self._half_sizes)
+
+    def observation(self) -> Array:
+        """The present readings."""
+        return self.reading()
+
+
+KIND = EffectKind(RangeSensor, RangeSensorEffect, VectorRangeSensorEffect, draw_order=2)

@@ -1,67 +1,86 @@
-"""Which parts a task has, and which variations fit which base body."""
+"""The effects of a task's variations.
+
+Every module of this package is one effect and defines ``KIND``, except ``base`` and this module.
+"""
 
 from __future__ import annotations
 
-from typing import TypeVar
+import importlib
+import pkgutil
+from collections import Counter
+from collections.abc import Iterator, Sequence
 
+from gym_extensions.catalog.bodies import BODIES
 from gym_extensions.catalog.task import Task
-from gym_extensions.catalog.variations.actuation import MotorNoise
-from gym_extensions.catalog.variations.goals import MovingGoal, MovingStart, TrackingGoal
-from gym_extensions.catalog.variations.gravity import Gravity
-from gym_extensions.catalog.variations.obstacles import RangeSensor, SensorNoise, Wall
-from gym_extensions.envs.effects.base import Part
-from gym_extensions.envs.effects.motor_noise import Motors
-from gym_extensions.envs.effects.moving_goal import Tracking
-from gym_extensions.envs.effects.range_sensor import FANS
-from gym_extensions.envs.effects.sensing import Sensor, StandingWall
+from gym_extensions.catalog.variations.goals import MovingGoal, MovingStart
+from gym_extensions.envs import effects
+from gym_extensions.envs.effects.base import Effect, EffectKind, VectorEffect, variation_of
+from gym_extensions.envs.protocols import Physics, Template
 from gym_extensions.errors import BenchError
 
-Kind = TypeVar("Kind")
-
-FITS: dict[type, tuple[str, ...]] = {
-    Gravity: tuple(FANS),
-    Wall: tuple(FANS),
-    RangeSensor: tuple(FANS),
-    SensorNoise: tuple(FANS),
-    MovingGoal: ("Pusher",),
-    MovingStart: ("Striker",),
-    TrackingGoal: ("Pusher", "Striker"),
-}
-"""The base bodies of the variations that do not fit every one: the arms have no gravity and no torso."""
+WITHOUT_KIND = ("base", "registry")
 
 
-def parts(task: Task) -> list[Part]:
-    """The parts of a task in the order in which they draw: wall, sensor, motors, goal.
+def _discover() -> Iterator[EffectKind]:
+    for module in pkgutil.iter_modules(effects.__path__):
+        if module.name not in WITHOUT_KIND:
+            yield importlib.import_module(f"{effects.__name__}.{module.name}").KIND
+
+
+KINDS: tuple[EffectKind, ...] = tuple(sorted(_discover(), key=lambda kind: kind.draw_order))
+"""Every kind of effect, in the order in which effects draw at reset."""
+
+RUNTIME_VARIATIONS = (*(kind.variation for kind in KINDS), MovingGoal, MovingStart)
+"""Variations that act at run time; the last two act in the arms' own resets."""
+
+
+def kinds_of(task: Task) -> list[EffectKind]:
+    """Returns the kinds of effects of a task, without those that another kind replaces."""
+    kinds = [kind for kind in KINDS if variation_of(task, kind.variation) is not None]
+    replaced = {kind.replaces for kind in kinds}
+    return [kind for kind in kinds if kind.variation not in replaced]
+
+
+def effects_of(task: Task) -> list[Effect]:
+    """Returns the effects of a task on one environment, in the order in which they draw.
 
     Raises:
-        BenchError: a variation does not fit the base body, or acts twice.
+        BenchError: a variation does not fit the base body, appears twice, or lacks the one it replaces.
     """
-    _check(task)
-    wall, noise, motor = _one(task, Wall), _one(task, SensorNoise), _one(task, MotorNoise)
-    tracking = _one(task, TrackingGoal)
-    found: list[Part] = []
-    if wall is not None and not wall.parked:
-        found.append(StandingWall(wall))
-    if _one(task, RangeSensor) is not None:
-        found.append(Sensor(task, wall, noise))
-    elif noise is not None:
-        raise BenchError("no-sensor", "There is no RangeSensor for SensorNoise to disturb.", task.id)
-    if motor is not None:
-        found.append(Motors(task, motor))
-    return [*found, Tracking(task, tracking)] if tracking is not None else found
+    check_variations(task)
+    return [kind.single(task) for kind in kinds_of(task)]
 
 
-def _check(task: Task) -> None:
+def vector_effects_of(physics: Physics, templates: Sequence[Template]) -> list[VectorEffect]:
+    """Returns the effects on the environments of one shard, in the order in which they draw."""
+    return [kind.vector(physics, templates) for kind in kinds_of(templates[0].task)]
+
+
+def shard_keys(task: Task) -> tuple[object, ...]:
+    """Returns what environments of one shard have in common in their effects."""
+    variations = [(kind, variation_of(task, kind.variation)) for kind in KINDS]
+    return tuple(None if variation is None else kind.shard_key(variation) for kind, variation in variations)
+
+
+def check_variations(task: Task) -> None:
+    """Checks that the variations fit the base body and each other.
+
+    Raises:
+        BenchError: a variation does not fit the base body, appears twice, or lacks the one it replaces.
+    """
     for variation in task.variations:
-        fitting = FITS.get(type(variation), (task.base,))
-        if task.base not in fitting:
+        fits = getattr(variation, "fits", None)
+        if fits is not None and not fits(task.body):
             message = f"{type(variation).__name__} does not fit {task.base}."
-            raise BenchError("misplaced-variation", message, hint=f"It fits {', '.join(fitting)}.")
-
-
-def _one(task: Task, kind: type[Kind]) -> Kind | None:
-    found = [variation for variation in task.variations if isinstance(variation, kind)]
-    if len(found) > 1:
-        message = f"The variation {kind.__name__} is given {len(found)} times."
-        raise BenchError("repeated-variation", message, hint="Give it once.")
-    return found[0] if found else None
+            fitting = ", ".join(body.name for body in BODIES.values() if fits(body))
+            raise BenchError("misplaced-variation", message, task.id, f"It fits {fitting}.")
+    counts = Counter(type(variation) for variation in task.variations)
+    for kind in KINDS:
+        name = kind.variation.__name__
+        if counts[kind.variation] > 1:
+            message = f"The variation {name} is given {counts[kind.variation]} times."
+            raise BenchError("repeated-variation", message, task.id, "Give it once.")
+        if kind.replaces is not None and counts[kind.variation] > counts[kind.replaces]:
+            needed = kind.replaces.__name__
+            message, hint = f"{name} needs a {needed}.", f"Add {needed}()."
+            raise BenchError("missing-variation", message, task.id, hint)

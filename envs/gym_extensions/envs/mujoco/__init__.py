@@ -1,1 +1,1 @@
-"""The base bodies: Gymnasium's MuJoCo classes, and what a body adds to them."""
+"""The base bodies: Gymnasium's MuJoCo classes with the models of our tasks."""

@@ -1,4 +1,4 @@
-"""Humanoid running, standing up, and both: Gymnasium's v5 classes without the wall's rows."""
+"""Humanoid running, standing up, and both: Gymnasium's v5 classes, with the wall left out."""
 
 from __future__ import annotations
 
@@ -7,33 +7,31 @@ from typing import Any, ClassVar
 import numpy as np
 from gymnasium.envs.mujoco.humanoid_v5 import HumanoidEnv
 from gymnasium.envs.mujoco.humanoidstandup_v5 import HumanoidStandupEnv
-from numpy.typing import NDArray
 
 from gym_extensions.catalog.task import Task
 from gym_extensions.envs.mujoco.task_env import TaskEnv
+from gym_extensions.envs.protocols import Array
 
-Array = NDArray[np.float64]
-
-CONTACT_WEIGHT, MOST_CONTACT_COST = 5e-7, 10.0
+CONTACT_WEIGHT, MAX_CONTACT_COST = 5e-7, 10.0
 
 
 def contact_cost(forces: Array) -> Array:
     """The cost of contact forces (…, bodies, 6), in [0, 10] (Gymnasium's humanoid_v5)."""
     flat = forces.reshape(*forces.shape[:-2], -1)
-    cost: Array = np.minimum(CONTACT_WEIGHT * np.square(flat).sum(axis=-1), MOST_CONTACT_COST)
+    cost: Array = np.minimum(CONTACT_WEIGHT * np.square(flat).sum(axis=-1), MAX_CONTACT_COST)
     return cost
 
 
 class _Agent(TaskEnv):
-    """Observation and contact cost of the agent's bodies alone: a wall is the last body of the model."""
+    """Observation and contact cost of the agent's bodies only; a wall is the last body of the model."""
 
     @property
     def agent_bodies(self) -> int:
-        """Number of bodies with the world and without a wall."""
+        """Number of bodies, including the world and without a wall."""
         return int(self.model.nbody - self.model.nmocap)
 
     def body_observation(self) -> Array:
-        """Positions but x and y, velocities, then inertias, velocities, motor forces, contact forces."""
+        """Positions without x and y, velocities, inertias, body velocities, motor forces, contact forces."""
         agent = slice(1, self.agent_bodies)
         data = self.data
         return np.concatenate(
@@ -55,14 +53,14 @@ class _Agent(TaskEnv):
 class Humanoid(_Agent, HumanoidEnv):
     """Gymnasium's Humanoid-v5 with the task's model.
 
-    Its forward reward starts from the centre of mass as the step before left it, one substep old.
+    The forward reward starts from the center of mass that the previous step left, which is one substep old.
     """
 
-    LAGGING: ClassVar[tuple[str, ...]] = ("xipos",)
+    ONE_STEP_BEHIND: ClassVar[tuple[str, ...]] = ("xipos",)
 
     @property
     def contact_cost(self) -> Any:
-        """The base's contact cost, of the agent's bodies alone."""
+        """The contact cost of the agent's bodies only."""
         return self.agent_contact_cost()
 
 

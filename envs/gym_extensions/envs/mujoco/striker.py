@@ -12,31 +12,37 @@ from numpy.typing import NDArray
 
 from gym_extensions.catalog.task import Task
 from gym_extensions.catalog.variations.goals import MovingStart
-from gym_extensions.envs.effects.goals import APART, STRIKER_BALL, STRIKER_BALL_FIXED, STRIKER_GOAL
+from gym_extensions.envs.effects.base import variation_of
+from gym_extensions.envs.mujoco.arm_starts import (
+    APART,
+    STRIKER_BALL,
+    STRIKER_BALL_FIXED,
+    STRIKER_GOAL,
+    draw_point,
+)
 from gym_extensions.envs.mujoco.task_env import TaskEnv
+from gym_extensions.envs.protocols import Array
 from gym_extensions.envs.state import State
-
-Array = NDArray[np.float64]
 
 ARM_SPEED = 0.1
 """Largest speed of an arm joint at reset, rad/s."""
 STRIKE = 0.1
-"""The tip has struck once it comes nearer to the ball than this, m."""
+"""The tip strikes the ball when their distance is below this, m."""
 DISTANCE_WEIGHT, CTRL_WEIGHT, NEAR_WEIGHT = 3.0, 0.1, 0.5
 
 
 def facing(ball: Array, goal: Array) -> Array:
-    """The quaternion of a goal at (x, y) whose open side, −y at rest, looks at a ball at (x, y)."""
+    """The quaternion of a goal at (x, y) whose open side, −y at rest, faces a ball at (x, y)."""
     turn = math.atan2(ball[0] - goal[0], goal[1] - ball[1])
     return np.array([math.cos(turn / 2), 0.0, 0.0, math.sin(turn / 2)])
 
 
 class Striker(TaskEnv, PusherEnv):
-    """Gym's Striker-v0 on a model rebuilt from Gymnasium's pusher; rewards are of the state after a step.
+    """Gym's Striker-v0 on a model rebuilt from Gymnasium's pusher. Rewards use the state after a step.
 
-    Carried state: ``best_distance``, the smallest distance of ball and goal in the episode so far, reset
-    included; ``struck``, 1 once the tip has come within .1 m of the ball; ``strike_place`` (3,), where the
-    tip was when last within it.
+    Task state: ``best_distance``, the smallest distance of ball and goal so far in the episode, including
+    reset; ``struck``, 1 once the tip has come within 0.1 m of the ball; ``strike_place`` (3,), the tip's
+    position when it was last within 0.1 m.
     """
 
     def __init__(self, task: Task, **rendering: Any) -> None:
@@ -46,11 +52,11 @@ class Striker(TaskEnv, PusherEnv):
         super().__init__(task, **rendering)
 
     def start_body(self) -> None:
-        """Draws ball, goal and arm velocities; the episode's record starts anew."""
-        moving = any(isinstance(variation, MovingStart) for variation in self.task.variations)
-        ball = STRIKER_BALL.draw(self.np_random) if moving else np.array(STRIKER_BALL_FIXED)
+        """Draws ball, goal and arm velocities, and clears the record of the episode."""
+        moving = variation_of(self.task, MovingStart) is not None
+        ball = draw_point(STRIKER_BALL, self.np_random) if moving else np.array(STRIKER_BALL_FIXED)
         while True:
-            goal = STRIKER_GOAL.draw(self.np_random)
+            goal = draw_point(STRIKER_GOAL, self.np_random)
             if np.linalg.norm(ball - goal) >= APART:
                 break
         qvel = self.init_qvel.copy()
@@ -58,7 +64,7 @@ class Striker(TaskEnv, PusherEnv):
         qpos = np.concatenate([self.init_qpos[:7], ball[::-1]])
         self.data.mocap_pos[0, :2] = goal
         self.data.mocap_quat[0] = facing(ball, goal)
-        self.set_state(qpos, qvel)  # type: ignore[no-untyped-call]
+        self.set_state(qpos, qvel)
         self._struck, self._strike_place = False, np.zeros(3)
         self._best_distance = self._ball_to_goal()
 
@@ -79,21 +85,21 @@ class Striker(TaskEnv, PusherEnv):
         }
         return terms["reward_dist"] + terms["reward_ctrl"] + terms["reward_near"], terms
 
-    def goal_place(self) -> Array:
+    def goal_position(self) -> Array:
         """The goal's world (x, y), m, as a view into its mocap position."""
-        place: Array = self.data.mocap_pos[0, :2]
-        return place
+        position: Array = self.data.mocap_pos[0, :2]
+        return position
 
-    def carried(self) -> State:
-        """Best distance, whether the ball was struck, and from where."""
+    def get_task_state(self) -> State:
+        """Returns ``best_distance``, ``struck`` and ``strike_place``."""
         return {
             "best_distance": np.array(self._best_distance if math.isfinite(self._best_distance) else 0.0),
             "struck": np.array(float(self._struck)),
             "strike_place": self._strike_place.copy(),
         }
 
-    def carry(self, saved: Mapping[str, Array]) -> None:
-        """Takes the record of a saved episode."""
+    def set_task_state(self, saved: Mapping[str, Array]) -> None:
+        """Restores the record of a saved episode."""
         self._best_distance = float(saved["best_distance"])
         self._struck = bool(saved["struck"])
         self._strike_place = np.array(saved["strike_place"])

@@ -1,7 +1,7 @@
-"""Striker's model, rebuilt from Gymnasium's pusher: a paddle, a ball on slides, a cup for a goal.
+"""Striker's model, rebuilt from Gymnasium's pusher: a paddle, a ball on slides, a cup as goal.
 
-Gym removed Striker-v0 in 2022; the numbers are those of its model file. The goal differs: there it is a cup
-of 40 kg on a free joint, which tumbles when hit off-centre; here it is a mocap body, which nothing moves.
+Gym removed Striker-v0 in 2022. The numbers are those of its model file, except for the goal. Gym's goal is a
+cup of 40 kg on a free joint, which tumbles when hit off-center; ours is a mocap body, which nothing moves.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import mujoco
 CTRL_RANGE = 3.0
 PRONGS = 2
 PLATE_HALF_SIZES = (0.032, 0.001, 0.04)
-PLATE_PLACE = (0.0, 0.075, 0.04)
+PLATE_POSITION = (0.0, 0.075, 0.04)
 PLATE_TURNS = (0.0, 0.785, -0.785)
 """Angles by which the cup's three plates are turned about its axis, rad: it opens towards −y."""
 GOAL_HEIGHT = -0.323
@@ -74,7 +74,7 @@ def _goal(spec: mujoco.MjSpec) -> None:
         conaffinity=0,
         rgba=(1, 0, 0, 1),
     )
-    x, y, z = PLATE_PLACE
+    x, y, z = PLATE_POSITION
     for index, turn in enumerate(PLATE_TURNS):
         sin, cos = math.sin(turn), math.cos(turn)
         goal.add_geom(

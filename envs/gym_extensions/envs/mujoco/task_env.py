@@ -1,4 +1,4 @@
-"""What every MuJoCo task adds to Gymnasium's class of its base body."""
+"""The mixin that turns Gymnasium's class of a body into the environment of a task."""
 
 from __future__ import annotations
 
@@ -10,35 +10,36 @@ import mujoco
 import numpy as np
 from gymnasium.envs.mujoco import MujocoEnv
 from gymnasium.spaces import Box
-from numpy.typing import NDArray
 
 from gym_extensions.catalog.task import Task
 from gym_extensions.envs import state
 from gym_extensions.envs.actions import check_actions
-from gym_extensions.envs.effects.registry import parts
+from gym_extensions.envs.effects.registry import effects_of
 from gym_extensions.envs.mujoco.compile import compile_model
-
-Array = NDArray[np.float64]
+from gym_extensions.envs.protocols import Array
 
 
 class TaskEnv(MujocoEnv):
-    """Mixed in before a Gymnasium body class: the model is the task's, actions are checked, state is carried.
+    """Comes before a Gymnasium body class: uses the task's model, checks actions, saves and restores state.
 
-    Pickling keeps the task and the rendering arguments: the copy is a fresh environment of the same task.
+    Pickling keeps the task and the rendering arguments. The copy is a new environment of the same task.
     """
 
-    LAGGING: ClassVar[tuple[str, ...]] = ()
-    """Fields of ``mjData`` that the next reward reads as the step before left them."""
+    observation_space: Box
+    action_space: Box
+
+    ONE_STEP_BEHIND: ClassVar[tuple[str, ...]] = ()
+    """Fields of ``mjData`` that the next reward reads as the previous step left them."""
 
     def __init__(self, task: Task, **rendering: Any) -> None:
         self.task = task
-        self._parts = parts(task)
+        self._effects = effects_of(task)
         super().__init__(**rendering)
         # The body class has set these to its own arguments.
         self._ezpickle_args: tuple[object, ...] = (task,)
         self._ezpickle_kwargs: dict[str, object] = rendering
         body = self.body_observation().size
-        appended = sum(part.observed(self).size for part in self._parts)
+        appended = sum(effect.observation(self).size for effect in self._effects)
         low, high = np.full(body + appended, -np.inf), np.full(body + appended, np.inf)
         low[body:], high[body:] = 0.0, 1.0
         self.observation_space = Box(low, high, dtype=np.float64)
@@ -63,29 +64,33 @@ class TaskEnv(MujocoEnv):
         return 0.0 if free else float(self.model.body_pos[torso, 2] - self.model.qpos0[joint + 1])
 
     def step(self, action: Any) -> tuple[Array, Any, bool, bool, dict[str, Any]]:
-        """The base body's step, after the action's check; raises ``BenchError`` for a bad action."""
+        """The base body's step, after a check of the action; raises ``BenchError`` for a bad action."""
         checked = check_actions(action, (self.model.nu,), self.task.id)
-        outcome: tuple[Array, Any, bool, bool, dict[str, Any]] = super().step(checked)
-        return outcome
+        transition: tuple[Array, Any, bool, bool, dict[str, Any]] = super().step(checked)
+        return transition
 
     def do_simulation(self, ctrl: Any, n_frames: int) -> None:
-        """The base's physics step, with the parts acting before it and on the command."""
-        for part in self._parts:
-            part.before(self)
-            ctrl = part.applied(self, ctrl)
+        """The base body's physics step, after the effects have acted on the state and the command."""
+        for effect in self._effects:
+            effect.pre_step(self)
+            ctrl = effect.control(self, ctrl)
         super().do_simulation(ctrl, n_frames)
+
+    def set_state(self, qpos: Array, qvel: Array) -> None:
+        """Sets positions (nq,) and velocities (nv,) and recomputes derived fields."""
+        super().set_state(qpos, qvel)  # type: ignore[no-untyped-call]
 
     def start_body(self) -> None:
         """Draws and sets the body's own start."""
         super().reset_model()
 
     def reset_model(self) -> Array:
-        """The first observation after the body's start and the parts' draws."""
+        """Returns the first observation, after the draws of the body and of the effects."""
         self.start_body()
-        for part in self._parts:
-            part.reset(self)
-        if self._parts:
-            # As if all had been placed before the first evaluation.
+        for effect in self._effects:
+            effect.on_reset(self)
+        if self._effects:
+            # As if everything had been placed before the first evaluation.
             self.data.qacc_warmstart[:] = 0
             mujoco.mj_forward(self.model, self.data)
         return self._get_obs()
@@ -96,43 +101,43 @@ class TaskEnv(MujocoEnv):
         return observation
 
     def _get_obs(self) -> Array:
-        appended = [part.observed(self) for part in self._parts]
+        appended = [effect.observation(self) for effect in self._effects]
         return np.concatenate([self.body_observation(), *appended]) if appended else self.body_observation()
 
-    def goal_place(self) -> Array:
-        """The two coordinates of a goal that moves, as a view into the state; bodies with a goal have one."""
+    def goal_position(self) -> Array:
+        """The two coordinates of a moving goal, as a view into the state; raises without a goal."""
         raise ValueError(f"{self.task.id} has no goal")
 
-    def carried(self) -> state.State:
-        """The task's own state by name."""
+    def get_task_state(self) -> state.State:
+        """Returns the body's own state by name, beside the physics."""
         return {}
 
-    def carry(self, saved: Mapping[str, Array]) -> None:
-        """Takes back what ``carried`` gave."""
+    def set_task_state(self, saved: Mapping[str, Array]) -> None:
+        """Restores what ``get_task_state`` returned."""
 
     def save_state(self) -> state.State:
-        """A copy of the state between two steps as float64 arrays by name.
+        """Returns a copy of the state between two steps as float64 arrays by name.
 
-        ``qpos``, ``qvel``, ``qacc_warmstart``, ``time`` always, ``mocap_pos``, ``mocap_quat`` where the model
-        has mocap bodies, a task's own values under their names. Names beginning ``derived_`` hold what
-        follows from the rest or from the reset seed, but for a lag of one evaluation.
+        It has ``qpos``, ``qvel``, ``qacc_warmstart`` and ``time``, ``mocap_pos`` and ``mocap_quat`` if the
+        model has mocap bodies, and the task's own values. Values whose names begin with ``derived_`` follow
+        from the others or from the reset seed, up to a lag of one evaluation.
         """
-        saved = state.take(self.data, self.LAGGING) | self.carried()
-        for part in self._parts:
-            saved |= part.carried()
+        saved = state.take(self.data, self.ONE_STEP_BEHIND) | self.get_task_state()
+        for effect in self._effects:
+            saved |= effect.get_state()
         return saved
 
     def restore_state(self, saved: Mapping[str, Array]) -> None:
-        """Puts a saved state back: what follows is bit for bit what followed when it was saved.
+        """Restores a saved state; the continuation is bit for bit the same.
 
-        Derived values may be absent: then the first step's reward may differ, and the noise of an episode is
-        that of the last reset.
+        Derived values may be absent. Then the first step's reward may differ, and the noise is that of the
+        last reset.
 
         Raises:
-            BenchError: a value is missing, unknown, of another shape or not finite.
+            BenchError: a value is missing, unknown, not finite, or has another shape.
         """
         checked = state.check(saved, self.save_state(), self.task.id)
-        state.put(self.model, self.data, checked, self.LAGGING)
-        self.carry(checked)
-        for part in self._parts:
-            part.carry(checked)
+        state.put(self.model, self.data, checked, self.ONE_STEP_BEHIND)
+        self.set_task_state(checked)
+        for effect in self._effects:
+            effect.set_state(checked)

@@ -1,1 +1,1 @@
-"""2-D navigation on occupancy grids; numba is loaded when a task is built, not by importing this."""
+"""2-D navigation on occupancy grids. Numba is loaded when a task is built, not by importing this package."""

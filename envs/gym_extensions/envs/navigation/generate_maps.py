@@ -97,9 +97,12 @@ def drawn_files() -> dict[str, str]:
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Writes the files, or with ``--check`` says which of them differ (exit status 1)."""
-    parser = argparse.ArgumentParser(prog="draw_maps", description="Draws the navigation maps and goals.")
-    parser.add_argument("--check", action="store_true", help="write nothing; name the files that differ")
+    """Writes the files, or with ``--check`` lists those that differ (exit status 1)."""
+    parser = argparse.ArgumentParser(
+        prog="python -m gym_extensions.envs.navigation.generate_maps",
+        description="Generate the navigation maps and goals.",
+    )
+    parser.add_argument("--check", action="store_true", help="write nothing; list the files that differ")
     check = parser.parse_args(argv).check
     differing = []
     for name, text in sorted(drawn_files().items()):
@@ -109,7 +112,7 @@ def main(argv: list[str] | None = None) -> int:
             if not check:
                 path.write_bytes(text.encode("ascii"))
     if check and differing:
-        sys.stderr.write(f"not as drawn: {', '.join(differing)}\n")
+        sys.stderr.write(f"files that differ: {', '.join(differing)}\n")
     return 1 if check and differing else 0
 
 

@@ -19,13 +19,13 @@ WIDTH, HEIGHT = COLUMNS * CELL, ROWS * CELL
 MAPS, GOALS = 10, 3
 GOAL_RADIUS = 20.0
 AGENT_RADIUS = 5.0
-"""Of the disc that is drawn; the agent is a point."""
+"""Radius of the disc that is drawn; the agent itself is a point."""
 OBSTACLE, FREE = "#", "."
 
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """Which cells are obstacles: ``solid[row + 1, column + 1]`` is 1 for one; row 0 is the map's bottom.
+    """An occupancy grid: ``solid[row + 1, column + 1]`` is 1 for an obstacle; row 0 is the map's bottom.
 
     The array has a ring of obstacles around the map, because everything outside the map is solid.
     """
@@ -34,7 +34,7 @@ class Grid:
 
     @property
     def cells(self) -> NDArray[np.bool_]:
-        """The map alone, shape (rows, columns), True for an obstacle; row 0 is the bottom."""
+        """The map without the ring, (rows, columns), True for an obstacle; row 0 is the bottom."""
         return self.solid[1:-1, 1:-1].astype(np.bool_)
 
     @property
@@ -46,17 +46,17 @@ class Grid:
 
 @dataclass(frozen=True, eq=False)
 class Arena:
-    """A grid and the centre of the goal on it, in units."""
+    """A grid and the center of the goal on it, in units."""
 
     grid: Grid
     goal: tuple[float, float]
 
 
 def parse(lines: Sequence[str]) -> Grid:
-    """The grid drawn by lines of ``#`` and ``.``, the first line at the top.
+    """Returns the grid of lines of ``#`` and ``.``, the first line at the top.
 
     Raises:
-        ValueError: the lines differ in length or hold another character.
+        ValueError: the lines differ in length or contain another character.
     """
     if not lines or any(len(line) != len(lines[0]) or set(line) - {OBSTACLE, FREE} for line in lines):
         raise ValueError(f"a map is lines of equal length made of {OBSTACLE!r} and {FREE!r}")
@@ -67,24 +67,24 @@ def parse(lines: Sequence[str]) -> Grid:
 
 
 def draw(cells: NDArray[np.bool_]) -> str:
-    """The text of a map file, from the cells with row 0 at the bottom."""
+    """Returns the text of a map file; row 0 of the cells is at the bottom."""
     return "".join("".join(OBSTACLE if cell else FREE for cell in row) + "\n" for row in cells[::-1])
 
 
 def map_bytes(number: int) -> bytes:
-    """The published file of a map, as it is."""
+    """Returns the bytes of a published map file."""
     return (files(__package__) / "maps" / f"map{number}.txt").read_bytes()
 
 
 @functools.cache
 def load(number: int) -> Grid:
-    """The published map of that number, 0 to 9."""
+    """Returns the published map of that number, 0 to 9."""
     return parse(map_bytes(number).decode("ascii").splitlines())
 
 
 @functools.cache
 def goals() -> dict[tuple[int, int], tuple[float, float]]:
-    """The centre of every goal in units, by (map, goal)."""
+    """Returns the center of every goal in units, by (map, goal)."""
     text = (files(__package__) / "maps" / "goals.csv").read_text(encoding="ascii")
     return {
         (int(row["map"]), int(row["goal"])): (float(row["x"]), float(row["y"]))
@@ -93,5 +93,5 @@ def goals() -> dict[tuple[int, int], tuple[float, float]]:
 
 
 def arena(map_number: int, goal_number: int) -> Arena:
-    """The published map with one of its three goals."""
+    """Returns the published map with one of its three goals."""
     return Arena(load(map_number), goals()[map_number, goal_number])

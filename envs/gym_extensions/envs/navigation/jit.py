@@ -1,4 +1,4 @@
-"""The decorator of every compiled function."""
+"""The decorator of functions that numba compiles."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 @functools.cache
 def sources_digest() -> str:
-    """The sha256 of this package's modules: what compiled code depends on."""
+    """Returns the sha256 of this package's modules, on which compiled code depends."""
     modules = sorted((path for path in files(__package__).iterdir() if path.name.endswith(".py")), key=str)
     return hashlib.sha256(b"".join(path.read_bytes() for path in modules)).hexdigest()
 
 
 def compiled(function: F) -> F:
-    """The function compiled by numba at its first call, in strict IEEE arithmetic, and kept on disk.
+    """Compiles the function at its first call, in strict IEEE arithmetic, and caches the code on disk.
 
-    The code is kept beside the module, else in the user's cache folder; where neither can be written it is
-    compiled once a process.
+    The cache is beside the module, or in the user's cache folder. If neither can be written, the function is
+    compiled once per process.
     """
     dispatcher = numba.njit(function)
     try:
         dispatcher.enable_caching()
-    except RuntimeError:  # numba found no folder in which to keep it
+    except RuntimeError:  # no folder for the cache can be written
         return cast(F, dispatcher)
-    # Numba takes kept code for fresh if its own file's time and size are unchanged. Wheels give every file
-    # the same time, and a constant or a callee may stand in another file: that would be yesterday's physics,
-    # silently.
+    # Numba reuses cached code if the time and size of the function's own file are unchanged. Wheels give
+    # every file the same time, and a constant or a callee may be in another file: numba would silently run
+    # outdated code.
     dispatcher._cache._cache_file._source_stamp = sources_digest()
     return cast(F, dispatcher)

@@ -10,12 +10,12 @@ from gym_extensions.envs.navigation.jit import compiled
 
 STEP_REWARD, COLLISION_REWARD, GOAL_REWARD = -1.0, -5.0, 10.0
 MAX_SPEED = 5.0
-"""Largest displacement a step in x and in y, in units."""
+"""Largest displacement per step in x and in y, in units."""
 
 
 @compiled
 def touches(solid: Any, x: float, y: float) -> bool:
-    """Whether a point lies in an obstacle, its edges and corners included; outside the map all is solid."""
+    """Whether a point is in an obstacle, including its edges and corners, or outside the map."""
     rows, columns = solid.shape
     if not (0.0 < x < (columns - 2) * CELL and 0.0 < y < (rows - 2) * CELL):
         return True
@@ -29,7 +29,7 @@ def touches(solid: Any, x: float, y: float) -> bool:
 
 @compiled
 def crosses(solid: Any, x: float, y: float, to_x: float, to_y: float) -> bool:
-    """Whether a segment inside the map touches an obstacle, its edges and corners included.
+    """Whether a segment inside the map touches an obstacle, including its edges and corners.
 
     A cell that the segment's bounding box touches is touched by the segment unless all four corners lie
     strictly on one side of it.
@@ -64,7 +64,7 @@ def advance(  # noqa: PLR0917
         solids: (maps, rows + 2, columns + 2), as in ``Grid``; ``map_of`` (agents,) indexes it.
         goals: (agents, 2), in units; positions: (agents, 2), in units, changed in place.
         actions: (agents, 2), displacements in units; clipped here.
-        waiting: (agents,), agents that stand still and get reward 0.
+        waiting: (agents,), agents that stay where they are and get reward 0.
         rewards: (agents,), reached: (agents,); written.
     """
     for agent in range(len(positions)):

@@ -37,8 +37,8 @@ def _closest(solid: Any, x: float, y: float) -> tuple[float, float]:
 
 
 @compiled
-def find_nearest(solids: Any, map_of: Any, positions: Any, found: Any) -> None:
-    """Writes distance (units) and bearing (rad, world frame, (−π, π]) into ``found[:, 2:4]``."""
+def find_nearest(solids: Any, map_of: Any, positions: Any, observations: Any) -> None:
+    """Writes distance (units) and bearing (rad, world frame, (−π, π]) into ``observations[:, 2:4]``."""
     for agent in range(len(positions)):
         distance, bearing = _closest(solids[map_of[agent]], positions[agent, 0], positions[agent, 1])
-        found[agent, 2], found[agent, 3] = distance, bearing
+        observations[agent, 2], observations[agent, 3] = distance, bearing

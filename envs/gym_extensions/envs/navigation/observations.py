@@ -1,12 +1,11 @@
-"""The five observation families: what each number means, and the spaces that hold them."""
+"""The five observation families: the meaning of each entry, and their spaces."""
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 from gymnasium.spaces import Box
 
+from gym_extensions.envs.fields import Field
 from gym_extensions.envs.navigation.grid import CELL, HEIGHT, WIDTH
 from gym_extensions.envs.navigation.motion import MAX_SPEED
 from gym_extensions.envs.navigation.raycast import BEAMS, MAX_RANGE
@@ -15,21 +14,10 @@ PIXEL = 4.0
 """Side of a pixel of an image observation, in units."""
 
 
-@dataclass(frozen=True)
-class Field:
-    """``count`` neighbouring entries of an observation that mean the same and have the same range."""
-
-    meaning: str
-    unit: str
-    low: float
-    high: float
-    count: int = 1
-
-
-OWN = (Field("x of the agent", "unit", 0.0, WIDTH), Field("y of the agent", "unit", 0.0, HEIGHT))
+AGENT = (Field("x of the agent", "unit", 0.0, WIDTH), Field("y of the agent", "unit", 0.0, HEIGHT))
 GOAL = (Field("x of the goal", "unit", 0.0, WIDTH), Field("y of the goal", "unit", 0.0, HEIGHT))
 NEAREST = (
-    # The border is solid, so nothing is farther from an obstacle than half the inner height.
+    # The border is solid, so the distance is at most half the inner height.
     Field("distance to the closest obstacle", "unit", 0.0, HEIGHT / 2 - CELL),
     Field("bearing to it, world frame, (−π, π]", "rad", -np.pi, np.pi),
 )
@@ -40,16 +28,16 @@ RANGES = (
 )
 
 FIELDS: dict[str, tuple[Field, ...]] = {
-    "state": OWN + NEAREST,
-    "state-goal": OWN + NEAREST + GOAL,
+    "state": AGENT + NEAREST,
+    "state-goal": AGENT + NEAREST + GOAL,
     "range": RANGES,
-    "range-known": RANGES + OWN + GOAL,
+    "range-known": RANGES + AGENT + GOAL,
 }
-"""The layout of each family of numbers, in order; the family ``image`` is a picture."""
+"""The entries of each family, in order; the family ``image`` is a picture."""
 
 
 def observation_space(family: str) -> Box:
-    """The declared space of a family; every observation that can occur lies in it."""
+    """Returns the observation space of a family."""
     if family == "image":
         return Box(0, 255, (round(HEIGHT / PIXEL), round(WIDTH / PIXEL), 3), np.uint8)
     low = [field.low for field in FIELDS[family] for _ in range(field.count)]
@@ -58,5 +46,5 @@ def observation_space(family: str) -> Box:
 
 
 def action_space() -> Box:
-    """The displacement in x and in y, in units a step."""
+    """Returns the action space: the displacement in x and in y, in units per step."""
     return Box(-MAX_SPEED, MAX_SPEED, (2,), np.float32)

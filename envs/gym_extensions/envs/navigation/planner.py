@@ -1,4 +1,4 @@
-"""Fewest steps to a goal: a plan over a fine lattice of points, and the best move by it from any point."""
+"""The fewest steps to a goal, by a plan over a fine lattice, and the best move from any point."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from gym_extensions.envs.navigation.jit import compiled
 from gym_extensions.envs.navigation.motion import MAX_SPEED, crosses, touches
 
 FINENESS = 2
-"""Lattice points a unit in x and in y; they lie between the grid lines, never on one."""
+"""Lattice points per unit in x and in y; they lie between the grid lines, never on one."""
 WHOLE = int(MAX_SPEED)
 REACH = WHOLE * FINENESS
-"""Lattice points a step."""
+"""Lattice points per step."""
 SLACK = 1e-5
 """How far a planned step may go beyond ``MAX_SPEED``: float32 actions miss lattice points by 1e-7."""
 UNREACHED = -1
@@ -35,8 +35,7 @@ def _next_open(following: Any, row: int, column: int) -> int:
 
 @compiled
 def steps_to_go(solid: Any, goal_x: float, goal_y: float) -> Any:
-    """The fewest steps to the goal from every lattice point by way of lattice points; −1 where there is no
-    way.
+    """Returns the fewest steps to the goal from every lattice point over lattice points; −1 without a path.
 
     Breadth-first from the goal's disc. A step is any displacement of at most 5 units in x and in y whose
     segment is free. Entry [j, i] belongs to the point ((i + ½) / FINENESS, (j + ½) / FINENESS).
@@ -92,11 +91,11 @@ def _straight(goal: Any, x: float, y: float) -> tuple[int, float, float]:
 def look(  # noqa: PLR0917
     solid: Any, steps: Any, goal: Any, x: float, y: float, at_most: int
 ) -> tuple[int, int, float, float]:
-    """What is known at a free point: steps to go, how many next lattice points hold that, and where to go.
+    """Returns the steps to go from a free point, the number of best next lattice points, and the next x, y.
 
-    The more of them there are, the deeper the point lies among those with as many steps to go. None holds it
-    if only the straight way to the goal, between lattice points, is that short. Gives ``NEVER`` if there are
-    more steps to go than ``at_most``.
+    The more best points there are, the farther the point is from those with more steps to go. There is
+    none if only the straight path to the goal, between lattice points, is that short. The steps are
+    ``NEVER`` if there are more than ``at_most``.
     """
     if (x - goal[0]) ** 2 + (y - goal[1]) ** 2 <= GOAL_RADIUS**2:
         return 0, 0, x, y
@@ -137,9 +136,9 @@ def _try(  # noqa: PLR0917
 def choose(solid: Any, steps: Any, goal: Any, point: Any, action: Any) -> None:
     """Writes the best displacement, float32, from a free point into ``action``.
 
-    Tried are all whole displacements, which keep the point's place relative to the lattice and so lose
-    nothing to rounding, and the step that ``look`` names. The latter alone leaves one step less to go, so
-    every action does, and the goal is reached.
+    Candidates are all integer displacements, which keep the point's offset from the lattice and so lose
+    nothing to rounding, and the step that ``look`` returns. That step alone leaves one step less to go, so
+    the best candidate does too, and the goal is reached.
     """
     _, _, to_x, to_y = look(solid, steps, goal, point[0], point[1], NEVER)
     action[0] = min(max(to_x - point[0], -MAX_SPEED), MAX_SPEED)

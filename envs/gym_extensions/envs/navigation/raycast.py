@@ -33,7 +33,7 @@ _AXIS = tuple((int(x), int(y)) for x, y in DIRECTIONS[::_QUARTER])
 _EAST, _NORTH = DIRECTIONS[:, 0] > 0, DIRECTIONS[:, 1] > 0
 _ALONG = np.abs(np.where(DIRECTIONS == 0.0, 1.0, DIRECTIONS))
 _PER_X, _PER_Y = 1.0 / _ALONG[:, 0], 1.0 / _ALONG[:, 1]
-"""Range a unit of progress in x and in y; not used for the beams along the grid."""
+"""Range per unit of progress in x and in y; not used for the beams along the grid."""
 
 
 @compiled
@@ -70,7 +70,7 @@ def _oblique(  # noqa: PLR0917
         cells: the grid, row after row; ``cell`` is the ray's first, ``step_x`` and ``step_y`` lead on from
             it.
         gap_x, gap_y: distances to the first grid lines ahead, in units.
-        per_x, per_y: range a unit of progress in x and in y.
+        per_x, per_y: range per unit of progress in x and in y.
     """
     next_x, next_y = gap_x * per_x, gap_y * per_y
     gap_x, gap_y = gap_x + CELL, gap_y + CELL
@@ -108,7 +108,7 @@ def cast_ranges(solids: Any, map_of: Any, positions: Any, ranges: Any) -> None:
         cells = solid.reshape(-1)
         x, y = positions[agent, 0], positions[agent, 1]
         column, row = int(x / CELL) + 1, int(y / CELL) + 1
-        # Unsigned, or every look-up would first be checked for an index from the end.
+        # Unsigned: otherwise every look-up would first check for a negative index.
         cell = np.uint64(row * stride + column)
         west, south = x - (column - 1) * CELL, y - (row - 1) * CELL
         east, north = column * CELL - x, row * CELL - y

@@ -1,4 +1,4 @@
-"""The task seen from above: the background drawn once, the agent's disc moved over it."""
+"""Pictures of a task from above: a background that is drawn once, and the agent's disc over it."""
 
 from __future__ import annotations
 
@@ -12,13 +12,14 @@ from gym_extensions.envs.navigation.grid import AGENT_RADIUS, GOAL_RADIUS, Arena
 from gym_extensions.envs.navigation.jit import compiled
 from gym_extensions.envs.navigation.motion import touches
 
-FREE_COLOUR, OBSTACLE_COLOUR = (255, 255, 255), (204, 153, 102)
-GOAL_COLOUR, AGENT_COLOUR = (255, 0, 0), (0, 0, 0)
+FREE_COLOR, OBSTACLE_COLOR = (255, 255, 255), (204, 153, 102)
+GOAL_COLOR = (255, 0, 0)
+"""The agent's disc is black: the compiled code writes zeros."""
 
 
 @compiled
 def _in_obstacles(solid: Any, x: Any, y: Any) -> Any:
-    """Which points of a lattice lie in an obstacle, shape (len(y), len(x))."""
+    """Which points of a lattice are in an obstacle, (len(y), len(x))."""
     inside = np.zeros((len(y), len(x)), dtype=np.bool_)
     for row in range(len(y)):
         for column in range(len(x)):
@@ -27,24 +28,24 @@ def _in_obstacles(solid: Any, x: Any, y: Any) -> Any:
 
 
 def background(arena: Arena, pixel: float) -> NDArray[np.uint8]:
-    """The map and the goal's disc without an agent, shape (height / pixel, width / pixel, 3).
+    """Draws the map and the goal's disc without an agent, (height / pixel, width / pixel, 3).
 
-    A pixel shows what lies at its centre; the first row is the map's top. ``pixel`` is its side in units.
+    A pixel shows what is at its center. The first row is the top of the map. ``pixel`` is its side in units.
     """
     width, height = arena.grid.size
     x = (np.arange(round(width / pixel)) + 0.5) * pixel
     y = height - (np.arange(round(height / pixel)) + 0.5) * pixel
     picture = np.empty((len(y), len(x), 3), dtype=np.uint8)
-    picture[:] = FREE_COLOUR
-    picture[_in_obstacles(arena.grid.solid, x, y)] = OBSTACLE_COLOUR
+    picture[:] = FREE_COLOR
+    picture[_in_obstacles(arena.grid.solid, x, y)] = OBSTACLE_COLOR
     goal_x, goal_y = arena.goal
-    picture[(x[None, :] - goal_x) ** 2 + (y[:, None] - goal_y) ** 2 <= GOAL_RADIUS**2] = GOAL_COLOUR
+    picture[(x[None, :] - goal_x) ** 2 + (y[:, None] - goal_y) ** 2 <= GOAL_RADIUS**2] = GOAL_COLOR
     return picture
 
 
 @compiled
 def _disc(picture: Any, paint: Any, x: float, y: float, pixel: float, from_background: bool) -> None:  # noqa: PLR0917
-    """Colours the pixels whose centres lie in the agent's disc: black, or as in the background ``paint``."""
+    """Colors the pixels with centers in the agent's disc: black, or as in the background ``paint``."""
     rows, columns, _ = picture.shape
     left, right = x - AGENT_RADIUS, x + AGENT_RADIUS
     top, bottom = rows * pixel - y - AGENT_RADIUS, rows * pixel - y + AGENT_RADIUS
@@ -60,10 +61,10 @@ def _disc(picture: Any, paint: Any, x: float, y: float, pixel: float, from_backg
 def move_agents(  # noqa: PLR0917
     pictures: Any, backgrounds: Any, background_of: Any, shown: Any, positions: Any, pixel: float
 ) -> None:
-    """Takes each agent's disc from where ``shown`` says it is drawn and draws it at its position, in place.
+    """Moves each agent's disc from where it is drawn (``shown``) to its position, in place.
 
     Args:
-        pictures: (agents, rows, columns, 3), one an agent, each with its disc drawn at ``shown``.
+        pictures: (agents, rows, columns, 3), each with its disc at ``shown``.
         backgrounds: (arenas, rows, columns, 3); ``background_of`` (agents,) indexes it.
         shown: (agents, 2), in units, NaN where no disc is drawn; becomes ``positions``.
         pixel: side of a pixel in units.
@@ -77,7 +78,7 @@ def move_agents(  # noqa: PLR0917
 
 
 def with_agent(paint: NDArray[np.uint8], position: NDArray[np.float64], pixel: float) -> NDArray[np.uint8]:
-    """A copy of a background with the agent's disc at a position in units."""
+    """Returns a copy of a background with the agent's disc at a position in units."""
     picture = paint.copy()
     _disc(picture, paint, position[0], position[1], pixel, False)
     return picture

@@ -1,4 +1,4 @@
-"""Many agents, each alone in its arena, moved and observed at once."""
+"""Many agents, each alone in its arena, moved and observed together."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from gym_extensions.envs.navigation.rendering import background, move_agents
 from gym_extensions.errors import BenchError
 
 START_CLEARANCE = 100.0
-"""Smallest distance of a drawn start from the goal, in units."""
+"""Smallest distance of a random start from the goal, in units."""
 
 
 class World:
     """The positions of many agents and what they observe.
 
     Args:
-        arenas: the grid and the goal of each agent; all grids of one size.
+        arenas: the grid and the goal of each agent; all grids have the same size.
         family: what the agents observe, a key of the catalog's ``FAMILIES``.
     """
 
@@ -44,11 +44,11 @@ class World:
     def advance(
         self, actions: NDArray[Any], waiting: NDArray[np.bool_]
     ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-        """Rewards and arrivals, shape (agents,) each, after every agent that is not waiting has moved.
+        """Moves every agent that is not waiting; returns rewards and arrivals, (agents,) each.
 
         Args:
-            actions: displacements in units, shape (agents, 2), clipped here.
-            waiting: agents that stay where they are with reward 0, shape (agents,).
+            actions: (agents, 2), displacements in units, clipped here.
+            waiting: (agents,), agents that stay where they are, with reward 0.
         """
         moves = np.ascontiguousarray(actions, dtype=np.float64)
         rewards, reached = self._rewards, self._reached
@@ -56,7 +56,7 @@ class World:
         return rewards.copy(), reached.copy()
 
     def observe(self) -> NDArray[Any]:
-        """What every agent observes, shape (agents, …); every agent has been placed."""
+        """Returns every agent's observation, (agents, …); every agent has been placed."""
         if self.family == "image":
             move_agents(
                 self._pictures, self._backgrounds, self._background_of, self._shown, self.positions, PIXEL
@@ -86,25 +86,23 @@ class World:
         """Places an agent at a point, in units.
 
         Raises:
-            BenchError: the point is not two finite numbers, or lies in an obstacle or outside the map.
+            BenchError: the point is not two finite numbers, or is in an obstacle or outside the map.
         """
         width, height = self.arenas[agent].grid.size
         hint = f"Give (x, y) in free space, 0 < x < {width:g} and 0 < y < {height:g}."
         try:
-            given = np.asarray(point, dtype=np.float64)
+            start = np.asarray(point, dtype=np.float64)
         except (TypeError, ValueError):
-            given = np.array(np.nan)
-        if given.shape != (2,) or not np.isfinite(given).all():
+            start = np.array(np.nan)
+        if start.shape != (2,) or not np.isfinite(start).all():
             raise BenchError("bad-start", f"The start is {point!r}, not two finite numbers.", where, hint)
-        if touches(self.arenas[agent].grid.solid, given[0], given[1]):
-            place = f"({given[0]:g}, {given[1]:g})"
-            raise BenchError(
-                "bad-start", f"The start {place} lies in an obstacle or outside the map.", where, hint
-            )
-        self.positions[agent] = given
+        if touches(self.arenas[agent].grid.solid, start[0], start[1]):
+            message = f"The start ({start[0]:g}, {start[1]:g}) is in an obstacle or outside the map."
+            raise BenchError("bad-start", message, where, hint)
+        self.positions[agent] = start
 
     def _fixed_numbers(self) -> NDArray[np.float32]:
-        """The observations' array with the goals, which never change, filled in."""
+        """Returns the observations' array with the goals filled in; they never change."""
         widths = {"state": 4, "state-goal": 6, "range": BEAMS, "range-known": BEAMS + 4}
         numbers = np.zeros((len(self.arenas), widths[self.family]), dtype=np.float32)
         if self.family in ("state-goal", "range-known"):

@@ -1,1 +1,1 @@
-"""Many copies of tasks as arrays over lanes: physics, rules of each body family, the vector environment."""
+"""Many MuJoCo environments as arrays: physics, shards of one model layout, the vector environment."""

@@ -1,53 +1,26 @@
-"""Lanes of one model layout stepped by mujoco.batch, seen as arrays over the lanes."""
+"""Simulations of one model layout, stepped by mujoco.batch."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, Protocol
+from collections.abc import Sequence
+from typing import Any
 
 import mujoco
 import numpy as np
 from mujoco.batch import Batch
 from numpy.typing import NDArray
 
+from gym_extensions.envs.protocols import Array, Indices, States
 from gym_extensions.envs.state import INTEGRATED, MOCAP
-
-Array = NDArray[np.float64]
-Lanes = NDArray[np.intp]
 
 
 def state_fields(model: mujoco.MjModel) -> tuple[str, ...]:
-    """The names of the physics part of a saved state for this model."""
+    """Names of the physics part of a saved state of this model."""
     return (*INTEGRATED, "time", *(MOCAP if model.nmocap else ()))
 
 
-class Physics(Protocol):
-    """Lanes of simulations. Arrays have the lane as first axis and are live: refreshed by every call."""
-
-    def field(self, name: str) -> Array:
-        """A field of MjData over all lanes, ``(lanes, …)``; read-only by agreement."""
-
-    def reset(self, lanes: Lanes, state: Mapping[str, Array]) -> None:
-        """Resets some lanes to the model's defaults, writes the given rows of the state, runs mj_forward.
-
-        The last only where derived fields are read: it leaves the state as it is.
-        """
-
-    def step(self, ctrl: NDArray[Any], lanes: Lanes | None) -> None:
-        """Applies ``(all lanes, nu)`` controls for one environment step in the given lanes, or in all."""
-
-    def snapshot(self) -> dict[str, Array]:
-        """Copies of the physics state of every lane, by the names of ``state_fields``."""
-
-    def load(self, lanes: Lanes, state: Mapping[str, Array]) -> None:
-        """Writes saved rows of every state field into some lanes and recomputes what follows from them."""
-
-    def close(self) -> None:
-        """Lets threads and memory go."""
-
-
 class BatchPhysics:
-    """Simulations in mujoco.batch: derived fields are those mj_step leaves, bit for bit."""
+    """Simulations in mujoco.batch; derived fields are bit for bit those that mj_step leaves."""
 
     def __init__(
         self, models: Sequence[mujoco.MjModel], frame_skip: int, num_threads: int, fields: Sequence[str]
@@ -66,34 +39,34 @@ class BatchPhysics:
         self._defaults = self._batch.state.copy()
 
     def field(self, name: str) -> Array:
-        """A live field over all lanes."""
+        """Returns a live field, ``(num_envs, …)``."""
         return self._fields[name]
 
-    def reset(self, lanes: Lanes, state: Mapping[str, Array]) -> None:
-        """Defaults, then the given rows, then mj_forward if anything reads it, in the given lanes."""
-        self._batch.state[lanes] = self._defaults[lanes]
+    def reset(self, indices: Indices, state: States) -> None:
+        """Writes defaults, then the given rows, then runs mj_forward if derived fields are read."""
+        self._batch.state[indices] = self._defaults[indices]
         for name, rows in state.items():
-            self._fields[name][lanes] = rows
+            self._fields[name][indices] = rows
         if self._derives:
-            self._batch.forward(lanes)
+            self._batch.forward(indices)
 
-    def step(self, ctrl: NDArray[Any], lanes: Lanes | None) -> None:
-        """One environment step in the given lanes, or in all."""
+    def step(self, ctrl: NDArray[Any], indices: Indices | None) -> None:
+        """Runs one environment step in some environments, or in all."""
         self._ctrl[...] = ctrl
-        self._batch.step(lanes, self._frame_skip)
+        self._batch.step(indices, self._frame_skip)
 
     def snapshot(self) -> dict[str, Array]:
-        """Copies of the physics state of every lane."""
+        """Returns copies of the physics state of every environment."""
         return {name: np.array(self._fields[name]) for name in self._state_fields}
 
-    def load(self, lanes: Lanes, state: Mapping[str, Array]) -> None:
-        """Saved rows, then mj_forward; the warm start is written last, as the single environment does."""
+    def load(self, indices: Indices, state: States) -> None:
+        """Writes saved rows, runs mj_forward, then writes the warm start, as the single environment does."""
         for name in self._state_fields:
-            self._fields[name][lanes] = state[name]
-        self._batch.forward(lanes)
-        self._fields["qacc_warmstart"][lanes] = state["qacc_warmstart"]
+            self._fields[name][indices] = state[name]
+        self._batch.forward(indices)
+        self._fields["qacc_warmstart"][indices] = state["qacc_warmstart"]
 
     def close(self) -> None:
-        """Lets the batch go."""
+        """Frees the batch."""
         self._fields.clear()
         del self._batch, self._ctrl

@@ -1,96 +1,99 @@
-"""All lanes of a vector environment as lots: what each lot gives, put together in the order of the lanes."""
+"""All environments of a vector environment, grouped into shards."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_extensions.envs.vector.physics import Array, Lanes
-from gym_extensions.envs.vector.registry import layout
-from gym_extensions.envs.vector.rules import Flags
+from gym_extensions.envs.protocols import Array, Flags, Indices, States
+from gym_extensions.envs.vector.layout import layout
 from gym_extensions.envs.vector.saved_state import check_names, rows_for
-from gym_extensions.envs.vector.shard import Lot
-from gym_extensions.envs.vector.template import Prototype
+from gym_extensions.envs.vector.shard import Shard
+from gym_extensions.envs.vector.template import TaskTemplate
 
 
-class Lots:
-    """Lanes grouped by layout, in the order of each group's first lane; a single lot is passed through."""
+class Shards:
+    """Environments grouped by layout, in the order of each group's first environment.
 
-    def __init__(self, lanes: Sequence[Prototype], num_threads: int) -> None:
-        self._lanes = len(lanes)
-        self._space = lanes[0].observation_space
-        places: dict[tuple[object, ...], list[int]] = {}
-        for place, lane in enumerate(lanes):
-            places.setdefault(layout(lane), []).append(place)
-        self._lots = [
-            Lot(np.array(own), [lanes[place] for place in own], num_threads) for own in places.values()
+    Results of the shards are put together in the order of the environments; a single shard's are passed on.
+    """
+
+    def __init__(self, templates: Sequence[TaskTemplate], num_threads: int) -> None:
+        self._num_envs = len(templates)
+        self._space = templates[0].observation_space
+        members: dict[tuple[object, ...], list[int]] = {}
+        for index, template in enumerate(templates):
+            members.setdefault(layout(template), []).append(index)
+        self._shards = [
+            Shard(np.array(indices), [templates[index] for index in indices], num_threads)
+            for indices in members.values()
         ]
 
     def reset(self, starting: Flags, generators: Sequence[np.random.Generator | None]) -> None:
-        """Starts new episodes in the flagged lanes; those need a generator."""
-        for lot in self._lots:
-            lanes = np.flatnonzero(starting[lot.places])
-            own = [generator for lane in lot.places[lanes] if (generator := generators[lane]) is not None]
-            if len(lanes):
-                lot.reset(lanes, own)
+        """Starts episodes in the flagged environments, which need a generator."""
+        for shard in self._shards:
+            rows = np.flatnonzero(starting[shard.members])
+            drawn = [generators[index] for index in shard.members[rows]]
+            if len(rows):
+                shard.reset(rows, [generator for generator in drawn if generator is not None])
 
     def step(self, actions: NDArray[Any], resting: Flags | None) -> tuple[Array, Flags]:
-        """Rewards and terminations of one step in every lane; the rows of resting ones mean nothing."""
-        if len(self._lots) == 1:
-            return self._lots[0].step(actions, None if resting is None else np.flatnonzero(~resting))
-        rewards, terminations = np.empty(self._lanes), np.empty(self._lanes, np.bool_)
-        for lot in self._lots:
-            going = None if resting is None else np.flatnonzero(~resting[lot.places])
-            rewards[lot.places], terminations[lot.places] = lot.step(actions[lot.places], going)
+        """Returns rewards and terminations of one step; rows of resting environments are meaningless."""
+        if len(self._shards) == 1:
+            return self._shards[0].step(actions, None if resting is None else np.flatnonzero(~resting))
+        rewards, terminations = np.empty(self._num_envs), np.empty(self._num_envs, np.bool_)
+        for shard in self._shards:
+            rows = None if resting is None else np.flatnonzero(~resting[shard.members])
+            rewards[shard.members], terminations[shard.members] = shard.step(actions[shard.members], rows)
         return rewards, terminations
 
     def observe(self) -> Array:
-        """A new array of every lane's observation."""
-        if len(self._lots) == 1:
-            return self._lots[0].observe()
-        observations: Array = np.empty((self._lanes, *self._space.shape))
-        for lot in self._lots:
-            observations[lot.places] = lot.observe()
+        """Returns a new array of observations, ``(num_envs, …)``."""
+        if len(self._shards) == 1:
+            return self._shards[0].observe()
+        observations: Array = np.empty((self._num_envs, *self._space.shape))
+        for shard in self._shards:
+            observations[shard.members] = shard.observe()
         return observations
 
     def save(self) -> dict[str, Array]:
-        """Every lane's state by name; a name that some lanes lack holds NaN there."""
-        if len(self._lots) == 1:
-            return self._lots[0].save()
+        """Returns the states by name; a name that some environments lack has NaN in their rows."""
+        if len(self._shards) == 1:
+            return self._shards[0].save()
         states: dict[str, Array] = {}
-        for lot in self._lots:
-            for name, rows in lot.save().items():
-                blank = np.full((self._lanes, *rows.shape[1:]), np.nan)
-                states.setdefault(name, blank)[lot.places] = rows
+        for shard in self._shards:
+            for name, rows in shard.save().items():
+                blank = np.full((self._num_envs, *rows.shape[1:]), np.nan)
+                states.setdefault(name, blank)[shard.members] = rows
         return states
 
     def save_each(self) -> list[dict[str, Array]]:
-        """One state a lane, with the names that its task has."""
-        states: list[dict[str, Array]] = [{} for _ in range(self._lanes)]
-        for lot in self._lots:
-            for name, rows in lot.save().items():
-                for place, row in zip(lot.places, rows, strict=True):
-                    states[place][name] = np.array(row)
+        """Returns one state per environment, with the names that its task has."""
+        states: list[dict[str, Array]] = [{} for _ in range(self._num_envs)]
+        for shard in self._shards:
+            for name, rows in shard.save().items():
+                for index, row in zip(shard.members, rows, strict=True):
+                    states[index][name] = np.array(row)
         return states
 
-    def load(self, lanes: Lanes, states: Mapping[str, Array]) -> None:
-        """Puts rows of saved states into the given lanes, a row each.
+    def load(self, indices: Indices, states: States) -> None:
+        """Restores saved rows, one for each of the given environments.
 
         Raises:
-            BenchError: a name is missing or unknown, a value has another shape or is not finite.
+            BenchError: a name is missing or unknown, or a value has another shape or is not finite.
         """
-        shapes = [lot.save() for lot in self._lots]
+        shapes = [shard.save() for shard in self._shards]
         check_names(states, set().union(*shapes))
-        for lot, expected in zip(self._lots, shapes, strict=True):
-            rows = np.flatnonzero(np.isin(lanes, lot.places))
+        for shard, expected in zip(self._shards, shapes, strict=True):
+            rows = np.flatnonzero(np.isin(indices, shard.members))
             if len(rows):
-                places = np.searchsorted(lot.places, lanes[rows])
-                lot.load(places, rows_for(states, rows, expected))
+                members = np.searchsorted(shard.members, indices[rows])
+                shard.load(members, rows_for(states, rows, expected))
 
     def close(self) -> None:
-        """Lets threads and memory go."""
-        for lot in self._lots:
-            lot.close()
+        """Frees threads and memory."""
+        for shard in self._shards:
+            shard.close()

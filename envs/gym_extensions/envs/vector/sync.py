@@ -1,4 +1,4 @@
-"""Lanes stepped through their single environments, for tasks without whole-array rules."""
+"""Environments stepped one by one, for tasks without rules on arrays."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from typing import Any
 
 from gymnasium.vector import SyncVectorEnv
 
-from gym_extensions.envs.seeding import lane_seeds
+from gym_extensions.envs.seeding import spawn_seeds
 
 
-class OneByOne(SyncVectorEnv):
-    """Gymnasium's SyncVectorEnv whose integer reset seed is spawned into lane seeds."""
+class SequentialVectorEnv(SyncVectorEnv):
+    """Gymnasium's SyncVectorEnv, with an integer reset seed spawned into one seed per environment."""
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Any, dict[str, Any]]:
-        """First observations of every lane; an int seed is spawned, a list gives lane i its own."""
-        seeds = lane_seeds(seed, self.num_envs) if isinstance(seed, int) else seed
+        """Returns the first observations; an int seed is spawned, a list has one seed per environment."""
+        seeds = spawn_seeds(seed, self.num_envs) if isinstance(seed, int) else seed
         return super().reset(seed=seeds, options=options)  # type: ignore[arg-type]

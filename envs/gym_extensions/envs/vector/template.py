@@ -1,4 +1,4 @@
-"""What a lane takes from its task's single environment, built once a task."""
+"""What all copies of one task share, taken from its single environment."""
 
 from __future__ import annotations
 
@@ -8,15 +8,13 @@ import mujoco
 from gymnasium.spaces import Box
 
 from gym_extensions.catalog.task import Task
-from gym_extensions.envs.effects.range_sensor import FANS
-from gym_extensions.envs.make import construct
-from gym_extensions.envs.mujoco.task_env import TaskEnv
-from gym_extensions.envs.vector.physics import Array
+from gym_extensions.envs.make import construct_mujoco
+from gym_extensions.envs.protocols import Array
 
 
 @dataclass(frozen=True, eq=False)
-class Prototype:
-    """A task's compiled model, spaces and starting point; shared by all its lanes."""
+class TaskTemplate:
+    """A task's compiled model, spaces and rest pose."""
 
     task: Task
     model: mujoco.MjModel
@@ -30,18 +28,14 @@ class Prototype:
 
     @property
     def dt(self) -> float:
-        """Seconds an environment step, computed as Gymnasium computes it."""
+        """Seconds per environment step, computed as Gymnasium computes it."""
         return float(self.model.opt.timestep * self.frame_skip)
 
 
-def prototype(task: Task) -> Prototype:
-    """The prototype of a task, taken from its single environment."""
-    body = construct(task).unwrapped
-    if not isinstance(body, TaskEnv):
-        raise ValueError(f"{task.id} is no MuJoCo task")
-    observations, actions = body.observation_space, body.action_space
-    if not (isinstance(observations, Box) and isinstance(actions, Box)):
-        raise ValueError(f"{task.id} has spaces that are no boxes")
-    starts = body.init_qpos.copy(), body.init_qvel.copy()
-    lift = body.root_lift if task.base in FANS else 0.0
-    return Prototype(task, body.model, body.frame_skip, *starts, observations, actions, lift)
+def template(task: Task) -> TaskTemplate:
+    """Builds the single environment of a MuJoCo task and returns its template."""
+    env = construct_mujoco(task)
+    start = env.init_qpos.copy(), env.init_qvel.copy()
+    spaces = env.observation_space, env.action_space
+    lift = env.root_lift if task.body.beams is not None else 0.0
+    return TaskTemplate(task, env.model, env.frame_skip, *start, *spaces, lift)

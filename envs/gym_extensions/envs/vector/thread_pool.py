@@ -1,9 +1,9 @@
-"""Lanes with an MjData each, stepped by a few Python threads: for tasks that read mj_rnePostConstraint."""
+"""Simulations with one MjData each, stepped by Python threads, for rules that read contact forces."""
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
@@ -11,15 +11,16 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from gym_extensions.envs.protocols import Array, Indices, States
 from gym_extensions.envs.state import MOCAP
-from gym_extensions.envs.vector.physics import Array, Lanes, state_fields
+from gym_extensions.envs.vector.physics import state_fields
 
 
 class PooledPhysics:
-    """Simulations in an MjData each; mj_step and mj_rnePostConstraint release the interpreter's lock.
+    """One MjData per environment; mj_step and mj_rnePostConstraint release the interpreter's lock.
 
-    mujoco.batch cannot serve here: mj_rnePostConstraint runs there only for sensors, which Humanoid's
-    Runge–Kutta integrator evaluates at another of its four stages than Gymnasium does (ADR 0026).
+    mujoco.batch runs mj_rnePostConstraint only for sensors, which Humanoid's Runge–Kutta integrator
+    evaluates at a different stage than Gymnasium does (ADR 0026).
     """
 
     def __init__(
@@ -37,52 +38,52 @@ class PooledPhysics:
         }
         self._controls = [data.ctrl for data in self._data]
         self._copies = [
-            [(rows[lane], getattr(data, name)) for name, rows in self._fields.items()]
-            for lane, data in enumerate(self._data)
+            [(rows[index], getattr(data, name)) for name, rows in self._fields.items()]
+            for index, data in enumerate(self._data)
         ]
 
     def field(self, name: str) -> Array:
-        """A gathered field over all lanes."""
+        """Returns a gathered field, ``(num_envs, …)``."""
         return self._fields[name]
 
-    def reset(self, lanes: Lanes, state: Mapping[str, Array]) -> None:
-        """Defaults, then the given rows, then mj_forward, in the given lanes."""
-        for row, lane in enumerate(lanes):
-            model, data = self._models[lane], self._data[lane]
+    def reset(self, indices: Indices, state: States) -> None:
+        """Writes defaults, then the given rows, and runs mj_forward."""
+        for row, index in enumerate(indices):
+            model, data = self._models[index], self._data[index]
             mujoco.mj_resetData(model, data)
             for name, rows in state.items():
                 getattr(data, name)[...] = rows[row]
             mujoco.mj_forward(model, data)
-            self._gather(lane)
+            self._gather(index)
 
-    def step(self, ctrl: NDArray[Any], lanes: Lanes | None) -> None:
-        """One environment step in the given lanes, or in all."""
+    def step(self, ctrl: NDArray[Any], indices: Indices | None) -> None:
+        """Runs one environment step in some environments, or in all."""
         models, datas, controls, frame_skip = self._models, self._data, self._controls, self._frame_skip
 
-        def advance(lane: int) -> None:
-            model, data = models[lane], datas[lane]
-            controls[lane][:] = ctrl[lane]
+        def advance(index: int) -> None:
+            model, data = models[index], datas[index]
+            controls[index][:] = ctrl[index]
             mujoco.mj_step(model, data, frame_skip)
             mujoco.mj_rnePostConstraint(model, data)
-            self._gather(lane)
+            self._gather(index)
 
-        self._spread(advance, range(len(datas)) if lanes is None else lanes.tolist())
+        self._spread(advance, range(len(datas)) if indices is None else indices.tolist())
 
-    def _gather(self, lane: int) -> None:
-        for row, source in self._copies[lane]:
+    def _gather(self, index: int) -> None:
+        for row, source in self._copies[index]:
             row[...] = source
 
-    def _spread(self, work: Callable[[int], None], lanes: Iterable[int]) -> None:
-        """Runs the work of every lane; threads take the next waiting lane, so uneven lanes balance out."""
-        waiting = deque(lanes)
+    def _spread(self, work: Callable[[int], None], indices: Iterable[int]) -> None:
+        """Calls ``work`` on every index; threads take the next index, so uneven work balances out."""
+        waiting = deque(indices)
 
         def drain() -> None:
             while True:
                 try:
-                    lane = waiting.popleft()
+                    index = waiting.popleft()
                 except IndexError:
                     return
-                work(lane)
+                work(index)
 
         if self._executor is None:
             drain()
@@ -93,23 +94,23 @@ class PooledPhysics:
             other.result()
 
     def snapshot(self) -> dict[str, Array]:
-        """Copies of the physics state of every lane."""
+        """Returns copies of the physics state of every environment."""
         return {
             name: np.array([getattr(data, name) for data in self._data], dtype=np.float64)
             for name in self._state_fields
         }
 
-    def load(self, lanes: Lanes, state: Mapping[str, Array]) -> None:
-        """Saved rows, then mj_forward; the warm start is written last, as the single environment does."""
-        for row, lane in enumerate(lanes):
-            data = self._data[lane]
+    def load(self, indices: Indices, state: States) -> None:
+        """Writes saved rows, runs mj_forward, then writes the warm start, as the single environment does."""
+        for row, index in enumerate(indices):
+            data = self._data[index]
             data.time = float(state["time"][row])
             for name in self._state_fields:
                 if name != "time":
                     getattr(data, name)[...] = state[name][row]
-            mujoco.mj_forward(self._models[lane], data)
+            mujoco.mj_forward(self._models[index], data)
             data.qacc_warmstart[...] = state["qacc_warmstart"][row]
-            self._gather(lane)
+            self._gather(index)
 
     def close(self) -> None:
         """Ends the threads."""

@@ -1,4 +1,4 @@
-"""A log's bytes as columns of text, cut without interpreting them."""
+"""Splits the bytes of a CSV file into columns of text."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 COMMA, LINE_END = b",\n"
 BOM = b"\xef\xbb\xbf"
-BLOCK = 2**20
+BLOCK_BYTES = 2**20
 
 
 @dataclass(frozen=True)
 class Text:
-    """The bytes of one CSV file: its path inside the submission and the header that it must have."""
+    """The bytes of a CSV file, its path inside the submission, and the header that it must have."""
 
     path: str
     header: tuple[str, ...]
@@ -24,10 +24,11 @@ class Text:
 
 @dataclass(frozen=True)
 class Lines:
-    """Some lines that follow one another.
+    """Consecutive lines of a file.
 
-    The number of the ``first`` from 0, their bytes, where each starts and where it ends (after its line end),
-    and whether it is wrong: it has another number of cells than it must, or an empty one.
+    ``first`` is the index of the first line in the file, from 0; ``starts`` and ``ends`` are offsets in
+    ``data`` (an end is after the line end). ``wrong`` marks lines with another number of cells than the
+    header, or with an empty cell.
     """
 
     first: int
@@ -38,22 +39,22 @@ class Lines:
 
 
 def columns(text: Text) -> dict[str, list[str]]:
-    """Each column's cells by its name; only for bytes in which no rule found a problem."""
+    """The cells by column. The rules of text must have passed."""
     width = len(text.header)
     cells = text.data[text.data.index(b"\n") + 1 : -1].decode("ascii").replace("\n", ",").split(",")
-    return {name: cells[place::width] for place, name in enumerate(text.header)}
+    return {name: cells[index::width] for index, name in enumerate(text.header)}
 
 
 def plain(data: bytes) -> bytes:
-    r"""The bytes without a byte order mark, with the line end ``\n``."""
+    r"""The bytes without a byte order mark, with line ends ``\n``."""
     return data.removeprefix(BOM).replace(b"\r\n", b"\n")
 
 
 def lines(text: Text) -> Iterator[Lines]:
-    """All lines of a file, block by block: a file of many lines never stands in memory line by line."""
+    """All lines of a file in blocks of about ``BLOCK_BYTES``, to bound the memory for files of many lines."""
     data, width, first, start = text.data, len(text.header), 0, 0
     while start < len(data):
-        stop = data.find(b"\n", start + BLOCK) + 1 or len(data)
+        stop = data.find(b"\n", start + BLOCK_BYTES) + 1 or len(data)
         block = data[start:stop] if data[stop - 1] == LINE_END else data[start:stop] + b"\n"
         values = np.frombuffer(block, dtype=np.uint8)
         cuts = np.flatnonzero((values == COMMA) | (values == LINE_END))

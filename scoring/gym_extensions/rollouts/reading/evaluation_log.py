@@ -1,84 +1,89 @@
-"""A log's cells as columns of numbers."""
+"""Parses the cells of an evaluation log into columns, and compares its keys with the prescribed ones."""
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import TaskGroup
+from gym_extensions.catalog.protocol import EVALUATION_EPISODES, evaluation_seed, stages
+from gym_extensions.errors import BenchError
 
-Whole = NDArray[np.int64]
-WHOLE = ("run", "stage", "episode", "seed", "length")
+Integers = NDArray[np.int64]
+INTEGER_COLUMNS = ("run", "stage", "episode", "seed", "length")
 FLAGS = {"true": True, "false": False}
-DIGITS = 15
+MAX_DIGITS = 15
 
 Runs = dict[str, tuple[int, ...] | None]
-"""The runs of each log that is there, by protocol; None where they cannot be known."""
+"""The runs of each log of a group, by protocol; None where they are unknown."""
 
 
 @dataclass(frozen=True)
 class Cells:
-    """The cells of one CSV file as text, by column.
+    """The cells of a CSV file as text, by column.
 
-    ``numbers`` are the rows' places in the file, from 0 (None: all rows of the file are there); ``unread``
-    counts the rows that are not there because they cannot be read.
+    ``numbers`` are the indices in the file of the rows that were read, from 0 (None: all rows were read);
+    ``unread`` counts the rows that could not be read.
     """
 
     path: str
     columns: dict[str, list[str]]
-    numbers: Whole | None = None
+    numbers: Integers | None = None
     unread: int = 0
 
 
 @dataclass(frozen=True)
 class Log:
-    """The rows of one evaluation log as columns, in the order of the file.
+    """The rows of an evaluation log by column, in the order of the file.
 
-    ``position`` is each row's task as an index into the group's tasks, -1 for a task that the group does
-    not have. ``numbers`` and ``unread`` are as those of ``Cells``.
+    ``position`` is the index of each row's task in the group, -1 for a task of another group. ``numbers`` and
+    ``unread`` are as in ``Cells``.
     """
 
     path: str
     protocol: str
     group: TaskGroup
     runs: tuple[int, ...]
-    run: Whole
-    stage: Whole
+    run: Integers
+    stage: Integers
     task: list[str]
-    position: Whole
-    episode: Whole
-    seed: Whole
-    length: Whole
+    position: Integers
+    episode: Integers
+    seed: Integers
+    length: Integers
     return_: NDArray[np.float64]
     terminated: NDArray[np.bool_]
     fingerprint: list[str]
-    numbers: Whole | None = None
+    numbers: Integers | None = None
     unread: int = 0
 
     @property
-    def cell(self) -> list[tuple[int, int, str, int]]:
+    def episode_keys(self) -> list[tuple[int, int, str, int]]:
         """Run, stage, task and episode of every row."""
         return list(
             zip(self.run.tolist(), self.stage.tolist(), self.task, self.episode.tolist(), strict=True)
         )
 
     @property
-    def max_steps(self) -> Whole:
-        """The time limit of each row's task; 0 for a task that the group does not have."""
+    def max_steps(self) -> Integers:
+        """The time limit of each row's task in steps; 0 for a task of another group."""
         limits = [*(task.max_steps for task in self.group.tasks), 0]
         return np.array(limits, dtype=np.int64)[self.position]
 
 
-def is_whole(cell: str) -> bool:
-    """Whether a cell is a whole number of at most 15 digits."""
-    return cell.removeprefix("-").isdecimal() and len(cell) <= DIGITS
+def is_integer(cell: str) -> bool:
+    """Whether a cell is an integer of at most 15 digits."""
+    return cell.removeprefix("-").isdecimal() and len(cell) <= MAX_DIGITS
 
 
 def is_number(cell: str) -> bool:
-    """Whether a cell is a number, ``nan`` and ``inf`` among them."""
+    """Whether a cell is a number; ``nan`` and ``inf`` are."""
     try:
         float(cell)
     except ValueError:
@@ -87,40 +92,59 @@ def is_number(cell: str) -> bool:
 
 
 KINDS: dict[str, tuple[Callable[[str], bool], str]] = {
-    **dict.fromkeys((*WHOLE, "step"), (is_whole, "a whole number")),
+    **dict.fromkeys((*INTEGER_COLUMNS, "step"), (is_integer, "an integer")),
     "return": (is_number, "a number"),
     "terminated": (FLAGS.__contains__, "true or false"),
 }
-"""How a cell of a column is told to be of its kind, and what is written there."""
+"""By column: the test of a cell, and what it must be, in words."""
 
 
-def _whole(cells: list[str]) -> Whole:
+def _integers(cells: list[str]) -> Integers:
     return np.array(list(map(int, cells)), dtype=np.int64)
 
 
-def _keys(columns: dict[str, list[str]], group: TaskGroup) -> dict[str, Whole]:
-    """The key columns as numbers, read cell by cell."""
-    places = {task: position for position, task in enumerate(group.task_ids)}
-    keys = {name: _whole(columns[name]) for name in ("run", "stage", "episode", "seed")}
-    keys["position"] = np.array([places.get(name, -1) for name in columns["task"]], dtype=np.int64)
-    return keys
-
-
 def log(cells: Cells, protocol: str, group: TaskGroup) -> Log:
-    """The log of cells; raises ValueError, KeyError or OverflowError for a cell of another kind."""
+    """The log in the cells; raises ValueError, KeyError or OverflowError for a cell of the wrong kind."""
     columns = cells.columns
-    keys = _keys(columns, group)
+    positions = {task: position for position, task in enumerate(group.task_ids)}
+    integers = {name: _integers(columns[name]) for name in INTEGER_COLUMNS}
     return Log(
         path=cells.path,
         protocol=protocol,
         group=group,
-        runs=tuple(sorted(set(keys["run"].tolist()))),
+        runs=tuple(np.unique(integers["run"]).tolist()),
         task=columns["task"],
-        length=_whole(columns["length"]),
+        position=np.array([positions.get(name, -1) for name in columns["task"]], dtype=np.int64),
         return_=np.array(list(map(float, columns["return"])), dtype=np.float64),
         terminated=np.array([FLAGS[cell] for cell in columns["terminated"]], dtype=np.bool_),
         fingerprint=columns["fingerprint"],
         numbers=cells.numbers,
         unread=cells.unread,
-        **keys,
+        **integers,
     )
+
+
+@functools.lru_cache(maxsize=128)
+def _prescribed(protocol: str, group: TaskGroup) -> tuple[dict[str, Integers], list[str]]:
+    """The key columns and fingerprints of one run; raises BenchError if a fingerprint is not published."""
+    ids = group.task_ids
+    cells = stages(protocol, len(ids)), range(len(ids)), range(EVALUATION_EPISODES)
+    keys = np.array(list(product(*cells)), dtype=np.int64)
+    columns = dict(zip(("stage", "position", "episode"), keys.T, strict=True))
+    seeds = [[evaluation_seed(group.id, task, episode) for episode in cells[2]] for task in ids]
+    columns["seed"] = np.array(seeds, dtype=np.int64)[columns["position"], columns["episode"]]
+    fingerprints = [published(task) for task in ids]
+    return columns, [fingerprints[position] for position in columns["position"].tolist()]
+
+
+def has_prescribed_keys(log: Log) -> bool:
+    """Whether the key columns are exactly those that the protocol prescribes for the log's runs."""
+    try:
+        columns, fingerprints = _prescribed(log.protocol, log.group)
+    except BenchError:
+        return False
+    count = len(log.runs)
+    expected = {name: np.tile(column, count) for name, column in columns.items()}
+    expected["run"] = np.repeat(np.array(log.runs, dtype=np.int64), len(fingerprints))
+    is_equal = all(np.array_equal(getattr(log, name), column) for name, column in expected.items())
+    return is_equal and log.fingerprint == fingerprints * count

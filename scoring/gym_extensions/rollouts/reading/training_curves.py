@@ -1,4 +1,4 @@
-"""The cells of curves.csv as training curves."""
+"""Parses the cells of curves.csv into training curves."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from gym_extensions.catalog.budgets import Budget
 from gym_extensions.catalog.groups import TaskGroup
-from gym_extensions.rollouts.reading.evaluation_log import Cells, Runs, Whole
+from gym_extensions.rollouts.reading.evaluation_log import Cells, Integers, Runs
 
 Key = tuple[str, int, str]
 """Protocol, run and task id of a curve."""
@@ -18,10 +18,7 @@ Key = tuple[str, int, str]
 
 @dataclass(frozen=True)
 class Curves:
-    """The rows of curves.csv as columns; ``runs`` are those of each protocol's log.
-
-    ``numbers`` is as that of ``Cells``.
-    """
+    """The rows of curves.csv by column; ``runs`` are the runs of each log, ``numbers`` is as in ``Cells``."""
 
     path: str
     group: TaskGroup
@@ -30,9 +27,9 @@ class Curves:
     protocol: list[str]
     run: list[int]
     task: list[str]
-    step: Whole
+    step: Integers
     return_: NDArray[np.float64]
-    numbers: Whole | None = None
+    numbers: Integers | None = None
 
     @functools.cached_property
     def blocks(self) -> list[tuple[Key, int, int]]:
@@ -45,16 +42,16 @@ class Curves:
 
 
 def curves(cells: Cells, group: TaskGroup, budget: Budget | None, runs: Runs) -> Curves:
-    """The curves of cells; raises ValueError or OverflowError for a cell of another kind."""
+    """The curves in the cells; raises ValueError or OverflowError for a cell of the wrong kind."""
     columns = cells.columns
-    number = {cell: int(cell) for cell in set(columns["run"])}
+    integers = {cell: int(cell) for cell in set(columns["run"])}
     return Curves(
         path=cells.path,
         group=group,
         budget=budget,
         runs=runs,
         protocol=columns["protocol"],
-        run=[number[cell] for cell in columns["run"]],
+        run=[integers[cell] for cell in columns["run"]],
         task=columns["task"],
         step=np.array(list(map(int, columns["step"])), dtype=np.int64),
         return_=np.array(list(map(float, columns["return"])), dtype=np.float64),

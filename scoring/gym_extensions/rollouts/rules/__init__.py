@@ -1,4 +1,4 @@
-"""The rules of a submission: one function each, its docstring is the rule. ``RULES`` lists them all."""
+"""The rules of a submission: one function per rule, whose docstring is the rule. ``RULES`` lists them all."""
 
 from gym_extensions.rollouts.rules import (
     consistency,
@@ -9,15 +9,13 @@ from gym_extensions.rollouts.rules import (
     manifest,
     measurements,
     npz,
-    readable,
     runs,
     unicode,
 )
-from gym_extensions.rollouts.rules.rule import RULES, broken
+from gym_extensions.rollouts.rules.rule import RULES, problems
 
 __all__ = [
     "RULES",
-    "broken",
     "consistency",
     "csv",
     "curves",
@@ -26,7 +24,7 @@ __all__ = [
     "manifest",
     "measurements",
     "npz",
-    "readable",
+    "problems",
     "runs",
     "unicode",
 ]

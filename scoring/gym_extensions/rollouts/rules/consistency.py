@@ -1,4 +1,4 @@
-"""Rules about submission.toml and the folder together: whether the one says what the other holds."""
+"""Rules that compare submission.toml with the folder."""
 
 from __future__ import annotations
 
@@ -9,48 +9,49 @@ from typing import Any
 from gym_extensions.catalog.published import REPORTS
 from gym_extensions.rollouts.folder import Folder
 from gym_extensions.rollouts.layout import MANIFEST
-from gym_extensions.rollouts.problem import Finding, shown
+from gym_extensions.rollouts.problem import Finding, quote
 from gym_extensions.rollouts.rules.rule import rule
 
 
 @dataclass(frozen=True)
-class Said:
-    """A folder, and the tables of the submission.toml in it."""
+class ManifestInFolder:
+    """A folder, and the tables of its submission.toml."""
 
     folder: Folder
     tables: dict[str, Any]
 
 
-@rule("said")
-def no_groups(said: Said) -> Iterator[Finding]:
-    """A submission has the folder of at least one group, unless it is a reported entry."""
-    if "reported" not in said.tables and all(one.kind == "file" for one in said.folder.entries):
-        hint = "Add the folders of the groups, as docs/rollout-log.md says."
-        yield Finding(said.folder.name, "There is no group's folder in it.", hint)
+@rule("manifest in folder")
+def no_groups(manifest: ManifestInFolder) -> Iterator[Finding]:
+    """A submission contains at least one group folder, unless it is a reported entry."""
+    if "reported" not in manifest.tables and all(item.kind == "file" for item in manifest.folder.items):
+        hint = "Add group folders, as described in docs/rollout-log.md."
+        yield Finding(manifest.folder.name, "The submission contains no group folder.", hint)
 
 
-@rule("said")
-def logs_of_a_reported_entry(said: Said) -> Iterator[Finding]:
-    """A reported entry is a published table alone; whoever has logs leaves out the key ``reported``."""
-    for entry in said.folder.entries if "reported" in said.tables else ():
-        if entry.kind == "folder" and "/" not in entry.path:
-            hint = "Remove the key 'reported' from submission.toml, or the folder."
-            yield Finding(entry.path, "A reported entry has no logs.", hint)
+@rule("manifest in folder")
+def logs_of_a_reported_entry(manifest: ManifestInFolder) -> Iterator[Finding]:
+    """A reported entry is a published table and contains no logs."""
+    for item in manifest.folder.items if "reported" in manifest.tables else ():
+        if item.kind == "folder" and "/" not in item.path:
+            hint = "Remove the key 'reported' from submission.toml, or remove the folder."
+            yield Finding(item.path, "A reported entry cannot contain a group folder.", hint)
 
 
-@rule("said")
-def foreign_report(said: Said) -> Iterator[Finding]:
-    """A published table is one entry: in the folder of its own name, with its own budget and algorithm."""
-    table, protocol = said.tables.get("reported"), said.tables.get("protocol")
+@rule("manifest in folder")
+def foreign_report(manifest: ManifestInFolder) -> Iterator[Finding]:
+    """Each published table has one entry, with a fixed folder name, budget and algorithm."""
+    table, protocol = manifest.tables.get("reported"), manifest.tables.get("protocol")
     report = REPORTS.get(table) if isinstance(table, str) else None
     if report is None:
         return
-    if said.folder.name != report.entry:
-        found = f"The table {table!r} stands in the folder {report.entry!r}."
-        hint = "Leave out the key 'reported', and write the logs of your own runs."
-        yield Finding(said.folder.name, found, hint)
+    if manifest.folder.name != report.entry:
+        message = f"The table {table!r} belongs to the folder {report.entry!r}."
+        hint = "Remove the key 'reported', and submit the logs of your own runs."
+        yield Finding(manifest.folder.name, message, hint)
     for name in ("budget", "algorithm"):
-        given, own = protocol.get(name) if isinstance(protocol, dict) else None, getattr(report, name)
-        if isinstance(given, str) and given != own:
-            found = f"The value is {shown(given)}; the table {table!r} has {own!r}."
-            yield Finding(f"{MANIFEST}, [protocol] {name}", found, f"Write {own!r}.")
+        value = protocol.get(name) if isinstance(protocol, dict) else None
+        expected = getattr(report, name)
+        if isinstance(value, str) and value != expected:
+            message = f"The value is {quote(value)}; expected {expected!r} for the table {table!r}."
+            yield Finding(f"{MANIFEST}, [protocol] {name}", message, f"Write {expected!r}.")

@@ -1,121 +1,129 @@
-"""Rules about what a log says was measured: cells, lengths, returns, fingerprints."""
+"""Rules about the measured cells of a log: lengths, returns, terminations, fingerprints."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
-from gym_extensions.catalog.bodies import WIDEST, bound
+from gym_extensions.catalog.bodies import UNBOUNDED
+from gym_extensions.catalog.fingerprints import published
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.problem import Finding, told
+from gym_extensions.rollouts.problem import Finding, row_findings
 from gym_extensions.rollouts.reading.evaluation_log import KINDS, Cells, Log
 from gym_extensions.rollouts.rules.rule import rule
+
+MAX_CELL_QUOTE = 40
+
+
+def _rows(mask: NDArray[np.bool_]) -> list[int]:
+    return [int(index) for index in np.flatnonzero(mask)]
 
 
 @rule("cells")
 def bad_cell(cells: Cells) -> Iterator[Finding]:
-    """Every cell is of its column's kind: whole numbers, numbers with a point, true or false."""
+    """Every cell is of its column's kind: an integer, a number, or true or false."""
     for name, column in cells.columns.items():
         if name in KINDS:
-            good, kind = KINDS[name]
-            wrong = [index for index, cell in enumerate(column) if not good(cell)]
+            is_valid, kind = KINDS[name]
+            rows = [index for index, cell in enumerate(column) if not is_valid(cell)]
 
-            def say(index: int, name: str = name, column: list[str] = column) -> str:
-                return f"The {name} is {column[index][:40]!r}."
+            def message(index: int, name: str = name, kind: str = kind) -> str:
+                return f"Column `{name}` is {cells.columns[name][index][:MAX_CELL_QUOTE]!r}; expected {kind}."
 
-            yield from told(cells.path, wrong, say, f"Write {kind}.", cells.numbers)
-
-
-def _where(mask: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]) -> list[int]:
-    return [int(index) for index in np.flatnonzero(mask)]
+            yield from row_findings(cells.path, rows, message, f"Write {kind}.", cells.numbers)
 
 
 @rule("log")
 def not_finite(log: Log) -> Iterator[Finding]:
-    """Every return is a finite number: an episode whose return is NaN or infinite was not measured."""
-    rows = _where(~np.isfinite(log.return_))
-    hint = "Find what the policy or the sum did there; the row cannot be scored."
-    yield from told(log.path, rows, lambda index: f"The return is {log.return_[index]}.", hint, log.numbers)
+    """Every return is a finite number."""
+
+    def message(index: int) -> str:
+        return f"Column `return` is {log.return_[index]}; expected a finite number."
+
+    hint = "Find the cause in the policy or in the sum of rewards; such an episode cannot be scored."
+    yield from row_findings(log.path, _rows(~np.isfinite(log.return_)), message, hint, log.numbers)
 
 
 @rule("log")
 def impossible_length(log: Log) -> Iterator[Finding]:
-    """An episode has from one step to the task's time limit."""
+    """The length of an episode is 1 to the task's time limit."""
     limit = log.max_steps
-    rows = _where((limit > 0) & ((log.length < 1) | (log.length > limit)))
-    say = "The length is {}; the task's episodes have 1 to {} steps.".format
+
+    def message(index: int) -> str:
+        return f"Column `length` is {log.length[index]}; expected 1 to {limit[index]} steps."
+
     hint = "Count the steps from the reset to the end of the episode."
-    yield from told(log.path, rows, lambda index: say(log.length[index], limit[index]), hint, log.numbers)
+    rows = _rows((limit > 0) & ((log.length < 1) | (log.length > limit)))
+    yield from row_findings(log.path, rows, message, hint, log.numbers)
 
 
 @rule("log")
 def unfinished_episode(log: Log) -> Iterator[Finding]:
-    """An episode that the task did not end runs to the time limit."""
+    """An episode that the task does not terminate runs to the time limit."""
     limit = log.max_steps
-    rows = _where(~log.terminated & (log.length >= 1) & (log.length < limit))
-    say = "The episode stops after {} of {} steps and terminated is false.".format
-    hint = "Evaluate every episode to its end; write terminated = true where the task ended it."
-    yield from told(log.path, rows, lambda index: say(log.length[index], limit[index]), hint, log.numbers)
+
+    def message(index: int) -> str:
+        return (
+            f"The episode ends after {log.length[index]} of {limit[index]} steps, but `terminated` is false."
+        )
+
+    hint = "Evaluate every episode to its end; write true in `terminated` if the task ended it."
+    rows = _rows(~log.terminated & (log.length >= 1) & (log.length < limit))
+    yield from row_findings(log.path, rows, message, hint, log.numbers)
 
 
 @rule("log")
 def impossible_end(log: Log) -> Iterator[Finding]:
-    """terminated is true only in tasks that can end an episode; the time limit does not count as an end."""
-    never = np.array([*(not bound(task).terminates for task in log.group.tasks), False])
-    rows = _where(log.terminated & never[log.position])
-    hint = "Write terminated = false where the time limit ended the episode."
-    yield from told(
-        log.path, rows, lambda index: f"{log.task[index]} never ends an episode by itself.", hint, log.numbers
-    )
+    """`terminated` is true only in tasks that can terminate; reaching the time limit is not termination."""
+    never = np.array([*(not task.body.rewards.terminates for task in log.group.tasks), False])
+
+    def message(index: int) -> str:
+        return f"Column `terminated` is true, but {log.task[index]} never terminates."
+
+    hint = "Write false in `terminated` if the time limit ended the episode."
+    rows = _rows(log.terminated & never[log.position])
+    yield from row_findings(log.path, rows, message, hint, log.numbers)
 
 
 @rule("log")
 def impossible_return(log: Log) -> Iterator[Finding]:
-    """A return lies within what the task can give in that many steps (scoring/bounds.py)."""
-    bounds = [*(bound(task) for task in log.group.tasks), WIDEST]
+    """A return is within the bounds of the task's rewards over the episode's steps (catalog/bodies)."""
+    bounds = [*(task.body.rewards for task in log.group.tasks), UNBOUNDED]
     low, high, end = (
         np.array([getattr(row, name) for row in bounds])[log.position] for name in ("low", "high", "end")
     )
     steps = np.maximum(log.length, 1)
     least, most = low * steps, high * steps + np.where(log.terminated, end, 0.0)
-    judged = np.isfinite(log.return_) & (log.length >= 1)
-    rows = _where(judged & ((log.return_ < least) | (log.return_ > most)))
+    is_comparable = np.isfinite(log.return_) & (log.length >= 1)
 
-    def say(index: int) -> str:
-        span = f"{steps[index]} steps of this task give from {least[index]:g} to {most[index]:g}"
-        return f"The return is {float(log.return_[index])!r}; {span}."
+    def message(index: int) -> str:
+        expected = f"{least[index]:g} to {most[index]:g} in {steps[index]} steps of this task"
+        return f"Column `return` is {float(log.return_[index])!r}; expected {expected}."
 
-    yield from told(log.path, rows, say, "Write the undiscounted, unscaled sum of the rewards.", log.numbers)
+    hint = "Write the undiscounted, unscaled sum of the rewards."
+    rows = _rows(is_comparable & ((log.return_ < least) | (log.return_ > most)))
+    yield from row_findings(log.path, rows, message, hint, log.numbers)
 
 
 @rule("keys")
 def foreign_fingerprint(log: Log) -> Iterator[Finding]:
-    """The fingerprint of every row is the published one of its task: other physics is another benchmark."""
-    published: dict[str, str] = {}
+    """The fingerprint of every row is the published fingerprint of its task."""
+    fingerprints: dict[str, str] = {}
     for name in log.group.task_ids:
         try:
-            published[name] = fingerprint_of(name)
-        except BenchError as unpublished:
-            yield Finding(
-                log.path, f"{name} has no published fingerprint: {unpublished.message}", unpublished.hint
-            )
-    pairs = set(zip(log.task, log.fingerprint, strict=True))
-    wrong = {pair for pair in pairs if pair[0] in published and published[pair[0]] != pair[1]}
-    if not wrong:
-        return
-    rows = [index for index, pair in enumerate(zip(log.task, log.fingerprint, strict=True)) if pair in wrong]
+            fingerprints[name] = published(name)
+        except BenchError as error:
+            yield Finding(log.path, f"{name} has no published fingerprint: {error.message}", error.hint)
+    pairs = list(zip(log.task, log.fingerprint, strict=True))
+    wrong = {(task, digest) for task, digest in set(pairs) if fingerprints.get(task, digest) != digest}
+    rows = [index for index, pair in enumerate(pairs) if pair in wrong] if wrong else []
 
-    def say(index: int) -> str:
-        task = log.task[index]
-        return f"The fingerprint is {log.fingerprint[index][:40]!r}; {task} has {published[task]!r}."
+    def message(index: int) -> str:
+        task, digest = pairs[index]
+        actual = repr(digest[:MAX_CELL_QUOTE])
+        return f"Column `fingerprint` is {actual}; expected {fingerprints[task]!r} for {task}."
 
     hint = "Evaluate in this benchmark's environments, with the pinned versions of gymnasium and mujoco."
-    yield from told(log.path, rows, say, hint, log.numbers)
-
-
-def fingerprint_of(task_id: str) -> str:
-    """The published fingerprint of a task."""
-    from gym_extensions.catalog.fingerprints import published
-
-    return str(published(task_id))
+    yield from row_findings(log.path, rows, message, hint, log.numbers)

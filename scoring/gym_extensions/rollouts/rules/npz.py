@@ -1,4 +1,4 @@
-"""Rules about .npz files: arrays of numbers, in bounds, and never a pickle. Headers are read, data is not."""
+"""Rules about .npz files: arrays of numbers within limits, never a pickle. Only headers are read."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from dataclasses import dataclass
 
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, stages
-from gym_extensions.rollouts.layout import TRACE
-from gym_extensions.rollouts.problem import Finding, shown
+from gym_extensions.rollouts.layout import MAX_ARRAYS, MAX_UNPACKED_BYTES, TRACE, TRACES
+from gym_extensions.rollouts.problem import Finding, quote
 from gym_extensions.rollouts.reading.evaluation_log import Runs
 from gym_extensions.rollouts.rules.rule import rule
-from gym_extensions.rollouts.safe_npz import LARGEST_UNPACKED, MOST_ARRAYS, Member, members
+from gym_extensions.rollouts.safe_npz import Member, members
 
-REWRITE = "Write it with numpy.savez_compressed."
+REWRITE = "Write the file with numpy.savez_compressed."
 
 
 @dataclass(frozen=True)
-class Arrays:
-    """The bytes of one .npz file, its path in the submission, its group, the runs of the group's logs."""
+class ArrayFile:
+    """The bytes of an .npz file, its path in the submission, its group, the runs of the group's logs."""
 
     path: str
     data: bytes
@@ -28,92 +28,92 @@ class Arrays:
     runs: Runs
 
     @functools.cached_property
-    def found(self) -> tuple[list[Member], int] | None:
-        """The first members and the number of all; None where the bytes are no archive."""
+    def listing(self) -> tuple[list[Member], int] | None:
+        """The first members and the number of all; None if the file is not a zip archive."""
         return members(self.data)
 
     @property
     def members(self) -> list[Member]:
-        """The first members of the archive, none where it is no archive."""
-        return self.found[0] if self.found else []
+        """The first members of the archive; none if the file is not a zip archive."""
+        return self.listing[0] if self.listing else []
 
 
 @rule("arrays")
-def malformed_arrays(arrays: Arrays) -> Iterator[Finding]:
+def malformed_arrays(file: ArrayFile) -> Iterator[Finding]:
     """An .npz file is a zip archive of .npy arrays, as numpy writes it."""
-    if arrays.found is None:
-        yield Finding(arrays.path, "It is no .npz file: it cannot be read as a zip archive.", REWRITE)
-    for member in arrays.members:
+    if file.listing is None:
+        yield Finding(file.path, "The file cannot be read as a zip archive.", REWRITE)
+    for member in file.members:
         if not member.name.endswith(".npy") or member.name.startswith("/") or ".." in member.name:
-            hint = "Write arrays alone, by numpy.savez_compressed, named without '..'."
-            yield Finding(arrays.path, f"It holds {shown(member.name)}.", hint)
+            hint = "Write only arrays, with numpy.savez_compressed, and no '..' in their names."
+            yield Finding(file.path, f"Unexpected member {quote(member.name)}.", hint)
 
 
 @rule("arrays")
-def repeated_array(arrays: Arrays) -> Iterator[Finding]:
-    """Each array of an .npz file has a name of its own: of two with one name only one would be read."""
-    for name, count in Counter(member.name for member in arrays.members).items():
+def repeated_array(file: ArrayFile) -> Iterator[Finding]:
+    """The arrays of an .npz file have distinct names."""
+    for name, count in Counter(member.name for member in file.members).items():
         if count > 1:
-            yield Finding(arrays.path, f"It holds {shown(name)} {count} times.", REWRITE)
+            yield Finding(file.path, f"{quote(name)} appears {count} times.", REWRITE)
 
 
 @rule("arrays")
-def unpacks_too_large(arrays: Arrays) -> Iterator[Finding]:
-    """An .npz file unpacks to a bounded size and a bounded number of arrays."""
-    count = arrays.found[1] if arrays.found else 0
-    size = sum(member.size for member in arrays.members)
-    if size > LARGEST_UNPACKED or count > MOST_ARRAYS:
-        told = f" of {size} bytes" if count <= MOST_ARRAYS else ""
-        found = f"It unpacks to {count} arrays{told}; the limits are {MOST_ARRAYS} and {LARGEST_UNPACKED}."
-        yield Finding(arrays.path, found, "Keep one episode a trace and one policy a file.")
+def unpacks_too_large(file: ArrayFile) -> Iterator[Finding]:
+    """An .npz file keeps to the limits on the uncompressed size and the number of arrays."""
+    count = file.listing[1] if file.listing else 0
+    size = sum(member.size for member in file.members)
+    if size > MAX_UNPACKED_BYTES or count > MAX_ARRAYS:
+        arrays = f"{count} array{'s' if count > 1 else ''}"
+        content = f"{arrays} of {size} bytes" if count <= MAX_ARRAYS else arrays
+        message = f"The file unpacks to {content}; the limits are {MAX_ARRAYS} and {MAX_UNPACKED_BYTES}."
+        yield Finding(file.path, message, "Write one episode per trace and one policy per file.")
 
 
 @rule("arrays")
-def foreign_compression(arrays: Arrays) -> Iterator[Finding]:
-    """Arrays are stored or deflated, and not encrypted: numpy packs them in no other way."""
-    for member in arrays.members:
-        if not member.plain:
-            found = f"{shown(member.name)} is packed in another way or encrypted."
-            yield Finding(arrays.path, found, REWRITE)
+def foreign_compression(file: ArrayFile) -> Iterator[Finding]:
+    """Arrays are stored or deflated, and not encrypted."""
+    for member in file.members:
+        if not member.is_plain:
+            message = f"{quote(member.name)} is encrypted or uses an unsupported compression method."
+            yield Finding(file.path, message, REWRITE)
 
 
 @rule("arrays")
-def pickled_arrays(arrays: Arrays) -> Iterator[Finding]:
-    """No array holds Python objects: those are pickles, which run code when they are read."""
-    for member in arrays.members:
-        if member.header and member.header.objects:
-            hint = "Store numbers alone; savez_compressed(..., allow_pickle=False) refuses the rest."
-            yield Finding(
-                arrays.path, f"{shown(member.name)} is an array of Python objects (a pickle).", hint
-            )
+def pickled_arrays(file: ArrayFile) -> Iterator[Finding]:
+    """No array holds Python objects: such arrays are pickles, which can run code when they are read."""
+    for member in file.members:
+        if member.header and member.header.dtype.hasobject:
+            hint = "Store only numbers; savez_compressed(..., allow_pickle=False) refuses objects."
+            yield Finding(file.path, f"{quote(member.name)} is an array of Python objects (a pickle).", hint)
 
 
 @rule("arrays")
-def malformed_array(arrays: Arrays) -> Iterator[Finding]:
-    """Every array has a header as numpy writes it for numbers, and as many bytes as its shape needs."""
-    for member in arrays.members:
-        if not member.plain or (member.header and member.header.objects):
-            continue  # told by another rule
-        name = shown(member.name)
+def malformed_array(file: ArrayFile) -> Iterator[Finding]:
+    """Every array has a header for numbers, as numpy writes it, and the size that its header states."""
+    for member in file.members:
+        if not member.is_plain or (member.header and member.header.dtype.hasobject):
+            continue  # another rule reports it
+        name = quote(member.name)
         if member.header is None:
-            yield Finding(arrays.path, f"{name} has no header of an array of numbers.", REWRITE)
-        elif not member.sound:
-            needed = f"its shape {shown(member.header.shape)} needs {member.header.size}"
-            yield Finding(arrays.path, f"{name} has {member.size} bytes; {needed}.", REWRITE)
+            yield Finding(file.path, f"{name} has no valid header of an array of numbers.", REWRITE)
+        elif not member.is_valid:
+            expected = f"{member.header.size} for its shape {quote(member.header.shape)}"
+            yield Finding(file.path, f"{name} has {member.size} bytes; expected {expected}.", REWRITE)
 
 
 @rule("arrays")
-def foreign_trace(arrays: Arrays) -> Iterator[Finding]:
+def foreign_trace(file: ArrayFile) -> Iterator[Finding]:
     """A trace belongs to an episode of the group's logs."""
-    match = TRACE.fullmatch(arrays.path.rsplit("/", 1)[-1])
-    if "/traces/" not in arrays.path or match is None:
+    match = TRACE.fullmatch(file.path.rsplit("/", 1)[-1])
+    if f"/{TRACES}/" not in file.path or match is None:
         return
     protocol, run, stage, _, episode = match.groups()
-    runs = arrays.runs.get(protocol, ())
+    runs = file.runs.get(protocol, ())
     if runs is not None and int(run) not in runs:
-        found, hint = f"{protocol}.csv has no run {run}.", "Remove the trace, or add the run's log."
-        yield Finding(arrays.path, found, hint)
-    if int(stage) not in stages(protocol, len(arrays.group.tasks)):
-        yield Finding(arrays.path, f"{protocol}.csv has no stage {stage}.", "Remove the trace.")
+        hint = "Remove the trace, or add the run to the log."
+        yield Finding(file.path, f"{protocol}.csv has no run {run}.", hint)
+    if int(stage) not in stages(protocol, len(file.group.tasks)):
+        yield Finding(file.path, f"{protocol}.csv has no stage {stage}.", "Remove the trace.")
     if int(episode) >= EVALUATION_EPISODES:
-        yield Finding(arrays.path, f"A cell has no episode {episode}.", "Remove the trace.")
+        message = f"Episode {episode} does not exist; cells have episodes 0 to {EVALUATION_EPISODES - 1}."
+        yield Finding(file.path, message, "Remove the trace.")

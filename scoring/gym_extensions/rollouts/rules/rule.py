@@ -1,32 +1,47 @@
-"""What a rule is: a function from what it looks at to what it found, registered under its own name."""
+"""A rule is a function registered under its own name; its docstring is the rule's text."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 from gym_extensions.rollouts.problem import Finding, Problem
 
+Scope = Literal[
+    "folder",
+    "unreadable",
+    "manifest bytes",
+    "manifest",
+    "manifest in folder",
+    "text",
+    "cells",
+    "keys",
+    "log",
+    "group",
+    "curves",
+    "arrays",
+]
+"""What a rule checks. Each scope has one type of subject, the parameter of its rules."""
 Check = Callable[[Any], Iterator[Finding]]
 
 
 @dataclass(frozen=True)
 class Rule:
-    """A rule: its name in kebab case, what it looks at, its text, its function."""
+    """A rule: its name in kebab case, its scope, its text, its function."""
 
     name: str
-    scope: str
+    scope: Scope
     text: str
     check: Check
 
 
 RULES: dict[str, Rule] = {}
-"""Every rule by its name, in the order in which they are checked."""
+"""Every rule by name, in the order in which they are checked within a scope."""
 
 
-def rule(scope: str) -> Callable[[Check], Check]:
-    """Registers a function as a rule of that scope; its name is the rule's, its docstring the rule's text."""
+def rule(scope: Scope) -> Callable[[Check], Check]:
+    """Registers a function as a rule: its name is the rule's name, its docstring the rule's text."""
 
     def register(check: Check) -> Check:
         name = check.__name__.replace("_", "-")
@@ -38,11 +53,11 @@ def rule(scope: str) -> Callable[[Check], Check]:
     return register
 
 
-def broken(scope: str, subject: Any) -> list[Problem]:
-    """Every problem that the rules of a scope find in a subject."""
+def problems(scope: Scope, subject: Any) -> list[Problem]:
+    """Every problem that the rules of a scope report for a subject."""
     return [
-        Problem(one.name, found.where, found.message, found.hint)
-        for one in RULES.values()
-        if one.scope == scope
-        for found in one.check(subject)
+        Problem(rule.name, finding.where, finding.message, finding.hint)
+        for rule in RULES.values()
+        if rule.scope == scope
+        for finding in rule.check(subject)
     ]

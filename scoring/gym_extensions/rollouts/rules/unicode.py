@@ -1,4 +1,4 @@
-"""Rules about what the texts of submission.toml show."""
+"""Rules about the characters of the strings in submission.toml."""
 
 from __future__ import annotations
 
@@ -6,62 +6,63 @@ import unicodedata
 from collections.abc import Iterator
 
 from gym_extensions.rollouts.layout import MANIFEST
-from gym_extensions.rollouts.manifest import FREE
-from gym_extensions.rollouts.problem import Finding, shown
-from gym_extensions.rollouts.rules.manifest import Tables, bare, key
+from gym_extensions.rollouts.manifest import HYPERPARAMETERS
+from gym_extensions.rollouts.problem import Finding, quote
+from gym_extensions.rollouts.rules.manifest import Tables, bare, key_path
 from gym_extensions.rollouts.rules.rule import rule
 
-UNSEEN = ("Cc", "Cf", "Cs", "Zl", "Zp")
-"""Unicode categories of control and format characters, halves of pairs, and ends of lines and paragraphs."""
-JOINING = frozenset("\u200c\u200d")
-"""Format characters that Persian, Hindi and emoji are written with."""
+INVISIBLE = ("Cc", "Cf", "Cs", "Zl", "Zp")
+"""Unicode categories of control, format and surrogate characters, and of line and paragraph separators."""
+JOINERS = frozenset("\u200c\u200d")
+"""Format characters that Persian, Hindi and emoji need."""
 BLANK = frozenset("\u034f\u115f\u1160\u17b4\u17b5\u2800\u3164\uffa0")
-"""Letters and marks that show nothing: with them a text can look like another."""
+"""Letters and marks without a glyph, with which one text can look like another."""
+MULTILINE = ("description", HYPERPARAMETERS)
+"""Keys whose strings may have line breaks and tabs."""
 
 
-def _texts(value: object, place: str, broken: bool = False) -> Iterator[tuple[str, str, bool]]:
-    """Every text with its place, and whether it may have line breaks."""
+def _strings(value: object, where: str, multiline: bool = False) -> Iterator[tuple[str, str, bool]]:
+    """Every string, keys included: where it is, the string, and whether it may have line breaks."""
     if isinstance(value, str):
-        yield place, value, broken
+        yield where, value, multiline
     elif isinstance(value, dict):
         for name, inner in value.items():
-            yield place, name, False
-            yield from _texts(inner, f"{place}, {bare(name)}", broken or name in ("description", FREE))
+            yield where, name, False
+            yield from _strings(inner, f"{where}, {bare(name)}", multiline or name in MULTILINE)
     elif isinstance(value, list):
         for inner in value:
-            yield from _texts(inner, place, broken)
+            yield from _strings(inner, where, multiline)
 
 
-def _shows(one: str) -> bool:
-    """Whether a character leaves ink; one that this Python's Unicode does not know yet does."""
-    category = unicodedata.category(one)
-    return one not in BLANK and (category[0] not in "CMZ" or category == "Cn")
+def _is_visible(char: str) -> bool:
+    """Whether a character has a glyph. Characters that this Python's Unicode does not know are visible."""
+    category = unicodedata.category(char)
+    return char not in BLANK and (category[0] not in "CMZ" or category == "Cn")
 
 
-def _unseen(text: str) -> bool:
-    """Whether a text holds such a character; a joiner is one between characters of ASCII."""
+def _has_invisible(text: str) -> bool:
+    """Whether a text has an invisible character; a joiner counts only between ASCII characters."""
     return any(
-        one in BLANK
-        or (unicodedata.category(one) in UNSEEN and (one not in JOINING or (before + after).isascii()))
-        for before, one, after in zip(f" {text}", text, f"{text[1:]} ", strict=False)
+        char in BLANK
+        or (unicodedata.category(char) in INVISIBLE and (char not in JOINERS or (before + after).isascii()))
+        for before, char, after in zip(f" {text}", text, f"{text[1:]} ", strict=False)
     )
 
 
 @rule("manifest")
 def empty_title(tables: Tables) -> Iterator[Finding]:
-    """The title shows something."""
+    """The title contains at least one visible character."""
     title = tables.get("title")
-    if isinstance(title, str) and not any(_shows(one) for one in title):
-        yield Finding(key("", "title"), f"The title {shown(title)} shows nothing.", "Name the entry.")
+    if isinstance(title, str) and not any(map(_is_visible, title)):
+        message = f"The title {quote(title)} has no visible character."
+        yield Finding(key_path("", "title"), message, "Name the entry.")
 
 
 @rule("manifest")
 def control_character(tables: Tables) -> Iterator[Finding]:
-    """Texts hold nothing that a terminal would obey, that cannot be seen, or that turns what follows.
-
-    (The description and hyperparameters may have line breaks and tabs.)
-    """
-    for place, value, broken in _texts(tables, MANIFEST):
-        text = value.replace("\n", "").replace("\t", "") if broken else value
-        if _unseen(text):
-            yield Finding(place, f"The text {shown(value)} holds an unseen character.", "Remove it.")
+    """Strings contain no control, invisible or bidirectional-override characters. (The description and
+    hyperparameters may contain line breaks and tabs.)"""
+    for where, value, multiline in _strings(tables, MANIFEST):
+        text = value.replace("\n", "").replace("\t", "") if multiline else value
+        if _has_invisible(text):
+            yield Finding(where, f"{quote(value)} contains a control or invisible character.", "Remove it.")

@@ -2,60 +2,63 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
 
 from gym_extensions.catalog.suites import SUITES
 from gym_extensions.errors import BenchError
+from gym_extensions.scoring.leaderboard.model import (
+    ComparedMetric,
+    ComparedScore,
+    ComparedScores,
+    Comparison,
+    Difference,
+)
 from gym_extensions.scoring.metrics.definitions import METRICS
 from gym_extensions.scoring.scorecard.estimates import estimate
-from gym_extensions.scoring.statistics.intervals import less, span
+from gym_extensions.scoring.scorecard.model import GroupScore, Scorecard, SuiteScore
+from gym_extensions.scoring.statistics.intervals import subtract, to_interval
 
-Document = dict[str, Any]
+Scores = Mapping[str, Mapping[str, GroupScore]] | Mapping[str, Mapping[str, SuiteScore]]
 
 
-def _metrics(first: Document, second: Document, names: Sequence[str], protocol: str) -> Document:
-    found = {}
+def _metrics(
+    first: Scorecard, second: Scorecard, names: Sequence[str], protocol: str
+) -> dict[str, ComparedMetric]:
+    metrics = {}
     for metric in METRICS[protocol]:
-        one, other = (estimate(card["groups"], names, protocol, metric) for card in (first, second))
-        if one is not None and other is not None:
-            gap = span(less(one, other))
-            found[metric.name] = {
-                "first": one.mean,
-                "second": other.mean,
-                "difference": {"mean": gap.mean, "low": gap.low, "high": gap.high},
-            }
-    return found
+        a, b = (estimate(card.groups, names, protocol, metric) for card in (first, second))
+        if a is not None and b is not None:
+            metrics[metric.name] = ComparedMetric(a.mean, b.mean, Difference.of(to_interval(subtract(a, b))))
+    return metrics
 
 
-def _common(first: Document, second: Document, part: str) -> Document:
-    """What both have of the groups or of the suites, by name and protocol, with the same budget."""
-    found: Document = {}
-    for name, protocols in first[part].items():
-        for protocol, scored in protocols.items():
-            other = second[part].get(name, {}).get(protocol)
-            if other is not None and other["budget"] == scored["budget"]:
+def _common(first: Scorecard, second: Scorecard, scores: Scores, others: Scores) -> ComparedScores:
+    """What both entries have, by group or suite and protocol, with the same budget."""
+    common: ComparedScores = {}
+    for name, protocols in scores.items():
+        for protocol, score in protocols.items():
+            other = others.get(name, {}).get(protocol)
+            if other is not None and other.budget == score.budget:
                 metrics = _metrics(first, second, SUITES.get(name, (name,)), protocol)
-                found.setdefault(name, {})[protocol] = {"budget": scored["budget"], "metrics": metrics}
-    return found
+                common.setdefault(name, {})[protocol] = ComparedScore(score.budget, metrics)
+    return common
 
 
-def compare(first: Document, second: Document) -> Document:
-    """The comparison of two scorecards, as docs/scorecard.md describes it.
+def compare(first: Scorecard, second: Scorecard) -> Comparison:
+    """The comparison of two scorecards.
 
-    Intervals are Welch's for this one pair, 95 %, not corrected for other pairs that one might also look at.
+    Intervals are Welch's for this one pair, 95 %, not corrected for multiple comparisons.
 
     Raises:
         BenchError: a submission has problems, or the two have no group with the same protocol and budget.
     """
     for card in (first, second):
-        if card["problems"]:
-            hint = f"Run: score {card['name']}."
-            raise BenchError("not-scored", "The submission has problems.", card["name"], hint)
-    groups = _common(first, second, "groups")
+        if card.problems:
+            hint = f"Run: score {card.name}."
+            raise BenchError("not-scored", "The submission has problems.", card.name, hint)
+    groups = _common(first, second, first.groups, second.groups)
     if not groups:
-        message = f"{first['name']} and {second['name']} have no group with the same protocol and budget."
+        message = f"{first.name} and {second.name} have no group with the same protocol and budget."
         raise BenchError("nothing-to-compare", message, hint="Compare entries of one board.")
-    return {"format": 1, "first": first["name"], "second": second["name"], "groups": groups} | {
-        "suites": _common(first, second, "suites")
-    }
+    suites = _common(first, second, first.suites, second.suites)
+    return Comparison(first=first.name, second=second.name, groups=groups, suites=suites)

@@ -1,21 +1,26 @@
-"""Entries that repeat another entry."""
+"""Entries whose results equal those of another entry."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+
+from gym_extensions.scoring.metrics.value import MetricValue
 
 
-def repeats(found: Mapping[str, dict[str, Any]]) -> dict[str, str]:
-    """Entries whose every metric is that of another in every run, by name, and the first such other."""
-    alike: dict[tuple[tuple[float, ...], ...], list[str]] = {}
-    for name, scored in sorted(found.items()):
-        runs = tuple(tuple(metric["runs"]) for _, metric in sorted(scored["metrics"].items()))
-        if any(runs):
-            alike.setdefault(runs, []).append(name)
+def duplicate_entries(entries: Mapping[str, Mapping[str, MetricValue]]) -> dict[str, str]:
+    """For each entry that equals another in every metric and run: the first other entry that it equals.
+
+    Args:
+        entries: metrics by the entry's name. Entries without a value per run equal no other entry.
+    """
+    names_by_runs: dict[tuple[tuple[str, tuple[float, ...]], ...], list[str]] = {}
+    for name, metrics in sorted(entries.items()):
+        runs = tuple((metric, metrics[metric].runs) for metric in sorted(metrics))
+        if any(values for _, values in runs):
+            names_by_runs.setdefault(runs, []).append(name)
     return {
         name: names[1] if name == names[0] else names[0]
-        for names in alike.values()
+        for names in names_by_runs.values()
         for name in names
         if len(names) > 1
     }

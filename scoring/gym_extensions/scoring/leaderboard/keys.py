@@ -1,26 +1,24 @@
-"""Which boards a scorecard stands on, and what they read of it."""
+"""Which boards a scorecard is on, and what a board reads of it."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
 
 from gym_extensions.catalog.budgets import BUDGETS
 from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.catalog.suites import SUITES
-
-Document = dict[str, Any]
+from gym_extensions.scoring.scorecard.model import GroupScore, Scorecard, SuiteScore
 
 
 @dataclass(frozen=True, order=True)
 class BoardKey:
-    """Which board: a group or suite by its id, protocol, budget, and whether its agents are told the task."""
+    """A board: group or suite, protocol, budget, and whether agents observe the task in evaluation."""
 
     group: str
     protocol: str
     budget: str
-    told: bool
+    task_conditioned: bool
 
     @property
     def groups(self) -> tuple[str, ...]:
@@ -28,49 +26,48 @@ class BoardKey:
         return SUITES.get(self.group, (self.group,))
 
 
-def place(card: Document, key: BoardKey) -> Document | None:
-    """The entry's part of the scorecard on that board, whatever its budget; None without one."""
-    there = (card["suites"] if key.group in SUITES else card["groups"]).get(key.group, {}).get(key.protocol)
-    found: Document | None = there
-    return found
+def lookup(card: Scorecard, key: BoardKey) -> GroupScore | SuiteScore | None:
+    """The scores of an entry on a board; None if it is not on it."""
+    scores = (card.suites if key.group in SUITES else card.groups).get(key.group, {})
+    score = scores.get(key.protocol)
+    on_board = score is not None and score.budget == key.budget
+    return score if on_board and is_task_conditioned(card) == key.task_conditioned else None
 
 
-def told(card: Document) -> bool:
-    """Whether the agent is told the task in evaluation: such entries have boards of their own."""
-    return bool(((card["manifest"] or {}).get("knows") or {}).get("task_in_evaluation"))
+def is_task_conditioned(card: Scorecard) -> bool:
+    """Whether the agent observes the task in evaluation: such entries have boards of their own."""
+    return card.manifest is not None and card.manifest.observes.task_in_evaluation
 
 
-def slim(card: Document) -> Document:
-    """What a board reads of a scorecard, so that a board of many entries fits in memory."""
-    parts = {
-        part: {
-            name: {
-                protocol: {key: found[key] for key in ("budget", "runs", "metrics") if key in found}
-                for protocol, found in protocols.items()
-            }
-            for name, protocols in card[part].items()
+def strip_for_boards(card: Scorecard) -> Scorecard:
+    """The scorecard without what boards do not read, so that many fit in memory."""
+    groups = {
+        name: {
+            protocol: GroupScore(
+                budget=score.budget,
+                runs=score.runs,
+                tasks=(),
+                metrics=score.metrics,
+                reference={},
+                return_matrix=(),
+            )
+            for protocol, score in protocols.items()
         }
-        for part in ("groups", "suites")
+        for name, protocols in card.groups.items()
     }
-    return {key: card[key] for key in ("name", "title", "trust", "manifest")} | parts
+    return replace(card, problems=(), notes=(), groups=groups)
 
 
-def part(card: Document, key: BoardKey) -> Document:
-    """What one board reads of a slim scorecard: its own groups alone."""
-    groups = {name: card["groups"][name] for name in key.groups if name in card["groups"]}
-    suites = {name: found for name, found in card["suites"].items() if name == key.group}
-    return card | {"groups": groups, "suites": suites}
-
-
-def board_keys(cards: Sequence[Document]) -> list[BoardKey]:
-    """Every board that the scorecards have an entry for, groups before suites, sorted."""
-    keys = set()
-    for card in cards:
-        for part in ("groups", "suites"):
-            for name, protocols in card[part].items():
-                for protocol, found in protocols.items():
-                    if BUDGETS[found["budget"]].on_boards:
-                        keys.add(BoardKey(name, protocol, found["budget"], told(card)))
+def board_keys(cards: Sequence[Scorecard]) -> list[BoardKey]:
+    """Every board that the scorecards have an entry for: groups before suites, sorted."""
+    keys = {
+        BoardKey(name, protocol, score.budget, is_task_conditioned(card))
+        for card in cards
+        for scores in (card.groups, card.suites)
+        for name, protocols in scores.items()
+        for protocol, score in protocols.items()
+        if BUDGETS[score.budget].on_boards
+    }
     budgets, protocols = list(BUDGETS), list(PROTOCOLS)
     return sorted(
         keys,
@@ -79,6 +76,6 @@ def board_keys(cards: Sequence[Document]) -> list[BoardKey]:
             key.group,
             protocols.index(key.protocol),
             budgets.index(key.budget),
-            key.told,
+            key.task_conditioned,
         ),
     )

@@ -1,27 +1,46 @@
-"""How scores spread over runs and tasks: performance profile and interquartile mean (Agarwal et al. 2021)."""
+"""Distribution of scores over runs and tasks: performance profile and interquartile mean.
+
+Both follow Agarwal et al. 2021.
+"""
 
 from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated
 
+from gym_extensions.scoring.documents import about
 from gym_extensions.scoring.statistics.descriptive import Number, mean
 
 THRESHOLDS = tuple(step / 20 for step in range(-10, 41))
-"""τ from −.5 to 2 by .05."""
+"""τ from −.5 to 2 in steps of .05."""
 
 
-def profile(last: Sequence[Sequence[float]]) -> dict[str, list[float]] | None:
-    """For each τ the fraction of (run, task) pairs with p[T][j] > τ; None without a pair."""
-    values = sorted(value for run in last for value in run)
+@dataclass(frozen=True, slots=True)
+class Profile:
+    """Performance profile: for each τ the fraction of (run, task) pairs with a score above it."""
+
+    tau: Annotated[tuple[float, ...], about("scores τ, ascending")]
+    fraction: Annotated[tuple[float, ...], about("for each τ the fraction of pairs with p[T][j] > τ")]
+
+    @property
+    def points(self) -> tuple[tuple[float, float], ...]:
+        """Pairs (τ, fraction), by τ."""
+        return tuple(zip(self.tau, self.fraction, strict=True))
+
+
+def profile(scores: Sequence[Sequence[float]]) -> Profile | None:
+    """The performance profile of scores [run][task]; None without scores."""
+    values = sorted(value for run in scores for value in run)
     if not values:
         return None
-    above = [(len(values) - bisect_right(values, threshold)) / len(values) for threshold in THRESHOLDS]
-    return {"tau": list(THRESHOLDS), "fraction": above}
+    above = tuple((len(values) - bisect_right(values, threshold)) / len(values) for threshold in THRESHOLDS)
+    return Profile(THRESHOLDS, above)
 
 
-def iqm(last: Sequence[Sequence[float]]) -> Number:
-    """Mean of the values p[T][j] of all runs and tasks without the lowest and highest ⌊n/4⌋."""
-    values = sorted(value for run in last for value in run)
+def iqm(scores: Sequence[Sequence[float]]) -> Number:
+    """Mean of the scores [run][task] without the lowest and highest ⌊n/4⌋; None without scores."""
+    values = sorted(value for run in scores for value in run)
     cut = len(values) // 4
     return mean(values[cut : len(values) - cut])

@@ -1,4 +1,4 @@
-"""The area under a training curve: how fast a task was learned."""
+"""Area under a training curve: how fast a task was learned."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from gym_extensions.catalog.protocol import CURVE_POINTS
 
 
 def area(steps: Sequence[int], values: Sequence[float], end: float) -> float | None:
-    """(1/D) ∫₀ᴰ of a curve by trapezoids, held flat before its first and after its last point.
+    """(1/D) ∫₀ᴰ of a curve by trapezoids, constant before its first and after its last point.
 
     Args:
-        steps: of the points, growing, from 1 on; a part of the curve beyond ``end`` is cut off there.
-        values: of the points.
+        steps: training steps of the points, ascending from 1; the curve is cut off at ``end``.
+        values: values of the points.
         end: D, the budget's training steps.
 
     Returns:
@@ -28,7 +28,7 @@ def area(steps: Sequence[int], values: Sequence[float], end: float) -> float | N
 
 
 def _cut(points: Sequence[tuple[float, float]], end: float) -> list[tuple[float, float]]:
-    """The points before ``end``, and the curve's value there."""
-    beyond = next(place for place, (x, _) in enumerate(points) if x >= end)
+    """The points before ``end``, and the curve's value at ``end``."""
+    beyond = next(index for index, (x, _) in enumerate(points) if x >= end)
     (x0, y0), (x1, y1) = points[beyond - 1], points[beyond]
     return [*points[:beyond], (end, y0 + (y1 - y0) * (end - x0) / (x1 - x0))]

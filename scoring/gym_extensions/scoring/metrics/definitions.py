@@ -1,169 +1,153 @@
-"""Every metric as a table: one name, one formula, one function. Defined in docs/metrics.md."""
+"""Every metric as one row: its name, its formula as text and, beside it, as code. See docs/metrics.md."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-
-from gym_extensions.scoring.metrics import formulas
+from gym_extensions.scoring.metrics.metric import Metric
 from gym_extensions.scoring.metrics.run import Run
-from gym_extensions.scoring.statistics.descriptive import Number
+from gym_extensions.scoring.statistics.descriptive import Number, mean, standard_deviation
+
+HIGHER, LOWER, NOT_RANKED = "higher", "lower", ""
 
 
-@dataclass(frozen=True)
-class Metric:
-    """A metric as the site shows it: its key, title, formula, which way is better, what it needs.
+def _later_forgetting(run: Run, j: int) -> Number:
+    return mean(run.p(j, j) - run.p(s, j) for s in range(j + 1, run.T + 1))
 
-    ``better`` is ``higher``, ``lower`` or empty (not ranked); ``needs`` names files without ``.csv``;
-    ``known_as`` other names of the same formula. ``function`` is None where the value is no function of one
-    run (joint gap).
-    """
 
-    name: str
-    title: str
-    formula: str
-    better: str
-    needs: tuple[str, ...]
-    function: Callable[[Run], Number] | None
-    known_as: str = ""
+def _lowest_tenth(values: tuple[float, ...]) -> float:
+    return mean(sorted(values)[: -(-len(values) // 10)]) or 0.0
 
 
 FINAL = Metric(
     "final_performance",
     "Final performance",
     "mean over j of p[T][j]",
-    "higher",
-    ("sequential",),
-    formulas.final_performance,
-    "ACC, average performance; the paper's Fully Trained",
-)
-SPREAD = Metric(
-    "spread",
-    "Spread",
-    "mean over j of the population standard deviation of the 20 normalised returns at stage T",
-    "",
-    ("sequential",),
-    formulas.spread,
-    "the paper's constrained variance; a policy that fails at once has little of it",
-)
-WORST_TENTH = Metric(
-    "worst_tenth",
-    "Worst tenth",
-    "mean over j of the mean of the ⌈n/10⌉ lowest normalised returns at stage T",
-    "higher",
-    ("sequential",),
-    formulas.worst_tenth,
-    "CVaR",
+    lambda run: mean(run.p(run.T, j) for j in run.scored),
+    HIGHER,
+    protocols=("sequential", "joint"),
+    known_as="ACC, average performance; the paper's Fully Trained",
 )
 JOINT_GAP = Metric(
     "joint_gap",
     "Joint gap",
     "final performance of joint.csv − final performance",
-    "lower",
-    ("sequential", "joint"),
     None,
-    "distance to multitask training",
+    LOWER,
+    needs=("joint",),
+    known_as="distance to multitask training",
 )
-
-SEQUENTIAL = (
+TABLE = (
     FINAL,
     Metric(
         "learning_performance",
         "Learning performance",
         "mean over j of p[j][j]",
-        "higher",
-        ("sequential",),
-        formulas.learning_performance,
-        "the paper's After Env Training",
+        lambda run: mean(run.p(j, j) for j in run.scored),
+        HIGHER,
+        known_as="the paper's After Env Training",
     ),
     Metric(
         "forgetting",
         "Forgetting",
         "mean over j < T of ( p[j][j] − p[T][j] )",
-        "lower",
-        ("sequential",),
-        formulas.forgetting,
-        "minus backward transfer (Lopez-Paz & Ranzato 2017)",
+        lambda run: mean(run.p(j, j) - run.p(run.T, j) for j in run.scored if j < run.T),
+        LOWER,
+        known_as="minus backward transfer (Lopez-Paz & Ranzato 2017)",
     ),
     Metric(
         "worst_case_forgetting",
         "Worst-case forgetting",
         "mean over j < T of ( max over j ≤ s < T of p[s][j] − p[T][j] )",
-        "lower",
-        ("sequential",),
-        formulas.worst_case_forgetting,
-        "Chaudhry et al. 2018; a maximum over noisy means is biased upward",
+        lambda run: mean(
+            max(run.p(s, j) for s in range(j, run.T)) - run.p(run.T, j) for j in run.scored if j < run.T
+        ),
+        LOWER,
+        known_as="Chaudhry et al. 2018; a maximum over noisy means is biased upward",
     ),
     Metric(
-        "forgetting_all_later_stages",
-        "Forgetting, all later stages",
+        "mean_later_forgetting",
+        "Mean later forgetting",
         "mean over j < T of the mean over s > j of ( p[j][j] − p[s][j] )",
-        "lower",
-        ("sequential",),
-        formulas.forgetting_all_later_stages,
-        "NBT (LIBERO; there over T)",
+        lambda run: mean(value for j in run.scored if (value := _later_forgetting(run, j)) is not None),
+        LOWER,
+        known_as="NBT (LIBERO; there over T)",
     ),
     Metric(
-        "forward_transfer",
-        "Forward transfer",
+        "asymptotic_transfer",
+        "Asymptotic transfer",
         "mean over j ≥ 2 of ( p[j][j] − p_single[j] )",
-        "higher",
-        ("sequential", "single"),
-        formulas.forward_transfer,
-        "asymptotic transfer (Taylor & Stone 2009)",
+        lambda run: mean(run.p(j, j) - run.single_task[j] for j in run.scored if j >= 2),
+        HIGHER,
+        needs=("single",),
+        known_as="Taylor & Stone 2009",
     ),
     Metric(
         "zero_shot_transfer",
         "Zero-shot transfer",
         "mean over j ≥ 2 of ( p[j−1][j] − p[0][j] )",
-        "higher",
-        ("sequential",),
-        formulas.zero_shot_transfer,
-        "FWT (Lopez-Paz & Ranzato 2017); jumpstart",
+        lambda run: mean(run.p(j - 1, j) - run.p(0, j) for j in run.scored if j >= 2),
+        HIGHER,
+        known_as="FWT (Lopez-Paz & Ranzato 2017); jumpstart",
     ),
     Metric(
-        "generalisation_to_unseen_tasks",
-        "Generalisation to unseen tasks",
+        "generalization_to_unseen_tasks",
+        "Generalization to unseen tasks",
         "mean over 0 < s < j of ( p[s][j] − p[0][j] )",
-        "higher",
-        ("sequential",),
-        formulas.generalisation_to_unseen_tasks,
-        "the upper triangle of the matrix",
+        lambda run: mean(run.p(s, j) - run.p(0, j) for j in run.scored for s in range(1, j)),
+        HIGHER,
+        known_as="the upper triangle of the matrix",
     ),
     Metric(
-        "learning_speed_transfer",
-        "Learning-speed transfer",
+        "forward_transfer_auc",
+        "Forward transfer (AUC)",
         "mean over j ≥ 2 of ( AUC_j − AUC_single,j )",
-        "higher",
-        ("sequential", "single", "curves"),
-        formulas.learning_speed_transfer,
-        "the numerator of Continual World's FT",
+        lambda run: mean(run.auc[j] - run.single_task_auc[j] for j in run.scored if j >= 2),
+        HIGHER,
+        needs=("single", "curves"),
+        known_as="the numerator of Continual World's FT",
     ),
     Metric(
-        "average_over_training",
-        "Average over training",
+        "average_lower_triangle",
+        "Average of the lower triangle",
         "mean over all s ≥ j ≥ 1 of p[s][j]",
-        "higher",
-        ("sequential",),
-        formulas.average_over_training,
-        "A of Díaz-Rodríguez et al. 2018",
+        lambda run: mean(run.p(s, j) for j in run.scored for s in range(j, run.T + 1)),
+        HIGHER,
+        known_as="A of Díaz-Rodríguez et al. 2018",
     ),
     JOINT_GAP,
-    SPREAD,
-    WORST_TENTH,
-)
-SINGLE = (
+    Metric(
+        "return_std",
+        "Return standard deviation",
+        "mean over j of the population standard deviation of the 20 normalized returns at stage T",
+        lambda run: mean(standard_deviation(run.final_episodes[j]) for j in run.scored),
+        NOT_RANKED,
+        protocols=("sequential", "joint"),
+        known_as="the paper's constrained variance; small also for a policy that fails at once",
+    ),
+    Metric(
+        "cvar_10",
+        "CVaR 10\N{NO-BREAK SPACE}%",
+        "mean over j of the mean of the ⌈n/10⌉ lowest normalized returns at stage T",
+        lambda run: mean(_lowest_tenth(run.final_episodes[j]) for j in run.scored),
+        HIGHER,
+        protocols=("sequential", "joint"),
+        known_as="conditional value at risk, expected shortfall; worst tenth",
+    ),
     Metric(
         "single_task_performance",
         "Single-task performance",
         "mean over j of p_single[j]",
-        "higher",
-        ("single",),
-        formulas.single_task_performance,
-        "the paper's Single Env",
+        lambda run: mean(run.single_task[j] for j in run.scored),
+        HIGHER,
+        protocols=("single",),
+        known_as="the paper's Single Env",
     ),
 )
-JOINT = (FINAL, SPREAD, WORST_TENTH)
+"""Every metric. To add one, add a row here and a worked example in ``conformance/``."""
 
-METRICS = {"sequential": SEQUENTIAL, "single": SINGLE, "joint": JOINT}
-"""Every metric by protocol, in the order of docs/metrics.md."""
+METRICS: dict[str, tuple[Metric, ...]] = {
+    protocol: tuple(metric for metric in TABLE if protocol in metric.protocols)
+    for protocol in ("sequential", "single", "joint")
+}
+"""The metrics of each protocol in the order of the table; the first one sorts the protocol's boards."""
+
+BY_NAME = {metric.name: metric for metric in TABLE}

@@ -1,4 +1,4 @@
-"""Results and references -> one ``Run`` of normalised returns for every training seed."""
+"""Results and references -> one ``Run`` of normalized returns per training seed."""
 
 from __future__ import annotations
 
@@ -9,46 +9,50 @@ from gym_extensions.scoring.references import Reference, References
 
 
 def _areas(results: Results, protocol: str, run: int, scored: dict[int, Reference]) -> dict[int, float]:
-    found = {}
+    areas = {}
     for j, reference in scored.items():
         steps, values = results.curves.get((protocol, run, results.group.task_ids[j - 1]), ([], []))
-        height = area(steps, reference.all_normalised(values), results.steps)
+        height = area(steps, reference.normalize_all(values), results.steps)
         if height is not None:
-            found[j] = height
-    return found
+            areas[j] = height
+    return areas
 
 
-def normalised(results: Results, references: References, protocol: str) -> list[Run]:
-    """One Run for each training seed of a protocol's log; every task of the group needs a reference.
+def normalized_runs(results: Results, references: References, protocol: str) -> list[Run]:
+    """One Run per training seed of a protocol's log; every task of the group needs a reference.
 
-    ``alone`` and the areas are filled in for sequential and single logs, where their files are there.
+    ``single_task`` and the areas are filled in where the log has a single log or curves beside it.
     """
     ids = results.group.task_ids
-    known = {j: references.tasks[task] for j, task in enumerate(ids, 1)}
-    scored = {j: reference for j, reference in known.items() if not reference.open}
+    scored = {
+        j: reference for j, task in enumerate(ids, 1) if not (reference := references.tasks[task]).unsolved
+    }
     T = len(ids)
-    alone = dict(zip(results.runs.get("single", ()), results.means.get("single", ()), strict=True))
-    found = []
-    first = 0 if protocol == "sequential" else T
-    for seed, run, means in zip(
+    single = dict(zip(results.runs.get("single", ()), results.means.get("single", ()), strict=True))
+    first_stage = 0 if protocol == "sequential" else T
+    runs = []
+    for seed, episodes, means in zip(
         results.runs[protocol], results.returns[protocol], results.means[protocol], strict=True
     ):
-        cells = {
-            (s, j): reference.normalised(row[j - 1])
-            for s, row in enumerate(means, first)
-            for j, reference in scored.items()
-        }
-        found.append(
+        with_curves = scored if protocol == "sequential" else {}
+        runs.append(
             Run(
                 T=T,
                 scored=tuple(scored),
-                cells=cells,
-                last={j: tuple(reference.all_normalised(run[-1][j - 1])) for j, reference in scored.items()},
-                alone={j: ref.normalised(alone[seed][0][j - 1]) for j, ref in scored.items()}
-                if seed in alone
-                else {},
-                area=_areas(results, protocol, seed, scored) if protocol == "sequential" else {},
-                area_alone=_areas(results, "single", seed, scored) if protocol == "sequential" else {},
+                normalized_returns={
+                    (s, j): reference.normalize(row[j - 1])
+                    for s, row in enumerate(means, first_stage)
+                    for j, reference in scored.items()
+                },
+                final_episodes={
+                    j: tuple(reference.normalize_all(episodes[-1][j - 1])) for j, reference in scored.items()
+                },
+                single_task={
+                    j: reference.normalize(single[seed][0][j - 1])
+                    for j, reference in (scored if seed in single else {}).items()
+                },
+                auc=_areas(results, protocol, seed, with_curves),
+                single_task_auc=_areas(results, "single", seed, with_curves),
             )
         )
-    return found
+    return runs

@@ -1,4 +1,4 @@
-"""Checked logs -> the returns of a group as arrays; every cell exists, or there are no results."""
+"""Checked logs -> the raw returns of a group as arrays. Every cell exists."""
 
 from __future__ import annotations
 
@@ -14,22 +14,27 @@ from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, stages
 from gym_extensions.rollouts.reading.evaluation_log import Log
 from gym_extensions.rollouts.reading.training_curves import Curves, Key
-from gym_extensions.rollouts.submission import GroupEntry
+from gym_extensions.rollouts.submission import SubmittedGroup
 
 Returns = NDArray[np.float64]
 Cells = list[list[list[list[float]]]]
 Means = list[list[list[float]]]
 Curve = tuple[list[int], list[float]]
-"""A training curve: steps, and the mean return of the training episodes ended since the point before."""
+"""A training curve: steps, and the mean return of the training episodes that ended since the point before."""
 
 
 @dataclass(frozen=True)
 class Results:
-    """Raw returns of a group, each array or None.
+    """Raw returns of a group.
 
-    ``sequential`` has axes [run, stage, task, episode], ``single`` and ``joint`` [run, task, episode];
-    ``runs`` holds the training seeds of each. ``curves`` holds a curve by (protocol, run, task id);
-    ``steps`` is the budget's training steps a task.
+    Attributes:
+        group: the group.
+        steps: the budget's training steps per task.
+        runs: training seeds by protocol.
+        sequential: returns [run, stage, task, episode], or None without the log.
+        single: returns [run, task, episode], or None without the log.
+        joint: returns [run, task, episode], or None without the log.
+        curves: training curves by (protocol, run, task id).
     """
 
     group: TaskGroup
@@ -42,7 +47,7 @@ class Results:
 
     @functools.cached_property
     def returns(self) -> dict[str, Cells]:
-        """Returns as lists [run][stage][task][episode] by protocol; single and joint logs have one stage."""
+        """Returns [run][stage][task][episode] by protocol; single and joint logs have one stage."""
         arrays = {
             "sequential": self.sequential,
             "single": None if self.single is None else self.single[:, None],
@@ -77,8 +82,8 @@ def _curves(curves: Curves | None) -> dict[Key, Curve]:
     return {key: (steps[start:stop], values[start:stop]) for key, start, stop in curves.blocks}
 
 
-def results(entry: GroupEntry, budget: str) -> Results:
-    """The results of a group's checked logs."""
+def results(entry: SubmittedGroup, budget: str) -> Results:
+    """The returns of a group's checked logs."""
     return Results(
         group=entry.group,
         steps=BUDGETS[budget].steps_for(entry.group.name),

@@ -1,4 +1,4 @@
-"""One run in normalised returns: what every metric is a function of, with the indices of the formulas."""
+"""One run in normalized returns: the input of every metric, with the indices of the formulas."""
 
 from __future__ import annotations
 
@@ -7,21 +7,28 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Run:
-    """Normalised returns of one training seed; stages s count from 0 (untrained), tasks j from 1.
+    """Normalized returns of one training seed; stages s count from 0 (untrained), tasks j from 1.
 
-    ``scored`` are the positions j of the tasks that are not open. ``cells[s, j]`` is p[s][j], ``last[j]`` the
-    normalised episodes at stage T, ``alone[j]`` p_single[j], ``area[j]``, ``area_alone[j]`` the areas
-    under the training curves. All hold the scored positions only.
+    All mappings hold the scored positions only.
+
+    Attributes:
+        T: number of tasks of the group.
+        scored: positions j of the tasks that are not unsolved.
+        normalized_returns: p[s][j] by (s, j).
+        final_episodes: normalized returns of the evaluation episodes at stage T, by j.
+        single_task: p_single[j] by j.
+        auc: area under the training curve in the sequential log, by j.
+        single_task_auc: area under the training curve in the single log, by j.
     """
 
     T: int
     scored: tuple[int, ...]
-    cells: dict[tuple[int, int], float] = field(default_factory=dict)
-    last: dict[int, tuple[float, ...]] = field(default_factory=dict)
-    alone: dict[int, float] = field(default_factory=dict)
-    area: dict[int, float] = field(default_factory=dict)
-    area_alone: dict[int, float] = field(default_factory=dict)
+    normalized_returns: dict[tuple[int, int], float] = field(default_factory=dict)
+    final_episodes: dict[int, tuple[float, ...]] = field(default_factory=dict)
+    single_task: dict[int, float] = field(default_factory=dict)
+    auc: dict[int, float] = field(default_factory=dict)
+    single_task_auc: dict[int, float] = field(default_factory=dict)
 
     def p(self, s: int, j: int) -> float:
-        """Normalised mean return on task j after stage s."""
-        return self.cells[s, j]
+        """Normalized mean return on task j after stage s."""
+        return self.normalized_returns[s, j]

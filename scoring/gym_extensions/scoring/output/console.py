@@ -1,29 +1,39 @@
-"""How scorecards are written on a terminal: literally, in 80 columns, with colour only where it is one."""
+"""Terminal output: literal text, 80 columns where there is no terminal, color only on one."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Protocol
 
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-Document = dict[str, Any]
+from gym_extensions.scoring.metrics.paper_table import PaperCell
+
 THOUSANDS = 100_000
-"""From this return on, the paper's table is told in thousands."""
+"""From this return on, the paper's table is printed in thousands."""
+
+
+class HasInterval(Protocol):
+    """Anything with the ends of an interval."""
+
+    @property
+    def low(self) -> float | None: ...
+
+    @property
+    def high(self) -> float | None: ...
 
 
 class _Console(Console):
     def on_broken_pipe(self) -> None:
-        """Leaves it to the command what to do when nobody reads on; rich would end the program."""
+        """Raises, so that the command decides what to do when its reader is gone; rich would exit."""
         raise BrokenPipeError
 
 
 def console(errors: bool = False) -> Console:
-    """Standard output, or the stream for errors; NO_COLOR is honoured.
+    """Standard output, or standard error; NO_COLOR is honored.
 
-    Where it is no terminal it has 80 columns and no colour. What is printed is taken literally:
-    strangers write titles and name files.
+    Markup is off: titles and file names come from strangers and are printed literally.
     """
     return _Console(highlight=False, markup=False, emoji=False, stderr=errors)
 
@@ -33,9 +43,9 @@ def number(value: float | None, digits: int = 3) -> str:
     return "–" if value is None else f"{value:.{digits}f}"
 
 
-def span(score: Document) -> str:
+def span(value: HasInterval) -> str:
     """An interval, or a dash."""
-    return "–" if score["low"] is None else f"{number(score['low'])} to {number(score['high'])}"
+    return "–" if value.low is None else f"{number(value.low)} to {number(value.high)}"
 
 
 def count(number: int, word: str) -> str:
@@ -44,22 +54,22 @@ def count(number: int, word: str) -> str:
 
 
 def heading(out: Console, title: str, rest: str) -> None:
-    """A bold title, and more in its line."""
+    """A bold title followed by plain text on the same line."""
     out.print(Text.assemble((title, "bold"), rest))
 
 
-def returns_cell(cell: Document | None) -> str:
-    """Mean and deviation of raw returns, in thousands where they would not fit beside each other."""
+def returns_cell(cell: PaperCell | None) -> str:
+    """Mean and deviation of raw returns, in thousands where they would be too wide."""
     if cell is None:
         return "–"
-    if max(abs(cell["mean"]), cell["std"]) >= THOUSANDS:
-        return f"{cell['mean'] / 1000:.0f}k ± {cell['std'] / 1000:.0f}k"
-    return f"{cell['mean']:.0f} ± {cell['std']:.0f}"
+    if max(abs(cell.mean), cell.std) >= THOUSANDS:
+        return f"{cell.mean / 1000:.0f}k ± {cell.std / 1000:.0f}k"
+    return f"{cell.mean:.0f} ± {cell.std:.0f}"
 
 
 def plain_table(*columns: str) -> Table:
-    """A table without lines: the first column to the left, the others to the right."""
+    """A table without lines: the first column aligned left, the others right."""
     table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
-    for place, column in enumerate(columns):
-        table.add_column(column, justify="left" if place == 0 else "right", overflow="fold")
+    for index, column in enumerate(columns):
+        table.add_column(column, justify="left" if index == 0 else "right", overflow="fold")
     return table

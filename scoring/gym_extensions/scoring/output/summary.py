@@ -1,116 +1,111 @@
-"""Scorecards for people: one screen a submission, or two submissions side by side."""
+"""Scorecards for people: one screen per submission, or two submissions side by side."""
 
 from __future__ import annotations
-
-from typing import Any
 
 from rich.console import Console
 from rich.text import Text
 
+from gym_extensions.scoring.leaderboard.model import Comparison
 from gym_extensions.scoring.metrics.definitions import METRICS
-from gym_extensions.scoring.metrics.paper_table import COLUMNS, shown_rows
+from gym_extensions.scoring.metrics.paper_table import COLUMNS
 from gym_extensions.scoring.output.console import count, heading, number, plain_table, returns_cell, span
-from gym_extensions.scoring.scorecard.highlights import outstanding
+from gym_extensions.scoring.output.tables import table_rows
+from gym_extensions.scoring.scorecard.highlights import highlights, task_name
+from gym_extensions.scoring.scorecard.model import GroupScore, ReferencesInfo, Scorecard, SuiteScore
 
-Document = dict[str, Any]
 SHOWN = (
     "final_performance",
     "learning_performance",
     "forgetting",
-    "forward_transfer",
+    "asymptotic_transfer",
     "single_task_performance",
     "joint_gap",
 )
-"""The metrics of the first screen; all are in --json, --csv and --markdown."""
+"""The metrics of the screen; --json, --csv and --markdown have all."""
 
 
-def _metrics(out: Console, scored: Document, protocol: str) -> None:
-    shown = plain_table("metric", "mean", "95 % interval")
+def _metrics(out: Console, score: GroupScore | SuiteScore, protocol: str) -> None:
+    table = plain_table("metric", "mean", "95 % interval")
     reasons: dict[str, list[str]] = {}
     for metric in METRICS[protocol]:
-        score = scored["metrics"][metric.name]
-        if metric.name in SHOWN and score["mean"] is not None:
-            shown.add_row(metric.title, number(score["mean"]), span(score))
+        value = score.metrics[metric.name]
+        if metric.name in SHOWN and value.mean is not None:
+            table.add_row(metric.title, number(value.mean), span(value))
         elif metric.name in SHOWN:
-            reasons.setdefault(score["why"], []).append(metric.title)
-    if shown.row_count:
-        out.print(shown)
+            reasons.setdefault(value.why, []).append(metric.title)
+    if table.row_count:
+        out.print(table)
     for why, titles in reasons.items():
         out.print(f"{', '.join(titles)}: none. {why}")
 
 
-def _table(out: Console, scored: Document) -> None:
-    shown = plain_table("task", *("\n".join(title.rsplit(" ", 1)) for title in COLUMNS.values()))
-    for row in shown_rows(scored):
-        task = row["task"].rsplit("/", 1)[-1].rsplit("-v", 1)[0]
-        shown.add_row(task, *(returns_cell(row[name]) for name in COLUMNS))
-    out.print(shown)
+def _table(out: Console, score: GroupScore) -> None:
+    table = plain_table("task", *("\n".join(title.rsplit(" ", 1)) for title in COLUMNS.values()))
+    for name, cells in table_rows(score):
+        table.add_row(task_name(name), *map(returns_cell, cells))
+    out.print(table)
 
 
-def _group(out: Console, name: str, protocol: str, scored: Document, alone: Document | None) -> None:
-    runs = f", {count(len(scored['runs']), 'run')}" if scored["runs"] else ""
+def _group(out: Console, name: str, protocol: str, score: GroupScore, single: GroupScore | None) -> None:
+    runs = f", {count(len(score.runs), 'run')}" if score.runs else ""
     out.print()
-    heading(out, f"{name}, {protocol}", f", budget {scored['budget']}{runs}")
-    _metrics(out, scored, protocol)
-    if "table" in scored:
-        _table(out, scored)
-    for sentence in outstanding(scored, alone):
+    heading(out, f"{name}, {protocol}", f", budget {score.budget}{runs}")
+    _metrics(out, score, protocol)
+    if score.paper_table:
+        _table(out, score)
+    for sentence in highlights(score, single):
         out.print(f"· {sentence}")
-    for note in scored.get("notes", []):
+    for note in score.notes:
         out.print(f"! {note}")
-    if scored["missing"]:
-        out.print(f"missing for a full entry: {', '.join(scored['missing'])}", style="dim")
+    if score.missing_for_full_entry:
+        out.print(f"missing for a full entry: {', '.join(score.missing_for_full_entry)}", style="dim")
 
 
-def show_line(out: Console, card: Document) -> None:
-    """One line on a submission, and all its problems and notes."""
-    problems = card["problems"]
-    state = (count(len(problems), "problem"), "red") if problems else (card["trust"], "green")
-    out.print(Text.assemble((card["name"], "bold"), f"  {card['title']}  (", state, ")"))
-    for problem in problems:
-        place = f"  {problem['where']}: {problem['message']}"
-        out.print(Text.assemble("  ", (problem["rule"], "red"), place))
-        if problem["hint"]:
-            out.print(f"    {problem['hint']}")
-    for note in card["notes"]:
+def show_line(out: Console, card: Scorecard) -> None:
+    """One line per submission, with all its problems and notes."""
+    state = (count(len(card.problems), "problem"), "red") if card.problems else (str(card.trust), "green")
+    out.print(Text.assemble((card.name, "bold"), f"  {card.title}  (", state, ")"))
+    for problem in card.problems:
+        message = f"  {problem.where}: {problem.message}"
+        out.print(Text.assemble("  ", (problem.rule, "red"), message))
+        if problem.hint:
+            out.print(f"    {problem.hint}")
+    for note in card.notes:
         out.print(f"  note: {note}")
 
 
-def show(out: Console, card: Document, references: Document) -> None:
-    """One submission: trust, problems, groups with intervals and the paper's table, what stands out."""
+def show(out: Console, card: Scorecard, references: ReferencesInfo) -> None:
+    """One submission: trust, problems, and each group with metrics, the paper's table and highlights."""
     show_line(out, card)
-    scored = [
-        (name, protocol, found)
-        for name, protocols in card["groups"].items()
-        for protocol, found in protocols.items()
+    scores = [
+        (name, protocol, score)
+        for name, protocols in card.groups.items()
+        for protocol, score in protocols.items()
     ]
-    if references["provisional"] and any(found["runs"] for _, _, found in scored):
-        out.print(f"  provisional references {references['version']!r}: fewer runs or a smaller budget")
-    for name, protocol, found in scored:
-        _group(out, name, protocol, found, card["groups"][name].get("single"))
-    for suite, protocols in card["suites"].items():
-        for protocol, found in protocols.items():
+    if references.provisional and any(score.runs for _, _, score in scores):
+        out.print(f"  provisional references {references.version!r}: fewer runs or a smaller budget")
+    for name, protocol, score in scores:
+        _group(out, name, protocol, score, card.groups[name].get("single"))
+    for suite, suite_protocols in card.suites.items():
+        for protocol, suite_score in suite_protocols.items():
             out.print()
-            heading(out, f"suite {suite}, {protocol}", f", {count(len(found['groups']), 'group')}")
-            _metrics(out, found, protocol)
+            heading(out, f"suite {suite}, {protocol}", f", {count(len(suite_score.groups), 'group')}")
+            _metrics(out, suite_score, protocol)
     out.print()
 
 
-def show_comparison(out: Console, compared: Document) -> None:
+def show_comparison(out: Console, comparison: Comparison) -> None:
     """Two entries side by side, with the interval of their difference."""
-    first, second = compared["first"], compared["second"]
-    suites = {f"suite {name}": protocols for name, protocols in compared["suites"].items()}
-    for name, protocols in (compared["groups"] | suites).items():
-        for protocol, found in protocols.items():
-            heading(out, f"{name}, {protocol}", f", budget {found['budget']}")
-            shown = plain_table("metric", first, second, "difference", "95 % interval")
+    suites = {f"suite {name}": protocols for name, protocols in comparison.suites.items()}
+    for name, protocols in (comparison.groups | suites).items():
+        for protocol, score in protocols.items():
+            heading(out, f"{name}, {protocol}", f", budget {score.budget}")
+            table = plain_table("metric", comparison.first, comparison.second, "difference", "95 % interval")
             for metric in METRICS[protocol]:
-                if metric.name in found["metrics"]:
-                    pair = found["metrics"][metric.name]
-                    gap = pair["difference"]
-                    cells = (number(pair["first"]), number(pair["second"]), number(gap["mean"]), span(gap))
-                    shown.add_row(metric.title, *cells)
-            out.print(shown)
-            if not shown.row_count:
+                if pair := score.metrics.get(metric.name):
+                    numbers = map(number, (pair.first, pair.second, pair.difference.mean))
+                    table.add_row(metric.title, *numbers, span(pair.difference))
+            out.print(table)
+            if not table.row_count:
                 out.print("They have no metric in common.")
     out.print("Intervals are for this pair alone (Welch); an interval without 0 separates the two.")

@@ -5,41 +5,47 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Iterator
-from typing import Any
 
 from gym_extensions.scoring.metrics.definitions import METRICS
-from gym_extensions.scoring.metrics.paper_table import COLUMNS, shown_rows
-
-Document = dict[str, Any]
+from gym_extensions.scoring.metrics.paper_table import COLUMNS, PaperCell
+from gym_extensions.scoring.output.console import number, span
+from gym_extensions.scoring.scorecard.model import GroupScore, Scorecard, ScorecardDocument, SuiteScore
 
 CSV_COLUMNS = ("name", "trust", "group", "protocol", "budget", "runs", "metric", "mean", "low", "high", "why")
 
 
-def _places(card: Document) -> Iterator[tuple[str, str, Document]]:
-    for part in ("groups", "suites"):
-        for name, protocols in card[part].items():
-            for protocol, scored in protocols.items():
-                yield name, protocol, scored
+def table_rows(score: GroupScore) -> Iterator[tuple[str, list[PaperCell | None]]]:
+    """The paper's table row by row: task id or name of the total, and the four cells."""
+    for row in score.paper_table:
+        yield row.task, row.cells()
+    for name, total in (("total", score.paper_total), ("printed total", score.printed_total)):
+        if total:
+            yield name, total.cells()
 
 
-def csv_text(document: Document) -> str:
-    """One row for each submission, group or suite, protocol and metric; a problem is a row of its own."""
+def _scores(card: Scorecard) -> Iterator[tuple[str, str, GroupScore | SuiteScore]]:
+    for scores in (card.groups, card.suites):
+        for name, protocols in scores.items():
+            for protocol, score in protocols.items():
+                yield name, protocol, score
+
+
+def csv_text(document: ScorecardDocument) -> str:
+    """One row per submission, group or suite, protocol and metric; one row per problem."""
     stream = io.StringIO()
     rows = csv.writer(stream, lineterminator="\n")
     rows.writerow(CSV_COLUMNS)
-    for card in document["submissions"]:
-        for problem in card["problems"]:
-            why = f"{problem['rule']}: {problem['where']}: {problem['message']}"
-            rows.writerow([card["name"], "", "", "", "", "", "", "", "", "", why])
-        for name, protocol, scored in _places(card):
-            runs = len(scored["runs"]) if "runs" in scored else ""
+    for card in document.submissions:
+        for problem in card.problems:
+            why = f"{problem.rule}: {problem.where}: {problem.message}"
+            rows.writerow([card.name, *[""] * (len(CSV_COLUMNS) - 2), why])
+        for name, protocol, score in _scores(card):
+            runs = len(score.runs) if isinstance(score, GroupScore) else ""
             for metric in METRICS[protocol]:
-                score = scored["metrics"][metric.name]
-                values = ("" if score[key] is None else repr(score[key]) for key in ("mean", "low", "high"))
-                place = (name, protocol, scored["budget"], runs)
-                rows.writerow(
-                    [card["name"], card["trust"], *place, metric.name, *values, score.get("why", "")]
-                )
+                value = score.metrics[metric.name]
+                ends = ("" if end is None else repr(end) for end in (value.mean, value.low, value.high))
+                group = (name, protocol, score.budget, runs)
+                rows.writerow([card.name, card.trust, *group, metric.name, *ends, value.why])
     return stream.getvalue()
 
 
@@ -55,47 +61,37 @@ def _head(*cells: str) -> list[str]:
     return [_row(*cells), _row(*("---" for _ in cells))]
 
 
-def _number(value: float | None, digits: int = 3) -> str:
-    return "–" if value is None else f"{value:.{digits}f}"
-
-
-def _group(name: str, protocol: str, scored: Document) -> list[str]:
-    runs = f", {len(scored['runs'])} runs" if "runs" in scored else ""
-    lines = [f"### {name}, {protocol}, budget {scored['budget']}{runs}", ""]
+def _group(name: str, protocol: str, score: GroupScore | SuiteScore) -> list[str]:
+    runs = f", {len(score.runs)} runs" if isinstance(score, GroupScore) else ""
+    lines = [f"### {name}, {protocol}, budget {score.budget}{runs}", ""]
     lines += _head("metric", "mean", "95 % interval", "better")
     for metric in METRICS[protocol]:
-        score = scored["metrics"][metric.name]
-        span = "–" if score["low"] is None else f"{_number(score['low'])} to {_number(score['high'])}"
-        lines.append(
-            _row(metric.title, _number(score["mean"]), score.get("why") or span, metric.better or "–")
-        )
-    if "table" in scored:
+        value = score.metrics[metric.name]
+        lines.append(_row(metric.title, number(value.mean), value.why or span(value), metric.better or "–"))
+    if isinstance(score, SuiteScore):
+        return [*lines, ""]
+    if score.paper_table:
         lines += ["", *_head("task", *COLUMNS.values())]
-        for row in shown_rows(scored):
-            cells = (row[column] for column in COLUMNS)
-            shown = (f"{cell['mean']:.2f} ± {cell['std']:.2f}" if cell else "–" for cell in cells)
-            lines.append(_row(row["task"].rsplit("/", 1)[-1], *shown))
-    lines += ["", *(f"* {_cell(note)}" for note in scored.get("notes", []))]
-    return lines
+        for task, cells in table_rows(score):
+            texts = (f"{cell.mean:.2f} ± {cell.std:.2f}" if cell else "–" for cell in cells)
+            lines.append(_row(task.rsplit("/", 1)[-1], *texts))
+    return [*lines, "", *(f"* {_cell(note)}" for note in score.notes)]
 
 
-def markdown_text(document: Document) -> str:
-    """A section a submission, with a table a group and protocol."""
-    known = document["references"]
+def markdown_text(document: ScorecardDocument) -> str:
+    """One section per submission, one table per group and protocol."""
     lines: list[str] = []
-    if known["provisional"]:
-        lines += [
-            f"Provisional references `{known['version']}`: fewer runs or a smaller budget.",
-            "",
-        ]
-    for card in document["submissions"]:
-        lines += [f"## {_cell(card['name'])}: {_cell(card['title'])}", ""]
-        lines += [f"Trust: {card['trust']}." if not card["problems"] else "Problems:", ""]
-        for problem in card["problems"]:
-            told = f"{_cell(problem['where'])}: {_cell(problem['message'])} {_cell(problem['hint'])}"
-            lines.append(f"* `{problem['rule']}` {told}")
-        lines += [f"* {_cell(note)}" for note in card["notes"]]
-        for name, protocol, scored in _places(card):
-            lines += _group(name, protocol, scored)
+    if document.references.provisional:
+        version = document.references.version
+        lines += [f"Provisional references `{version}`: fewer runs or a smaller budget.", ""]
+    for card in document.submissions:
+        lines += [f"## {_cell(card.name)}: {_cell(card.title)}", ""]
+        lines += ["Problems:" if card.problems else f"Trust: {card.trust}.", ""]
+        for problem in card.problems:
+            message = f"{_cell(problem.where)}: {_cell(problem.message)} {_cell(problem.hint)}"
+            lines.append(f"* `{problem.rule}` {message}")
+        lines += [f"* {_cell(note)}" for note in card.notes]
+        for name, protocol, score in _scores(card):
+            lines += _group(name, protocol, score)
         lines.append("")
     return "\n".join(lines).rstrip("\n") + "\n"

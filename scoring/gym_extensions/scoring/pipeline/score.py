@@ -1,51 +1,138 @@
-"""Folders of submissions -> the scorecard, a JSON document described key by key in docs/scorecard.md."""
+"""Folders of submissions -> scorecards, in parallel and in the order of the folders."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import os
+import traceback
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
-from typing import Any
 
+from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.folder import submission_folders
-from gym_extensions.scoring.output.json import text
-from gym_extensions.scoring.pipeline.batch import Work, cards
+from gym_extensions.rollouts.problem import Problem, escape
+from gym_extensions.rollouts.reader import read
+from gym_extensions.rollouts.submission import Submission
 from gym_extensions.scoring.references import References, load_references
+from gym_extensions.scoring.scorecard.build import score
+from gym_extensions.scoring.scorecard.model import ReferencesInfo, Scorecard, ScorecardDocument
 
-FORMAT = 1
+MIN_PARALLEL = 6
+"""Number of submissions from which further processes pay."""
 
-Document = dict[str, Any]
+EXTRA_WORKERS = 1
+"""Workers beyond the CPU count, to overlap disk waits."""
 
-__all__ = ["Document", "document", "score_folder", "score_folders", "text"]
+QUEUED_PER_WORKER = 4
+"""Upper bound on submissions per worker that are being scored or wait to be consumed."""
 
 
-def document(cards: Sequence[Document], references: References) -> Document:
-    """The whole document around the scorecards."""
-    return {
-        "format": FORMAT,
-        "references": {
-            "version": references.version,
-            "provisional": references.provisional,
-            "sha256": references.digest,
-        },
-        "submissions": list(cards),
-    }
+@dataclass(frozen=True)
+class Scorer:
+    """Scores one folder with the given references; can be sent to another process."""
+
+    references: References
+
+    def __call__(self, path: Path) -> Scorecard:
+        """The scorecard of the submission in that folder; one with a problem where scoring it fails."""
+        try:
+            return score(read(path), self.references)
+        except BenchError:
+            raise
+        except Exception as error:  # noqa: BLE001 - an unforeseen folder must not stop the others
+            submission = Submission(escape(path.name), None, {}, (_fault(path, error),))
+            return score(submission, self.references)
+
+
+def _fault(path: Path, error: Exception) -> Problem:
+    last = traceback.extract_tb(error.__traceback__)[-1]
+    message = f"The scorer stopped with {type(error).__name__} in {Path(last.filename).name}, {last.name}."
+    hint = "This is a mistake of gym-extensions, whatever the folder contains: please report it."
+    return Problem("fault-of-the-scorer", escape(path.name), message, hint)
+
+
+def _in_order(
+    folders: Sequence[Path], scorer: Callable[[Path], Scorecard], workers: int | None
+) -> Iterator[Scorecard]:
+    count = min(workers or (os.cpu_count() or 1) + EXTRA_WORKERS, len(folders))
+    if count < 2 or (workers is None and len(folders) < MIN_PARALLEL):
+        yield from map(scorer, folders)
+        return
+    with ProcessPoolExecutor(count) as pool:
+        remaining = iter(folders)
+        queue = deque(pool.submit(scorer, path) for path in islice(remaining, count * QUEUED_PER_WORKER))
+        while queue:
+            card = queue.popleft().result()
+            queue.extend(pool.submit(scorer, path) for path in islice(remaining, 1))
+            yield card
+
+
+def scorecards(
+    folders: Sequence[Path],
+    scorer: Callable[[Path], Scorecard],
+    workers: int | None = None,
+    verify: bool = False,
+) -> Iterator[Scorecard]:
+    """The scorecards of the folders in their order, whatever the number of worker processes.
+
+    Args:
+        folders: one submission each.
+        scorer: a ``Scorer``, or another function that can be pickled.
+        workers: number of processes; None chooses it.
+        verify: also replay the recorded episodes, which loads the simulator.
+    """
+    cards = _in_order(folders, scorer, workers)
+    if not verify:
+        return cards
+    from gym_extensions.scoring.replay import verify as replay
+
+    return (replay.verified(card, path) for card, path in zip(cards, folders, strict=True))
+
+
+def find_submissions(paths: Sequence[Path]) -> list[Path]:
+    """The submissions that the paths name, sorted by name: submissions, or folders of submissions.
+
+    Raises:
+        BenchError: a path does not exist, or two submissions have the same name.
+    """
+    for path in paths:
+        if not os.path.lexists(path):
+            hint = "Name a submission, or a folder of submissions."
+            raise BenchError("no-such-folder", "There is no such folder.", str(path), hint)
+    return submission_folders(list(paths))
+
+
+def references_info(references: References) -> ReferencesInfo:
+    """How a document names its references."""
+    return ReferencesInfo(references.version, references.provisional, references.digest)
+
+
+def scorecard_document(cards: Sequence[Scorecard], references: References) -> ScorecardDocument:
+    """The document of these scorecards."""
+    return ScorecardDocument(references=references_info(references), submissions=tuple(cards))
 
 
 def score_folders(
-    folders: Sequence[Path], references: References | None = None, cache: Path | None = None
-) -> Document:
-    """The JSON document of all submissions in the folders, sorted by name.
+    paths: Sequence[Path], references: References | None = None, verify: bool = False
+) -> ScorecardDocument:
+    """The scorecards of all submissions in the folders, sorted by name.
 
     Args:
-        folders: submissions, or folders that hold submissions.
+        paths: submissions, or folders of submissions.
         references: floors and ceilings; the current benchmark version's where None.
-        cache: a folder where scorecards are kept by content, so that only what has changed is scored.
+        verify: also replay the recorded episodes, which loads the simulator.
+
+    Raises:
+        BenchError: a path does not exist, or two submissions have the same name.
     """
-    known = load_references() if references is None else references
-    found = submission_folders(list(folders))
-    return document(list(cards(found, Work(known, cache))), known)
+    references = load_references() if references is None else references
+    cards = scorecards(find_submissions(paths), Scorer(references), verify=verify)
+    return scorecard_document(tuple(cards), references)
 
 
-def score_folder(path: Path, references: References | None = None) -> Document:
+def score_folder(path: Path, references: References | None = None) -> Scorecard:
     """The scorecard of the one submission in a folder."""
-    return Work(load_references() if references is None else references)(path)
+    return Scorer(load_references() if references is None else references)(path)

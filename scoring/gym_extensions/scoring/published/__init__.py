@@ -1,1 +1,1 @@
-"""Tables of results that were published without logs."""
+"""Published results without logs: the tables as printed, and what is known about their numbers."""

@@ -1,13 +1,18 @@
-"""Published tables of results without logs, as data: rows and totals exactly as they are printed."""
+"""Published tables without logs: rows and totals as printed, totals recomputed, and contradictions."""
 
 from __future__ import annotations
 
 import csv
 from dataclasses import dataclass, field
+from pathlib import Path
+
+import msgspec
 
 from gym_extensions.catalog.published import TABLES
 from gym_extensions.catalog.task import NAMESPACE
-from gym_extensions.scoring.references import REFERENCES
+from gym_extensions.scoring.metrics.paper_table import PaperCell, PaperColumns, PaperRow
+
+DATA = Path(__file__).parent / "data"
 
 COLUMNS = {
     "fully_trained": "fully_trained",
@@ -15,7 +20,7 @@ COLUMNS = {
     "first_step": "first_step",
     "single_env": "single_env",
 }
-"""The file's columns -> the scorecard's."""
+"""The CSV file's columns -> the scorecard's."""
 
 GROUP_NAMES = (
     ("_body_parts", "-body"),
@@ -23,63 +28,67 @@ GROUP_NAMES = (
     ("standup_and_run", "standup-run"),
     ("_", "-"),
 )
-"""How a group's name in the file becomes ours, in this order."""
+"""Replacements, in this order, that turn a group's name in the file into its id."""
+
+TOTAL = "TOTAL"
 
 
 @dataclass(frozen=True)
-class Printed:
-    """A printed mean ± standard deviation over episodes; ``unit`` is that of the deviation's last digit."""
+class Finding:
+    """What was computed once from a group's printed numbers; tests/scoring/published computes it again."""
 
-    mean: float
-    std: float
-    unit: float = 0.01
-
-    def as_dict(self) -> dict[str, float]:
-        """Mean and std."""
-        return {"mean": self.mean, "std": self.std}
+    paper_total: PaperColumns
+    contradictions: tuple[str, ...]
 
 
-Cells = dict[str, Printed]
+@dataclass(frozen=True)
+class Findings:
+    """The findings on a published table by group id."""
+
+    groups: dict[str, Finding]
 
 
 @dataclass
 class PrintedGroup:
-    """One group of a published table: the cells of every environment in order, and the printed totals.
+    """One group: cells by environment's printed name and column, and the printed totals by column."""
 
-    ``rows`` maps the environment's printed name to its cells by column; a column may be missing.
-    """
+    rows: dict[str, dict[str, PaperCell]] = field(default_factory=dict)
+    total: dict[str, PaperCell] = field(default_factory=dict)
 
-    id: str
-    rows: dict[str, Cells] = field(default_factory=dict)
-    total: Cells = field(default_factory=dict)
-
-    def column(self, name: str) -> list[Printed]:
-        """The cells of a column, in order; empty where the table does not have it."""
-        return [cells[name] for cells in self.rows.values() if name in cells]
+    def table(self) -> tuple[PaperRow, ...]:
+        """The rows with task ids."""
+        return tuple(PaperRow(task_id(name), name, **cells) for name, cells in self.rows.items())
 
 
 def task_id(printed: str) -> str:
-    """Our id of an environment by its printed name: ``Hopper-v1`` is ``gym_extensions/Hopper-v0``."""
+    """The task id of an environment's printed name: ``gym_extensions/Hopper-v0`` of ``Hopper-v1``."""
     return f"{NAMESPACE}/{printed.rsplit('-v', 1)[0]}-v0"
 
 
-def _group_id(name: str) -> str:
+def group_id(name: str) -> str:
+    """The group id of a group's name in the file."""
     for old, new in GROUP_NAMES:
         name = name.replace(old, new)
     return f"{name}-v0"
 
 
-def _printed(row: dict[str, str]) -> Printed:
-    digits = len(row["std"].partition(".")[2])
-    return Printed(float(row["mean"]), float(row["std"]), 10.0**-digits)
+def table_path(name: str) -> Path:
+    """The CSV file of a published table."""
+    return DATA / TABLES[name]
 
 
 def printed_groups(name: str) -> dict[str, PrintedGroup]:
-    """The groups of a published table by our ids, in the order of the file."""
+    """The groups of a published table by id, in the order of the file."""
     groups: dict[str, PrintedGroup] = {}
-    with (REFERENCES / TABLES[name]).open(encoding="utf-8", newline="") as lines:
+    with table_path(name).open(encoding="utf-8", newline="") as lines:
         for row in csv.DictReader(lines):
-            found = groups.setdefault(_group_id(row["group"]), PrintedGroup(_group_id(row["group"])))
-            cells = found.total if row["env"] == "TOTAL" else found.rows.setdefault(row["env"], {})
-            cells[COLUMNS[row["column"]]] = _printed(row)
+            group = groups.setdefault(group_id(row["group"]), PrintedGroup())
+            cells = group.total if row["env"] == TOTAL else group.rows.setdefault(row["env"], {})
+            cells[COLUMNS[row["column"]]] = PaperCell(float(row["mean"]), float(row["std"]))
     return groups
+
+
+def findings(name: str) -> dict[str, Finding]:
+    """The recomputed totals and the contradictions of a published table by group id."""
+    data = table_path(name).with_suffix(".json").read_bytes()
+    return msgspec.json.decode(data, type=Findings).groups

@@ -1,4 +1,4 @@
-"""Whether a recorded episode fits its task: the shapes of its actions and states, and that these restore."""
+"""Whether a recorded episode fits its task: shapes of actions and states, and whether states restore."""
 
 from __future__ import annotations
 
@@ -8,43 +8,45 @@ from typing import Any
 import numpy as np
 
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.problem import shown
-from gym_extensions.rollouts.trace_reader import Array, Recorded
+from gym_extensions.rollouts.problem import quote
+from gym_extensions.rollouts.trace_reader import Array, RecordedEpisode
+from gym_extensions.rollouts.traces import is_recorded
 
-LEFT_OUT = "derived_"
-"""Saved names that begin so are recomputed by replay's warm-up step; a trace does not hold them."""
-UNFIT = (KeyError, ValueError, OverflowError, BenchError)
-"""What an environment raises for a state that is not its own."""
+MISFIT_ERRORS = (KeyError, ValueError, OverflowError, BenchError)
+"""What an environment raises for a state of another task."""
 
 
-def misfits(env: Any, episodes: Sequence[Recorded]) -> Iterator[tuple[str, str]]:
-    """The traces whose actions or states are of another shape than those of the environment, and how."""
-    env.reset(seed=[one.seed for one in episodes[:1]])
+def misfits(env: Any, episodes: Sequence[RecordedEpisode]) -> Iterator[tuple[str, str]]:
+    """The traces whose actions or states have other shapes than the environment's: (path, sentence)."""
+    env.reset(seed=[episode.seed for episode in episodes[:1]])
     actions = env.single_action_space.shape
-    needed = {
-        name: rows.shape[1:] for name, rows in env.save_states().items() if not name.startswith(LEFT_OUT)
-    }
-    for one in episodes:
-        shapes = {name: rows.shape[1:] for name, rows in one.states.items()}
-        wrong = sorted(name for name in {*shapes, *needed} if shapes.get(name) != needed.get(name))
-        if one.actions.shape[1:] != actions:
-            yield one.where, f"the recorded actions do not fit the task, whose actions are {actions}."
-        elif wrong and one.length > one.segment_steps:
-            yield one.where, f"the recorded states do not fit the task: {shown(wrong[0])}."
+    expected = {name: rows.shape[1:] for name, rows in env.save_states().items() if is_recorded(name)}
+    for episode in episodes:
+        shapes = {name: rows.shape[1:] for name, rows in episode.states.items()}
+        wrong = sorted(name for name in {*shapes, *expected} if shapes.get(name) != expected.get(name))
+        if episode.actions.shape[1:] != actions:
+            yield episode.where, f"the recorded actions do not fit the task, whose actions are {actions}."
+        elif wrong and episode.length > episode.segment_steps:
+            yield episode.where, f"the recorded states do not fit the task: {quote(wrong[0])}."
 
 
 def restored(env: Any, states: Sequence[dict[str, Array]]) -> list[str]:
-    """Puts a state into every lane; where that fails, what is wrong with each lane's, or nothing."""
+    """Restores one state per environment of the batch.
+
+    Returns:
+        For each environment a sentence on what is wrong with its state, or an empty string. If any state is
+        wrong, none counts as restored.
+    """
     try:
-        env.restore_states({name: np.stack([one[name] for one in states]) for name in states[0]})
-    except UNFIT:
-        return [_alone(env, lane, one) for lane, one in enumerate(states)]
+        env.restore_states({name: np.stack([state[name] for state in states]) for name in states[0]})
+    except MISFIT_ERRORS:
+        return [_restored_alone(env, index, state) for index, state in enumerate(states)]
     return [""] * len(states)
 
 
-def _alone(env: Any, lane: int, state: dict[str, Array]) -> str:
+def _restored_alone(env: Any, index: int, state: dict[str, Array]) -> str:
     try:
-        env.restore_states({name: value[None] for name, value in state.items()}, lanes=[lane])
-    except UNFIT:
+        env.restore_states({name: value[None] for name, value in state.items()}, indices=[index])
+    except MISFIT_ERRORS:
         return "the recorded states do not fit the task: they cannot be restored."
     return ""

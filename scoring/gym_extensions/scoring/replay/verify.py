@@ -1,29 +1,24 @@
-"""Is it true? Replays the audit sample of a submission, and says what trust it earns.
-
-Loads a simulator; it is imported when replay is asked for.
-"""
+"""Replays the audit sample of a submission and returns its level of trust. Loads a simulator."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby
 from pathlib import Path
-from typing import Any
 
-from gym_extensions.rollouts.folder import scan, submission_folders
-from gym_extensions.rollouts.problem import Problem, told_briefly
+from gym_extensions.rollouts.folder import scan
+from gym_extensions.rollouts.problem import Problem, summarize
 from gym_extensions.rollouts.reader import read
-from gym_extensions.rollouts.trace_reader import Recorded, recorded, rows
+from gym_extensions.rollouts.trace_reader import RecordedEpisode, read_trace, trace_requests
 from gym_extensions.scoring.replay.segments import replay
-from gym_extensions.scoring.scorecard.build import WELL_FORMED
+from gym_extensions.scoring.scorecard.model import REPORTED, VALIDATED, Scorecard
 
 NO_TRACES = "It holds no traces: nothing could be replayed."
 
 
 @dataclass(frozen=True)
 class Verification:
-    """What replay found: ``replayed`` of ``episodes`` logged episodes, and every problem."""
+    """The result of a replay: ``replayed`` of ``episodes`` logged episodes, and every problem."""
 
     replayed: int
     episodes: int
@@ -31,62 +26,62 @@ class Verification:
 
     @property
     def level(self) -> str | None:
-        """The level of trust that it earns, or None with a problem; without traces it is as it was."""
+        """The level of trust; None with a problem, ``validated`` without traces."""
         if self.problems:
             return None
         if not self.replayed:
-            return WELL_FORMED
-        every = self.replayed == self.episodes
-        return (
-            "replayed (all)" if every else f"replayed (sample: {self.replayed} of {self.episodes} episodes)"
-        )
+            return VALIDATED
+        if self.replayed == self.episodes:
+            return "replayed (all)"
+        return f"replayed (sample: {self.replayed} of {self.episodes} episodes)"
 
 
-def _by_task(episode: Recorded) -> str:
+def _task_id(episode: RecordedEpisode) -> str:
     return episode.task.id
 
 
 def verify(path: Path) -> Verification:
-    """Replays the audit sample of a well-formed submission; one with problems is given back with them.
+    """Replays the audit sample of a submission; one with problems is not replayed.
 
-    Traces are optional: a submission without any is replayed in no episode, and has no problem.
+    Traces are optional: without any, nothing is replayed and there is no problem.
     """
     submission = read(path)
     if submission.problems:
         return Verification(0, 0, submission.problems)
     folder = scan(path)
     logs = [log for entry in submission.groups.values() for log in entry.logs.values()]
-    episodes = sum(len(log.run) for log in logs)
-    if not any("/traces/" in entry.path for entry in folder.files()):
-        return Verification(0, episodes, ())
-    found: list[Recorded] = []
+    logged = sum(len(log.run) for log in logs)
+    if not any("/traces/" in name for name in folder.files):
+        return Verification(0, logged, ())
+    episodes: list[RecordedEpisode] = []
     problems: list[Problem] = []
     for log in logs:
-        for row in rows(log, folder.read(log.path)):
-            one = recorded(folder, row)
-            (problems if isinstance(one, Problem) else found).append(one)  # type: ignore[arg-type]
-    for task_id, members in groupby(sorted(found, key=_by_task), key=_by_task):
-        episodes_of_task = list(members)
-        task = episodes_of_task[0].task
-        if task.id != task_id:
-            raise ValueError("episodes are not sorted by task")
-        problems += replay(task, episodes_of_task)
-    return Verification(len(found), episodes, tuple(problems))
+        for request in trace_requests(log, folder.read(log.path)):
+            trace = read_trace(folder, request)
+            if isinstance(trace, Problem):
+                problems.append(trace)
+            else:
+                episodes.append(trace)
+    for _, group in groupby(sorted(episodes, key=_task_id), key=_task_id):
+        episodes_of_task = list(group)
+        problems += replay(episodes_of_task[0].task, episodes_of_task)
+    return Verification(len(episodes), logged, tuple(problems))
 
 
-def verified(document: dict[str, Any], folders: Sequence[Path]) -> dict[str, Any]:
-    """The scorecards of these folders with the trust that replay gives, or with the problems found."""
-    cards = []
-    for path, card in zip(submission_folders(list(folders)), document["submissions"], strict=True):
-        if card["problems"]:
-            cards.append(card)
-            continue
-        found = verify(path)
-        problems = [problem.as_dict() for problem in told_briefly(found.problems)]
-        notes = [] if problems or found.replayed else [NO_TRACES]
-        cards.append(
-            card
-            | {"trust": found.level, "problems": problems, "notes": [*card["notes"], *notes]}
-            | ({"groups": {}, "suites": {}} if problems else {})
-        )
-    return document | {"submissions": cards}
+def verified(card: Scorecard, path: Path) -> Scorecard:
+    """The scorecard with the trust that replay gives or with the problems that it finds.
+
+    A submission with problems and a reported one are returned unchanged.
+
+    Args:
+        card: the scorecard of the submission.
+        path: the submission's folder.
+    """
+    if card.problems or card.trust == REPORTED:
+        return card
+    verification = verify(path)
+    problems = tuple(summarize(verification.problems, card.name))
+    if problems:
+        return replace(card, trust=None, problems=problems, groups={}, suites={})
+    notes = card.notes if verification.replayed else (*card.notes, NO_TRACES)
+    return replace(card, trust=verification.level, notes=notes)

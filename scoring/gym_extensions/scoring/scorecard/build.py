@@ -1,103 +1,94 @@
-"""One submission -> its scorecard, the part of docs/scorecard.md under ``submissions``."""
+"""One submission -> its scorecard."""
 
 from __future__ import annotations
-
-from typing import Any
 
 from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS
 from gym_extensions.rollouts.submission import Submission
 from gym_extensions.scoring.metrics.aggregates import iqm, profile
-from gym_extensions.scoring.metrics.evaluate import no_reference, scores
-from gym_extensions.scoring.metrics.normalization import normalised
-from gym_extensions.scoring.metrics.paper_table import table
+from gym_extensions.scoring.metrics.evaluate import metric_values, no_reference
+from gym_extensions.scoring.metrics.normalization import normalized_runs
+from gym_extensions.scoring.metrics.paper_table import paper_table
 from gym_extensions.scoring.metrics.returns import Results, results
-from gym_extensions.scoring.published.scorecard import reported_groups
 from gym_extensions.scoring.references import References
+from gym_extensions.scoring.scorecard.manifest import summarize_manifest
+from gym_extensions.scoring.scorecard.model import (
+    REPORTED,
+    VALIDATED,
+    Curve,
+    GroupScore,
+    ReferenceValue,
+    Scorecard,
+)
+from gym_extensions.scoring.scorecard.reported import reported_groups
 from gym_extensions.scoring.scorecard.suites import suite_scores
 
-WELL_FORMED = "well-formed"
-REPORTED = "reported"
-
-Document = dict[str, Any]
+NO_REFERENCE = ReferenceValue(None, None, None)
 
 
-def _reference(results: Results, references: References) -> Document:
-    known = references.tasks
-    return {
-        task: {"floor": known[task].floor, "ceiling": known[task].ceiling, "open": known[task].open}
-        if task in known
-        else {"floor": None, "ceiling": None, "open": None}
-        for task in results.group.task_ids
-    }
+def _reference(task: str, references: References) -> ReferenceValue:
+    reference = references.tasks.get(task)
+    if reference is None:
+        return NO_REFERENCE
+    return ReferenceValue(reference.floor, reference.ceiling, reference.unsolved)
 
 
-def missing(results: Results, protocol: str) -> list[str]:
-    """What a full, ranked entry of this group would still need."""
-    runs = len(results.runs[protocol])
-    more = FULL_ENTRY_RUNS - runs
-    lacking = [f"{more} more run{'s' if more > 1 else ''}"] if more > 0 else []
-    there = {*results.runs, *(["curves"] if results.curves else [])}
-    wanted = ("single", "joint", "curves") if protocol == "sequential" else ("sequential",)
-    return lacking + [f"{name}.csv" for name in wanted if name not in there]
+def missing_for_full_entry(results: Results, protocol: str) -> tuple[str, ...]:
+    """What a full, ranked entry of this group and protocol still needs, in words."""
+    more = FULL_ENTRY_RUNS - len(results.runs[protocol])
+    runs = [f"{more} more run{'s' if more > 1 else ''}"] if more > 0 else []
+    present = {*results.runs, *(["curves"] if results.curves else [])}
+    needed = ("single", "joint", "curves") if protocol == "sequential" else ("sequential",)
+    return (*runs, *(f"{name}.csv" for name in needed if name not in present))
 
 
-def score_group(results: Results, references: References, protocol: str, budget: str) -> Document:
-    """One group and protocol: metrics, the paper's table, references, the matrix of raw returns."""
-    runs = [] if no_reference(results, references) else normalised(results, references, protocol)
-    last = [[run.p(run.T, j) for j in run.scored] for run in runs]
-    found = scores(results, references, protocol, runs)
-    means = results.means[protocol]
-    document: Document = {
-        "budget": budget,
-        "runs": list(results.runs[protocol]),
-        "tasks": list(results.group.task_ids),
-        "metrics": {name: one.as_dict() for name, one in found.items()},
-        "profile": profile(last),
-        "iqm": iqm(last),
-        "reference": _reference(results, references),
-        "matrix": means if protocol == "sequential" else [run[0] for run in means],
-        "curves": [
-            {"run": run, "task": task, "points": list(map(list, zip(steps, values, strict=True)))}
+def score_group(results: Results, references: References, protocol: str, budget: str) -> GroupScore:
+    """One group and protocol: metrics, the paper's table, references, raw returns."""
+    normalized = no_reference(results, references) == ""
+    runs = normalized_runs(results, references, protocol) if normalized else []
+    final = [[run.p(run.T, j) for j in run.scored] for run in runs]
+    rows, total = paper_table(results) if protocol == "sequential" else ((), None)
+    return GroupScore(
+        budget=budget,
+        runs=tuple(results.runs[protocol]),
+        tasks=results.group.task_ids,
+        metrics=metric_values(results, references, protocol, runs),
+        profile=profile(final),
+        iqm=iqm(final),
+        reference={task: _reference(task, references) for task in results.group.task_ids},
+        return_matrix=tuple(tuple(map(tuple, run)) for run in results.means[protocol]),
+        curves=tuple(
+            Curve(run, task, tuple(zip(steps, values, strict=True)))
             for (name, run, task), (steps, values) in results.curves.items()
             if name == protocol and run in results.runs[protocol]
-        ],
-        "missing": missing(results, protocol),
-    }
-    if protocol == "sequential":
-        rows, total = table(results)
-        document |= {"table": rows, "total": total}
-    return document
+        ),
+        missing_for_full_entry=missing_for_full_entry(results, protocol),
+        paper_table=rows,
+        paper_total=total,
+    )
 
 
-def _trust(submission: Submission) -> str | None:
-    """The level of trust; None with problems."""
-    if submission.problems or submission.manifest is None:
-        return None
-    return REPORTED if submission.manifest.reported else WELL_FORMED
-
-
-def score(submission: Submission, references: References) -> Document:
-    """The scorecard of one submission; with problems it has no trust and no groups."""
-    document: Document = {
-        "name": submission.name,
-        "title": submission.manifest.title if submission.manifest else submission.name,
-        "trust": _trust(submission),
-        "problems": [problem.as_dict() for problem in submission.problems],
-        "manifest": submission.manifest.as_dict() if submission.manifest else None,
-        "notes": [f"{name}: {note}" for name, entry in submission.groups.items() for note in entry.notes],
-        "groups": {},
-        "suites": {},
-    }
-    if submission.problems or submission.manifest is None:
-        return document
-    budget = submission.manifest.budget
-    if submission.manifest.reported:
-        document["groups"] = reported_groups(submission.manifest.reported, budget)
-        return document
-    for name, entry in submission.groups.items():
-        returns = results(entry, budget)
-        document["groups"][name] = {
-            protocol: score_group(returns, references, protocol, budget) for protocol in returns.runs
-        }
-    document["suites"] = suite_scores(document["groups"])
-    return document
+def score(submission: Submission, references: References) -> Scorecard:
+    """The scorecard of one submission; with problems it has neither trust nor groups."""
+    manifest = submission.manifest
+    scored = manifest is not None and not submission.problems
+    trust = (REPORTED if manifest.reported else VALIDATED) if manifest and scored else None
+    groups: dict[str, dict[str, GroupScore]] = {}
+    if manifest and trust == REPORTED:
+        groups = reported_groups(manifest.reported, manifest.protocol.budget)
+    elif manifest and trust == VALIDATED:
+        for name, entry in submission.groups.items():
+            returns = results(entry, manifest.protocol.budget)
+            groups[name] = {
+                protocol: score_group(returns, references, protocol, manifest.protocol.budget)
+                for protocol in returns.runs
+            }
+    return Scorecard(
+        name=submission.name,
+        title=manifest.title if manifest else submission.name,
+        trust=trust,
+        problems=submission.problems,
+        manifest=summarize_manifest(manifest) if manifest else None,
+        notes=tuple(f"{name}: {note}" for name, entry in submission.groups.items() for note in entry.notes),
+        groups=groups,
+        suites={} if trust == REPORTED else suite_scores(groups),
+    )

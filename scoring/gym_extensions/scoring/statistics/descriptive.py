@@ -1,4 +1,4 @@
-"""Mean and standard deviation."""
+"""Mean and standard deviation, summed exactly."""
 
 from __future__ import annotations
 
@@ -9,16 +9,19 @@ Number = float | None
 
 
 def mean(values: Iterable[float]) -> Number:
-    """The mean by ``math.fsum``; None of nothing, never 0."""
-    listed = list(values)
-    return math.fsum(listed) / len(listed) if listed else None
+    """The mean by ``math.fsum``; None for an empty input, never 0."""
+    numbers = list(values)
+    return math.fsum(numbers) / len(numbers) if numbers else None
 
 
-def deviation(values: Sequence[float], lost: int = 0, centre: float | None = None) -> float:
-    """The standard deviation, dividing by n − ``lost`` (0: of these episodes, 1: of runs as a sample).
+def standard_deviation(values: Sequence[float], ddof: int = 0, center: float | None = None) -> float:
+    """The standard deviation with divisor n − ``ddof``, as in ``numpy.std``.
 
-    ``centre`` is the values' mean, where it is known already.
+    Args:
+        values: at least ``ddof`` + 1 numbers.
+        ddof: 0 for the population of these values, 1 for a sample.
+        center: the mean of the values; computed if None.
     """
-    centre = math.fsum(values) / len(values) if centre is None else centre
-    gaps = [value - centre for value in values]
-    return math.sqrt(math.fsum([gap * gap for gap in gaps]) / (len(values) - lost))
+    center = math.fsum(values) / len(values) if center is None else center
+    residuals = [value - center for value in values]
+    return math.sqrt(math.fsum([r * r for r in residuals]) / (len(values) - ddof))

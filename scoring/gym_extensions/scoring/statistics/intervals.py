@@ -1,4 +1,4 @@
-"""Student's t over whole runs: the interval of a mean, from a table of quantiles, the same everywhere."""
+"""Confidence intervals by Student's t over whole runs: of a mean, a mean of groups and a difference."""
 
 from __future__ import annotations
 
@@ -6,123 +6,134 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from gym_extensions.scoring.statistics.descriptive import deviation
-from gym_extensions.scoring.statistics.quantiles import T_975
+from gym_extensions.scoring.statistics.descriptive import standard_deviation
+from gym_extensions.scoring.statistics.student_t import quantile
 
 
 @dataclass(frozen=True)
 class Interval:
-    """A mean with its 95 % interval; ``low`` and ``high`` are None where one run gives none.
+    """A mean with its 95 % confidence interval.
 
-    ``error`` is the standard error of the mean and ``freedom`` its degrees of freedom.
+    Attributes:
+        mean: the estimate.
+        low: lower end; None if a single run leaves the interval undefined.
+        high: upper end; None if ``low`` is None.
+        standard_error: of the mean; None if ``low`` is None.
+        df: degrees of freedom of the standard error; None if ``low`` is None.
     """
 
     mean: float
     low: float | None = None
     high: float | None = None
-    error: float | None = None
-    freedom: float | None = None
-
-
-def quantile(freedom: float) -> float:
-    """The .975 quantile of Student's t for at least one degree of freedom, not necessarily whole.
-
-    Between whole degrees it is interpolated in 1/ν, which errs to the wide side (t is convex in 1/ν); beyond
-    the table its last entry is kept.
-    """
-    if freedom < 1:
-        raise ValueError(f"{freedom} degrees of freedom.")
-    below = min(int(freedom), len(T_975))
-    if below == len(T_975) or below == freedom:
-        return T_975[below - 1]
-    share = (1 / below - 1 / freedom) / (1 / below - 1 / (below + 1))
-    return T_975[below - 1] + share * (T_975[below] - T_975[below - 1])
-
-
-def around(mean: float, error: float, freedom: float) -> Interval:
-    """mean ± t(.975, ν) × standard error."""
-    half = quantile(freedom) * error
-    return Interval(mean, mean - half, mean + half, error, freedom)
-
-
-def interval(values: Sequence[float]) -> Interval:
-    """The mean of one value a run, ± t(.975, N − 1) · s / √N; no interval for one run."""
-    centre = math.fsum(values) / len(values)
-    if len(values) < 2:
-        return Interval(centre)
-    return around(centre, deviation(values, lost=1) / math.sqrt(len(values)), len(values) - 1)
+    standard_error: float | None = None
+    df: float | None = None
 
 
 @dataclass(frozen=True)
 class Summary:
-    """A mean over runs as a test needs it: the mean, its squared standard error, degrees of freedom.
+    """A mean over runs with what intervals, tests and power need.
 
-    ``runs`` is how many runs it stands on: the fewest, where it is made of several means. With one run there
-    is no error: all but ``mean`` and ``runs`` are 0.
+    With one run there is no standard error: all fields but ``mean`` and ``runs`` are 0.
 
-    ``variance`` and ``groups`` tell what other numbers of runs would give, today's deviations kept: n runs of
-    everything that it is made of have the squared error variance / n and (n − 1) · groups degrees of freedom,
-    exactly. ``groups`` is 1 for one group and up to G for the mean over G of them.
+    Attributes:
+        mean: the estimate.
+        squared_error: the squared standard error of the mean.
+        df: degrees of freedom of the standard error.
+        runs: number of runs; the smallest number for a combination of means.
+        variance: n runs per part would have the squared error ``variance`` / n, at today's deviations.
+        groups: n runs per part would have (n − 1) · ``groups`` degrees of freedom. It is 1 for one group and
+            at most G for a mean of G groups.
     """
 
     mean: float
-    square: float
-    freedom: float
+    squared_error: float
+    df: float
     runs: int
     variance: float
     groups: float
 
 
-def summary(values: Sequence[float]) -> Summary:
-    """The summary of one value a run."""
-    centre, runs = math.fsum(values) / len(values), len(values)
-    if runs < 2:
-        return Summary(centre, 0.0, 0.0, runs, 0.0, 0.0)
-    spread = deviation(values, lost=1)
-    return Summary(centre, spread * spread / runs, runs - 1.0, runs, spread * spread, 1.0)
+def rounded_quantile(df: float) -> float:
+    """The .975 quantile of Student's t, rounded to 12 significant digits.
+
+    The last bits of a library's quantile depend on the processor and the build. Everything else in an
+    interval (``math.fsum``, products, quotients, square roots) is exact or correctly rounded by IEEE 754, so
+    with a rounded quantile the ends of an interval have the same bits on every machine.
+
+    Raises:
+        ValueError: ``df`` is below 1.
+    """
+    if not df >= 1:
+        raise ValueError(f"An interval needs at least 1 degree of freedom, got {df}.")
+    return float(f"{quantile(0.975, df):.12g}")
 
 
-def summary_of(parts: Sequence[Summary]) -> Summary:
-    """The summary of the mean over independent groups: SE² = Σ SE_g² / G², Welch–Satterthwaite."""
-    count = len(parts)
-    return _made_of(math.fsum(part.mean for part in parts) / count, parts, count)
+def interval_from_error(mean: float, standard_error: float, df: float) -> Interval:
+    """mean ± t(.975, df) · standard error."""
+    half_width = rounded_quantile(df) * standard_error
+    return Interval(mean, mean - half_width, mean + half_width, standard_error, df)
 
 
-def less(first: Summary, second: Summary) -> Summary:
-    """The summary of first − second, unpaired."""
-    return _made_of(first.mean - second.mean, (first, second), 1)
-
-
-def _made_of(mean: float, parts: Sequence[Summary], count: int) -> Summary:
-    runs = min(part.runs for part in parts)
-    if runs < 2:
-        return Summary(mean, 0.0, 0.0, runs, 0.0, 0.0)
-    error, freedom = combined([(part.square / (count * count), part.freedom) for part in parts])
-    spread, groups = combined([(part.variance / (count * count), part.groups) for part in parts])
-    return Summary(mean, error * error, freedom, runs, spread * spread, groups)
-
-
-def span(found: Summary) -> Interval:
-    """The interval of a summary; none where it stands on one run."""
-    if found.runs < 2:
-        return Interval(found.mean)
-    return around(found.mean, math.sqrt(found.square), found.freedom)
+def interval(values: Sequence[float]) -> Interval:
+    """The mean of one value per run, ± t(.975, N − 1) · s / √N; a single run has no interval."""
+    mean = math.fsum(values) / len(values)
+    if len(values) < 2:
+        return Interval(mean)
+    error = standard_deviation(values, ddof=1) / math.sqrt(len(values))
+    return interval_from_error(mean, error, len(values) - 1)
 
 
 def difference(first: Sequence[float], second: Sequence[float]) -> Interval:
-    """The interval of mean(first) − mean(second), runs unpaired: Welch's; none where either has one run."""
-    return span(less(summary(first), summary(second)))
+    """Welch's interval of mean(first) − mean(second), unpaired; no interval if either has a single run."""
+    return to_interval(subtract(summary(first), summary(second)))
 
 
-def combined(parts: Sequence[tuple[float, float]]) -> tuple[float, float]:
-    """Standard error and degrees of freedom (Welch–Satterthwaite) of a sum of independent means.
+def summary(values: Sequence[float]) -> Summary:
+    """The summary of one value per run."""
+    mean, runs = math.fsum(values) / len(values), len(values)
+    if runs < 2:
+        return Summary(mean, 0.0, 0.0, runs, 0.0, 0.0)
+    deviation = standard_deviation(values, ddof=1)
+    return Summary(mean, deviation * deviation / runs, runs - 1.0, runs, deviation * deviation, 1.0)
+
+
+def mean_of_groups(groups: Sequence[Summary]) -> Summary:
+    """The summary of the mean over independent groups: SE² = Σ SE_g² / G², Welch–Satterthwaite df."""
+    count = len(groups)
+    return _combine(math.fsum(group.mean for group in groups) / count, groups, count)
+
+
+def subtract(first: Summary, second: Summary) -> Summary:
+    """The summary of first − second, unpaired."""
+    return _combine(first.mean - second.mean, (first, second), 1)
+
+
+def to_interval(estimate: Summary) -> Interval:
+    """The interval of a summary; a single run has no interval."""
+    if estimate.runs < 2:
+        return Interval(estimate.mean)
+    return interval_from_error(estimate.mean, math.sqrt(estimate.squared_error), estimate.df)
+
+
+def welch_satterthwaite(terms: Sequence[tuple[float, float]]) -> tuple[float, float]:
+    """Standard error and degrees of freedom of a sum of independent means.
 
     Args:
-        parts: squared standard error and degrees of freedom of each.
+        terms: squared standard error and degrees of freedom of each mean.
     """
-    total = math.fsum(square for square, _ in parts)
-    below = math.fsum(square * square / freedom for square, freedom in parts)
-    if below == 0:
-        return math.sqrt(total), math.fsum(freedom for _, freedom in parts)
-    freedom = total * total / below
-    return math.sqrt(total), max(freedom, min(freedom for _, freedom in parts))
+    total = math.fsum(square for square, _ in terms)
+    denominator = math.fsum(square * square / df for square, df in terms)
+    if denominator == 0:
+        return math.sqrt(total), math.fsum(df for _, df in terms)
+    df = total * total / denominator
+    return math.sqrt(total), max(df, min(df for _, df in terms))
+
+
+def _combine(mean: float, parts: Sequence[Summary], divisor: int) -> Summary:
+    runs = min(part.runs for part in parts)
+    if runs < 2:
+        return Summary(mean, 0.0, 0.0, runs, 0.0, 0.0)
+    squared = divisor * divisor
+    error, df = welch_satterthwaite([(part.squared_error / squared, part.df) for part in parts])
+    deviation, groups = welch_satterthwaite([(part.variance / squared, part.groups) for part in parts])
+    return Summary(mean, error * error, df, runs, deviation * deviation, groups)

@@ -9,8 +9,8 @@ from markupsafe import Markup, escape
 
 from gym_extensions.site.charts.scale import Axis
 from gym_extensions.site.charts.svg import points, px, stroke, tick
-from gym_extensions.site.document import Profile, Trial
 from gym_extensions.site.views.board_row import Row
+from gym_extensions.site.views.trial import Points, Trial
 
 X = (40.0, 372.0)
 Y = (164.0, 24.0)
@@ -28,7 +28,7 @@ class Line:
     kind: str
     title: str
     iqm: float | None
-    profile: Profile
+    profile: Points
 
     @property
     def sample(self) -> Markup:
@@ -37,7 +37,7 @@ class Line:
         return Markup(f'<svg class="sample" viewBox="0 0 26 8" aria-hidden="true">{inside}</svg>')
 
 
-def said(profile: Profile) -> str:
+def said(profile: Points) -> str:
     """The profile in words, for example ``above 0: 100 %, above 0.5: 60 %``."""
     shares = dict(profile)
     return ", ".join(f"above {tick(at)}: {_percent(shares[at])}" for at in TOLD if at in shares)
@@ -89,7 +89,7 @@ def _drawn(found: Sequence[Line], label: str) -> Markup:
     )
 
 
-def _corners(profile: Profile) -> list[tuple[float, float]]:
+def _corners(profile: Points) -> list[tuple[float, float]]:
     """The points without those that lie on a level between two others."""
     inner = range(1, len(profile) - 1)
     level = {at for at in inner if profile[at - 1][1] == profile[at][1] == profile[at + 1][1]}

@@ -6,9 +6,9 @@ from collections.abc import Iterable, Sequence
 
 from markupsafe import Markup, escape
 
+from gym_extensions.scoring.metrics.value import MetricValue
 from gym_extensions.site.charts.scale import Axis, around
 from gym_extensions.site.charts.svg import points, px, stroke, tick
-from gym_extensions.site.document import Estimate
 from gym_extensions.site.text.numbers import fixed, interval
 
 WIDTH, MARGIN = 280, 12
@@ -17,7 +17,7 @@ UNMOVED = 0.005
 """A difference that two digits do not show; its line is neither a loss nor a gain."""
 
 
-def estimate_axis(estimates: Iterable[Estimate]) -> Axis:
+def estimate_axis(estimates: Iterable[MetricValue]) -> Axis:
     """One scale for strips that are read together: it holds every mean and every run, 0 and 1.
 
     Intervals may reach beyond it (two runs give wide ones); they are then drawn open at that end.
@@ -27,7 +27,7 @@ def estimate_axis(estimates: Iterable[Estimate]) -> Axis:
     return around(values, MARGIN, WIDTH - MARGIN)
 
 
-def said(estimate: Estimate, digits: int = 2) -> str:
+def said(estimate: MetricValue, digits: int = 2) -> str:
     """An estimate in words, for those who do not see the drawing."""
     if estimate.mean is None:
         return f"no value: {estimate.why}"
@@ -37,14 +37,14 @@ def said(estimate: Estimate, digits: int = 2) -> str:
     return f"{fixed(estimate.mean, digits)}{ends}"
 
 
-def strip(estimate: Estimate, axis: Axis) -> Markup:
+def strip(estimate: MetricValue, axis: Axis) -> Markup:
     """One estimate on one line: interval as a bar, runs as dots, mean as a disc."""
     if estimate.mean is None:
         return Markup("")
     return _svg(LANE, said(estimate), _grid(axis, LANE) + _lane(estimate, axis, LANE / 2, "final"))
 
 
-def slope(before: Estimate, after: Estimate, axis: Axis) -> Markup:
+def slope(before: MetricValue, after: MetricValue, axis: Axis) -> Markup:
     """Two estimates, one under the other, joined: right after training each task above, at the end below.
 
     A line that leans to the left is what was forgotten on the way.
@@ -62,8 +62,8 @@ def slope(before: Estimate, after: Estimate, axis: Axis) -> Markup:
 
 def example() -> Markup:
     """A drawing of made-up numbers, under its ruler, that explains the others."""
-    learned = Estimate(0.82, 0.72, 0.92, (0.75, 0.78, 0.83, 0.85, 0.89))
-    left = Estimate(0.47, 0.35, 0.59, (0.36, 0.43, 0.48, 0.52, 0.56))
+    learned = MetricValue(0.82, 0.72, 0.92, (0.75, 0.78, 0.83, 0.85, 0.89))
+    left = MetricValue(0.47, 0.35, 0.59, (0.36, 0.43, 0.48, 0.52, 0.56))
     axis = Axis(-0.1, 1.1, MARGIN, WIDTH - MARGIN)
     return ruler(axis) + slope(learned, left, axis)
 
@@ -121,7 +121,7 @@ def panel(
     )
 
 
-def _lane(estimate: Estimate, axis: Axis, y: float, kind: str) -> str:
+def _lane(estimate: MetricValue, axis: Axis, y: float, kind: str) -> str:
     parts = []
     if estimate.ends:
         low, high = (axis.at(end) for end in estimate.ends)

@@ -1,19 +1,21 @@
-"""The numbers behind every page, as the scorer's own document."""
+"""The data behind every page: the scorer's own documents and their JSON Schemas."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
-from gym_extensions.scoring.pipeline.score import text
+from gym_extensions.scoring.output.schema import schema_texts
 from gym_extensions.site.page import Leaderboard, Page, Render
 
 PATH = "scorecards.json"
 
 
 def publish(site: Leaderboard, render: Render) -> Iterator[tuple[str, str]]:
-    """The scorecards and the boards, the very bytes that ``score`` writes for all submissions."""
-    yield PATH, text(dict(site.document))
-    yield "boards.json", text({"format": 1, "boards": site.scored})
+    """Scorecards and boards, the bytes that ``score`` writes for all submissions, and ``schemas/``."""
+    yield PATH, site.document.to_json()
+    yield "boards.json", site.scored.to_json()
+    for name, text in schema_texts().items():
+        yield f"schemas/{name}", text
 
 
 PAGE = Page(title="Data (JSON)", order=30, path=PATH, publish=publish)

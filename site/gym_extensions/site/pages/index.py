@@ -14,7 +14,9 @@ def publish(site: Leaderboard, render: Render) -> Iterator[tuple[str, str]]:
     """One page: boards by protocol and budget, then refused submissions and those for tests alone."""
     chapters = [
         (key, tuple(boards))
-        for key, boards in groupby(site.boards, key=lambda board: (board.told, board.protocol, board.budget))
+        for key, boards in groupby(
+            site.boards, key=lambda board: (board.task_conditioned, board.protocol, board.budget)
+        )
     ]
     refused = [entry for entry in site.entries if entry.problems]
     shown = {row.entry.name for board in site.boards for row in board.rows}

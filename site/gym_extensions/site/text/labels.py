@@ -8,9 +8,10 @@ from markupsafe import Markup, escape
 
 from gym_extensions.catalog.budgets import BUDGETS
 from gym_extensions.catalog.suites import SUITES
-from gym_extensions.scoring.leaderboard.board import LEAST_LEARNED, NOTHING_LEARNED
-from gym_extensions.site.document import Entry, Estimate, Trial
-from gym_extensions.site.text.numbers import digits_for, fixed, grouped, interval
+from gym_extensions.scoring.metrics.definitions import BY_NAME
+from gym_extensions.scoring.metrics.value import MetricValue
+from gym_extensions.scoring.scorecard.model import REPORTED, VALIDATED, Scorecard
+from gym_extensions.site.text.numbers import fixed, grouped, interval
 
 PROTOCOLS = {
     "sequential": (
@@ -24,23 +25,24 @@ PROTOCOLS = {
     ),
 }
 TRUST = {
-    "reported": "Printed elsewhere; there are no logs, so nothing could be checked.",
-    "well-formed": "The logs are complete and keep every rule; they were not replayed for these pages.",
+    REPORTED: "Printed elsewhere; there are no logs, so nothing could be checked.",
+    VALIDATED: "The logs are complete and keep every rule; they were not replayed for these pages.",
     "replayed": (
         "A sample of the episodes (or all, where it says so), run again from their recorded actions, gives "
         "the claimed returns. The finished log draws the sample, so its author could draw again by changing "
         "the log; and it holds episodes right after each task’s own training and at the end alone, none of "
-        "the other cells, on which zero-shot transfer and generalisation rest."
+        "the other cells, on which zero-shot transfer and generalization rest."
     ),
     "refused": "Breaks a rule, and is on no board.",
 }
 TABLE_COLUMNS = {
-    "fully_trained": ("Fully Trained", "after all tasks"),
-    "after_env_training": ("After Env Training", "right after training on the task"),
-    "first_step": ("First Step", "right before training on it"),
-    "single_env": ("Single Env", "trained on it alone"),
+    "fully_trained": "after all tasks",
+    "after_env_training": "right after training on the task",
+    "first_step": "right before training on it",
+    "single_env": "trained on it alone",
 }
-TOLD = {
+"""What the columns of the paper's table are, below their titles."""
+OBSERVED = {
     "task_in_training": "the task, while training",
     "task_in_evaluation": "the task, in evaluation",
     "boundaries": "when the task changes",
@@ -77,43 +79,42 @@ def budget(name: str, group_id: str) -> str:
     return f"{grouped(steps)} training steps a task"
 
 
-def told(entry: Entry) -> str:
-    """What the agent is told, in a few words."""
-    answers = {what: entry.knows(what) for what in TOLD}
-    if all(answer is None for answer in answers.values()):
+def observed(card: Scorecard) -> str:
+    """What the agent observes besides the environment's observations, in a few words."""
+    if card.manifest is None:
         return "not said"
-    return ", ".join(words for what, words in TOLD.items() if answers[what]) or "nothing"
+    observes = card.manifest.observes
+    return ", ".join(words for key, words in OBSERVED.items() if getattr(observes, key)) or "nothing"
 
 
-def parameters(entry: Entry) -> str:
+def parameters(card: Scorecard) -> str:
     """How many parameters the agent has at the start, and at the end if that differs."""
-    memory = entry.manifest.get("memory", {})
-    first, last = memory.get("parameters_first"), memory.get("parameters_last")
-    if first is None or last is None:
+    memory = card.manifest.memory if card.manifest else None
+    if memory is None:
         return "not said"
+    first, last = memory.parameters_first, memory.parameters_last
     return grouped(first) if first == last else f"{grouped(first)} → {grouped(last)}"
 
 
-def stored(entry: Entry) -> str:
+def stored(card: Scorecard) -> str:
     """How many transitions the agent holds at most."""
-    steps = entry.manifest.get("memory", {}).get("stored_steps")
-    return "not said" if steps is None else grouped(steps)
+    memory = card.manifest.memory if card.manifest else None
+    return "not said" if memory is None else grouped(memory.stored_steps)
 
 
-def ends(estimate: Estimate) -> str:
+def better(name: str) -> str:
+    """Which direction of a metric is better, in words."""
+    return {"higher": "higher is better", "lower": "lower is better"}.get(BY_NAME[name].better, "not ranked")
+
+
+def ends(estimate: MetricValue) -> str:
     """The interval in words, or that there is none."""
     return interval(*estimate.ends) if estimate.ends else "one run"
 
 
-def value(estimate: Estimate) -> str:
+def value(estimate: MetricValue) -> str:
     """The mean, or a dash."""
     return "–" if estimate.mean is None else fixed(estimate.mean)
-
-
-def nothing(trial: Trial) -> str:
-    """What stands by the forgetting of an entry that is not shown to have learned anything."""
-    few = (trial.metric("learning_performance").mean or 0.0) >= LEAST_LEARNED
-    return NOTHING_LEARNED + (f", as far as {count(len(trial.runs), 'run')} can show" if few else "")
 
 
 def count(number: int, what: str) -> str:
@@ -133,23 +134,21 @@ def level(trust: str) -> str:
     return first if first in TRUST else "other"
 
 
-def table_digits(trial: Trial) -> int:
-    """Digits after the point for the paper's table of a trial; a printed one has the two that are printed."""
-    if trial.printed:
-        return 2
-    cells = [cell for _, row in trial.table for cell in row.values() if cell]
-    return digits_for(cell.mean / 10 for cell in cells)
+def trust(card: Scorecard) -> str:
+    """The level of trust; ``refused`` with problems."""
+    return card.trust or "refused"
 
 
-def facts(entry: Entry) -> list[tuple[str, str]]:
-    """What the manifest says of how it was made, as (name, words), without what has a place of its own."""
-    protocol = entry.manifest.get("protocol") or {}
+def facts(card: Scorecard) -> list[tuple[str, str]]:
+    """What the manifest says on training and evaluation, as (name, words)."""
+    if card.manifest is None:
+        return []
     rows = [
-        ("Algorithm", str(protocol.get("algorithm") or "")),
-        ("Actions in evaluation", str(protocol.get("evaluation") or "")),
-        ("Told", told(entry)),
-        ("Transitions stored", stored(entry)),
-        ("Parameters", parameters(entry)),
+        ("Algorithm", card.manifest.protocol.algorithm),
+        ("Actions in evaluation", card.manifest.protocol.evaluation),
+        ("Observes", observed(card)),
+        ("Transitions stored", stored(card)),
+        ("Parameters", parameters(card)),
     ]
     return [(name, words) for name, words in rows if words]
 

@@ -9,29 +9,37 @@ from itertools import groupby
 
 from gym_extensions.catalog.budgets import BUDGETS
 from gym_extensions.catalog.protocol import PROTOCOLS
+from gym_extensions.scoring.leaderboard import model
+from gym_extensions.scoring.scorecard.model import REPORTED, Scorecard
 from gym_extensions.site.charts import strip_plot as charts
 from gym_extensions.site.charts.scale import Axis
-from gym_extensions.site.document import Entry, Json, Trial
-from gym_extensions.site.parse import place
 from gym_extensions.site.views.board_row import COLUMNS, Row
 from gym_extensions.site.views.leader import lead
+from gym_extensions.site.views.trial import Trial, group_order, group_trials, suite_trials
 
 
 @dataclass(frozen=True)
 class Board:
-    """Entries on one group or suite, protocol and budget; those told the task have their own."""
+    """Entries on one group or suite, protocol and budget; task-conditioned ones have their own."""
 
     group: str
     protocol: str
     budget: str
-    told: bool
+    task_conditioned: bool
     suite: bool
     rows: tuple[Row, ...]
 
     @property
     def id(self) -> str:
         """Its anchor, for example ``hopper-gravity-v0-sequential-100k``."""
-        return "-".join((self.group, self.protocol, self.budget, *(("told",) if self.told else ())))
+        return "-".join(
+            (
+                self.group,
+                self.protocol,
+                self.budget,
+                *(("task-conditioned",) if self.task_conditioned else ()),
+            )
+        )
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -39,9 +47,9 @@ class Board:
         return COLUMNS[self.protocol]
 
     @property
-    def open_tasks(self) -> tuple[str, ...]:
-        """Tasks without a ceiling, left out of every normalised mean."""
-        return next((row.trial.open_tasks for row in self.rows if row.trial.open_tasks), ())
+    def unsolved_tasks(self) -> tuple[str, ...]:
+        """Tasks without a ceiling, left out of every normalized mean."""
+        return next((row.trial.unsolved_tasks for row in self.rows if row.trial.unsolved_tasks), ())
 
     @property
     def bodies(self) -> tuple[tuple[str, tuple[Row, ...]], ...]:
@@ -77,45 +85,47 @@ def axis(trials: Sequence[Trial]) -> Axis:
 
 
 def _not_ranked(rows: Sequence[Row]) -> str:
-    reasons = dict.fromkeys(str(row.place.get("why", "")) for row in rows)
+    reasons = dict.fromkeys(row.entry.why for row in rows)
     return f"Not ranked: {' '.join(reasons)}"
 
 
-def boards(scored: Sequence[Json], entries: Sequence[Entry]) -> tuple[Board, ...]:
-    """The scorer's boards by protocol, budget (longest first), suites, groups; told the task last.
+def boards(scored: Sequence[model.Board], cards: Sequence[Scorecard]) -> tuple[Board, ...]:
+    """The scorer's boards by protocol, budget (longest first), suites, groups; task-conditioned last.
 
     A board on which nobody has logs is left out: published tables alone are compared with nothing.
 
     Args:
-        scored: the boards as ``gym_extensions.scoring.leaderboard.board.boards`` gives them.
-        entries: the entries that are on them.
+        scored: the scorer's boards.
+        cards: the scorecards of their entries.
     """
-    found = [_board(board, {entry.name: entry for entry in entries}) for board in scored]
+    found = [_board(board, {card.name: card for card in cards}) for board in scored]
     budgets = list(BUDGETS)
     return tuple(
         sorted(
-            (board for board in found if any(row.entry.trust != "reported" for row in board.rows)),
+            (board for board in found if any(row.entry.trust != REPORTED for row in board.rows)),
             key=lambda board: (
-                board.told,
+                board.task_conditioned,
                 PROTOCOLS.index(board.protocol),
                 budgets.index(board.budget),
                 not board.suite,
-                place(board.group),
+                group_order(board.group),
             ),
         )
     )
 
 
-def _board(board: Json, entries: dict[str, Entry]) -> Board:
-    group, protocol = board["group"], board["protocol"]
+def _board(board: model.Board, cards: dict[str, Scorecard]) -> Board:
     ranked_on = Counter(
-        name for row in board["rows"] for name, score in row["metrics"].items() if score["rank"] is not None
+        name for entry in board.rows for name, metric in entry.metrics.items() if metric.rank is not None
     )
     rows = []
-    for row in board["rows"]:
-        entry = entries[row["name"]]
-        trials = [trial for trial in (*entry.trials, *entry.suites) if trial.group == group]
-        trial = next(trial for trial in trials if trial.protocol == protocol)
-        rows.append(Row(entry, trial, row, ranked_on))
-    suite = any(trial.group == group for trial in rows[0].entry.suites)
-    return Board(group, protocol, board["budget"], bool(board["told_the_task"]), suite, tuple(rows))
+    for entry in board.rows:
+        card = cards[entry.name]
+        on_board = [
+            trial
+            for trial in (*group_trials(card), *suite_trials(card))
+            if (trial.group, trial.protocol) == (board.group, board.protocol)
+        ]
+        rows.append(Row(card, on_board[0], entry, ranked_on))
+    suite = rows[0].trial.detail is None
+    return Board(board.group, board.protocol, board.budget, board.task_conditioned, suite, tuple(rows))

@@ -5,18 +5,21 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from gym_extensions.site.document import Entry, Estimate, Json, Trial
+from gym_extensions.scoring.leaderboard.model import BoardEntry
+from gym_extensions.scoring.metrics.value import MetricValue
+from gym_extensions.scoring.scorecard.model import Scorecard
+from gym_extensions.site.views.trial import Trial
 
 COLUMNS: dict[str, tuple[str, ...]] = {
     "sequential": (
         "final_performance",
         "learning_performance",
         "forgetting",
-        "forward_transfer",
+        "asymptotic_transfer",
         "zero_shot_transfer",
     ),
     "single": ("single_task_performance",),
-    "joint": ("final_performance", "spread", "worst_tenth"),
+    "joint": ("final_performance", "return_std", "cvar_10"),
 }
 """The metrics of a protocol's board; the first sorts it. Forgetting stands beside learning performance."""
 
@@ -26,37 +29,36 @@ RANKS_SHOWN = ("final_performance", "single_task_performance", "forgetting")
 
 @dataclass(frozen=True)
 class Row:
-    """One entry on a board; ``place`` is what the scorer's board says, ``ranked_on`` how many have a rank."""
+    """One entry on a board; ``ranked_on`` counts the ranked entries by metric."""
 
-    entry: Entry
+    card: Scorecard
     trial: Trial
-    place: Json
+    entry: BoardEntry
     ranked_on: Mapping[str, int]
 
     @property
-    def lead(self) -> Estimate:
+    def lead(self) -> MetricValue:
         """The metric that sorts the board."""
         return self.trial.metric(COLUMNS[self.trial.protocol][0])
 
     @property
     def ranked(self) -> bool:
         """Whether the board ranks it: then it has a rank interval."""
-        return bool(self.place["ranked"])
+        return self.entry.ranked
 
     @property
     def runs(self) -> int:
         """Its training runs; on a suite those of the group that has fewest."""
-        return int(self.place["runs"])
+        return self.entry.runs
 
     @property
-    def same_as(self) -> str:
-        """The folder's name of the entry whose results it repeats digit for digit; empty without one."""
-        return str(self.place.get("same_as", ""))
+    def duplicate_of(self) -> str | None:
+        """The entry whose results it repeats digit for digit, or None."""
+        return self.entry.duplicate_of
 
     def rank(self, metric: str) -> tuple[int, int] | None:
         """First and last possible rank on a metric; None without one, or with nobody to rank against."""
-        span = self.place["metrics"][metric]["rank"]
-        return (span[0], span[1]) if span and self.ranked_on[metric] > 1 else None
+        return self.entry.metrics[metric].rank if self.ranked_on[metric] > 1 else None
 
     def shown_rank(self, metric: str) -> tuple[int, int] | None:
         """The rank that stands in the table: the sorting metric's, and that of forgetting."""

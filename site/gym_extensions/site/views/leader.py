@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from gym_extensions.site.document import Json
+from gym_extensions.scoring.leaderboard.model import VersusNext
 from gym_extensions.site.text.numbers import fixed, interval
 from gym_extensions.site.views.board_row import Row
 
@@ -33,16 +33,18 @@ def _ranked(ranked: Sequence[Row], metric: str) -> str:
     if span == (1, 1):
         return "It is ahead of every other ranked entry, with 95\u202f% confidence."
     start = f"It may rank from {span[0]} to {span[1]}: "
-    return start + _against(others[0].entry.title, first.place["next"])
+    return start + _against(others[0].entry.title, first.entry.vs_next)
 
 
-def _against(second: str, below: Json) -> str:
+def _against(second: str, below: VersusNext | None) -> str:
     """How it stands against the second: apart, level as far as two digits show, or ahead for now."""
-    gap, more = below["difference"], below["more_runs"]
-    ends = "" if gap["low"] is None else interval(gap["low"], gap["high"])
-    level = fixed(gap["mean"]) == fixed(0.0)
-    by = "less than 0.01" if level else fixed(gap["mean"]) + (f" ({ends})" if ends else "")
-    if below["separated"]:
+    if below is None:
+        raise ValueError("A ranked entry above another one has no comparison with it.")
+    gap, more = below.difference, below.more_runs
+    ends = "" if gap.low is None or gap.high is None else interval(gap.low, gap.high)
+    level = fixed(gap.mean) == fixed(0.0)
+    by = "less than 0.01" if level else fixed(gap.mean) + (f" ({ends})" if ends else "")
+    if below.separated:
         return f"ahead of {second} by {by}, which is told apart, but not of all others."
     needed = "more than 100 more runs" if more is None else f"about {more} more run{'' if more == 1 else 's'}"
     if level:

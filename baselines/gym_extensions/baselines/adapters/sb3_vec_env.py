@@ -1,0 +1,107 @@
+"""Stable-Baselines3's ``VecEnv`` over a Gymnasium vector environment."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from stable_baselines3.common.vec_env import VecEnv
+
+from gym_extensions.baselines.agent import Array, VectorEnv
+
+Indices = int | Iterable[int] | None
+Infos = list[dict[str, Any]]
+
+
+class BatchVecEnv(VecEnv):
+    """An SB3 ``VecEnv`` over a Gymnasium vector environment in autoreset mode NEXT_STEP.
+
+    SB3 expects the first observation of the next episode together with the last reward of the old one.
+    Environments whose episode ended are therefore reset at once, by ``reset_mask``.
+    """
+
+    def __init__(self, env: VectorEnv) -> None:
+        self.env = env
+        self._actions: Array = np.zeros(0)
+        self.render_mode = None
+        super().__init__(env.num_envs, env.single_observation_space, env.single_action_space)
+
+    def reset(self) -> Array:
+        """The first observations of all environments."""
+        observations, _ = self.env.reset()
+        return np.array(observations)
+
+    def step_async(self, actions: Array) -> None:
+        """Stores the actions for ``step_wait``."""
+        self._actions = actions
+
+    def step_wait(self) -> tuple[Array, Array, Array, Infos]:
+        """Steps all environments and resets those whose episode ended.
+
+        Returns:
+            Observations, rewards, dones and infos; the info of an ended episode holds its last observation.
+        """
+        result, rewards, terminated, truncated, _ = self.env.step(self._actions)
+        observations, dones = np.array(result), np.asarray(terminated | truncated)
+        infos: Infos = [{} for _ in range(self.num_envs)]
+        if dones.any():
+            for i in map(int, np.flatnonzero(dones)):
+                infos[i] = {
+                    "terminal_observation": observations[i].copy(),
+                    "TimeLimit.truncated": bool(truncated[i] and not terminated[i]),
+                }
+            first, _ = self.env.reset(options={"reset_mask": dones})
+            observations[dones] = np.asarray(first)[dones]
+        return observations, np.array(rewards, np.float32), dones, infos
+
+    def close(self) -> None:
+        """No-op: the caller owns the vector environment."""
+
+    def get_attr(self, attr_name: str, indices: Indices = None) -> list[Any]:
+        """The vector environment's attribute, repeated per environment."""
+        value = getattr(self.env, attr_name) if attr_name != "render_mode" else None
+        return [value for _ in self._get_indices(indices)]
+
+    def set_attr(self, attr_name: str, value: Any, indices: Indices = None) -> None:
+        """Raises NotImplementedError: the environments share one simulation."""
+        raise NotImplementedError("attributes of one environment in a batch cannot be set")
+
+    def env_method(
+        self, method_name: str, *method_args: Any, indices: Indices = None, **method_kwargs: Any
+    ) -> list[Any]:
+        """The result of a method call, per environment."""
+        results = self.env.call(method_name, *method_args, **method_kwargs)  # type: ignore[attr-defined]
+        return [results[i] for i in self._get_indices(indices)]
+
+    def env_is_wrapped(
+        self, wrapper_class: type[gym.Wrapper[Any, Any, Any, Any]], indices: Indices = None
+    ) -> list[bool]:
+        """False per environment: a vector environment has no single-environment wrappers."""
+        return [False for _ in self._get_indices(indices)]
+
+
+class SpacesVecEnv(VecEnv):
+    """An SB3 ``VecEnv`` with spaces and no environment, enough to build a policy."""
+
+    def __init__(
+        self, observation_space: gym.Space[Any], action_space: gym.Space[Any], num_envs: int
+    ) -> None:
+        self.render_mode = None
+        super().__init__(num_envs, observation_space, action_space)
+
+    def get_attr(self, attr_name: str, indices: Indices = None) -> list[Any]:
+        """None per environment."""
+        return [None for _ in self._get_indices(indices)]
+
+    def env_is_wrapped(
+        self, wrapper_class: type[gym.Wrapper[Any, Any, Any, Any]], indices: Indices = None
+    ) -> list[bool]:
+        """False per environment."""
+        return [False for _ in self._get_indices(indices)]
+
+    def _unavailable(self, *_: Any, **__: Any) -> Any:
+        raise NotImplementedError("this VecEnv has spaces and no environment")
+
+    reset = step_async = step_wait = close = set_attr = env_method = _unavailable

@@ -1,0 +1,151 @@
+"""Pusher and Striker on arrays (Gymnasium's pusher_v5, and Striker rebuilt on it)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, ClassVar
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from gym_extensions.catalog.variations.goals import MovingGoal, MovingStart
+from gym_extensions.envs.effects.base import variation_of
+from gym_extensions.envs.mujoco import pusher, striker
+from gym_extensions.envs.mujoco.arm_starts import (
+    APART,
+    PUSHER_GOAL,
+    PUSHER_OBJECT,
+    STRIKER_BALL,
+    STRIKER_BALL_FIXED,
+    STRIKER_GOAL,
+    draw_point,
+)
+from gym_extensions.envs.protocols import Array, Flags, Generators, Indices, Physics, States, Template
+from gym_extensions.envs.rules.base import Stateless
+
+ARM = 7
+"""Joints of the arm, before those of the object."""
+PUSH_NEAR, PUSH_CTRL = 0.5, 0.1
+
+
+def distance(difference: Array) -> Array:
+    """Length of each row, m; rounded as ``numpy.linalg.norm`` of one vector, which is also a dot product."""
+    lengths: Array = np.sqrt(np.vecdot(difference, difference))
+    return lengths
+
+
+class ArmRules(Stateless):
+    """The observation, with positions as the last evaluation left them."""
+
+    needs_contact_forces: ClassVar[bool] = False
+    fields: ClassVar[tuple[str, ...]] = ("xpos",)
+
+    def __init__(self, physics: Physics, templates: Sequence[Template]) -> None:
+        self._templates = templates
+        self._qpos, self._qvel = physics.field("qpos"), physics.field("qvel")
+        positions, model = physics.field("xpos"), templates[0].model
+        self._tip, self._object, self._goal = (
+            positions[:, model.body(name).id] for name in ("tips_arm", "object", "goal")
+        )
+
+    def observe(self) -> Array:
+        """The arm's positions and velocities, then the positions of tip, object and goal."""
+        arm = self._qpos[:, :ARM], self._qvel[:, :ARM]
+        return np.concatenate((*arm, self._tip, self._object, self._goal), axis=1)
+
+
+class PusherRules(ArmRules):
+    """Pusher: object to goal, tip to object, a cost on the agent's action; never ends."""
+
+    def __init__(self, physics: Physics, templates: Sequence[Template]) -> None:
+        super().__init__(physics, templates)
+        self._moving = [variation_of(template.task, MovingGoal) is not None for template in templates]
+
+    def draw(self, indices: Indices, generators: Generators) -> dict[str, Array]:
+        """The goal if it moves, the object away from it, arm velocities."""
+        drawn = [self._draw(int(index), rng) for index, rng in zip(indices, generators, strict=True)]
+        return {name: np.array([row[name] for row in drawn]) for name in ("qpos", "qvel")}
+
+    def _draw(self, index: int, generator: np.random.Generator) -> dict[str, Array]:
+        template = self._templates[index]
+        goal = draw_point(PUSHER_GOAL, generator) if self._moving[index] else np.zeros(2)
+        position = draw_point(PUSHER_OBJECT, generator)
+        while not np.linalg.norm(position - goal) > APART:
+            position = draw_point(PUSHER_OBJECT, generator)
+        speed = pusher.ARM_SPEED
+        qvel = template.init_qvel + generator.uniform(-speed, speed, template.model.nv)
+        qvel[-4:] = 0
+        return {"qpos": np.concatenate((template.init_qpos[:-4], position, goal)), "qvel": qvel}
+
+    def reward_and_termination(self, actions: NDArray[Any], ctrl: NDArray[Any]) -> tuple[Array, Flags]:
+        """−distance of object and goal − .1·Σ action² − .5 × distance of tip and object."""
+        near = -distance(self._object - self._tip) * PUSH_NEAR
+        far = -distance(self._object - self._goal)
+        cost = -np.square(actions).sum(axis=1) * PUSH_CTRL
+        return far + cost + near, np.zeros(len(near), np.bool_)
+
+
+class StrikerRules(ArmRules):
+    """Striker: smallest distance of ball and goal so far, tip to ball until struck; never ends."""
+
+    def __init__(self, physics: Physics, templates: Sequence[Template]) -> None:
+        super().__init__(physics, templates)
+        self._moving = [variation_of(template.task, MovingStart) is not None for template in templates]
+        self._height = mujoco.MjData(templates[0].model).mocap_pos[0, 2]
+        self._best = np.full(len(templates), np.inf)
+        self._struck = np.zeros(len(templates), np.bool_)
+        self._strike_place = np.zeros((len(templates), 3))
+
+    def draw(self, indices: Indices, generators: Generators) -> dict[str, Array]:
+        """The ball if it moves, the goal away from it and facing it, arm velocities."""
+        drawn = [self._draw(int(index), rng) for index, rng in zip(indices, generators, strict=True)]
+        return {name: np.array([row[name] for row in drawn]) for name in drawn[0]}
+
+    def _draw(self, index: int, generator: np.random.Generator) -> dict[str, Array]:
+        template = self._templates[index]
+        ball = draw_point(STRIKER_BALL, generator) if self._moving[index] else np.array(STRIKER_BALL_FIXED)
+        goal = draw_point(STRIKER_GOAL, generator)
+        while not np.linalg.norm(ball - goal) >= APART:
+            goal = draw_point(STRIKER_GOAL, generator)
+        qvel = template.init_qvel.copy()
+        qvel[:ARM] = generator.uniform(-striker.ARM_SPEED, striker.ARM_SPEED, ARM)
+        return {
+            "qpos": np.concatenate((template.init_qpos[:ARM], ball[::-1])),
+            "qvel": qvel,
+            "mocap_pos": np.array([[*goal, self._height]]),
+            "mocap_quat": striker.facing(ball, goal)[None],
+        }
+
+    def on_reset(self, indices: Indices) -> None:
+        """Clears the record of the episode; the distance at reset counts."""
+        self._struck[indices], self._strike_place[indices] = False, 0.0
+        self._best[indices] = self._ball_to_goal()[indices]
+
+    def _ball_to_goal(self) -> Array:
+        return distance(self._object - self._goal)
+
+    def reward_and_termination(self, actions: NDArray[Any], ctrl: NDArray[Any]) -> tuple[Array, Flags]:
+        """−3 × best distance − .1·Σ action² − .5 × distance of ball and tip (where it struck, if it has)."""
+        self._best = np.minimum(self._best, self._ball_to_goal())
+        within = distance(self._tip - self._object) < striker.STRIKE
+        self._struck |= within
+        self._strike_place[within] = self._tip[within]
+        near = distance(self._object - np.where(self._struck[:, None], self._strike_place, self._tip))
+        cost = -striker.CTRL_WEIGHT * np.square(actions).sum(axis=1)
+        reward = -striker.DISTANCE_WEIGHT * self._best + cost + -striker.NEAR_WEIGHT * near
+        return reward, np.zeros(len(reward), np.bool_)
+
+    def get_state(self) -> dict[str, Array]:
+        """Returns ``best_distance``, ``struck`` and ``strike_place``."""
+        return {
+            "best_distance": np.where(np.isfinite(self._best), self._best, 0.0),
+            "struck": self._struck.astype(np.float64),
+            "strike_place": self._strike_place.copy(),
+        }
+
+    def set_state(self, indices: Indices, state: States) -> None:
+        """Restores the records of saved episodes."""
+        self._best[indices] = state["best_distance"]
+        self._struck[indices] = state["struck"] != 0
+        self._strike_place[indices] = state["strike_place"]

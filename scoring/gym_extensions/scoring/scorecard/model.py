@@ -1,0 +1,135 @@
+"""The scorecard: one submission's metrics, intervals and notes. docs/scorecard.md describes every key."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Annotated, Literal
+
+from gym_extensions.rollouts.problem import Problem
+from gym_extensions.scoring.documents import JsonDocument, about
+from gym_extensions.scoring.metrics.aggregates import Profile
+from gym_extensions.scoring.metrics.paper_table import PaperColumns, PaperRow
+from gym_extensions.scoring.metrics.value import MetricValue
+from gym_extensions.scoring.scorecard.manifest import ManifestSummary
+
+REPORTED = "reported"
+VALIDATED = "validated"
+
+
+@dataclass(frozen=True, slots=True)
+class ReferenceValue:
+    """A task's floor and ceiling in raw returns."""
+
+    floor: Annotated[
+        float | None, about("return of a policy that ignores observations; null without a reference")
+    ]
+    ceiling: Annotated[
+        float | None, about("return of the reference agent; null if unsolved or without a reference")
+    ]
+    unsolved: Annotated[
+        bool | None, about("whether no reference agent has learned it; null without a reference")
+    ]
+
+    def normalize(self, value: float) -> float | None:
+        """(value − floor) / (ceiling − floor), not clipped; None without a ceiling."""
+        if self.floor is None or self.ceiling is None or self.ceiling == self.floor:
+            return None
+        return (value - self.floor) / (self.ceiling - self.floor)
+
+
+@dataclass(frozen=True, slots=True)
+class Curve:
+    """One training curve."""
+
+    run: Annotated[int, about("training seed")]
+    task: Annotated[str, about("task id")]
+    points: Annotated[
+        tuple[tuple[int, float], ...],
+        about("`[training step, mean return of the training episodes ended since the point before]`"),
+    ]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GroupScore:
+    """One submission on one group under one protocol."""
+
+    budget: Annotated[str, about("name of the budget")]
+    runs: Annotated[tuple[int, ...], about("training seeds; empty in a reported entry")]
+    tasks: Annotated[tuple[str, ...], about("task ids in training order")]
+    metrics: Annotated[dict[str, MetricValue], about("every metric of the protocol by name")]
+    profile: Annotated[Profile | None, about("performance profile of p[T][j] over runs and tasks")] = None
+    iqm: Annotated[float | None, about("interquartile mean of p[T][j] over runs and tasks")] = None
+    reference: Annotated[dict[str, ReferenceValue], about("floor and ceiling by task id")]
+    return_matrix: Annotated[
+        tuple[tuple[tuple[float, ...], ...], ...],
+        about(
+            "mean raw returns `[run][stage][task]`: stages 0 to T in `sequential`, the last stage alone in "
+            "`single` and `joint`; empty in a reported entry"
+        ),
+    ]
+    curves: Annotated[
+        tuple[Curve, ...], about("training curves, one per run and task; empty without `curves.csv`")
+    ] = ()
+    missing_for_full_entry: Annotated[tuple[str, ...], about("what a full entry still needs, in words")] = ()
+    paper_table: Annotated[
+        tuple[PaperRow, ...], about("one row per task; empty in `single` and `joint`")
+    ] = ()
+    paper_total: Annotated[
+        PaperColumns | None,
+        about("totals of the paper's table: mean of the rows' means, deviation of all episodes pooled"),
+    ] = None
+    printed_total: Annotated[
+        PaperColumns | None, about("reported entries: the totals as printed; else null")
+    ] = None
+    notes: Annotated[tuple[str, ...], about("reported entries: contradictions between printed numbers")] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class SuiteScore:
+    """One submission on a suite under one protocol: means over the suite's groups."""
+
+    budget: Annotated[str, about("name of the budget")]
+    groups: Annotated[tuple[str, ...], about("group ids")]
+    metrics: Annotated[dict[str, MetricValue], about("every metric of the protocol by name")]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scorecard:
+    """One submission. With a problem it has neither trust nor scores."""
+
+    name: Annotated[str, about("name of the submission's folder")]
+    title: Annotated[str, about("from `submission.toml`; the name if that cannot be read")]
+    trust: Annotated[str | None, about("`reported` < `validated` < `replayed (…)`; null with problems")]
+    problems: Annotated[
+        tuple[Problem, ...],
+        about(
+            "broken rules of docs/rollout-log.md; `fault-of-the-scorer` where scoring failed, a mistake of "
+            "gym-extensions that should be reported"
+        ),
+    ] = ()
+    manifest: Annotated[ManifestSummary | None, about("`submission.toml`; null if it has problems")]
+    notes: Annotated[tuple[str, ...], about("what scoring did, such as counting identical runs as one")] = ()
+    groups: Annotated[dict[str, dict[str, GroupScore]], about("scores by group id and protocol")] = field(
+        default_factory=dict
+    )
+    suites: Annotated[
+        dict[str, dict[str, SuiteScore]], about("scores by suite and protocol, for suites with every group")
+    ] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class ReferencesInfo:
+    """Which frozen floors and ceilings normalize the scores."""
+
+    version: Annotated[str, about("benchmark version")]
+    provisional: Annotated[bool, about("true until five reference runs at the full budget exist")]
+    sha256: Annotated[str, about("SHA-256 of the references' file")]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ScorecardDocument(JsonDocument):
+    """Scorecards and the references that they use."""
+
+    format: Annotated[Literal[1], about("1")] = 1
+    references: ReferencesInfo
+    submissions: Annotated[tuple[Scorecard, ...], about("scorecards, sorted by name")]

@@ -1,0 +1,130 @@
+"""One submission on one group or suite under one protocol, as pages read it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from gym_extensions.catalog.groups import GROUPS
+from gym_extensions.catalog.protocol import PROTOCOLS
+from gym_extensions.scoring.leaderboard.board import NOTHING_LEARNED
+from gym_extensions.scoring.metrics.value import LEAST_LEARNED, MetricValue, learned_nothing
+from gym_extensions.scoring.scorecard.model import GroupScore, Scorecard, SuiteScore
+from gym_extensions.site.text.labels import count
+from gym_extensions.site.text.numbers import digits_for
+
+NO_METRIC = MetricValue(why="not part of this protocol")
+Points = tuple[tuple[float, float], ...]
+Matrix = tuple[tuple[float, ...], ...]
+
+
+@dataclass(frozen=True)
+class Trial:
+    """The scores of a scorecard with their group or suite and protocol; a suite has metrics alone."""
+
+    group: str
+    protocol: str
+    score: GroupScore | SuiteScore
+
+    @property
+    def id(self) -> str:
+        """Its anchor on the submission's page."""
+        return f"{self.group}-{self.protocol}"
+
+    @property
+    def detail(self) -> GroupScore | None:
+        """The scores of a group; None for a suite."""
+        return self.score if isinstance(self.score, GroupScore) else None
+
+    @property
+    def metrics(self) -> Mapping[str, MetricValue]:
+        """Every metric of the protocol by name."""
+        return self.score.metrics
+
+    def metric(self, name: str) -> MetricValue:
+        """The named metric; one that the protocol does not have is empty and says so."""
+        return self.score.metrics.get(name, NO_METRIC)
+
+    @property
+    def runs(self) -> tuple[int, ...]:
+        """Training seeds; empty for a suite."""
+        return self.detail.runs if self.detail else ()
+
+    @property
+    def tasks(self) -> tuple[str, ...]:
+        """Task ids in training order; empty for a suite."""
+        return self.detail.tasks if self.detail else ()
+
+    @property
+    def profile(self) -> Points:
+        """Points of the performance profile; empty without one."""
+        return self.detail.profile.points if self.detail and self.detail.profile else ()
+
+    @property
+    def iqm(self) -> float | None:
+        """Interquartile mean of the scores at the end, or None."""
+        return self.detail.iqm if self.detail else None
+
+    @property
+    def stage_matrices(self) -> tuple[Matrix, ...]:
+        """Mean raw returns [run][stage][task] of a sequential log; else empty."""
+        return self.detail.return_matrix if self.detail and self.protocol == "sequential" else ()
+
+    @property
+    def final_returns(self) -> Matrix:
+        """Mean raw returns [run][task] of a single or joint log; else empty."""
+        staged = self.protocol == "sequential"
+        return tuple(run[-1] for run in self.detail.return_matrix) if self.detail and not staged else ()
+
+    @property
+    def learned_nothing(self) -> bool:
+        """Whether it learned nothing that it could forget."""
+        return learned_nothing(self.score.metrics)
+
+    @property
+    def nothing_at_all(self) -> str:
+        """The reason why every metric is missing; empty where one has a value or reasons differ."""
+        reasons = {value.why if value.mean is None else "" for value in self.score.metrics.values()}
+        return next(iter(reasons)) if len(reasons) == 1 else ""
+
+    @property
+    def unsolved_tasks(self) -> tuple[str, ...]:
+        """The tasks that no reference agent has learned, in training order."""
+        reference = self.detail.reference if self.detail else {}
+        return tuple(task for task in self.tasks if task in reference and reference[task].unsolved)
+
+
+def group_order(group_id: str) -> tuple[int, str]:
+    """Sorts groups in the catalog's order, others by name after them."""
+    ids = [group.id for group in GROUPS.values()]
+    return (ids.index(group_id) if group_id in ids else len(ids), group_id)
+
+
+def _sorted(trials: list[Trial]) -> tuple[Trial, ...]:
+    return tuple(
+        sorted(trials, key=lambda trial: (group_order(trial.group), PROTOCOLS.index(trial.protocol)))
+    )
+
+
+def group_trials(card: Scorecard) -> tuple[Trial, ...]:
+    """The scores of every group and protocol."""
+    return _sorted([Trial(g, p, score) for g, scores in card.groups.items() for p, score in scores.items()])
+
+
+def suite_trials(card: Scorecard) -> tuple[Trial, ...]:
+    """The scores of every suite and protocol."""
+    return _sorted([Trial(s, p, score) for s, scores in card.suites.items() for p, score in scores.items()])
+
+
+def nothing_to_forget(trial: Trial) -> str:
+    """What is shown beside the forgetting of an entry that learned nothing that it could forget."""
+    few = (trial.metric("learning_performance").mean or 0.0) >= LEAST_LEARNED
+    return NOTHING_LEARNED + (f", as far as {count(len(trial.runs), 'run')} can show" if few else "")
+
+
+def table_digits(trial: Trial) -> int:
+    """Digits after the point for the paper's table of a trial: two where it is a printed table."""
+    if trial.detail is None or trial.detail.printed_total:
+        return 2
+    cells = [cell for row in trial.detail.paper_table for cell in row.cells() if cell]
+    return digits_for(cell.mean / 10 for cell in cells)

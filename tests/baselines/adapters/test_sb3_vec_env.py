@@ -1,0 +1,44 @@
+"""Stable-Baselines3's ``VecEnv`` over our vector environments."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("stable_baselines3")
+
+from gym_extensions.baselines.adapters.sb3_vec_env import BatchVecEnv, SpacesVecEnv
+from gym_extensions.baselines.training.recorder import Recorder
+from gym_extensions.envs import make_vec
+
+
+def test_an_environment_whose_episode_ended_is_reset_and_its_info_has_the_last_observation() -> None:
+    env = BatchVecEnv(Recorder(make_vec("Hopper", 3), ["Hopper"], steps=1000, batch_steps=100, seed=0))
+    env.reset()
+    for _ in range(200):
+        step: Any = env.step(np.ones((3, 3), np.float32))
+        observations, rewards, dones, infos = step
+        if dones.any():
+            break
+    i = int(np.flatnonzero(dones)[0])
+    assert rewards.dtype == np.float32
+    assert not np.array_equal(infos[i]["terminal_observation"], observations[i])
+    assert infos[i]["TimeLimit.truncated"] is False
+    assert 1.2 < observations[i][0] < 1.3, "a hopper starts 1.25 m above the ground"
+
+
+def test_attributes_are_read_per_environment_and_cannot_be_set() -> None:
+    env = BatchVecEnv(make_vec("Hopper", 3))
+    assert env.get_attr("num_envs", indices=[0, 2]) == [3, 3]
+    with pytest.raises(NotImplementedError, match="one environment in a batch"):
+        env.set_attr("num_envs", 4)
+
+
+def test_a_vec_env_of_spaces_cannot_be_stepped() -> None:
+    batch = make_vec("Hopper", 1)
+    env = SpacesVecEnv(batch.single_observation_space, batch.single_action_space, 2)
+    assert env.num_envs == 2
+    with pytest.raises(NotImplementedError, match="no environment"):
+        env.reset()

@@ -1,0 +1,84 @@
+"""The reference agents and the properties that all of them have."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gym_extensions.baselines import Card, Resumable, algorithms
+from gym_extensions.baselines.agent import Described
+from gym_extensions.baselines.agent_checks import card_of
+from gym_extensions.envs import make_vec
+
+NAMES = ("random", "trpo", "zero")
+Spaces = tuple[Any, Any]
+
+
+@pytest.fixture(scope="module")
+def spaces() -> Spaces:
+    env = make_vec("Pusher", 1)
+    return env.single_observation_space, env.single_action_space
+
+
+def test_the_modules_of_algorithms_are_the_reference_agents() -> None:
+    assert algorithms.names() == list(NAMES)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_each_describes_itself_and_can_be_saved(name: str, spaces: Spaces) -> None:
+    agent = algorithms.factory(name)(*spaces, 0)
+    assert isinstance(agent, Described)
+    assert isinstance(agent, Resumable)
+    card = card_of(agent, "other")
+    assert isinstance(card, Card)
+    assert card.algorithm == name
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_each_returns_one_action_per_environment_and_repeats_itself_with_the_same_seed(
+    name: str, spaces: Spaces
+) -> None:
+    observations = np.zeros((4, *spaces[0].shape))
+    first, second = (algorithms.factory(name)(*spaces, 7).act(observations) for _ in range(2))
+    assert first.shape == (4, *spaces[1].shape)
+    assert np.array_equal(first, second)
+
+
+def test_random_is_uniform_over_the_action_space(spaces: Spaces) -> None:
+    actions = algorithms.factory("random")(*spaces, 0).act(np.zeros((2000, *spaces[0].shape)))
+    low, high = spaces[1].low, spaces[1].high
+    assert ((actions >= low) & (actions <= high)).all()
+    np.testing.assert_allclose(actions.mean(axis=0), (low + high) / 2, atol=0.1 * high.max())
+    np.testing.assert_allclose(actions.std(axis=0), (high - low) / np.sqrt(12), rtol=0.05)
+
+
+def test_zero_returns_zeros(spaces: Spaces) -> None:
+    observations = np.ones((3, *spaces[0].shape))
+    actions = algorithms.factory("zero")(*spaces, 0).act(observations)
+    assert np.array_equal(actions, np.zeros((3, *spaces[1].shape)))
+
+
+def test_an_untrained_trpo_samples_around_the_center_of_the_action_space(spaces: Spaces) -> None:
+    actions = algorithms.factory("trpo")(*spaces, 0).act(np.zeros((4000, *spaces[0].shape)))
+    np.testing.assert_allclose(actions.std(axis=0), spaces[1].high, rtol=0.06)
+    np.testing.assert_allclose(actions.mean(axis=0), 0.0, atol=0.15)
+
+
+def make(observation_space: Any, action_space: Any, seed: int) -> Any:
+    raise NotImplementedError
+
+
+@pytest.mark.parametrize(
+    ("agent", "name"),
+    [
+        ("trpo", "trpo"),
+        (algorithms.factory("zero"), "Zero"),
+        ("my.module:Climber", "Climber"),
+        ("my.module:make", "module"),
+        (make, "test_reference_agents"),
+    ],
+)
+def test_an_agent_without_a_card_is_named_after_its_factory_or_module(agent: Any, name: str) -> None:
+    assert algorithms.name_of(agent) == name

@@ -1,0 +1,49 @@
+"""Measurements for the references: their seeds, their stored results, and the published floors."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import pytest
+
+from gym_extensions.baselines.references.measure import Measurement, PendingMeasurement, measure
+from gym_extensions.catalog.protocol import evaluation_seed
+from gym_extensions.scoring.references import CURRENT
+
+PUBLISHED_LOGS = Path(__file__).parents[3] / "scoring" / "reference-logs" / CURRENT
+TASKS = ("gym_extensions/Hopper-v0", "gym_extensions/HopperGravityHalf-v0")
+
+
+def test_a_measurement_uses_the_reference_seeds_and_is_not_repeated(tmp_path: Path) -> None:
+    pending = PendingMeasurement(Measurement(TASKS[0], "random", 1000, 5), tmp_path)
+    rows = pending.run(lambda _: None)
+    expected = [evaluation_seed("reference", TASKS[0], episode) for episode in range(5)]
+    assert [row.seed for row in rows] == expected
+    (path,) = tmp_path.iterdir()
+    content = json.loads(path.read_text())
+    content["episodes"][0]["return_"] = 77.0
+    path.write_text(json.dumps(content))
+    assert pending.run(lambda _: None)[0].return_ == 77.0
+    other_run = PendingMeasurement(Measurement(TASKS[0], "random", 1001, 5), tmp_path)
+    assert [row.return_ for row in other_run.run(lambda _: None)] != [row.return_ for row in rows]
+
+
+def test_each_agent_and_task_has_its_own_seed() -> None:
+    measurements = [Measurement(task, agent, 1000, 5) for task in TASKS for agent in ("random", "zero")]
+    assert len({measurement.agent_seed for measurement in measurements}) == 4
+
+
+@pytest.mark.parametrize("agent", ["random", "zero"])
+def test_the_episodes_of_a_published_floor_can_be_reproduced(agent: str) -> None:
+    """The first hundred, because they are one batch and so the same in a shorter measurement."""
+    log = PUBLISHED_LOGS / "floors" / "HopperGravityHalf-v0.csv"
+    rows = [row for row in csv.DictReader(log.read_text().splitlines()) if row["agent"] == agent][:100]
+    episodes = measure(Measurement(TASKS[1], agent, 1000, 100), lambda _: None)
+    assert [(row.episode, row.seed, row.length, row.terminated) for row in episodes] == [
+        (int(row["episode"]), int(row["seed"]), int(row["length"]), row["terminated"] == "true")
+        for row in rows
+    ]
+    returns = [float(row["return"]) for row in rows]
+    assert [row.return_ for row in episodes] == pytest.approx(returns, rel=1e-9)

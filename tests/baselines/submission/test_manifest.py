@@ -1,0 +1,59 @@
+"""The manifest: what follows from a run, what the author edits, and runs that do not belong to it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from gym_extensions.baselines import Card
+from gym_extensions.baselines.submission import manifest
+from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.rules.manifest import bad_value, missing_key, unknown_key
+
+PATH = Path("mine/submission.toml")
+CARD = Card("climber", hyperparameters={"step": 0.1}, stored_steps=10, task_in_training=True)
+
+
+def run(card: Card = CARD, num_envs: int | None = None) -> dict[str, Any]:
+    return manifest.run_sections(card, "smoke", num_envs)
+
+
+def test_a_new_manifest_passes_the_rules_of_the_format() -> None:
+    tables = manifest.merge({}, CARD, run(), 3, 5)
+    assert [*unknown_key(tables), *missing_key(tables), *bad_value(tables)] == []
+    assert (tables["title"], tables["hyperparameters"]) == ("climber", {"step": 0.1})
+    assert tables["memory"] == {"stored_steps": 10, "parameters_first": 3, "parameters_last": 5}
+
+
+def test_a_manifest_is_unchanged_by_writing_and_reading(tmp_path: Path) -> None:
+    tables = manifest.merge({}, CARD, run(num_envs=4), 3, 5)
+    manifest.write(tmp_path / "submission.toml", tables)
+    assert manifest.read(tmp_path / "submission.toml") == tables
+    assert tables["hyperparameters"] == {"step": 0.1, "num_envs": 4}
+
+
+def test_the_largest_memory_of_all_runs_stays() -> None:
+    first = manifest.merge({}, CARD, run(), 3, 50)
+    second = manifest.merge(first, Card("climber", stored_steps=7), run(), 4, 5)
+    assert second["memory"] == {"stored_steps": 10, "parameters_first": 4, "parameters_last": 50}
+
+
+def test_a_run_with_another_version_of_the_physics_is_rejected() -> None:
+    existing = run() | {"versions": {"mujoco": "3.0.0"}}
+    installed = manifest.versions()["mujoco"]
+    with pytest.raises(BenchError) as error:
+        manifest.require_same(PATH, existing, run())
+    assert str(error.value) == (
+        f"{PATH}: This submission was made with mujoco 3.0.0; {installed} is installed. "
+        "Install mujoco 3.0.0, or choose another --out."
+    )
+
+
+def test_a_run_on_another_platform_is_accepted() -> None:
+    existing = run()
+    existing["versions"] |= {"numpy": "1.0", "platform": "Darwin-arm64"}
+    manifest.require_same(PATH, existing, run())
+    with pytest.raises(BenchError, match=r"hyperparameters\.num_envs is None"):
+        manifest.require_same(PATH, existing, run(num_envs=2))

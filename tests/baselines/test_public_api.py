@@ -1,0 +1,74 @@
+"""The public names of ``gym_extensions.baselines``."""
+
+from __future__ import annotations
+
+import doctest
+import importlib
+import inspect
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from gym_extensions import baselines
+
+NAMES = ["Agent", "Card", "Factory", "Resumable", "sb3", "train"]
+
+
+def test_the_public_names_are_listed_and_documented() -> None:
+    assert baselines.__all__ == NAMES
+    assert set(NAMES) <= set(dir(baselines))
+    for name in NAMES:
+        assert inspect.getdoc(getattr(baselines, name)), name
+
+
+def test_train_documents_every_argument() -> None:
+    text = inspect.getdoc(baselines.train) or ""
+    for name in inspect.signature(baselines.train).parameters:
+        assert f"\n    {name}: " in text
+    assert all(section in text for section in ("Args:", "Returns:", "Raises:", "Example:"))
+
+
+def test_an_unknown_name_is_an_attribute_error() -> None:
+    with pytest.raises(AttributeError, match="has no attribute 'trian'"):
+        baselines.trian  # noqa: B018
+
+
+@pytest.mark.parametrize("package", ["torch", "stable_baselines3"])
+def test_a_missing_extra_is_named_with_the_command_that_installs_it(package: str) -> None:
+    code = f"import sys; sys.modules[{package!r}] = None; from gym_extensions.baselines import sb3"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    message = f"sb3 needs {package}. Install it with: pip install 'gym-extensions[sb3]'"
+    assert done.stderr.splitlines()[-1] == f"ModuleNotFoundError: {message}"
+
+
+def loaded(code: str) -> str:
+    heavy = "{'mujoco', 'torch', 'stable_baselines3'}"
+    code = f"import sys; {code}; print(sorted({heavy} & set(sys.modules)))"
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+
+
+def test_importing_the_package_loads_neither_a_simulator_nor_torch() -> None:
+    assert loaded("import gym_extensions.baselines") == "[]\n"
+
+
+def test_reference_agents_train_without_torch(tmp_path: Path) -> None:
+    code = (
+        "sys.modules['torch'] = sys.modules['stable_baselines3'] = None;"
+        "from gym_extensions.baselines import Agent, Card, Factory, Resumable, algorithms, train;"
+        "[algorithms.factory(name) for name in algorithms.names()];"
+        f"train('trpo', 'hopper-gravity', 'joint', 'smoke', 0, out={str(tmp_path / 'mine')!r});"
+        "del sys.modules['torch'], sys.modules['stable_baselines3']"
+    )
+    assert loaded(code) == "['mujoco']\n"
+    assert (tmp_path / "mine/hopper-gravity/joint.csv").exists()
+
+
+@pytest.mark.parametrize(("module", "package"), [("agent", ""), ("adapters.sb3", "stable_baselines3")])
+def test_the_examples_of_the_docstrings_run(module: str, package: str) -> None:
+    if package:
+        pytest.importorskip(package)
+    failures, examples = doctest.testmod(importlib.import_module(f"gym_extensions.baselines.{module}"))
+    assert failures == 0
+    assert examples > 0

@@ -1,0 +1,65 @@
+"""The jobs of a protocol, their stages, and the size of traces."""
+
+from __future__ import annotations
+
+import pickle
+
+import pytest
+
+from gym_extensions.baselines.training.jobs import Settings, TrainingJob, jobs_of
+from gym_extensions.catalog.budgets import budget
+from gym_extensions.catalog.groups import group
+from gym_extensions.catalog.registry import TASKS
+
+GROUP = group("hopper-gravity")
+SMOKE = budget("smoke")
+
+
+def test_a_sequential_job_trains_each_task_in_turn_and_evaluates_all_after_each() -> None:
+    (job,) = jobs_of(GROUP, "sequential", [3])
+    stages = job.stages(SMOKE)
+    assert [stage.trained for stage in stages] == [(), *((task,) for task in GROUP.tasks)]
+    assert [stage.steps for stage in stages] == [0, 1000, 1000, 1000, 1000, 1000]
+    assert {stage.evaluated for stage in stages} == {GROUP.tasks}
+    assert (job.name, job.title) == ("sequential-run3", "hopper-gravity sequential-run3")
+    assert job.num_evaluations(SMOKE) == 30
+
+
+def test_a_joint_job_trains_all_tasks_at_once_with_the_steps_of_all() -> None:
+    (job,) = jobs_of(GROUP, "joint", [0])
+    (stage,) = job.stages(SMOKE)
+    assert (stage.trained, stage.steps, stage.evaluated) == (GROUP.tasks, 5000, GROUP.tasks)
+
+
+def test_the_single_protocol_has_a_job_per_run_and_task() -> None:
+    jobs = jobs_of(GROUP, "single", [0, 2])
+    assert [job.name for job in jobs] == [
+        f"single-run{run}-task{task}" for run in (0, 2) for task in range(5)
+    ]
+    (stage,) = jobs[7].stages(SMOKE)
+    assert (stage.trained, stage.steps) == ((GROUP.tasks[2],), 1000)
+
+
+def test_a_job_of_the_single_protocol_needs_a_task() -> None:
+    with pytest.raises(ValueError, match="needs a task"):
+        TrainingJob(GROUP, "single", 0).stages(SMOKE)
+
+
+def test_a_job_that_was_sent_to_a_worker_equals_the_original() -> None:
+    (job,) = jobs_of(GROUP, "joint", [0])
+    assert {pickle.loads(pickle.dumps(job)): 1} == {job: 1}  # noqa: S301
+
+
+@pytest.mark.parametrize(
+    ("num_envs", "num_tasks", "expected"), [(None, 1, 1), (None, 5, 5), (8, 1, 8), (8, 5, 10), (10, 5, 10)]
+)
+def test_every_task_has_equally_many_training_environments(
+    num_envs: int | None, num_tasks: int, expected: int
+) -> None:
+    assert Settings("trpo", "smoke", num_envs).num_envs_for(num_tasks) == expected
+
+
+def test_every_task_has_segments_of_five_or_ten_steps() -> None:
+    assert {task.body.segments.steps for task in TASKS.values()} == {5, 10}
+    assert {task.base for task in TASKS.values() if task.body.segments.steps == 5} <= {"Pusher", "Striker"}
+    assert all(task.body.segments.tolerance > 0 for task in TASKS.values())

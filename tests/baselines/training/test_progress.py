@@ -1,0 +1,128 @@
+"""An interrupted run resumes after its last finished stage and ends with the same bytes."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gym_extensions.baselines import train
+from gym_extensions.baselines.algorithms import trpo
+from gym_extensions.baselines.training.recorder import Recorder
+from gym_extensions.envs import make_vec
+from gym_extensions.errors import BenchError
+
+from ..conftest import digests
+
+COMMAND = [
+    *(sys.executable, "-m", "gym_extensions", "train", "trpo", "--groups", "hopper-gravity"),
+    *("--protocol", "sequential,joint", "--budget", "smoke", "--runs", "0", "--out"),
+]
+MANY_THREADS = {**os.environ, "OPENBLAS_NUM_THREADS": "2"}
+"""An environment of the user. The command's worker processes have one thread all the same."""
+FIRST_JOB = ".progress/hopper-gravity/sequential-run0"
+
+
+def wait_for(path: Path, process: subprocess.Popen[Any]) -> None:
+    deadline = time.monotonic() + 120
+    while not path.exists() and process.poll() is None and time.monotonic() < deadline:
+        time.sleep(0.02)
+    assert path.exists()
+
+
+def test_a_killed_command_that_is_repeated_writes_the_same_files(
+    trpo_submission: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "killed"
+    job = out / FIRST_JOB
+    process = subprocess.Popen([*COMMAND, str(out)], stdout=subprocess.DEVNULL, env=MANY_THREADS)
+    wait_for(job / "stage1.json", process)
+    process.kill()
+    process.wait()
+    time.sleep(1.0)  # the workers end with the command
+    assert not (out / "hopper-gravity/sequential.csv").exists()
+    done = subprocess.run([*COMMAND, str(out)], check=True, capture_output=True, text=True, env=MANY_THREADS)
+    assert "sequential-run0 stage 1:" not in done.stdout, "a finished stage was repeated"
+    assert digests(out) == digests(trpo_submission)
+    assert not job.exists()
+
+
+def test_workers_end_when_the_command_is_killed(tmp_path: Path) -> None:
+    out = tmp_path / "killed"
+    process = subprocess.Popen([*COMMAND, str(out)], stdout=subprocess.DEVNULL)
+    wait_for(out / FIRST_JOB / "settings.json", process)
+    workers = Path(f"/proc/{process.pid}/task/{process.pid}/children")
+    if not workers.exists():
+        process.kill()
+        pytest.skip("the operating system does not list child processes in /proc")
+    children = [int(pid) for pid in workers.read_text().split()]
+    process.kill()
+    process.wait()
+    deadline = time.monotonic() + 30
+    while any(Path(f"/proc/{pid}").exists() for pid in children) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert children
+    assert not [pid for pid in children if Path(f"/proc/{pid}").exists()]
+
+
+def test_a_saved_and_loaded_agent_continues_like_the_original(tmp_path: Path) -> None:
+    def learn(agent: trpo.Trpo) -> None:
+        recorder = Recorder(make_vec("Hopper", 2), ["Hopper"], steps=400, batch_steps=200, seed=9)
+        agent.learn(recorder, 400)
+
+    env: Any = make_vec("Hopper", 2)
+    spaces = (env.single_observation_space, env.single_action_space)
+    original, loaded = trpo.make(*spaces, 4), trpo.make(*spaces, 5)
+    learn(original)
+    original.save(tmp_path / "agent.npz")
+    loaded.load(tmp_path / "agent.npz")
+    observations = np.ones((3, 11))
+    assert np.array_equal(original.act(observations), loaded.act(observations))
+    learn(original)
+    learn(loaded)
+    assert np.array_equal(original.act(observations), loaded.act(observations))
+
+
+class PowerCutError(RuntimeError):
+    """The machine stops."""
+
+
+class Unsaved:
+    """An agent without ``save`` that stops once, in stage 3. Its actions depend on the number of stages."""
+
+    has_stopped = False
+
+    def __init__(self, observation_space: Any, action_space: Any, seed: int) -> None:
+        self.shape, self.stages = action_space.shape, 0
+
+    def act(self, observations: Any) -> Any:
+        return np.full((len(observations), *self.shape), 1.0 - self.stages / 10)
+
+    def learn(self, env: Any, steps: int) -> None:
+        self.stages += 1
+        if self.stages == 3 and not Unsaved.has_stopped:
+            Unsaved.has_stopped = True
+            raise PowerCutError
+
+
+def test_an_agent_that_cannot_be_saved_starts_again(tmp_path: Path) -> None:
+    Unsaved.has_stopped = False
+    with pytest.raises(PowerCutError):
+        train(Unsaved, "hopper-gravity", "sequential", "smoke", 0, out=tmp_path / "stopped")
+    train(Unsaved, "hopper-gravity", "sequential", "smoke", 0, out=tmp_path / "stopped")
+    train(Unsaved, "hopper-gravity", "sequential", "smoke", 0, out=tmp_path / "complete")
+    assert digests(tmp_path / "stopped") == digests(tmp_path / "complete")
+
+
+def test_the_stages_of_an_unfinished_run_with_other_settings_are_not_reused(tmp_path: Path) -> None:
+    Unsaved.has_stopped = False
+    with pytest.raises(PowerCutError):
+        train(Unsaved, "hopper-gravity", "sequential", "smoke", 0, out=tmp_path)
+    with pytest.raises(BenchError, match="belongs to an unfinished run with other settings"):
+        train("zero", "hopper-gravity", "sequential", "smoke", 0, out=tmp_path)

@@ -1,0 +1,64 @@
+"""The table of base bodies: every row fits its model and its tasks."""
+
+from __future__ import annotations
+
+import pytest
+
+from gym_extensions.catalog.bodies import BODIES, body, body_of_model
+from gym_extensions.catalog.registry import TASKS
+from gym_extensions.envs.bodies import IMPLEMENTATIONS
+from gym_extensions.envs.mujoco.compile import base_spec
+from gym_extensions.errors import BenchError
+
+MUJOCO = [row for row in BODIES.values() if row.asset]
+
+
+@pytest.mark.parametrize("name", BODIES)
+def test_every_body_has_a_task_and_possible_rewards(name: str) -> None:
+    row = BODIES[name]
+    assert any(task.base == name for task in TASKS.values())
+    assert row.rewards.low < row.rewards.high
+    assert row.segments.steps >= 1
+    assert 0 < row.segments.tolerance < 1e-3
+
+
+@pytest.mark.parametrize("name", [row.name for row in MUJOCO])
+def test_the_row_of_a_mujoco_body_agrees_with_its_model(name: str) -> None:
+    row = BODIES[name]
+    spec = base_spec(row)
+    assert spec.modelname == row.model_name
+    assert (spec.option.gravity[2] != 0) == row.has_gravity
+    for geoms in row.parts.values():
+        assert all(spec.geom(geom) is not None for geom in geoms)
+    shared = body_of_model(row.model_name)
+    assert shared is not None
+    assert shared.parts == row.parts
+
+
+def test_every_mujoco_body_has_classes_and_no_other_body_has() -> None:
+    assert list(IMPLEMENTATIONS) == [row.name for row in MUJOCO]
+
+
+@pytest.mark.parametrize(
+    ("name", "steps"), [("Pusher", 5), ("Striker", 5), ("Hopper", 10), ("Navigation", 10)]
+)
+def test_contacts_of_the_arms_need_shorter_segments(name: str, steps: int) -> None:
+    assert body(name).segments.steps == steps
+
+
+@pytest.mark.parametrize(
+    ("task", "bounds"),
+    [
+        ("Hopper", (-20_000.0, 20_000.0)),
+        ("Pusher", (-3_000.0, 0.0)),
+        ("State-Based-Navigation-2d-Map0-Goal0", (-6_000.0, 9.0)),
+    ],
+)
+def test_return_bounds_cover_episodes_of_every_length(task: str, bounds: tuple[float, float]) -> None:
+    assert TASKS[f"gym_extensions/{task}-v0"].return_bounds == bounds
+
+
+def test_an_unknown_body_raises_an_error_with_the_closest_name() -> None:
+    with pytest.raises(BenchError) as caught:
+        body("Hoper")
+    assert str(caught.value) == "There is no base body 'Hoper'. Did you mean 'Hopper'?"

@@ -1,0 +1,45 @@
+"""The committed table of fingerprints, read without a simulator."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+from gym_extensions.catalog import fingerprints
+from gym_extensions.catalog.registry import TASKS
+from gym_extensions.errors import BenchError
+
+HALF = "gym_extensions/HopperGravityHalf-v0"
+
+
+def test_the_table_has_one_row_per_task_in_the_order_of_the_catalog() -> None:
+    rows = fingerprints.table()["tasks"]
+    assert list(rows) == list(TASKS)
+    assert all(row["fingerprint"] == fingerprints.digest(row) for row in rows.values())
+    assert len({row["fingerprint"] for row in rows.values()}) == len(rows)
+
+
+def test_fingerprints_of_published_results_do_not_change() -> None:
+    assert fingerprints.published(HALF) == "af8ea315c226519b"
+    assert fingerprints.published("gym_extensions/HumanoidGravityOneAndHalf-v0") == "5fac30efc503633c"
+
+
+def test_reading_a_fingerprint_loads_no_simulator() -> None:
+    code = (
+        "import sys; from gym_extensions.catalog.fingerprints import published; "
+        f"print(published({HALF!r})); "
+        "sys.exit(any(name in sys.modules for name in ('mujoco', 'gymnasium', 'numpy')))"
+    )
+    process = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (process.returncode, process.stdout) == (0, "af8ea315c226519b\n")
+
+
+def test_an_unknown_id_raises_an_error_with_the_closest_id() -> None:
+    with pytest.raises(BenchError) as caught:
+        fingerprints.published("gym_extensions/HoperGravityHalf-v0")
+    assert str(caught.value) == (
+        "No fingerprint is published for 'gym_extensions/HoperGravityHalf-v0'. Did you mean "
+        "'gym_extensions/HopperGravityHalf-v0'? To publish new tasks: gym-extensions envs fingerprint"
+    )

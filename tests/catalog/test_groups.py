@@ -1,0 +1,77 @@
+"""The published groups: their tasks and the order of their tasks."""
+
+from __future__ import annotations
+
+import pytest
+
+from gym_extensions.catalog.groups import GROUPS, PAPER_GROUPS, group
+from gym_extensions.catalog.navigation_tasks import FAMILIES
+from gym_extensions.catalog.registry import TASKS
+from gym_extensions.errors import BenchError
+
+MUJOCO_GROUPS = [name for name, row in GROUPS.items() if row.tasks[0].base != "Navigation"]
+RUNNING = ("hopper", "walker2d", "halfcheetah", "humanoid")
+PAPER = [
+    *(f"{body}-{kind}" for kind in ("gravity", "body", "wall") for body in RUNNING),
+    *("humanoid-standup-run", "humanoid-standup-run-wall", "striker", "pusher"),
+]
+EXTRAS = [
+    *(f"{body}-{kind}" for kind in ("motor-noise", "noisy-wall") for body in RUNNING),
+    *("pusher-tracking", "striker-tracking"),
+]
+
+
+def test_the_paper_has_75_mujoco_tasks_in_16_groups() -> None:
+    assert [row.name for row in PAPER_GROUPS][:16] == PAPER
+    assert len({row.id for name in PAPER for row in GROUPS[name].tasks}) == 75
+    assert [name for name in MUJOCO_GROUPS if name not in PAPER] == EXTRAS
+    assert len([row for row in TASKS.values() if row.base != "Navigation"]) == 87
+
+
+def test_groups_hold_the_papers_tasks_in_the_papers_order() -> None:
+    names = {name: [row.name for row in GROUPS[name].tasks] for name in MUJOCO_GROUPS}
+    assert names["walker2d-body"] == [
+        *("Walker2dSmallFoot", "Walker2dSmallLeg", "Walker2dSmallThigh", "Walker2dSmallTorso"),
+        *("Walker2dBigFoot", "Walker2dBigLeg", "Walker2dBigThigh", "Walker2dBigTorso"),
+    ]
+    assert names["humanoid-body"][8:] == [
+        *("HumanoidSmallHead", "HumanoidBigHead", "HumanoidSmallArm"),
+        *("HumanoidBigArm", "HumanoidSmallHand", "HumanoidBigHand"),
+    ]
+    assert names["humanoid-wall"] == ["HumanoidWithSensor", "HumanoidWall"]
+    assert names["humanoid-standup-run"] == ["Humanoid", "HumanoidStandup", "HumanoidStandupAndRun"]
+    assert names["humanoid-standup-run-wall"] == [
+        *("HumanoidWithSensor", "HumanoidStandupWithSensor"),
+        *("HumanoidStandupAndRunWithSensor", "HumanoidStandupAndRunWall"),
+    ]
+    assert names["striker"] == ["Striker", "StrikerMovingStart"]
+    assert names["pusher"] == ["Pusher", "PusherMovingGoal"]
+
+
+def test_arm_tasks_last_100_steps_and_all_others_1000() -> None:
+    for row in TASKS.values():
+        assert row.max_steps == (100 if row.base in ("Pusher", "Striker") else 1000)
+
+
+def test_every_group_lists_different_published_tasks() -> None:
+    for row in GROUPS.values():
+        assert all(task_id in TASKS for task_id in row.task_ids), row.id
+        assert len(set(row.task_ids)) == len(row.task_ids) > 1
+
+
+def test_there_are_150_navigation_tasks_in_five_groups_of_thirty_map_by_map() -> None:
+    assert len([row for row in TASKS.values() if row.base == "Navigation"]) == 150
+    for family, pattern in FAMILIES.items():
+        names = [pattern.format(map=number, goal=goal) for number in range(10) for goal in range(3)]
+        assert [row.name for row in group(f"nav-{family}").tasks] == names
+
+
+@pytest.mark.parametrize("name", ["hopper-gravity", "hopper-gravity-v0"])
+def test_a_group_is_found_with_or_without_its_version(name: str) -> None:
+    assert group(name).id == "hopper-gravity-v0"
+
+
+def test_an_unknown_group_raises_an_error_with_the_closest_name() -> None:
+    with pytest.raises(BenchError) as caught:
+        group("hoper-gravity")
+    assert str(caught.value) == "There is no group 'hoper-gravity'. Did you mean 'hopper-gravity'?"

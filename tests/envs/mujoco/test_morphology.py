@@ -1,0 +1,189 @@
+"""Bigger and smaller body parts: radius, mass and total mass, compared with values calculated by hand."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+
+from gym_extensions.catalog.bodies import body as body_named
+from gym_extensions.catalog.task import Task
+from gym_extensions.catalog.variations.morphology import LimbScale
+from gym_extensions.envs import Gravity, group, make
+from gym_extensions.envs.make import construct_mujoco
+from gym_extensions.envs.mujoco.compile import base_spec, compile_model
+from gym_extensions.errors import BenchError
+
+# kg. Mass of a capsule: 1000·π·r²·(L + 4r/3), of a sphere: 1000·4/3·π·r³; HalfCheetah's are scaled to 14.
+TOTAL = {"Hopper": 15.820013406, "Walker2d": 23.677136633, "HalfCheetah": 14.0, "Humanoid": 42.116030492}
+# body, part: mass of the part, then radius of each of its geoms.
+PARTS = {
+    ("Hopper", "Torso"): (3.665191429, {"torso_geom": 0.05}),
+    ("Hopper", "Thigh"): (4.057890511, {"thigh_geom": 0.05}),
+    ("Hopper", "Leg"): (2.781356696, {"leg_geom": 0.04}),
+    ("Hopper", "Foot"): (5.315574770, {"foot_geom": 0.06}),
+    ("Walker2d", "Torso"): (3.665191429, {"torso_geom": 0.05}),
+    ("Walker2d", "Thigh"): (8.115781022, {"thigh_geom": 0.05, "thigh_left_geom": 0.05}),
+    ("Walker2d", "Leg"): (5.562713392, {"leg_geom": 0.04, "leg_left_geom": 0.04}),
+    ("Walker2d", "Foot"): (6.333450790, {"foot_geom": 0.06, "foot_left_geom": 0.06}),
+    ("HalfCheetah", "Torso"): (4.662761506, {"torso": 0.046}),
+    ("HalfCheetah", "Thigh"): (2.981589958, {"fthigh": 0.046, "bthigh": 0.046}),
+    ("HalfCheetah", "Leg"): (2.788284519, {"fshin": 0.046, "bshin": 0.046}),
+    ("HalfCheetah", "Foot"): (1.979916318, {"ffoot": 0.046, "bfoot": 0.046}),
+    ("HalfCheetah", "Head"): (1.587447699, {"head": 0.046}),
+    ("Humanoid", "Torso"): (8.115781022, {"torso1": 0.07, "uwaist": 0.06, "lwaist": 0.06}),
+    ("Humanoid", "Thigh"): (16.119695986, {"right_thigh1": 0.06, "left_thigh1": 0.06, "butt": 0.09}),
+    ("Humanoid", "Leg"): (5.511392334, {"right_shin1": 0.049, "left_shin1": 0.049}),
+    ("Humanoid", "Foot"): (3.534291735, {"right_foot": 0.075, "left_foot": 0.075}),
+    ("Humanoid", "Head"): (3.053628059, {"head": 0.09}),
+    ("Humanoid", "Arm"): (
+        5.245076209,
+        {"right_uarm1": 0.04, "right_larm": 0.031, "left_uarm1": 0.04, "left_larm": 0.031},
+    ),
+    ("Humanoid", "Hand"): (0.536165146, {"right_hand": 0.04, "left_hand": 0.04}),
+}
+ROWS = [(*key, size, factor) for key in PARTS for size, factor in (("Small", 0.75), ("Big", 1.25))]
+
+
+def test_the_expected_values_cover_the_papers_38_tasks_and_halfcheetahs_head() -> None:
+    members = [
+        row.name
+        for body in ("hopper", "walker2d", "halfcheetah", "humanoid")
+        for row in group(f"{body}-body").tasks
+    ]
+    assert len(members) == 38
+    rows = {f"{body}{size}{part}" for body, part, size, _ in ROWS}
+    assert rows - set(members) == {"HalfCheetahSmallHead", "HalfCheetahBigHead"}
+    assert not set(members) - rows
+
+
+@pytest.mark.parametrize(("body", "part", "size", "factor"), ROWS)
+def test_a_part_has_the_expected_radius_and_mass(body: str, part: str, size: str, factor: float) -> None:
+    mass, radii = PARTS[body, part]
+    base, model = construct_mujoco(body).model, construct_mujoco(f"{body}{size}{part}").model
+    for geom in range(base.ngeom):
+        name = base.geom(geom).name
+        expected = base.geom_size[geom].copy()
+        if name in radii:
+            assert expected[0] == radii[name]
+            expected[0] = radii[name] * factor
+        np.testing.assert_array_equal(model.geom_size[geom], expected, err_msg=name)
+    assert base.body_mass.sum() == pytest.approx(TOTAL[body], abs=1e-8)
+    assert model.body_mass.sum() == pytest.approx(TOTAL[body] + (factor - 1) * mass, abs=1e-8)
+    changed = {base.geom(name).bodyid[0] for name in radii}
+    gained = sum(model.body_mass[index] - base.body_mass[index] for index in changed)
+    assert gained == pytest.approx((factor - 1) * mass, abs=1e-8)
+    others = [index for index in range(base.nbody) if index not in changed]
+    np.testing.assert_allclose(model.body_mass[others], base.body_mass[others], rtol=0, atol=1e-15)
+
+
+@pytest.mark.parametrize(("body", "part", "size", "factor"), ROWS)
+def test_everything_else_in_the_model_is_unchanged(body: str, part: str, size: str, factor: float) -> None:
+    base, model = construct_mujoco(body).model, construct_mujoco(f"{body}{size}{part}").model
+    kept = "geom_pos geom_quat body_pos body_quat jnt_axis jnt_pos jnt_range dof_armature dof_damping"
+    for name in [*kept.split(), "actuator_gear", "actuator_ctrlrange", "geom_friction", "geom_contype"]:
+        np.testing.assert_array_equal(getattr(model, name), getattr(base, name), err_msg=name)
+    np.testing.assert_array_equal(model.opt.gravity, base.opt.gravity)
+
+
+def test_inertia_is_that_of_the_new_shape_at_the_new_mass() -> None:
+    radius, length, mass = 0.05 * 1.25, 0.4, 3.665191429 * 1.25
+    ball = mass * (4 / 3 * radius) / (length + 4 / 3 * radius)
+    rod = mass - ball
+    across = rod * (3 * radius**2 + length**2) / 12
+    across += ball * (2 * radius**2 / 5 + length**2 / 4 + 3 * length * radius / 8)
+    along = rod * radius**2 / 2 + ball * 2 * radius**2 / 5
+    inertia = construct_mujoco("HopperBigTorso").model.body("torso").inertia
+    assert sorted(inertia) == pytest.approx(sorted([across, across, along]), rel=1e-8)
+
+
+def test_halfcheetahs_total_mass_changes_only_by_the_part() -> None:
+    model = construct_mujoco("HalfCheetahBigFoot").model
+    assert model.body_mass.sum() == pytest.approx(14 + 0.25 * 1.979916318, abs=1e-8)
+
+
+def test_humanoids_big_feet_overlap_and_do_not_push_each_other() -> None:
+    env = construct_mujoco("HumanoidBigFoot")
+    model, data = env.model, env.data
+    mujoco.mj_resetData(model, data)
+    mujoco.mj_forward(model, data)
+    feet = [model.geom(name).id for name in ("right_foot", "left_foot")]
+    apart = np.linalg.norm(data.geom_xpos[feet[0]] - data.geom_xpos[feet[1]])
+    assert apart - 2 * 0.09375 == pytest.approx(-0.0075, abs=1e-6)
+    assert data.ncon == 0
+    assert [construct_mujoco(f"Humanoid{size}").model.nexclude for size in ("", "SmallFoot", "BigHand")] == [
+        0
+    ] * 3
+
+
+def test_variations_of_different_parts_compose_in_any_order() -> None:
+    chosen = (Gravity(0.7), LimbScale("Foot", 1.2), LimbScale("Torso", 0.9))
+    models = [compile_model(Task("Free", "HalfCheetah", order)) for order in itertools.permutations(chosen)]
+    for model in models[1:]:
+        np.testing.assert_array_equal(model.body_mass, models[0].body_mass)
+        np.testing.assert_array_equal(model.body_inertia, models[0].body_inertia)
+    assert models[0].opt.gravity[2] == pytest.approx(-9.81 * 0.7)
+    total = 14 + 0.2 * 1.979916318 - 0.1 * 4.662761506
+    assert models[0].body_mass.sum() == pytest.approx(total, abs=1e-8)
+
+
+def test_variations_applied_by_hand_compose_in_any_order() -> None:
+    chosen = (LimbScale("Head", 2.0), LimbScale("Foot", 1.2), LimbScale("Torso", 0.9))
+    masses = []
+    for order in itertools.permutations(chosen):
+        spec = base_spec(body_named("HalfCheetah"))
+        for variation in order:
+            variation.apply(spec)
+        with pytest.warns(UserWarning, match="settotalmass"):
+            masses.append(spec.compile().body_mass)
+    for mass in masses[1:]:
+        np.testing.assert_allclose(mass, masses[0], rtol=1e-14)
+
+
+def test_scaling_there_and_back_is_the_base() -> None:
+    model = compile_model(Task("Free", "HalfCheetah", (LimbScale("Leg", 2.0), LimbScale("Leg", 0.5))))
+    base = construct_mujoco("HalfCheetah").model
+    np.testing.assert_allclose(model.body_mass, base.body_mass, rtol=1e-14)
+    np.testing.assert_array_equal(model.geom_size, base.geom_size)
+
+
+def test_custom_parts_can_be_scaled_with_make() -> None:
+    env: Any = make("HalfCheetah", variations=[Gravity(0.7), LimbScale("Foot", 1.2), LimbScale("Torso", 0.9)])
+    assert env.unwrapped.task.name == "HalfCheetah.Gravity-0.7.LimbScale-Foot-1.2.LimbScale-Torso-0.9"
+    assert env.unwrapped.model.geom("bfoot").size[0] == 0.046 * 1.2
+    env.reset(seed=0)
+    assert math.isfinite(env.step(env.action_space.sample())[1])
+
+
+@pytest.mark.parametrize(
+    ("body", "part", "text"),
+    [
+        ("HalfCheetah", "Fot", "HalfCheetah has no part 'Fot'. Did you mean 'Foot'?"),
+        (
+            "Hopper",
+            "Arm",
+            "Hopper has no part 'Arm'. Choose one of: Foot, Leg, Thigh, Torso.",
+        ),
+        (
+            "Pusher",
+            "Arm",
+            "gym_extensions/Pusher.LimbScale-Arm-1.1-v0: LimbScale does not fit Pusher. It fits Hopper, "
+            "Walker2d, HalfCheetah, Humanoid, HumanoidStandup, HumanoidStandupAndRun.",
+        ),
+    ],
+)
+def test_an_unknown_part_raises_an_error(body: str, part: str, text: str) -> None:
+    with pytest.raises(BenchError) as caught:
+        make(body, [LimbScale(part, 1.1)])
+    assert str(caught.value) == text
+
+
+@pytest.mark.parametrize("factor", [0, -0.5, float("nan"), float("inf"), "big"])
+def test_the_factor_must_be_a_finite_number_above_0(factor: Any) -> None:
+    with pytest.raises(BenchError) as caught:
+        LimbScale("Foot", factor)
+    assert str(caught.value) == f"LimbScale's factor for 'Foot' is {factor!r}. Give a finite number above 0."

@@ -1,0 +1,91 @@
+"""The fingerprint check: every task matches its published fingerprint, and differences are reported."""
+
+from __future__ import annotations
+
+import copy
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from gym_extensions.catalog import fingerprints
+from gym_extensions.catalog.bodies import body
+from gym_extensions.catalog.registry import task
+from gym_extensions.catalog.variations.gravity import Gravity
+from gym_extensions.envs import canary, fingerprint
+from gym_extensions.envs.make import construct_mujoco
+from gym_extensions.envs.mujoco import compile as models
+
+HALF = "gym_extensions/HopperGravityHalf-v0"
+
+
+def test_every_task_matches_its_published_fingerprint() -> None:
+    assert [str(difference) for difference in fingerprint.check()] == []
+
+
+def test_a_changed_variation_is_reported_with_task_and_value() -> None:
+    moved = replace(task(HALF), variations=(Gravity(0.501),))
+    lines = [str(difference) for difference in fingerprint.check([moved])]
+    assert lines[0].startswith(f"{HALF}: canary.episodes[0].observation[0] is ")
+    assert f"{HALF}: definition.variations[0].factor is 0.501, published as 0.5" in lines
+
+
+def test_a_changed_time_limit_is_reported() -> None:
+    lines = fingerprint.check([replace(task(HALF), max_steps=999)])
+    assert [str(line) for line in lines] == [f"{HALF}: definition.max_steps is 999, published as 1000"]
+
+
+def test_a_changed_base_model_is_reported(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    text = models.asset(body("Hopper")).read_text().replace('gear="200.0"', 'gear="201.0"')
+    (tmp_path / "hopper.xml").write_text(text)
+    monkeypatch.setattr(models, "ASSETS", tmp_path)
+    wheres = [difference.where for difference in fingerprint.check([task(HALF)])]
+    assert "model_sha256" in wheres
+    assert "canary.episodes[0].rewards[0]" in wheres
+
+
+def test_another_engine_version_is_reported() -> None:
+    table = copy.deepcopy(fingerprints.table())
+    table["engine"]["mujoco"] = "3.17.0"
+    lines = [str(difference) for difference in fingerprint.check([task(HALF)], table)]
+    assert lines == ["engine: mujoco is '4.0.0', published as '3.17.0'"]
+
+
+def test_an_edited_row_is_reported() -> None:
+    table = copy.deepcopy(fingerprints.table())
+    table["tasks"][HALF]["canary"]["episodes"][1]["rewards"][3] += 1e-8
+    wheres = [difference.where for difference in fingerprint.check([task(HALF)], table)]
+    assert wheres == ["fingerprint", "canary.episodes[1].rewards[3]"]
+
+
+def test_a_difference_below_the_tolerance_is_ignored() -> None:
+    assert list(fingerprint.compare("", {"a": [1.0, 2e6]}, {"a": [1.0 + 9e-10, 2e6 + 1e-3]})) == []
+    assert list(fingerprint.compare("", {"a": [1.0]}, {"a": [1.0 + 2e-9]})) == [("a[0]", 1.0, 1.0 + 2e-9)]
+
+
+def test_a_task_without_a_row_and_a_row_without_a_task_are_reported(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(fingerprint, "TASKS", {HALF: task(HALF)})
+    table = copy.deepcopy(fingerprints.table())
+    row = table["tasks"].pop(HALF)
+    assert fingerprint.check([task(HALF)], table)[0].current == "not yet published"
+    table["tasks"]["gym_extensions/Gone-v0"] = row
+    assert "gym_extensions/Gone-v0" in [difference.task for difference in fingerprint.check(None, table)]
+
+
+def test_publishing_again_changes_nothing() -> None:
+    table, changed = fingerprint.updated()
+    assert changed == []
+    assert fingerprint.text(table) == fingerprints.PATH.read_text()
+    assert json.loads(fingerprint.text(table)) == table
+
+
+def test_canary_actions_fill_the_space_and_differ_from_step_to_step() -> None:
+    space = construct_mujoco("Hopper").action_space
+    chosen = list(canary.actions(space))
+    assert len(chosen) == canary.STEPS <= 10
+    assert all(space.contains(action) for action in chosen)
+    assert len({action.tobytes() for action in chosen}) == len(chosen)
+    assert chosen[0].tolist() == pytest.approx(
+        [2 * 0.6180339887 - 1, 2 * 0.2360679775 - 1, 2 * 0.8541019662 - 1]
+    )

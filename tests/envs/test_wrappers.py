@@ -1,0 +1,55 @@
+"""``TaskId`` and ``VectorTaskId``: the task as a one-hot vector in the observation."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+from gym_extensions.catalog.registry import task
+from gym_extensions.envs import TaskId, VectorTaskId, group, make, make_vec
+from gym_extensions.errors import BenchError
+
+
+def test_the_observation_ends_with_a_one_hot_vector_of_the_task() -> None:
+    members = group("hopper-gravity")
+    for position, row in enumerate(members.tasks):
+        env = TaskId(make(row), members)
+        seen, _ = env.reset(seed=0)
+        assert seen in env.observation_space
+        assert seen[-5:].tolist() == [float(position == index) for index in range(5)]
+        np.testing.assert_array_equal(seen[:-5], make(row).reset(seed=0)[0])
+        assert env.step(env.action_space.sample())[0].shape == (16,)
+
+
+@pytest.mark.parametrize("num_envs", [5, 7])
+def test_every_environment_of_a_vector_environment_has_the_vector_of_its_task(num_envs: int) -> None:
+    members = group("hopper-gravity")
+    env = VectorTaskId(make_vec(members.tasks, num_envs), members)
+    seen, _ = env.reset(seed=0)
+    assert seen in env.observation_space
+    assert seen[:, -5:].argmax(axis=1).tolist() == [index % 5 for index in range(num_envs)]
+    assert env.step(env.action_space.sample())[0].shape == (num_envs, 16)
+    env.close()
+
+
+def test_a_task_outside_the_list_raises_an_error() -> None:
+    with pytest.raises(BenchError) as caught:
+        TaskId(make("Hopper"), group("striker"))
+    assert str(caught.value) == "TaskId: gym_extensions/Hopper-v0 is not one of Striker, StrikerMovingStart."
+
+
+def test_a_picture_observation_raises_an_error() -> None:
+    class Picture(gym.Env[Any, Any]):
+        observation_space = gym.spaces.Box(0, 255, (4, 4, 3), np.uint8)
+        action_space = gym.spaces.Box(-1, 1, (1,))
+        task = task("Hopper")
+
+    with pytest.raises(BenchError) as caught:
+        TaskId(Picture(), group("hopper-gravity"))
+    assert str(caught.value) == (
+        "TaskId: The observation space Box(0, 255, (4, 4, 3), uint8) is not a vector. "
+        "Give the task to the agent as a separate input."
+    )

@@ -1,0 +1,100 @@
+"""Documents: the same value after writing and reading, sorted keys, no NaN, and errors that name the path."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from gym_extensions.scoring.leaderboard.board import boards
+from gym_extensions.scoring.leaderboard.compare import compare
+from gym_extensions.scoring.leaderboard.model import BoardsDocument, Comparison
+from gym_extensions.scoring.pipeline.score import score_folder, score_folders
+from gym_extensions.scoring.references import References
+from gym_extensions.scoring.scorecard.model import ScorecardDocument
+
+Write = Callable[..., Path]
+FIVE = (0, 1, 2, 3, 4)
+
+
+@pytest.fixture
+def document(submission: Write, references: References) -> ScorecardDocument:
+    return score_folders([submission(curves=12, protocols=("sequential", "single", "joint"))], references)
+
+
+def test_a_scorecard_document_is_the_same_after_writing_and_reading(document: ScorecardDocument) -> None:
+    assert ScorecardDocument.from_json(document.to_json()) == document
+
+
+def test_boards_are_the_same_after_writing_and_reading(
+    submission: Write, references: References, manifest_text: str
+) -> None:
+    manifest = manifest_text.replace('"smoke"', '"100k"')
+    folders = [submission(name=name, runs=FIVE, manifest=manifest) for name in "ab"]
+    document = boards(score_folders(folders, references).submissions)
+    assert document.boards[0].rows[0].vs_next is not None
+    assert BoardsDocument.from_json(document.to_json()) == document
+
+
+def test_a_comparison_is_the_same_after_writing_and_reading(
+    submission: Write, references: References
+) -> None:
+    comparison = compare(*(score_folder(submission(name=name), references) for name in "ab"))
+    assert Comparison.from_json(comparison.to_json()) == comparison
+
+
+def test_keys_are_sorted_and_the_text_ends_with_a_newline(document: ScorecardDocument) -> None:
+    text = document.to_json()
+    assert text.endswith("\n}\n")
+    assert list(json.loads(text)) == ["format", "references", "submissions"]
+    metrics = json.loads(text)["submissions"][0]["groups"]["hopper-gravity-v0"]["sequential"]["metrics"]
+    assert list(metrics) == sorted(metrics)
+
+
+@pytest.mark.parametrize("number", [math.nan, math.inf, -math.inf])
+def test_a_number_that_is_not_finite_is_never_written(document: ScorecardDocument, number: float) -> None:
+    (card,) = document.submissions
+    score = replace(card.groups["hopper-gravity-v0"]["sequential"], iqm=number)
+    broken = replace(card, groups={"hopper-gravity-v0": {"sequential": score}})
+    with pytest.raises(ValueError, match="Out of range float values are not JSON compliant"):
+        replace(document, submissions=(broken,)).to_json()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('"format": 1', '"format": 2', r"Invalid enum value 2 - at `\$.format`"),
+        ('"title": "An entry"', '"title": 7', r"Expected `str`, got `int` - at `\$.submissions\[0\].title`"),
+        ('"title": "An entry",', "", r"missing required field `title` - at `\$.submissions\[0\]`"),
+    ],
+)
+def test_an_error_of_reading_names_the_path(
+    document: ScorecardDocument, old: str, new: str, message: str
+) -> None:
+    text = document.to_json()
+    assert old in text
+    with pytest.raises(msgspec.ValidationError, match=message):
+        ScorecardDocument.from_json(text.replace(old, new))
+
+
+def test_a_key_that_was_absent_in_the_text_is_written(document: ScorecardDocument) -> None:
+    text = document.to_json()
+    read = ScorecardDocument.from_json(text.replace('"notes": [],', ""))
+    assert text.count('"notes": [],') > 1
+    assert read == document
+    assert read.to_json() == text
+
+
+def test_a_text_that_is_not_json_is_an_error() -> None:
+    with pytest.raises(ValueError, match="JSON is malformed"):
+        ScorecardDocument.from_json("{'format': 1}")
+
+
+def test_keys_of_a_later_version_are_ignored(document: ScorecardDocument) -> None:
+    text = document.to_json().replace('"format": 1,', '"format": 1, "later": true,', 1)
+    assert ScorecardDocument.from_json(text) == document

@@ -1,0 +1,100 @@
+"""Files that describe the project: links, rooms, versions, workflows and commands agree with the tree."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+PACKAGES = {
+    "catalog": "envs/gym_extensions/catalog",
+    "envs": "envs/gym_extensions/envs",
+    "rollouts": "scoring/gym_extensions/rollouts",
+    "scoring": "scoring/gym_extensions/scoring",
+    "baselines": "baselines/gym_extensions/baselines",
+    "site": "site/gym_extensions/site",
+}
+WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
+GUIDES = [
+    *sorted(ROOT.glob("*.md")),
+    *sorted((ROOT / "docs").glob("*.md")),
+    *sorted((ROOT / "docs" / "adr").glob("*.md")),
+]
+
+
+def relative(path: Path) -> str:
+    return path.relative_to(ROOT).as_posix()
+
+
+def anchors(text: str) -> set[str]:
+    """Ids of the headings of a Markdown page, as code hosts make them."""
+    headings = re.findall(r"^#+ (.*)$", text, flags=re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading).strip().lower().replace(" ", "-") for heading in headings}
+
+
+@pytest.mark.parametrize("page", GUIDES, ids=relative)
+def test_relative_links_lead_to_files_and_headings(page: Path) -> None:
+    broken = []
+    for target in re.findall(r"\]\(([^)\s]+)\)", page.read_text("utf-8")):
+        if "://" in target:
+            continue
+        name, _, heading = target.partition("#")
+        file = (page.parent / name).resolve() if name else page
+        if not file.exists() or (heading and heading not in anchors(file.read_text("utf-8"))):
+            broken.append(target)
+    assert broken == []
+
+
+def test_no_package_is_missing_from_the_architecture() -> None:
+    roots = [ROOT / root / "gym_extensions" for root in ("envs", "scoring", "baselines", "site")]
+    found = {relative(path.parent) for root in roots for path in root.glob("*/__init__.py")}
+    assert found == set(PACKAGES.values())
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_the_architecture_has_one_row_per_room(package: str) -> None:
+    text = (ROOT / "ARCHITECTURE.md").read_text("utf-8")
+    section = re.split(r"^## ", text.split(f"\n## {package}\n", 1)[1], flags=re.MULTILINE)[0]
+    rows = re.findall(r"^\| `(\w+)` \|", section, flags=re.MULTILINE)
+    assert sorted(rows) == sorted(
+        path.parent.name for path in (ROOT / PACKAGES[package]).glob("*/__init__.py")
+    )
+
+
+def test_the_citation_has_the_version_of_pyproject() -> None:
+    declared = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["version"]
+    assert re.findall(r"^version: (.*)$", (ROOT / "CITATION.cff").read_text("utf-8"), re.MULTILINE) == [
+        declared
+    ]
+
+
+def test_the_matrix_tests_every_declared_python() -> None:
+    classifiers = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["classifiers"]
+    declared = [name.rpartition(" ")[2] for name in classifiers if re.search(r":: 3\.\d+$", name)]
+    matrix = re.findall(r"python: \[(.*)\]", (ROOT / ".github/workflows/ci.yml").read_text("utf-8"))
+    assert matrix == [", ".join(f'"{version}"' for version in declared)]
+
+
+@pytest.mark.parametrize("workflow", WORKFLOWS, ids=relative)
+def test_actions_are_pinned_by_commit_and_the_token_can_only_read(workflow: Path) -> None:
+    text = workflow.read_text("utf-8")
+    uses = re.findall(r"uses: (.*)$", text, flags=re.MULTILINE)
+    assert uses
+    assert [use for use in uses if not re.fullmatch(r"[\w/-]+@[0-9a-f]{40} # v[\d.]+", use)] == []
+    assert "\npermissions:\n  contents: read\n" in text
+
+
+def test_one_action_has_one_pin() -> None:
+    uses = {
+        use for path in WORKFLOWS for use in re.findall(r"uses: (.*)$", path.read_text("utf-8"), re.MULTILINE)
+    }
+    assert len({use.partition("@")[0] for use in uses}) == len(uses)
+
+
+def test_every_make_target_has_a_line_of_help() -> None:
+    text = (ROOT / "Makefile").read_text("utf-8")
+    phony = re.findall(r"^\.PHONY: (.*)$", text, flags=re.MULTILINE)[0].split()
+    assert sorted(phony) == sorted(re.findall(r"^([a-z]+):.*  ## \S", text, flags=re.MULTILINE))
