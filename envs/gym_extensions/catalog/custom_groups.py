@@ -88,6 +88,20 @@ def resolve_group(group: str | Path | TaskGroup) -> TaskGroup:
     return load_group(group) if str(group).endswith(".toml") else published_group(str(group))
 
 
+def with_custom(groups: Iterable[str | Path | TaskGroup]) -> dict[str, TaskGroup]:
+    """The published groups and these custom groups, by name.
+
+    Raises:
+        BenchError: a group is invalid (see :func:`resolve_group`), or two have the same name.
+    """
+    known = dict(GROUPS)
+    for group in map(resolve_group, groups):
+        if known.setdefault(group.name, group) != group:
+            message = f"Two groups have the name {group.name!r}."
+            raise BenchError("name-taken", message, "--groups", "Rename one of them.")
+    return known
+
+
 def _task(row: Mapping[str, Any], where: str) -> Task:
     _check_keys(row, TASK_KEYS, ("task",), where)
     variations = row.get("variations", [])

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from gym_extensions.catalog.mujoco_tasks import PLANAR_BODIES, RUNNING_BODIES
 from gym_extensions.catalog.navigation_tasks import navigation_groups
-from gym_extensions.catalog.registry import task
+from gym_extensions.catalog.registry import TASKS, task
 from gym_extensions.catalog.task import Task
 from gym_extensions.errors import BenchError, did_you_mean
 
@@ -91,6 +91,10 @@ class TaskGroup:
         if not self.tasks:
             raise BenchError("bad-group", "The group has no task.", self.name, "Add at least one task.")
         for index, member in enumerate(self.tasks):
+            if TASKS.get(member.id, member) != member:
+                message = f"The task {member.id} has the id of a published task and another definition."
+                hint = "Make the task with gym_extensions.envs.customize, which names it."
+                raise BenchError("name-taken", message, self.name, hint)
             if member.id in [other.id for other in self.tasks[:index]]:
                 hint = "List each task once."
                 raise BenchError("duplicate-task", f"The task {member.id} occurs twice.", self.name, hint)

@@ -63,7 +63,8 @@ def _head(*cells: str) -> list[str]:
 
 def _group(name: str, protocol: str, score: GroupScore | SuiteScore) -> list[str]:
     runs = f", {len(score.runs)} runs" if isinstance(score, GroupScore) else ""
-    lines = [f"### {name}, {protocol}, budget {score.budget}{runs}", ""]
+    custom = "" if isinstance(score, SuiteScore) or score.published else ", custom group (not published)"
+    lines = [f"### {name}, {protocol}, budget {score.budget}{runs}{custom}", ""]
     lines += _head("metric", "mean", "95 % interval", "better")
     for metric in METRICS[protocol]:
         value = score.metrics[metric.name]
