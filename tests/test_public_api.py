@@ -25,6 +25,7 @@ PUBLIC = {
         "Wall",
         "customize",
         "group",
+        "load_group",
         "make",
         "make_vec",
     ],

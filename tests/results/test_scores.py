@@ -27,7 +27,7 @@ GROUP = "hopper-gravity-v0"
 @pytest.fixture(autouse=True)
 def synthetic(known: None, monkeypatch: pytest.MonkeyPatch, references: References) -> None:
     """Scores with the synthetic references."""
-    monkeypatch.setattr("gym_extensions.results.scores.load_references", lambda: references)
+    monkeypatch.setattr("gym_extensions.scoring.pipeline.score.load_references", lambda: references)
 
 
 def improving(factor: float) -> Callable[[str, int, int, int, int], float]:

@@ -31,7 +31,9 @@ def parser() -> argparse.ArgumentParser:
         "after their last finished stage if the agent can be saved.",
     )
     command.add_argument("agent", help=f"{', '.join(algorithms.names())}, or module:factory")
-    command.add_argument("--groups", required=True, help="comma-separated group names")
+    command.add_argument(
+        "--groups", required=True, help="comma-separated: names of groups, or TOML files of custom groups"
+    )
     command.add_argument(
         "--protocol",
         default="sequential",
@@ -104,7 +106,9 @@ def main(argv: list[str] | None = None) -> int:
         if missing.name not in SB3_PACKAGES:
             raise
         raise BenchError("missing-extra", f"The agent needs {missing.name}.", hint=SB3_HINT) from missing
-    print(f"The submission is in {options.out}. Score it with: score {_quote(str(options.out))}")
+    files = [name for name in parse_names(options.groups) if name.endswith(".toml")]
+    words = [str(options.out), *(word for name in files for word in ("--groups", name))]
+    print(f"The submission is in {options.out}. Score it with: score {' '.join(map(_quote, words))}")
     return 0
 
 

@@ -13,7 +13,7 @@ from gym_extensions.baselines.submission.writer import missing_jobs, write_log
 from gym_extensions.baselines.training.events import Listener
 from gym_extensions.baselines.training.jobs import Settings, TrainingJob
 from gym_extensions.baselines.training.progress import FinishedStage
-from gym_extensions.baselines.training.request import Request, parse_request
+from gym_extensions.baselines.training.request import Groups, Request, parse_request
 from gym_extensions.baselines.training.runner import PendingJob
 from gym_extensions.baselines.training.workers import run_all
 from gym_extensions.envs import make_vec
@@ -25,7 +25,7 @@ PlanListener = Callable[[Mapping[str, int]], object]
 
 def train(
     agent: str | Factory,
-    groups: str | Iterable[str],
+    groups: Groups,
     protocols: str | Iterable[str],
     budget: str,
     runs: int | Iterable[int],
@@ -43,7 +43,8 @@ def train(
 
     Args:
         agent: the name of a reference agent, ``"module:factory"``, or a factory.
-        groups: the name of a task group, or several.
+        groups: a task group or several: names of published groups, TOML files of custom groups, or
+            :class:`gym_extensions.envs.TaskGroup` objects.
         protocols: ``"sequential"``, ``"single"`` or ``"joint"``, or several.
         budget: ``"smoke"``, ``"100k"``, ``"1M"`` or ``"paper"``: training steps per task.
         runs: a training seed from 0 to 999, or several.
@@ -91,7 +92,7 @@ def train(
 
 def _check(make: Factory, settings: Settings, out: Path, request: Request) -> None:
     """Raises ``BenchError`` before training for anything that cannot become a submission after it."""
-    folder.validate(out)
+    folder.validate(out, request.groups)
     path = out / MANIFEST
     existing = manifest.read(path)
     env = make_vec(request.groups[0].tasks[0], 1)

@@ -1,6 +1,7 @@
 """The environments. Importing this package registers every published id with Gymnasium."""
 
 from gym_extensions.catalog.custom import customize
+from gym_extensions.catalog.custom_groups import load_group
 from gym_extensions.catalog.groups import TaskGroup, group
 from gym_extensions.catalog.task import Task
 from gym_extensions.catalog.variations.actuation import MotorNoise
@@ -29,6 +30,7 @@ __all__ = [
     "Wall",
     "customize",
     "group",
+    "load_group",
     "make",
     "make_vec",
 ]

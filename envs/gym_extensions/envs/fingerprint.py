@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import json
 from collections.abc import Iterable, Iterator, Mapping
@@ -55,6 +56,19 @@ def row(task: Task) -> dict[str, Any]:
         "canary": {"tolerance": canary.TOLERANCE, "episodes": canary.record(task)},
     }
     return {"fingerprint": digest(content)} | content
+
+
+@functools.cache
+def fingerprint_of(task: Task) -> str:
+    """Returns the fingerprint that logs record: the published one, or that of a custom task.
+
+    The fingerprint of a custom task covers its definition and its base model. It has no canary values, so it
+    is the same on every machine.
+    """
+    if TASKS.get(task.id) == task:
+        return fingerprints.published(task.id)
+    model = hashlib.sha256(base_bytes(task)).hexdigest()
+    return digest({"definition": definition(task), "model_sha256": model})
 
 
 def check(

@@ -6,8 +6,9 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import pandas as pd
 
+from gym_extensions.catalog.custom_groups import with_custom
 from gym_extensions.results.columns import check_columns, select_columns
-from gym_extensions.results.submissions import Paths, find, refuse_problems
+from gym_extensions.results.submissions import CustomGroups, Paths, find, refuse_problems
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.submission import Submission
 
@@ -36,7 +37,9 @@ CURVE_DTYPES = {
 }
 
 
-def episodes(submissions: Paths, columns: Sequence[str] | None = None) -> pd.DataFrame:
+def episodes(
+    submissions: Paths, columns: Sequence[str] | None = None, *, groups: CustomGroups = ()
+) -> pd.DataFrame:
     """Every evaluation episode, one per row, in the order of the logs.
 
     ===========  =======  ==========================================================================
@@ -56,15 +59,17 @@ def episodes(submissions: Paths, columns: Sequence[str] | None = None) -> pd.Dat
     fingerprint  str      fingerprint of the task
     ===========  =======  ==========================================================================
 
-    Runs that are identical in every episode appear once, as they count once in scores, unless the agent
-    cannot learn. Reported entries have no episodes.
+    Identical runs of an agent without parameters appear once, as they count once in scores. Reported
+    entries have no episodes.
 
     Args:
         submissions: a submission, a folder of submissions, or a list of these.
         columns: the columns to return, in this order; all by default.
+        groups: custom groups that the submissions may contain: TOML files or TaskGroup objects.
 
     Raises:
-        BenchError: a path does not exist, a submission has problems, or a column is unknown.
+        BenchError: a path does not exist, a submission has problems, a column is unknown, or a group is
+            invalid.
     """
     check_columns(columns, EPISODE_DTYPES)
     frames = [
@@ -84,14 +89,16 @@ def episodes(submissions: Paths, columns: Sequence[str] | None = None) -> pd.Dat
                 "fingerprint": log.fingerprint,
             }
         )
-        for submission in _read(submissions)
+        for submission in _read(submissions, groups)
         for group_id, group in submission.groups.items()
         for protocol, log in group.logs.items()
     ]
     return select_columns(_concat(frames, EPISODE_DTYPES), columns)
 
 
-def curves(submissions: Paths, columns: Sequence[str] | None = None) -> pd.DataFrame:
+def curves(
+    submissions: Paths, columns: Sequence[str] | None = None, *, groups: CustomGroups = ()
+) -> pd.DataFrame:
     """Every point of the training curves, one per row, in the order of the files.
 
     ===========  =======  ==========================================================================
@@ -111,9 +118,11 @@ def curves(submissions: Paths, columns: Sequence[str] | None = None) -> pd.DataF
     Args:
         submissions: a submission, a folder of submissions, or a list of these.
         columns: the columns to return, in this order; all by default.
+        groups: custom groups that the submissions may contain: TOML files or TaskGroup objects.
 
     Raises:
-        BenchError: a path does not exist, a submission has problems, or a column is unknown.
+        BenchError: a path does not exist, a submission has problems, a column is unknown, or a group is
+            invalid.
     """
     check_columns(columns, CURVE_DTYPES)
     frames = [
@@ -128,16 +137,17 @@ def curves(submissions: Paths, columns: Sequence[str] | None = None) -> pd.DataF
                 "return": group.curves.return_,
             }
         )
-        for submission in _read(submissions)
+        for submission in _read(submissions, groups)
         for group_id, group in submission.groups.items()
         if group.curves is not None
     ]
     return select_columns(_concat(frames, CURVE_DTYPES), columns)
 
 
-def _read(submissions: Paths) -> Iterator[Submission]:
+def _read(submissions: Paths, groups: CustomGroups) -> Iterator[Submission]:
+    known = with_custom(groups)
     for folder in find(submissions):
-        submission = read(folder)
+        submission = read(folder, known)
         refuse_problems(folder, submission.problems)
         yield submission
 

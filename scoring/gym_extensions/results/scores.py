@@ -2,26 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from pathlib import Path
 
 import pandas as pd
 
 from gym_extensions.catalog.budgets import BUDGETS
-from gym_extensions.catalog.groups import GROUPS
+from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.catalog.suites import SUITES
 from gym_extensions.errors import BenchError, did_you_mean
 from gym_extensions.results.columns import check_columns, select_columns
-from gym_extensions.results.submissions import Paths, find, refuse_problems
+from gym_extensions.results.submissions import CustomGroups, Paths, find, refuse_problems
 from gym_extensions.scoring.leaderboard.board import board as board_of
 from gym_extensions.scoring.leaderboard.keys import BoardKey
 from gym_extensions.scoring.output.frames import METRIC_DTYPES, board_dtypes, board_frame, metrics_frame
-from gym_extensions.scoring.pipeline.score import Scorer, scorecard_document
-from gym_extensions.scoring.references import load_references
+from gym_extensions.scoring.pipeline.score import Scorer, make_scorer, scorecard_document
 from gym_extensions.scoring.scorecard.model import ScorecardDocument
 
 
-def metrics(submissions: Paths, columns: Sequence[str] | None = None) -> pd.DataFrame:
+def metrics(
+    submissions: Paths,
+    columns: Sequence[str] | None = None,
+    *,
+    groups: CustomGroups = (),
+    references: str | Path | None = None,
+) -> pd.DataFrame:
     """Every metric of the submissions, one row per submission, group or suite, protocol and metric.
 
     ========  =======  =============================================================================
@@ -43,22 +49,26 @@ def metrics(submissions: Paths, columns: Sequence[str] | None = None) -> pd.Data
     Args:
         submissions: a submission, a folder of submissions, or a list of these.
         columns: the columns to return, in this order; all by default.
+        groups: custom groups that the submissions may contain: TOML files or TaskGroup objects.
+        references: the references file of the custom groups' tasks.
 
     Raises:
         BenchError: a path does not exist, a submission has problems, or a column is unknown.
     """
     check_columns(columns, METRIC_DTYPES)
-    return select_columns(metrics_frame(_document(submissions)), columns)
+    return select_columns(metrics_frame(_document(submissions, make_scorer(groups, references))), columns)
 
 
 def board(
-    group: str,
+    group: str | TaskGroup,
     submissions: Paths = "submissions",
     protocol: str = "sequential",
     budget: str = "100k",
     *,
     task_conditioned: bool = False,
     columns: Sequence[str] | None = None,
+    groups: CustomGroups = (),
+    references: str | Path | None = None,
 ) -> pd.DataFrame:
     """A board: the submissions with results on it, one per row.
 
@@ -85,31 +95,37 @@ def board(
     ``final_performance``, ``final_performance_low``, ``final_performance_high`` and so on.
 
     Args:
-        group: name or id of a group (``hopper-gravity``, ``hopper-gravity-v0``), or name of a suite.
+        group: name or id of a group (``hopper-gravity``, ``hopper-gravity-v0``), name of a suite, or a
+            TaskGroup.
         submissions: a submission, a folder of submissions, or a list of these.
         protocol: ``sequential``, ``single`` or ``joint``.
         budget: name of the training budget. The site has no board of the budget ``smoke``.
         task_conditioned: whether the agents observe the task in evaluation.
         columns: the columns to return, in this order; all by default.
+        groups: custom groups that the submissions may contain: TOML files or TaskGroup objects.
+        references: the references file of the custom groups' tasks.
 
     Raises:
         BenchError: a group, protocol, budget, path or column is unknown, or a submission has problems.
     """
-    group_id = _group_id(group)
+    if isinstance(group, TaskGroup):
+        groups, group = (*groups, group), group.name
+    scorer = make_scorer(groups, references)
+    group_id = _group_id(group, scorer.groups)
     _check("protocol", protocol, PROTOCOLS)
     _check("budget", budget, BUDGETS)
     check_columns(columns, board_dtypes(protocol))
     key = BoardKey(group_id, protocol, budget, task_conditioned)
-    return select_columns(board_frame(board_of(_document(submissions).submissions, key)), columns)
+    return select_columns(board_frame(board_of(_document(submissions, scorer).submissions, key)), columns)
 
 
-def _group_id(name: str) -> str:
+def _group_id(name: str, groups: Mapping[str, TaskGroup]) -> str:
     """The name of a suite, or the id of a group."""
-    ids = {group.id: group.id for group in GROUPS.values()} | {
-        short: group.id for short, group in GROUPS.items()
+    ids = {group.id: group.id for group in groups.values()} | {
+        short: group.id for short, group in groups.items()
     }
     if name not in SUITES and name not in ids:
-        hint = did_you_mean(str(name), [*GROUPS, *SUITES])
+        hint = did_you_mean(str(name), [*groups, *SUITES])
         raise BenchError("unknown-group", f"There is no group or suite {name!r}.", "group", hint)
     return ids.get(name, name)
 
@@ -120,13 +136,11 @@ def _check(argument: str, name: str, choices: Collection[str]) -> None:
         raise BenchError(f"unknown-{argument}", f"There is no {argument} {name!r}.", argument, hint)
 
 
-def _document(submissions: Paths) -> ScorecardDocument:
+def _document(submissions: Paths, scorer: Scorer) -> ScorecardDocument:
     """The scorecards, made in this process: a notebook on Windows or macOS cannot start workers safely."""
-    references = load_references()
-    scorer = Scorer(references)
     cards = []
     for folder in find(submissions):
         card = scorer(folder)
         refuse_problems(folder, card.problems)
         cards.append(card)
-    return scorecard_document(cards, references)
+    return scorecard_document(cards, scorer.references)

@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.problem import Problem
 from gym_extensions.scoring.pipeline.score import find_submissions
 
 Paths = str | Path | Iterable[str | Path]
 """A submission, a folder of submissions, or several of these."""
+CustomGroups = Iterable[str | Path | TaskGroup]
+"""Groups of the user: TOML files or TaskGroup objects."""
 
 
 def find(submissions: Paths) -> list[Path]:

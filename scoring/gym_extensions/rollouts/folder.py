@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import functools
 import os
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
+from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.layout import MANIFEST, MAX_DEPTH, PROGRESS
 from gym_extensions.rollouts.problem import escape
@@ -31,11 +32,12 @@ class FolderItem:
 
 @dataclass(frozen=True)
 class Folder:
-    """A submission's folder and its content, sorted by path."""
+    """A submission's folder, its content sorted by path, and the groups that it may contain by name."""
 
     root: Path
     name: str
     items: tuple[FolderItem, ...]
+    groups: Mapping[str, TaskGroup] = field(default_factory=lambda: GROUPS)
 
     @functools.cached_property
     def files(self) -> dict[str, FolderItem]:
@@ -80,12 +82,13 @@ def exists_readable(path: Path, kind: Callable[[Path], bool] = Path.exists) -> b
         return False
 
 
-def scan(root: Path) -> Folder:
+def scan(root: Path, groups: Mapping[str, TaskGroup] = GROUPS) -> Folder:
     """The folder as it is on disk; without items if the path is not a folder."""
     name = escape(root.name or root.resolve().name)
     if not exists_readable(root, Path.is_dir):
-        return Folder(root, name, ())
-    return Folder(root, name, tuple(sorted(_items(root, "", 1), key=lambda item: item.path)))
+        return Folder(root, name, (), groups)
+    items = tuple(sorted(_items(root, "", 1), key=lambda item: item.path))
+    return Folder(root, name, items, groups)
 
 
 def _candidates(path: Path) -> list[Path]:

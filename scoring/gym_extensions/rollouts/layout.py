@@ -21,7 +21,9 @@ MAX_DEPTH = 4
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
 """A submission's folder name. It becomes part of a URL."""
 NUMBER = "(0|[1-9][0-9]{0,8})"
-TRACE = re.compile(rf"({'|'.join(PROTOCOLS)})-run{NUMBER}-stage{NUMBER}-([A-Za-z0-9-]+)-episode{NUMBER}\.npz")
+TRACE = re.compile(
+    rf"({'|'.join(PROTOCOLS)})-run{NUMBER}-stage{NUMBER}-([A-Za-z0-9._-]+)-episode{NUMBER}\.npz"
+)
 """A trace's file name; its groups are protocol, run, stage, task name and episode."""
 POLICY = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,127}\.npz")
 

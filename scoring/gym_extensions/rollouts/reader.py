@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -31,12 +32,16 @@ PARSE_ERRORS = (ValueError, KeyError, OverflowError)
 """Raised for a cell of the wrong kind."""
 
 
-def read(path: Path) -> Submission:
+def read(path: Path, groups: Mapping[str, TaskGroup] = GROUPS) -> Submission:
     """The submission in a folder. With problems, it holds all of them and what could be read.
 
     At most ``PROBLEMS_LISTED`` problems are listed per rule; the rest are counted.
+
+    Args:
+        path: the submission's folder.
+        groups: the groups that it may contain, by name.
     """
-    return _Reader(scan(path)).submission()
+    return _Reader(scan(path, groups)).submission()
 
 
 class _Reader:
@@ -50,8 +55,8 @@ class _Reader:
     def submission(self) -> Submission:
         self._passes("folder", self.folder)
         manifest = self._manifest()
-        names = [name for name in GROUPS if any(item.path == name for item in self.folder.items)]
-        groups = {GROUPS[name].id: self._group(GROUPS[name]) for name in names}
+        paths = {item.path for item in self.folder.items}
+        groups = {group.id: self._group(group) for name, group in self.folder.groups.items() if name in paths}
         if not self.problems and not toml.declared_trainable(self.tables):
             groups = {group_id: merge_identical_runs(group) for group_id, group in groups.items()}
         problems = summarize(self.problems, self.folder.name)

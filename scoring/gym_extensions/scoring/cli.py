@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from gym_extensions.errors import BenchError, reports_mistakes
 
 if TYPE_CHECKING:
+    from gym_extensions.scoring.pipeline.score import Scorer
     from gym_extensions.scoring.scorecard.model import Scorecard, ScorecardDocument
 
 MAX_IN_FULL = 3
@@ -32,6 +33,14 @@ def parser() -> argparse.ArgumentParser:
     output.add_argument("--csv", action="store_true", help="print one CSV row per metric")
     output.add_argument("--markdown", action="store_true", help="print Markdown tables")
     add("--compare", nargs=2, type=Path, metavar=("A", "B"), help="compare two submissions by metric")
+    add(
+        "--groups",
+        action="append",
+        default=[],
+        metavar="FILE",
+        help="also accept the custom group in this TOML file; may be repeated",
+    )
+    add("--references", type=Path, metavar="FILE", help="references of the custom groups' tasks")
     add("--verify", action="store_true", help="also replay the recorded episodes in the simulator")
     out_help = (
         "write scorecards/NAME.json and boards.json to DIR; scorecards of other submissions are removed"
@@ -63,11 +72,17 @@ def _print(text: str) -> None:
     sys.stdout.buffer.flush()
 
 
-def _compare(paths: list[Path], as_json: bool) -> int:
+def _scorer(options: argparse.Namespace) -> Scorer:
+    from gym_extensions.scoring.pipeline.score import make_scorer
+
+    return make_scorer(options.groups, options.references)
+
+
+def _compare(paths: list[Path], scorer: Scorer, as_json: bool) -> int:
     from gym_extensions.scoring.leaderboard.compare import compare
     from gym_extensions.scoring.output import summary
     from gym_extensions.scoring.output.console import console
-    from gym_extensions.scoring.pipeline.score import find_submissions, score_folder
+    from gym_extensions.scoring.pipeline.score import find_submissions
 
     cards = []
     for path in paths:
@@ -75,7 +90,7 @@ def _compare(paths: list[Path], as_json: bool) -> int:
         if len(folders) != 1:
             hint = "Name two submissions."
             raise BenchError("bad-compare", f"It contains {len(folders)} submissions.", str(path), hint)
-        cards.append(score_folder(folders[0]))
+        cards.append(scorer(folders[0]))
     refused = [card for card in cards if card.problems]
     for card in refused:
         summary.show_line(console(errors=as_json), card)
@@ -94,16 +109,15 @@ def _score(options: argparse.Namespace) -> int:
     from gym_extensions.scoring.output.console import console
     from gym_extensions.scoring.pipeline import score as pipeline
     from gym_extensions.scoring.pipeline.publish import Publisher
-    from gym_extensions.scoring.references import load_references
 
-    references = load_references()
+    scorer = _scorer(options)
+    references = scorer.references
     info = pipeline.references_info(references)
     folders = pipeline.find_submissions(options.folders)
     as_text = options.json or options.csv or options.markdown
     publisher = Publisher(options.out, references) if options.out else None
     cards: list[Scorecard] = []
     out, problems = console(), False
-    scorer = pipeline.Scorer(references)
     for card in pipeline.scorecards(folders, scorer, options.jobs, options.verify):
         problems = problems or bool(card.problems)
         try:
@@ -147,7 +161,9 @@ def main(argv: list[str] | None = None) -> int:
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")
     try:
-        return _compare(options.compare, options.json) if options.compare else _score(options)
+        return (
+            _compare(options.compare, _scorer(options), options.json) if options.compare else _score(options)
+        )
     except BrokenPipeError:
         _discard_output()
         return 1

@@ -9,6 +9,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from gym_extensions.errors import BenchError
+
 REFERENCES = Path(__file__).parent / "references_data"
 CURRENT = "provisional"
 """The benchmark version whose references normalize every score."""
@@ -78,6 +80,36 @@ def parse_references(data: bytes) -> References:
     }
     digest = hashlib.sha256(data).hexdigest()
     return References(str(document["version"]), bool(document["provisional"]), tasks, digest)
+
+
+def add_references(published: References, own: References) -> References:
+    """The published references and a user's own for further tasks.
+
+    A published reference is never replaced. The version and the digest name both files.
+    """
+    return References(
+        version=f"{published.version} + {own.version}",
+        provisional=published.provisional or own.provisional,
+        tasks=own.tasks | published.tasks,
+        digest=hashlib.sha256(f"{published.digest} {own.digest}".encode()).hexdigest(),
+    )
+
+
+def read_references(path: Path) -> References:
+    """The references of a file that ``gym-extensions reference`` wrote.
+
+    Raises:
+        BenchError: the file cannot be read or does not hold references.
+    """
+    try:
+        return parse_references(path.read_bytes())
+    except OSError as error:
+        raise BenchError("unreadable-references", f"{error.strerror or error}.", str(path)) from error
+    except (ValueError, KeyError, TypeError) as error:
+        hint = "Write it with: gym-extensions reference."
+        raise BenchError(
+            "malformed-references", "The file does not hold references.", str(path), hint
+        ) from error
 
 
 def load_references(version: str = CURRENT) -> References:

@@ -52,7 +52,7 @@ def test_the_command_writes_the_references_and_their_logs(
 
 
 def test_each_group_may_have_its_own_budget() -> None:
-    hopper, pusher = group("hopper-gravity").task_ids, group("pusher").task_ids
+    hopper, pusher = group("hopper-gravity").tasks, group("pusher").tasks
     assert cli.task_budgets("hopper-gravity, pusher", "1M") == dict.fromkeys([*hopper, *pusher], "1M")
     budgets = cli.task_budgets("hopper-gravity,pusher", "1M,100k")
     assert budgets == dict.fromkeys(hopper, "1M") | dict.fromkeys(pusher, "100k")

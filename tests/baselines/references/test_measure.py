@@ -10,16 +10,17 @@ import pytest
 
 from gym_extensions.baselines.references.measure import Measurement, PendingMeasurement, measure
 from gym_extensions.catalog.protocol import evaluation_seed
+from gym_extensions.catalog.registry import task
 from gym_extensions.scoring.references import CURRENT
 
 PUBLISHED_LOGS = Path(__file__).parents[3] / "scoring" / "reference-logs" / CURRENT
-TASKS = ("gym_extensions/Hopper-v0", "gym_extensions/HopperGravityHalf-v0")
+TASKS = (task("Hopper"), task("HopperGravityHalf"))
 
 
 def test_a_measurement_uses_the_reference_seeds_and_is_not_repeated(tmp_path: Path) -> None:
     pending = PendingMeasurement(Measurement(TASKS[0], "random", 1000, 5), tmp_path)
     rows = pending.run(lambda _: None)
-    expected = [evaluation_seed("reference", TASKS[0], episode) for episode in range(5)]
+    expected = [evaluation_seed("reference", TASKS[0].id, episode) for episode in range(5)]
     assert [row.seed for row in rows] == expected
     (path,) = tmp_path.iterdir()
     content = json.loads(path.read_text())
@@ -31,7 +32,7 @@ def test_a_measurement_uses_the_reference_seeds_and_is_not_repeated(tmp_path: Pa
 
 
 def test_each_agent_and_task_has_its_own_seed() -> None:
-    measurements = [Measurement(task, agent, 1000, 5) for task in TASKS for agent in ("random", "zero")]
+    measurements = [Measurement(each, agent, 1000, 5) for each in TASKS for agent in ("random", "zero")]
     assert len({measurement.agent_seed for measurement in measurements}) == 4
 
 

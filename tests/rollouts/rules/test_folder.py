@@ -50,7 +50,13 @@ EXAMPLES = (
         "unknown-group",
         "a misspelt group",
         lambda folder: (folder / GROUP).rename(folder / "hoper-gravity"),
-        (("hoper-gravity", "Unknown group 'hoper-gravity'.", "Did you mean 'hopper-gravity'?"),),
+        (
+            (
+                "hoper-gravity",
+                "Unknown group 'hoper-gravity'.",
+                "Did you mean 'hopper-gravity'? For a custom group, pass its TOML file: score --groups FILE.",
+            ),
+        ),
     ),
     Example(
         "unexpected-name",

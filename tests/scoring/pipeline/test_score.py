@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import time
 import tracemalloc
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 
 import pytest
 
+from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.reader import read
 from gym_extensions.scoring.pipeline import score as pipeline
@@ -60,10 +61,10 @@ def test_an_unforeseen_error_is_a_problem_of_that_submission_alone(
 ) -> None:
     folders = [submission(name=name) for name in "ab"]
 
-    def failing(path: Path) -> object:
+    def failing(path: Path, groups: Mapping[str, TaskGroup]) -> object:
         if path.name == "a":
             raise ZeroDivisionError
-        return read(path)
+        return read(path, groups)
 
     monkeypatch.setattr(pipeline, "read", failing)
     broken, good = scorecards(folders, Scorer(references), workers=1)

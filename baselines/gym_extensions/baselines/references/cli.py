@@ -13,14 +13,13 @@ from gym_extensions.baselines.references.logs import write_ceiling_log, write_fl
 from gym_extensions.baselines.references.measure import ORACLE, Measurement, PendingMeasurement
 from gym_extensions.baselines.references.rows import floor_row, task_row
 from gym_extensions.baselines.training.display import Screen, open_screen
-from gym_extensions.baselines.training.request import parse_names, parse_runs, require_positive
+from gym_extensions.baselines.training.request import parse_groups, parse_names, parse_runs, require_positive
 from gym_extensions.baselines.training.workers import run_all
 from gym_extensions.catalog.budgets import BUDGETS
 from gym_extensions.catalog.budgets import budget as budget_named
-from gym_extensions.catalog.fingerprints import published
-from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.protocol import FIRST_REFERENCE_RUN, FULL_ENTRY_RUNS
-from gym_extensions.catalog.registry import task as task_named
+from gym_extensions.catalog.task import Task
+from gym_extensions.envs.fingerprint import fingerprint_of
 from gym_extensions.errors import BenchError, reports_mistakes
 from gym_extensions.rollouts.episodes import Episode
 from gym_extensions.rollouts.layout import PROGRESS
@@ -33,25 +32,25 @@ REFERENCE_BUDGET = "1M"
 Results = Mapping[Measurement, list[Episode]]
 
 
-def floor_measurements(task_id: str) -> dict[str, Measurement]:
+def floor_measurements(task: Task) -> dict[str, Measurement]:
     """The measurements of a task's floor, by agent."""
-    return {agent: Measurement(task_id, agent, FIRST_REFERENCE_RUN, FLOOR_EPISODES) for agent in FLOOR_AGENTS}
+    return {agent: Measurement(task, agent, FIRST_REFERENCE_RUN, FLOOR_EPISODES) for agent in FLOOR_AGENTS}
 
 
-def ceiling_measurements(task_id: str, budget: str, runs: Sequence[int]) -> list[Measurement]:
+def ceiling_measurements(task: Task, budget: str, runs: Sequence[int]) -> list[Measurement]:
     """The measurements of a task's ceiling: the reference runs, or the oracle in navigation."""
-    if task_named(task_id).base == "Navigation":
-        return [Measurement(task_id, ORACLE, FIRST_REFERENCE_RUN, FLOOR_EPISODES)]
-    return [Measurement(task_id, CEILING_AGENT, run, CEILING_EPISODES, budget) for run in runs]
+    if task.base == "Navigation":
+        return [Measurement(task, ORACLE, FIRST_REFERENCE_RUN, FLOOR_EPISODES)]
+    return [Measurement(task, CEILING_AGENT, run, CEILING_EPISODES, budget) for run in runs]
 
 
 def measure_all(
-    budgets: Mapping[str, str], *, runs: Sequence[int], out: Path, jobs: int, screen: Screen
+    budgets: Mapping[Task, str], *, runs: Sequence[int], out: Path, jobs: int, screen: Screen
 ) -> dict[str, Any]:
     """Measures every task. Episodes are logged beside ``out``, and finished measurements are stored.
 
     Args:
-        budgets: the training budget of the reference runs, by task id.
+        budgets: the training budget of the reference runs, by task.
         runs: the training seeds of the reference runs.
         out: the path of the references file; its stem is the version.
         jobs: number of worker processes.
@@ -71,13 +70,13 @@ def measure_all(
         measurements[index]: episodes for index, episodes in run_all(pending, jobs, screen.show)
     }
     logs = out.parent / f"{out.stem}-logs"
-    tasks = {task: _task(task, floors[task], ceilings[task], results, logs) for task in budgets}
+    tasks = {task.id: _task(task, floors[task], ceilings[task], results, logs) for task in budgets}
     final = set(budgets.values()) == {REFERENCE_BUDGET} and len(runs) >= FULL_ENTRY_RUNS
     return {"format": 1, "version": out.stem, "provisional": not final, "tasks": tasks}
 
 
 def _task(
-    task: str,
+    task: Task,
     floors: Mapping[str, Measurement],
     ceilings: Sequence[Measurement],
     results: Results,
@@ -88,15 +87,15 @@ def _task(
     floor = floor_row(
         {agent: _returns(episodes) for agent, episodes in floor_episodes.items()},
         {agent: each.agent_seed for agent, each in floors.items()},
-        fingerprint=published(task),
-        log_sha256=write_floor_log(logs, task, floor_episodes),
+        fingerprint=fingerprint_of(task),
+        log_sha256=write_floor_log(logs, task.id, floor_episodes),
     )
     return task_row(
         floor,
         {each.run: _returns(results[each]) for each in ceilings},
         agent=ceilings[0].agent,
         budget=ceilings[0].budget,
-        log_sha256=write_ceiling_log(logs, task, [row for each in ceilings for row in results[each]]),
+        log_sha256=write_ceiling_log(logs, task.id, [row for each in ceilings for row in results[each]]),
     )
 
 
@@ -104,23 +103,23 @@ def _returns(episodes: Sequence[Episode]) -> list[float]:
     return [row.return_ for row in episodes]
 
 
-def task_budgets(groups: str, budgets: str) -> dict[str, str]:
+def task_budgets(groups: str, budgets: str) -> dict[Task, str]:
     """The budget of each task, from comma-separated groups and one budget for all or one per group.
 
     Raises:
         BenchError: an unknown name, another number of budgets, or two budgets for one task.
     """
-    group_names, budget_names = parse_names(groups), parse_names(budgets)
-    if len(budget_names) not in (1, len(group_names)):
-        message = f"There are {len(group_names)} groups and {len(budget_names)} budgets."
+    chosen_groups, budget_names = parse_groups(parse_names(groups)), parse_names(budgets)
+    if len(budget_names) not in (1, len(chosen_groups)):
+        message = f"There are {len(chosen_groups)} groups and {len(budget_names)} budgets."
         raise BenchError("bad-budget", message, "--budget", "Use one budget, or one per group.")
     if len(budget_names) == 1:
-        budget_names *= len(group_names)
-    chosen: dict[str, str] = {}
-    for group_name, budget_name in zip(group_names, budget_names, strict=True):
-        for task in group(group_name).task_ids:
+        budget_names *= len(chosen_groups)
+    chosen: dict[Task, str] = {}
+    for group, budget_name in zip(chosen_groups, budget_names, strict=True):
+        for task in group.tasks:
             if chosen.setdefault(task, budget_named(budget_name).name) != budget_name:
-                message = f"{task} is in two groups with the budgets {chosen[task]} and {budget_name}."
+                message = f"{task.id} is in two groups with the budgets {chosen[task]} and {budget_name}."
                 raise BenchError("bad-budget", message, "--budget", "Use the same budget for these groups.")
     return chosen
 
@@ -132,7 +131,9 @@ def main(argv: list[str] | None = None) -> int:
         prog="gym-extensions reference",
         description="Measure floors (random and zero actions) and ceilings (trpo per task, or the oracle).",
     )
-    command.add_argument("--groups", required=True, help="comma-separated group names")
+    command.add_argument(
+        "--groups", required=True, help="comma-separated: names of groups, or TOML files of custom groups"
+    )
     command.add_argument(
         "--budget",
         default=REFERENCE_BUDGET,

@@ -17,10 +17,10 @@ from gym_extensions.baselines.training.jobs import Settings
 from gym_extensions.baselines.training.recorder import Recorder
 from gym_extensions.baselines.training.seeding import training_seed
 from gym_extensions.catalog.budgets import budget
-from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.protocol import evaluation_seed
-from gym_extensions.catalog.registry import task as task_named
+from gym_extensions.catalog.task import Task
 from gym_extensions.envs import make_vec
+from gym_extensions.envs.fingerprint import fingerprint_of
 from gym_extensions.rollouts.episodes import Episode
 
 ARRIVAL_REWARD = 10.0
@@ -35,7 +35,7 @@ ORACLE = "oracle"
 class Measurement:
     """An agent on a task: the run, the number of episodes and the training budget (untrained if empty)."""
 
-    task: str
+    task: Task
     agent: str
     run: int
     episodes: int
@@ -44,16 +44,17 @@ class Measurement:
     @property
     def title(self) -> str:
         """A readable name."""
-        return f"{self.task} {self.agent} run {self.run}" if self.budget else f"{self.task} {self.agent}"
+        ending = f" run {self.run}" if self.budget else ""
+        return f"{self.task.id} {self.agent}{ending}"
 
     @property
     def agent_seed(self) -> int:
         """The seed of the agent."""
-        return training_seed(self.run, REFERENCE, self.task, self.agent)
+        return training_seed(self.run, REFERENCE, self.task.id, self.agent)
 
     def path(self, folder: Path) -> Path:
         """The file of its result."""
-        task = self.task.rpartition("/")[2]
+        task = self.task.id.rpartition("/")[2]
         return folder / f"{task}-{self.agent}-{self.budget or 'untrained'}-{self.run}-{self.episodes}.json"
 
 
@@ -67,7 +68,8 @@ class PendingMeasurement:
     def run(self, listen: Listener) -> list[Episode]:
         """The measurement's episodes, stored in its file."""
         path = self.measurement.path(self.folder)
-        settings = asdict(self.measurement) | {"fingerprint": published(self.measurement.task)}
+        task = self.measurement.task
+        settings = {"title": self.measurement.title, "fingerprint": fingerprint_of(task)}
         if path.exists():
             stored: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
             if stored["settings"] == settings:
@@ -89,24 +91,24 @@ def measure(measurement: Measurement, listen: Listener) -> list[Episode]:
         _train(agent, measurement, listen)
     rows = _evaluate(agent, env, measurement)
     mean_return = sum(row.return_ for row in rows) / len(rows)
-    listen(Event(measurement.title, 1, 0, measurement.task, mean_return))
+    listen(Event(measurement.title, 1, 0, measurement.task.id, mean_return))
     env.close()
     return rows
 
 
 def _seeds(measurement: Measurement, episodes: Iterable[int]) -> list[int]:
-    return [evaluation_seed(REFERENCE, measurement.task, episode) for episode in episodes]
+    return [evaluation_seed(REFERENCE, measurement.task.id, episode) for episode in episodes]
 
 
 def _oracle_episodes(measurement: Measurement) -> list[Episode]:
     from gym_extensions.envs.navigation.oracle import oracle_returns
 
-    task = task_named(measurement.task)
+    task = measurement.task
     seeds = _seeds(measurement, range(measurement.episodes))
     rows = []
     for episode, (seed, return_) in enumerate(zip(seeds, oracle_returns(task, seeds), strict=True)):
         length = round(ARRIVAL_REWARD - return_)  # no collisions: −1 per step, and the reward of arrival
-        result = (seed, length, float(return_), True, published(task.id))
+        result = (seed, length, float(return_), True, fingerprint_of(task))
         rows.append(Episode(measurement.run, 1, task.id, episode, *result))
     return rows
 
@@ -117,10 +119,10 @@ def _train(agent: Agent, measurement: Measurement, listen: Listener) -> None:
     steps = plan.batches * plan.batch_steps
     recorder = Recorder(
         env,
-        [measurement.task],
+        [measurement.task.id],
         steps=steps,
         batch_steps=plan.batch_steps,
-        seed=training_seed(measurement.run, REFERENCE, measurement.task, "training"),
+        seed=training_seed(measurement.run, REFERENCE, measurement.task.id, "training"),
         report=lambda taken: listen(Event(measurement.title, 1, taken)),
     )
     agent.learn(recorder, steps)
@@ -128,8 +130,8 @@ def _train(agent: Agent, measurement: Measurement, listen: Listener) -> None:
 
 
 def _evaluate(agent: Agent, env: VectorEnv, measurement: Measurement) -> list[Episode]:
-    task_id, rows = measurement.task, list[Episode]()
-    fingerprint = published(task_named(task_id).id)
+    task_id, rows = measurement.task.id, list[Episode]()
+    fingerprint = fingerprint_of(measurement.task)
     for first in range(0, measurement.episodes, env.num_envs):
         numbers = range(first, first + env.num_envs)
         seeds = _seeds(measurement, numbers)

@@ -6,14 +6,17 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from operator import index
+from pathlib import Path
 from typing import Any
 
 from gym_extensions.catalog.budgets import Budget
 from gym_extensions.catalog.budgets import budget as budget_named
+from gym_extensions.catalog.custom_groups import resolve_group, with_custom
 from gym_extensions.catalog.groups import TaskGroup
-from gym_extensions.catalog.groups import group as group_named
 from gym_extensions.catalog.protocol import CURVE_POINTS, FIRST_REFERENCE_RUN, PROTOCOLS
 from gym_extensions.errors import BenchError, did_you_mean
+
+Groups = str | Path | TaskGroup | Iterable[str | Path | TaskGroup]
 
 
 @dataclass(frozen=True)
@@ -31,7 +34,7 @@ class Request:
 
 
 def parse_request(
-    groups: str | Iterable[str],
+    groups: Groups,
     protocols: str | Iterable[str],
     budget: str,
     runs: int | Iterable[int],
@@ -42,7 +45,7 @@ def parse_request(
     Raises:
         BenchError: an unknown name, an empty list, or a number that is not allowed.
     """
-    unique_groups = tuple(dict.fromkeys(group_named(name) for name in _names(groups, "groups")))
+    unique_groups = tuple(dict.fromkeys(parse_groups(groups)))
     unique_protocols = tuple(dict.fromkeys(_names(protocols, "protocols")))
     for protocol in unique_protocols:
         if protocol not in PROTOCOLS:
@@ -57,6 +60,26 @@ def parse_request(
     if num_envs is not None:
         _check_num_envs(num_envs, chosen, unique_groups)
     return Request(unique_groups, unique_protocols, chosen, unique_runs)
+
+
+def parse_groups(groups: Groups) -> list[TaskGroup]:
+    """The groups of an argument: names of published groups, TOML files, TaskGroup objects.
+
+    Raises:
+        BenchError: an unknown name, an invalid file, or two different groups with one name.
+    """
+    values: list[object] = [groups] if isinstance(groups, str | Path | TaskGroup) else _items(groups)
+    if not values:
+        message = f"Expected a group or a list of groups, got {groups!r}."
+        raise BenchError("bad-groups", message, "groups")
+    resolved = []
+    for value in values:
+        if not isinstance(value, str | Path | TaskGroup):
+            hint = "Use a name, a path to a TOML file, or a TaskGroup."
+            raise BenchError("bad-groups", f"{value!r} is not a group.", "groups", hint)
+        resolved.append(resolve_group(value))
+    with_custom(resolved)
+    return resolved
 
 
 def parse_names(text: str) -> list[str]:
@@ -84,6 +107,10 @@ def require_positive(number: int, option: str) -> None:
     """Raises ``BenchError`` if the value of a command's option is below 1."""
     if number < 1:
         raise BenchError(f"bad-{option[2:]}", f"{number} is too small.", option, "Use at least 1.")
+
+
+def _items(value: object) -> list[object]:
+    return list(value) if isinstance(value, Iterable) else []
 
 
 def _names(value: object, argument: str) -> list[str]:

@@ -16,10 +16,10 @@ from gym_extensions.baselines.training.progress import FinishedStage, Progress
 from gym_extensions.baselines.training.recorder import Recorder
 from gym_extensions.baselines.training.seeding import training_seed
 from gym_extensions.catalog.budgets import budget
-from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, evaluation_seed
 from gym_extensions.catalog.task import Task
 from gym_extensions.envs import make_vec
+from gym_extensions.envs.fingerprint import fingerprint_of
 from gym_extensions.rollouts.episodes import CurvePoint, Episode
 from gym_extensions.rollouts.layout import PROGRESS, trace_name
 from gym_extensions.rollouts.traces import trace_bytes
@@ -62,7 +62,7 @@ class Evaluator:
                 name = trace_name(job.protocol, job.run, stage, task.name, episode)
                 write_bytes(self._traces / name, trace_bytes(rollout.trace))
             result = (rollout.length, rollout.return_, rollout.terminated)
-            rows.append(Episode(job.run, stage, task.id, episode, seed, *result, published(task.id)))
+            rows.append(Episode(job.run, stage, task.id, episode, seed, *result, fingerprint_of(task)))
         return rows
 
     def close(self) -> None:
@@ -86,7 +86,9 @@ def run_job(
     """
     stages = job.stages(budget(settings.budget))
     progress = Progress.of(out, job)
-    progress.begin(asdict(settings) | {"group": job.group.id, "stages": len(stages)})
+    progress.begin(
+        asdict(settings) | {"group": job.group.id, "tasks": list(job.group.task_ids), "stages": len(stages)}
+    )
     done = progress.finished()
     if len(done) == len(stages):
         return done

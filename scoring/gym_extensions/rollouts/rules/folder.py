@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from gym_extensions.catalog.groups import GROUPS
+from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.errors import did_you_mean
 from gym_extensions.rollouts.folder import ROOT, Folder, exists_readable
 from gym_extensions.rollouts.layout import (
@@ -81,18 +81,21 @@ def not_a_regular_file(folder: Folder) -> Iterator[Finding]:
 
 @rule("folder")
 def unknown_group(folder: Folder) -> Iterator[Finding]:
-    """Each folder in a submission is named after a published group, without its version."""
+    """Each folder in a submission is named after a published group, without its version.
+    (`score --groups` adds custom groups.)"""
     for item in folder.items:
-        if item.kind == "folder" and "/" not in item.path and item.path not in GROUPS:
-            hint = did_you_mean(item.path, GROUPS) or "List the groups with: gym-extensions envs list."
+        if item.kind == "folder" and "/" not in item.path and item.path not in folder.groups:
+            closest = did_you_mean(item.path, folder.groups)
+            custom = "For a custom group, pass its TOML file: score --groups FILE."
+            hint = f"{closest} {custom}".lstrip()
             yield Finding(item.path, f"Unknown group '{item.path}'.", hint)
 
 
-def _is_expected(path: str) -> bool:
+def _is_expected(path: str, groups: Mapping[str, TaskGroup]) -> bool:
     parts = path.split("/")
     if len(parts) == 1:
         return path == MANIFEST
-    if parts[0] not in GROUPS:
+    if parts[0] not in groups:
         return True  # unknown_group reports it
     if len(parts) == 2:
         return parts[1] in CSV_FILES
@@ -101,7 +104,7 @@ def _is_expected(path: str) -> bool:
     if parts[1] == POLICIES:
         return POLICY.fullmatch(parts[2]) is not None
     match = TRACE.fullmatch(parts[2])
-    return match is not None and any(match[4] == task.name for task in GROUPS[parts[0]].tasks)
+    return match is not None and any(match[4] == task.name for task in groups[parts[0]].tasks)
 
 
 @rule("folder")
@@ -111,9 +114,9 @@ def unexpected_name(folder: Folder) -> Iterator[Finding]:
         parts = item.path.split("/")
         if item.kind == "folder":
             is_deep = len(parts) > 2 or (len(parts) == 2 and parts[1] not in ARRAY_FOLDERS)
-            if is_deep and len(parts) <= MAX_DEPTH and parts[0] in GROUPS:
+            if is_deep and len(parts) <= MAX_DEPTH and parts[0] in folder.groups:
                 yield Finding(item.path, "Unexpected folder.", "Remove it.")
-        elif item.kind == "file" and not _is_expected(item.path):
+        elif item.kind == "file" and not _is_expected(item.path, folder.groups):
             choices = (MANIFEST,) if len(parts) == 1 else CSV_FILES
             closest = did_you_mean(parts[-1], choices) if len(parts) <= 2 else ""
             other = "Remove it, or rename it as described in docs/rollout-log.md."
@@ -125,7 +128,7 @@ def no_logs(folder: Folder) -> Iterator[Finding]:
     """Each group folder contains at least one of sequential.csv, single.csv and joint.csv."""
     paths = {item.path for item in folder.items if item.kind != "folder"}
     for item in folder.items:
-        is_group = item.kind == "folder" and item.path in GROUPS
+        is_group = item.kind == "folder" and item.path in folder.groups
         if is_group and not any(f"{item.path}/{log}" in paths for log in LOGS):
             hint = f"Add one of {', '.join(LOGS)}, or remove the folder."
             yield Finding(item.path, "The group folder contains no log.", hint)

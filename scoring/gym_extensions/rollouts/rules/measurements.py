@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from gym_extensions.catalog.bodies import UNBOUNDED
 from gym_extensions.catalog.fingerprints import published
+from gym_extensions.catalog.registry import TASKS
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.problem import Finding, row_findings
 from gym_extensions.rollouts.reading.evaluation_log import KINDS, Cells, Log
@@ -109,14 +110,16 @@ def impossible_return(log: Log) -> Iterator[Finding]:
 
 @rule("keys")
 def foreign_fingerprint(log: Log) -> Iterator[Finding]:
-    """The fingerprint of every row is the published fingerprint of its task."""
-    fingerprints: dict[str, str] = {}
-    for name in log.group.task_ids:
-        try:
-            fingerprints[name] = published(name)
-        except BenchError as error:
-            yield Finding(log.path, f"{name} has no published fingerprint: {error.message}", error.hint)
+    """The fingerprint of every row is the published one of its task. A custom task has one fingerprint."""
     pairs = list(zip(log.task, log.fingerprint, strict=True))
+    fingerprints = {} if log.group.published else dict(reversed(pairs))
+    for task in log.group.tasks:
+        if TASKS.get(task.id) != task:
+            continue
+        try:
+            fingerprints[task.id] = published(task.id)
+        except BenchError as error:
+            yield Finding(log.path, f"{task.id} has no published fingerprint: {error.message}", error.hint)
     wrong = {(task, digest) for task, digest in set(pairs) if fingerprints.get(task, digest) != digest}
     rows = [index for index, pair in enumerate(pairs) if pair in wrong] if wrong else []
 

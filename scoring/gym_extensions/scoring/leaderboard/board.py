@@ -10,7 +10,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
+from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS
+from gym_extensions.catalog.suites import SUITES
 from gym_extensions.scoring.leaderboard.duplicates import duplicate_entries
 from gym_extensions.scoring.leaderboard.keys import BoardKey, board_keys, lookup
 from gym_extensions.scoring.leaderboard.model import (
@@ -142,7 +144,8 @@ def board(cards: Sequence[Scorecard], key: BoardKey) -> Board:
         for entry in entries
     ]
     ranked = sum(entry.ranked for entry in entries)
-    return Board(key.group, key.protocol, key.budget, key.task_conditioned, ranked, tuple(rows))
+    published = key.group in SUITES or key.group in {group.id for group in GROUPS.values()}
+    return Board(key.group, published, key.protocol, key.budget, key.task_conditioned, ranked, tuple(rows))
 
 
 def boards(cards: Sequence[Scorecard]) -> BoardsDocument:

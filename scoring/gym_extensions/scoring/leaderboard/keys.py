@@ -44,6 +44,7 @@ def strip_for_boards(card: Scorecard) -> Scorecard:
     groups = {
         name: {
             protocol: GroupScore(
+                published=score.published,
                 budget=score.budget,
                 runs=score.runs,
                 tasks=(),

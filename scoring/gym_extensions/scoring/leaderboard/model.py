@@ -83,6 +83,7 @@ class Board:
     """Entries of one group or suite, protocol and budget."""
 
     group: Annotated[str, about("group id or suite name")]
+    published: Annotated[bool, about("false for a custom group, which `score --groups` adds")]
     protocol: Annotated[str, about("`sequential`, `single` or `joint`")]
     budget: Annotated[str, about("name of the budget")]
     task_conditioned: Annotated[bool, about("whether its agents observe the task in evaluation")]

@@ -56,7 +56,8 @@ def _table(out: Console, score: GroupScore) -> None:
 def _group(out: Console, name: str, protocol: str, score: GroupScore, single: GroupScore | None) -> None:
     runs = f", {count(len(score.runs), 'run')}" if score.runs else ""
     out.print()
-    heading(out, f"{name}, {protocol}", f", budget {score.budget}{runs}")
+    custom = "" if score.published else ", custom group (not published)"
+    heading(out, f"{name}, {protocol}", f", budget {score.budget}{runs}{custom}")
     _metrics(out, score, protocol)
     if score.paper_table:
         _table(out, score)

@@ -46,7 +46,8 @@ def _metric_lines(frame: pd.DataFrame) -> dict[tuple[str, str, str], list[str]]:
 
 def _group(name: str, protocol: str, score: GroupScore | SuiteScore, metrics: list[str]) -> list[str]:
     runs = f", {len(score.runs)} runs" if isinstance(score, GroupScore) else ""
-    lines = [f"### {name}, {protocol}, budget {score.budget}{runs}", ""]
+    custom = "" if isinstance(score, SuiteScore) or score.published else ", custom group (not published)"
+    lines = [f"### {name}, {protocol}, budget {score.budget}{runs}{custom}", ""]
     lines += [*_head("metric", "mean", "95 % interval", "better"), *metrics]
     if isinstance(score, SuiteScore):
         return [*lines, ""]

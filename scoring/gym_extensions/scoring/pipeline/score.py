@@ -5,18 +5,20 @@ from __future__ import annotations
 import os
 import traceback
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import islice
 from pathlib import Path
 
+from gym_extensions.catalog.custom_groups import with_custom
+from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.folder import submission_folders
 from gym_extensions.rollouts.problem import Problem, escape
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.submission import Submission
-from gym_extensions.scoring.references import References, load_references
+from gym_extensions.scoring.references import References, add_references, load_references, read_references
 from gym_extensions.scoring.scorecard.build import score
 from gym_extensions.scoring.scorecard.model import ReferencesInfo, Scorecard, ScorecardDocument
 
@@ -32,19 +34,43 @@ QUEUED_PER_WORKER = 4
 
 @dataclass(frozen=True)
 class Scorer:
-    """Scores one folder with the given references; can be sent to another process."""
+    """Scores one folder; can be sent to another process.
+
+    Args:
+        references: floors and ceilings.
+        groups: the groups that a submission may contain, by name.
+    """
 
     references: References
+    groups: Mapping[str, TaskGroup] = field(default_factory=lambda: GROUPS)
 
     def __call__(self, path: Path) -> Scorecard:
         """The scorecard of the submission in that folder; one with a problem where scoring it fails."""
         try:
-            return score(read(path), self.references)
+            return score(read(path, self.groups), self.references)
         except BenchError:
             raise
         except Exception as error:  # noqa: BLE001 - an unforeseen folder must not stop the others
             submission = Submission(escape(path.name), None, {}, (_fault(path, error),))
             return score(submission, self.references)
+
+
+def make_scorer(
+    groups: Iterable[str | Path | TaskGroup] = (), references: str | Path | None = None
+) -> Scorer:
+    """Scores with the published groups and references, and with the user's own.
+
+    Args:
+        groups: custom groups: TOML files or TaskGroup objects.
+        references: the references file of the custom groups' tasks.
+
+    Raises:
+        BenchError: a group or the file is invalid.
+    """
+    known = load_references()
+    if references is not None:
+        known = add_references(known, read_references(Path(references)))
+    return Scorer(known, with_custom(groups))
 
 
 def _fault(path: Path, error: Exception) -> Problem:
@@ -72,7 +98,7 @@ def _in_order(
 
 def scorecards(
     folders: Sequence[Path],
-    scorer: Callable[[Path], Scorecard],
+    scorer: Scorer,
     workers: int | None = None,
     verify: bool = False,
 ) -> Iterator[Scorecard]:
@@ -80,7 +106,7 @@ def scorecards(
 
     Args:
         folders: one submission each.
-        scorer: a ``Scorer``, or another function that can be pickled.
+        scorer: scores each of them.
         workers: number of processes; None chooses it.
         verify: also replay the recorded episodes, which loads the simulator.
     """
@@ -89,7 +115,7 @@ def scorecards(
         return cards
     from gym_extensions.scoring.replay import verify as replay
 
-    return (replay.verified(card, path) for card, path in zip(cards, folders, strict=True))
+    return (replay.verified(card, path, scorer.groups) for card, path in zip(cards, folders, strict=True))
 
 
 def find_submissions(paths: Sequence[Path]) -> list[Path]:
@@ -116,7 +142,10 @@ def scorecard_document(cards: Sequence[Scorecard], references: References) -> Sc
 
 
 def score_folders(
-    paths: Sequence[Path], references: References | None = None, verify: bool = False
+    paths: Sequence[Path],
+    references: References | None = None,
+    verify: bool = False,
+    groups: Mapping[str, TaskGroup] = GROUPS,
 ) -> ScorecardDocument:
     """The scorecards of all submissions in the folders, sorted by name.
 
@@ -124,15 +153,18 @@ def score_folders(
         paths: submissions, or folders of submissions.
         references: floors and ceilings; the current benchmark version's where None.
         verify: also replay the recorded episodes, which loads the simulator.
+        groups: the groups that a submission may contain, by name.
 
     Raises:
         BenchError: a path does not exist, or two submissions have the same name.
     """
     references = load_references() if references is None else references
-    cards = scorecards(find_submissions(paths), Scorer(references), verify=verify)
+    cards = scorecards(find_submissions(paths), Scorer(references, groups), verify=verify)
     return scorecard_document(tuple(cards), references)
 
 
-def score_folder(path: Path, references: References | None = None) -> Scorecard:
+def score_folder(
+    path: str | Path, references: References | None = None, groups: Mapping[str, TaskGroup] = GROUPS
+) -> Scorecard:
     """The scorecard of the one submission in a folder."""
-    return Scorer(load_references() if references is None else references)(path)
+    return Scorer(load_references() if references is None else references, groups)(Path(path))

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import groupby
 from pathlib import Path
 
+from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.rollouts.folder import scan
 from gym_extensions.rollouts.problem import Problem, summarize
 from gym_extensions.rollouts.reader import read
@@ -40,15 +42,15 @@ def _task_id(episode: RecordedEpisode) -> str:
     return episode.task.id
 
 
-def verify(path: Path) -> Verification:
+def verify(path: Path, groups: Mapping[str, TaskGroup] = GROUPS) -> Verification:
     """Replays the audit sample of a submission; one with problems is not replayed.
 
     Traces are optional: without any, nothing is replayed and there is no problem.
     """
-    submission = read(path)
+    submission = read(path, groups)
     if submission.problems:
         return Verification(0, 0, submission.problems)
-    folder = scan(path)
+    folder = scan(path, groups)
     logs = [log for entry in submission.groups.values() for log in entry.logs.values()]
     logged = sum(len(log.run) for log in logs)
     if not any("/traces/" in name for name in folder.files):
@@ -68,7 +70,7 @@ def verify(path: Path) -> Verification:
     return Verification(len(episodes), logged, tuple(problems))
 
 
-def verified(card: Scorecard, path: Path) -> Scorecard:
+def verified(card: Scorecard, path: Path, groups: Mapping[str, TaskGroup] = GROUPS) -> Scorecard:
     """The scorecard with the trust that replay gives or with the problems that it finds.
 
     A submission with problems and a reported one are returned unchanged.
@@ -76,10 +78,11 @@ def verified(card: Scorecard, path: Path) -> Scorecard:
     Args:
         card: the scorecard of the submission.
         path: the submission's folder.
+        groups: the groups that it may contain, by name.
     """
     if card.problems or card.trust == REPORTED:
         return card
-    verification = verify(path)
+    verification = verify(path, groups)
     problems = tuple(summarize(verification.problems, card.name))
     if problems:
         return replace(card, trust=None, problems=problems, groups={}, suites={})

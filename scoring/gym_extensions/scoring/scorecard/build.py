@@ -48,6 +48,7 @@ def score_group(results: Results, references: References, protocol: str, budget:
     final = [[run.p(run.T, j) for j in run.scored] for run in runs]
     rows, total = paper_table(results) if protocol == "sequential" else ((), None)
     return GroupScore(
+        published=results.group.published,
         budget=budget,
         runs=tuple(results.runs[protocol]),
         tasks=results.group.task_ids,

@@ -53,6 +53,7 @@ class Curve:
 class GroupScore:
     """One submission on one group under one protocol."""
 
+    published: Annotated[bool, about("false for a custom group, which `score --groups` adds")] = True
     budget: Annotated[str, about("name of the budget")]
     runs: Annotated[tuple[int, ...], about("training seeds; empty in a reported entry")]
     tasks: Annotated[tuple[str, ...], about("task ids in training order")]

@@ -1,0 +1,140 @@
+"""A user's own group, as a Python object or a TOML file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from gym_extensions.catalog.custom import customize
+from gym_extensions.catalog.custom_groups import load_group, resolve_group
+from gym_extensions.catalog.groups import TaskGroup, group
+from gym_extensions.catalog.registry import task
+from gym_extensions.catalog.variations import KINDS
+from gym_extensions.catalog.variations.gravity import Gravity
+from gym_extensions.errors import BenchError
+
+LIGHT = """
+name = "hopper-light"
+
+[[tasks]]
+task = "Hopper"
+
+[[tasks]]
+task = "Hopper"
+variations = [{kind = "Gravity", factor = 0.3}]
+max_steps = 500
+"""
+
+
+def write(folder: Path, text: str) -> Path:
+    path = folder / "my.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_a_toml_file_gives_the_group_that_the_same_python_objects_give(tmp_path: Path) -> None:
+    light = customize("Hopper", [Gravity(0.3)], max_steps=500)
+    assert load_group(write(tmp_path, LIGHT)) == TaskGroup("hopper-light", (task("Hopper"), light))
+
+
+def test_a_custom_group_has_an_id_and_is_not_published(tmp_path: Path) -> None:
+    light = load_group(write(tmp_path, LIGHT))
+    assert (light.id, light.published) == ("hopper-light-v0", False)
+    assert light.task_ids == (
+        "gym_extensions/Hopper-v0",
+        "gym_extensions/Hopper.Gravity-0.3.steps-500-v0",
+    )
+    assert group("hopper-gravity").published
+
+
+def test_a_task_that_equals_a_published_one_is_the_published_one(tmp_path: Path) -> None:
+    text = LIGHT.replace("0.3", "0.5").replace("max_steps = 500\n", "")
+    assert load_group(write(tmp_path, text)).tasks[1] == task("HopperGravityHalf")
+
+
+def test_every_kind_of_variation_can_be_named_in_a_file() -> None:
+    assert sorted(KINDS) == [
+        *("Course", "Gravity", "LimbScale", "MotorNoise", "MovingGoal", "MovingStart"),
+        *("RangeSensor", "SensorNoise", "TrackingGoal", "Wall"),
+    ]
+
+
+@pytest.mark.parametrize("name", ["hopper-gravity", "hopper-gravity-v0"])
+def test_a_name_resolves_to_the_published_group(name: str) -> None:
+    assert resolve_group(name) is group("hopper-gravity")
+
+
+def test_a_path_and_an_object_resolve_to_the_custom_group(tmp_path: Path) -> None:
+    path = write(tmp_path, LIGHT)
+    assert resolve_group(path) == resolve_group(str(path)) == resolve_group(load_group(path))
+
+
+BROKEN = {
+    "a typo in a key": (
+        LIGHT.replace("max_steps", "max_step"),
+        "{path}, task 2: There is no key 'max_step'. Did you mean 'max_steps'?",
+    ),
+    "a typo at the top": (
+        LIGHT.replace("name =", "nme ="),
+        "{path}: There is no key 'nme'. Did you mean 'name'?",
+    ),
+    "no tasks": ('name = "light"', "{path}: The key 'tasks' is missing. Add tasks."),
+    "an unpublished body": (
+        LIGHT.replace('"Hopper"\nvar', '"Hoper"\nvar'),
+        "{path}, task 2: There is no task 'Hoper'. Did you mean 'Hopper'?",
+    ),
+    "a typo in the kind": (
+        LIGHT.replace('"Gravity"', '"Gravty"'),
+        "{path}, task 2: There is no variation 'Gravty'. Did you mean 'Gravity'?",
+    ),
+    "a typo in a parameter": (
+        LIGHT.replace("factor", "facter"),
+        "{path}, task 2, Gravity: There is no key 'facter'. Did you mean 'factor'?",
+    ),
+    "an impossible value": (
+        LIGHT.replace("0.3", "-1"),
+        "{path}, task 2: Gravity's factor is -1. Give a finite number above 0.",
+    ),
+    "a task twice": (
+        LIGHT.replace("0.3", "1.0").replace(
+            'variations = [{kind = "Gravity", factor = 1.0}]\nmax_steps = 500', ""
+        ),
+        "{path}: The task gym_extensions/Hopper-v0 occurs twice. List each task once.",
+    ),
+    "a published name": (
+        LIGHT.replace("hopper-light", "hopper-gravity"),
+        "{path}: 'hopper-gravity' is the name of a published group with other tasks. Choose another name.",
+    ),
+    "an unusable name": (
+        LIGHT.replace("hopper-light", "../up"),
+        "{path}: The group's name is '../up'. "
+        "Use up to 48 lower-case letters, digits and dashes, beginning with a letter.",
+    ),
+    "a limit below one": (
+        LIGHT.replace("500", "0"),
+        "{path}, task 2: max_steps is 0. Give a whole number above 0.",
+    ),
+}
+
+
+@pytest.mark.parametrize("mistake", BROKEN)
+def test_a_mistake_is_reported_with_its_place_and_what_to_do(mistake: str, tmp_path: Path) -> None:
+    text, message = BROKEN[mistake]
+    path = write(tmp_path, text)
+    with pytest.raises(BenchError) as error:
+        load_group(path)
+    assert str(error.value) == message.format(path=path)
+
+
+def test_a_file_that_is_not_toml_is_reported(tmp_path: Path) -> None:
+    path = write(tmp_path, "name = ")
+    with pytest.raises(BenchError, match="The file is not TOML") as error:
+        load_group(path)
+    assert error.value.where == str(path)
+
+
+def test_a_file_that_does_not_exist_is_reported(tmp_path: Path) -> None:
+    with pytest.raises(BenchError) as error:
+        resolve_group(tmp_path / "none.toml")
+    assert str(error.value) == f"{tmp_path / 'none.toml'}: No such file or directory."

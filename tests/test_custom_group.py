@@ -1,0 +1,160 @@
+"""A custom group from training to the comparison of two submissions."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from gym_extensions import results
+from gym_extensions.baselines import cli as train_cli
+from gym_extensions.baselines import train
+from gym_extensions.baselines.references import cli as reference_cli
+from gym_extensions.catalog.custom_groups import with_custom
+from gym_extensions.envs import Gravity, TaskGroup, customize, load_group
+from gym_extensions.envs.fingerprint import fingerprint_of
+from gym_extensions.rollouts.reader import read
+from gym_extensions.scoring import cli as score_cli
+from gym_extensions.scoring.leaderboard.board import boards
+from gym_extensions.scoring.pipeline.score import score_folder
+from gym_extensions.scoring.references import load_references, read_references
+
+LIGHT = """
+name = "hopper-light"
+
+[[tasks]]
+task = "HopperGravityHalf"
+
+[[tasks]]
+task = "Hopper"
+variations = [{kind = "Gravity", factor = 0.3}]
+max_steps = 300
+"""
+LOG = "hopper-light/sequential.csv"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the group's TOML file, its references, and submissions of two agents."""
+    root = tmp_path_factory.mktemp("custom")
+    group = root / "light.toml"
+    group.write_text(LIGHT, encoding="utf-8")
+    for agent in ("random", "zero"):
+        train(agent, group, ["sequential", "single"], "smoke", [0, 1], out=root / agent)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(reference_cli, "FLOOR_EPISODES", 20)
+        patch.setattr(reference_cli, "CEILING_EPISODES", 20)
+        options = ["--groups", str(group), "--budget", "smoke", "--runs", "1000"]
+        assert reference_cli.main([*options, "--out", str(root / "light-references.json")]) == 0
+    return root
+
+
+@pytest.fixture
+def options(folder: Path) -> list[str]:
+    return ["--groups", str(folder / "light.toml"), "--references", str(folder / "light-references.json")]
+
+
+def test_a_python_object_trains_the_same_submission_as_a_file(folder: Path, tmp_path: Path) -> None:
+    light = customize("Hopper", [Gravity(0.3)], max_steps=300)
+    group = TaskGroup("hopper-light", (customize("HopperGravityHalf"), light))
+    assert group == load_group(folder / "light.toml")
+    train("random", group, ["sequential", "single"], "smoke", [0, 1], out=tmp_path / "random")
+    assert (tmp_path / "random" / LOG).read_bytes() == (folder / "random" / LOG).read_bytes()
+
+
+def test_the_command_says_how_to_score_the_submission(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    group, out = folder / "light.toml", tmp_path / "mine"
+    argv = ["zero", "--groups", str(group), "--protocol", "single", "--budget", "smoke", "--out", str(out)]
+    assert train_cli.main(argv) == 0
+    assert capsys.readouterr().out.splitlines()[-1].endswith(f"score {out} --groups {group}")
+
+
+def test_without_the_file_the_group_is_unknown(folder: Path) -> None:
+    (problem,) = read(folder / "random").problems
+    assert (problem.rule, problem.where) == ("unknown-group", "hopper-light")
+    assert problem.hint.endswith("For a custom group, pass its TOML file: score --groups FILE.")
+
+
+def test_the_scorecard_marks_the_group_as_custom(
+    folder: Path, options: list[str], capsysbinary: pytest.CaptureFixture[bytes]
+) -> None:
+    assert score_cli.main([str(folder / "random"), "--json", *options]) == 0
+    document = json.loads(capsysbinary.readouterr().out)
+    score = document["submissions"][0]["groups"]["hopper-light-v0"]["sequential"]
+    assert score["published"] is False
+    assert score["runs"] == [0, 1]
+    assert document["references"]["version"] == "provisional + light-references"
+
+
+def test_the_terminal_says_that_the_group_is_not_published(
+    folder: Path, options: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert score_cli.main([str(folder / "random"), *options]) == 0
+    assert "hopper-light-v0, sequential, budget smoke, 2 runs, custom group" in capsys.readouterr().out
+
+
+def test_the_recorded_episodes_replay(
+    folder: Path, options: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert score_cli.main([str(folder / "random"), "--verify", *options]) == 0
+    assert "replayed (sample: " in capsys.readouterr().out
+
+
+def test_two_submissions_are_compared(
+    folder: Path, options: list[str], capsysbinary: pytest.CaptureFixture[bytes]
+) -> None:
+    pair = [str(folder / "random"), str(folder / "zero")]
+    assert score_cli.main(["--compare", *pair, "--json", *options]) == 0
+    assert list(json.loads(capsysbinary.readouterr().out)["groups"]) == ["hopper-light-v0"]
+
+
+def test_the_references_hold_the_custom_task_and_keep_the_published_ones(folder: Path) -> None:
+    own = read_references(folder / "light-references.json")
+    light = load_group(folder / "light.toml")
+    assert set(own.tasks) == set(light.task_ids)
+    row = json.loads((folder / "light-references.json").read_text())["tasks"][light.task_ids[1]]
+    assert row["floor"]["fingerprint"] == fingerprint_of(light.tasks[1])
+    half = light.task_ids[0]
+    assert own.tasks[half] != load_references().tasks[half]
+
+
+def test_a_board_of_a_custom_group_says_so(folder: Path) -> None:
+    card = score_folder(folder / "random", groups=with_custom([folder / "light.toml"]))
+    assert card.problems == ()
+    assert boards([card]).boards == ()  # the smoke budget has no boards
+
+
+def test_rows_with_two_fingerprints_of_a_custom_task_are_a_problem(folder: Path, tmp_path: Path) -> None:
+    light = load_group(folder / "light.toml")
+    log = (folder / "random" / LOG).read_text()
+    copy = tmp_path / "copy"
+    (copy / "hopper-light").mkdir(parents=True)
+    (copy / "submission.toml").write_bytes((folder / "random/submission.toml").read_bytes())
+    digest = fingerprint_of(light.tasks[1])
+    head, last = log.rsplit(digest, 1)
+    (copy / LOG).write_text(f"{head}{'0' * len(digest)}{last}", newline="\n")
+    (problem,) = read(copy, with_custom([light])).problems
+    assert (problem.rule, digest in problem.message) == ("foreign-fingerprint", True)
+
+
+def test_the_results_are_data_frames(folder: Path) -> None:
+    group, references = folder / "light.toml", folder / "light-references.json"
+    frame = results.episodes([folder / "random"], groups=[group])
+    assert frame.groupby("protocol").size().to_dict() == {"sequential": 2 * 3 * 2 * 20, "single": 2 * 2 * 20}
+    frame = results.board(
+        load_group(group), [folder / "random", folder / "zero"], budget="smoke", references=references
+    )
+    assert sorted(frame["name"]) == ["random", "zero"]
+
+
+def test_a_file_that_does_not_hold_references_is_reported(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "other.json"
+    path.write_text("{}")
+    assert score_cli.main([str(folder / "random"), "--references", str(path)]) == 2
+    error = f"error: {path}: The file does not hold references. Write it with: gym-extensions reference.\n"
+    assert capsys.readouterr().err == error
