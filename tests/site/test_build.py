@@ -18,7 +18,7 @@ from gym_extensions.scoring.scorecard.model import ScorecardDocument
 from gym_extensions.site import build as module
 from gym_extensions.site.build import MARK
 
-from .pages import files, typed
+from .browser import files, typed
 
 
 def contents(folder: Path) -> dict[str, bytes]:

@@ -10,7 +10,7 @@ from urllib.parse import urlsplit
 
 import pytest
 
-from .pages import Reader, files, read
+from .browser import Reader, files, read
 
 LOADING = {"src", "srcset", "data", "poster", "action", "formaction", "background", "xlink:href"}
 

@@ -12,7 +12,7 @@ import pytest
 from gym_extensions.scoring.scorecard.model import REPORTED, VALIDATED
 from gym_extensions.site.page import pages
 
-from .pages import files, read
+from .browser import files, read
 
 
 def test_a_missing_value_has_a_reason_and_is_not_zero(document: dict[str, Any]) -> None:

@@ -10,7 +10,7 @@ import pytest
 
 from gym_extensions.site.leaderboard import addresses
 
-from .pages import read
+from .browser import read
 
 HOSTILE = '<script>alert("1")</script><img src=x onerror=alert(1)>{{ 7*7 }}'
 

@@ -19,7 +19,7 @@ from gym_extensions.site.charts import heatmap, performance_profile, small_multi
 from gym_extensions.site.charts.speed_bar import speed_bar
 from gym_extensions.site.leaderboard import Leaderboard
 from gym_extensions.site.page import pages
-from gym_extensions.site.text import labels, numbers
+from gym_extensions.site.text import labels, names, numbers
 from gym_extensions.site.views import losses, trial
 from gym_extensions.site.views.board import missing_reasons
 from gym_extensions.site.views.board_row import COLUMNS
@@ -41,7 +41,7 @@ def environment() -> Environment:
         keep_trailing_newline=True,
     )
     templates.filters.update(
-        fixed=numbers.fixed, grouped=numbers.grouped, readable=numbers.readable, task=labels.task
+        fixed=numbers.fixed, grouped=numbers.grouped, readable=numbers.readable, task=names.task
     )
     templates.globals.update(
         board_columns=COLUMNS,
@@ -52,7 +52,9 @@ def environment() -> Environment:
         matrix_digits=trial.matrix_digits,
         metrics=BY_NAME,
         missing_reasons=missing_reasons,
+        names=names,
         nothing_to_forget=trial.nothing_to_forget,
+        numbers=numbers,
         paper_columns=PAPER_COLUMNS,
         performance_profile=performance_profile,
         reported=REPORTED,

@@ -12,7 +12,7 @@ from gym_extensions.site.charts import performance_profile
 from gym_extensions.site.charts.performance_profile import Line
 from gym_extensions.site.leaderboard import Leaderboard
 
-from ..pages import files, typed
+from ..browser import files, typed
 
 HALVES = ((-0.5, 1.0), (0.0, 1.0), (0.5, 0.5), (1.0, 0.25), (1.5, 0.0), (2.0, 0.0))
 TAUS, SHARES = (list(side) for side in zip(*HALVES, strict=True))

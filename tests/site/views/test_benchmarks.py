@@ -9,7 +9,7 @@ import pytest
 
 from gym_extensions.site.views.benchmarks import Measurement, comparison, label, peak_memory
 
-from ..pages import Reader, files
+from ..browser import Reader, files
 
 
 def memory(ratio: float) -> Measurement:

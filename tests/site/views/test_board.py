@@ -14,7 +14,7 @@ from gym_extensions.site.views.board import Board
 from gym_extensions.site.views.board_row import COLUMNS
 from gym_extensions.site.views.trial import nothing_to_forget
 
-from ..pages import typed
+from ..browser import typed
 
 FIVE = (-0.02, -0.01, 0.0, 0.01, 0.02)
 """Offsets of five runs from their mean: standard deviation .0158, interval ± .0196."""

@@ -8,8 +8,8 @@ from gym_extensions.scoring.scorecard.highlights import highlights
 from gym_extensions.site.views.losses import largest_loss
 from gym_extensions.site.views.trial import group_trials
 
+from ..browser import typed
 from ..conftest import sequential, submission
-from ..pages import typed
 
 REFERENCES = {"version": "made-up", "provisional": False, "sha256": ""}
 

@@ -9,7 +9,7 @@ from markupsafe import Markup
 
 from gym_extensions.site.charts.line_chart import line_chart
 from gym_extensions.site.charts.scale import Scale, scale_around
-from gym_extensions.site.text.labels import variation
+from gym_extensions.site.text.names import variation
 from gym_extensions.site.text.numbers import fixed, grouped
 from gym_extensions.site.views.trial import Trial
 

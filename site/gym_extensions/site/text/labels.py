@@ -1,17 +1,15 @@
-"""Labels of protocols, budgets, levels of trust, tasks and groups."""
+"""Labels of protocols, budgets, levels of trust, metric values and facts of the manifest."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterable
 
-from markupsafe import Markup, escape
-
 from gym_extensions.catalog.budgets import BUDGETS
-from gym_extensions.catalog.suites import SUITES
 from gym_extensions.scoring.metrics.definitions import BY_NAME
 from gym_extensions.scoring.metrics.value import MetricValue
 from gym_extensions.scoring.scorecard.model import REPORTED, VALIDATED, Scorecard
+from gym_extensions.site.text.names import split_version
 from gym_extensions.site.text.numbers import fixed, grouped, interval
 
 PROTOCOLS = {
@@ -56,43 +54,6 @@ OBSERVED = {
 NOT_STATED = "not stated"
 
 
-def _split(versioned: str) -> tuple[str, str]:
-    """A task or group id without its namespace, as (name, version), for example ``("Hopper", "0")``."""
-    name = versioned.rsplit("/", maxsplit=1)[-1]
-    match = re.fullmatch(r"(.+)-v(\d+)", name)
-    return (match[1], match[2]) if match else (name, "")
-
-
-def _task(name: str, version: str) -> Markup:
-    """A name that may break between its words, with its version unless that is 0."""
-    words = re.findall(r"[A-Z]?[^A-Z]+|[A-Z]+", name) or [name]
-    return Markup("<wbr>").join(escape(word) for word in words) + (
-        f"-v{version}" if int(version or 0) else ""
-    )
-
-
-def task(task_id: str) -> Markup:
-    """A task's name without its namespace and version 0, for example ``HopperWall`` or ``HopperWall-v1``."""
-    return _task(*_split(task_id))
-
-
-def variation(task_id: str, tasks: tuple[str, ...]) -> Markup:
-    """A task's name without the base name that all tasks of its group share. The base task keeps its name."""
-    names = [_split(other)[0] for other in tasks]
-    base = next((name for name in names if all(other.startswith(name) for other in names)), "")
-    name, version = _split(task_id)
-    return _task(name.removeprefix(base) or name, version)
-
-
-def group(group_id: str) -> Markup:
-    """A group's name with its version in a smaller style; a suite with the number of its groups."""
-    if group_id in SUITES:
-        groups = count(len(SUITES[group_id]), "group")
-        return Markup('{} <span class="version">suite, mean of {}</span>').format(group_id, groups)
-    name, version = _split(group_id)
-    return Markup('{}<span class="version">-v{}</span>').format(name, version) if version else escape(name)
-
-
 def budget(name: str) -> str:
     """A budget with what it is for, for example ``100k (quick)``."""
     return f"{name} ({BUDGET_KINDS[name]})" if name in BUDGET_KINDS else name
@@ -100,7 +61,7 @@ def budget(name: str) -> str:
 
 def budget_steps(name: str, group_id: str) -> str:
     """A budget in steps, for example ``100 000 training steps per task``."""
-    return f"{grouped(BUDGETS[name].steps_for(_split(group_id)[0]))} training steps per task"
+    return f"{grouped(BUDGETS[name].steps_for(split_version(group_id)[0]))} training steps per task"
 
 
 def observed(card: Scorecard) -> str:
@@ -139,11 +100,6 @@ def ends(value: MetricValue) -> str:
 def mean(value: MetricValue) -> str:
     """The mean, or a dash."""
     return "–" if value.mean is None else fixed(value.mean)
-
-
-def count(number: int, noun: str) -> str:
-    """A number with its noun: ``1 run``, ``2 runs``."""
-    return f"{grouped(number)} {noun}{'' if number == 1 else 's'}"
 
 
 def missing(items: Iterable[str]) -> str:

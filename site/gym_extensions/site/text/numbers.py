@@ -34,6 +34,11 @@ def grouped(count: int) -> str:
     return f"{count:,}".replace(",", THIN_SPACE).replace("-", MINUS)
 
 
+def count(number: int, noun: str) -> str:
+    """A number with its noun: ``1 run``, ``2 runs``."""
+    return f"{grouped(number)} {noun}{'' if number == 1 else 's'}"
+
+
 def readable(value: object) -> str:
     """A value of the manifest as text: ``true`` as yes, whole numbers grouped, lists with commas."""
     if isinstance(value, bool):

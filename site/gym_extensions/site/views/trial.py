@@ -11,8 +11,7 @@ from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.scoring.leaderboard.board import NOTHING_LEARNED
 from gym_extensions.scoring.metrics.value import LEAST_LEARNED, MetricValue, learned_nothing
 from gym_extensions.scoring.scorecard.model import GroupScore, ReferenceValue, Scorecard, SuiteScore
-from gym_extensions.site.text.labels import count
-from gym_extensions.site.text.numbers import digits_for
+from gym_extensions.site.text.numbers import count, digits_for
 
 NO_METRIC = MetricValue(why="not part of this protocol")
 Points = tuple[tuple[float, float], ...]
