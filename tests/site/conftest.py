@@ -1,4 +1,4 @@
-"""A scorecard document made by hand: every number of it follows from small matrices, without the scorer."""
+"""A scorecard document without the scorer: every number follows from small matrices."""
 
 from __future__ import annotations
 
@@ -86,8 +86,8 @@ def sequential(group_name: str, matrices: list[list[list[float]]], budget: str =
 
 
 def learner(strength: float, keeps: float, runs: int) -> list[list[list[float]]]:
-    """Matrices of an agent that learns ``strength`` of the reference and keeps a share at each stage."""
-    made = []
+    """Matrices of an agent that reaches a share of the reference and retains a share of that per stage."""
+    matrices = []
     for run in range(runs):
         wobble = 1 + 0.06 * ((run * 7) % 5 - 2)
         stages = [[12.0 + run] * 5]
@@ -98,16 +98,16 @@ def learner(strength: float, keeps: float, runs: int) -> list[list[list[float]]]
                     for j in range(5)
                 ]
             )
-        made.append(stages)
-    return made
+        matrices.append(stages)
+    return matrices
 
 
-def nothing(runs: int) -> list[list[list[float]]]:
+def blind(runs: int) -> list[list[list[float]]]:
     """Matrices of an agent that stays near the floor, above it in one run and below it in the next."""
     return [[[(10.0 + task) * (-1) ** run for task in range(5)] for _ in range(6)] for run in range(runs)]
 
 
-def alone(group_name: str, returns: list[list[float]], budget: str = "100k") -> Document:
+def single(group_name: str, returns: list[list[float]], budget: str = "100k") -> Document:
     """Scores of a single log: ``returns[run][task]``."""
     tasks = list(group(group_name).task_ids)
     return {
@@ -121,8 +121,14 @@ def alone(group_name: str, returns: list[list[float]], budget: str = "100k") -> 
 
 
 def complete(protocol: str, metrics: Document) -> Document:
-    """The metrics, and every other of the protocol as a null with its reason."""
-    absent: Document = {"mean": None, "low": None, "high": None, "runs": [], "why": "It is not made up here."}
+    """The metrics, and all others of the protocol as missing values."""
+    absent: Document = {
+        "mean": None,
+        "low": None,
+        "high": None,
+        "runs": [],
+        "why": "It is not part of the example.",
+    }
     return {metric.name: metrics.get(metric.name, absent) for metric in METRICS[protocol]}
 
 
@@ -153,12 +159,12 @@ def submission(name: str, groups: Document, title: str = "", **manifest: Any) ->
 
 
 def everything() -> Document:
-    """Two learners, one that learns nothing, one task-conditioned, one for tests and one refused."""
+    """Two learners, a blind agent, a task-conditioned one, one with a test budget and a refused one."""
     conditioned = {"task_in_training": True, "task_in_evaluation": True, "boundaries": True}
     hopper = {
         "hopper-gravity-v0": {
             "sequential": sequential("hopper-gravity", learner(0.9, 0.75, 5)),
-            "single": alone("hopper-gravity", [[900.0, 850.0, 1010.0, 700.0, 640.0]] * 5),
+            "single": single("hopper-gravity", [[900.0, 850.0, 1010.0, 700.0, 640.0]] * 5),
         }
     }
     return {
@@ -178,7 +184,7 @@ def everything() -> Document:
             ),
             submission(
                 "zero",
-                {"hopper-gravity-v0": {"sequential": sequential("hopper-gravity", nothing(2))}},
+                {"hopper-gravity-v0": {"sequential": sequential("hopper-gravity", blind(2))}},
                 "Zero action",
             ),
             submission("oracle", copy.deepcopy(hopper), "Oracle", observes=conditioned),
@@ -213,5 +219,5 @@ def everything() -> Document:
 
 @pytest.fixture
 def document() -> Document:
-    """The document of ``everything``, a new one for each test."""
+    """A new copy of the document of ``everything`` per test."""
     return everything()

@@ -1,4 +1,4 @@
-"""The build: the same bytes twice, all or nothing, never over somebody's own folder."""
+"""The build is reproducible and atomic, and never overwrites a folder that is not a built site."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from gym_extensions.scoring.scorecard.model import ScorecardDocument
 from gym_extensions.site import build as module
 from gym_extensions.site.build import MARK
 
-from .reading import files, typed
+from .browser import files, typed
 
 
 def contents(folder: Path) -> dict[str, bytes]:
@@ -31,10 +31,10 @@ def build(document: dict[str, Any], out: Path) -> Path:
     return module.build(typed(document), out)
 
 
-def test_built_twice_gives_the_same_bytes(document: dict[str, Any], tmp_path: Path) -> None:
-    build(copy.deepcopy(document), tmp_path / "one")
-    build(document, tmp_path / "two")
-    assert contents(tmp_path / "one") == contents(tmp_path / "two")
+def test_two_builds_have_the_same_bytes(document: dict[str, Any], tmp_path: Path) -> None:
+    build(copy.deepcopy(document), tmp_path / "first")
+    build(document, tmp_path / "second")
+    assert contents(tmp_path / "first") == contents(tmp_path / "second")
 
 
 def test_the_order_of_submissions_in_the_document_changes_no_page(document: dict[str, Any]) -> None:
@@ -43,7 +43,9 @@ def test_the_order_of_submissions_in_the_document_changes_no_page(document: dict
     assert {path: text for path, text in files(document) if path.endswith(".html")} == pages
 
 
-def test_hash_seed_time_zone_and_folder_change_nothing(document: dict[str, Any], tmp_path: Path) -> None:
+def test_the_build_does_not_depend_on_hash_seed_time_zone_or_folder(
+    document: dict[str, Any], tmp_path: Path
+) -> None:
     source = tmp_path / "document.json"
     source.write_text(json.dumps(document), encoding="utf-8")
     program = (
@@ -55,22 +57,22 @@ def test_hash_seed_time_zone_and_folder_change_nothing(document: dict[str, Any],
         {"PYTHONHASHSEED": "1", "TZ": "UTC", "LC_ALL": "C"},
         {"PYTHONHASHSEED": "2", "TZ": "Asia/Tokyo"},
     ]
-    for name, setting in zip(("one", "two"), settings, strict=True):
+    for name, setting in zip(("first", "second"), settings, strict=True):
         folder = tmp_path / name
         folder.mkdir()
         command = [sys.executable, "-c", program, str(source), str(folder / "site")]
         subprocess.run(command, check=True, cwd=folder, env={**os.environ, **setting})
-    assert contents(tmp_path / "one" / "site") == contents(tmp_path / "two" / "site")
+    assert contents(tmp_path / "first" / "site") == contents(tmp_path / "second" / "site")
 
 
-def test_no_page_holds_an_absolute_path(document: dict[str, Any], tmp_path: Path) -> None:
+def test_no_page_contains_an_absolute_path(document: dict[str, Any], tmp_path: Path) -> None:
     build(document, tmp_path / "site")
-    places = [str(path).encode() for path in (tmp_path, Path.cwd(), Path.home())]
+    paths = [str(path).encode() for path in (tmp_path, Path.cwd(), Path.home())]
     for name, data in contents(tmp_path / "site").items():
-        assert not [place for place in places if place in data], name
+        assert not [path for path in paths if path in data], name
 
 
-def test_a_build_replaces_the_one_before_whole(document: dict[str, Any], tmp_path: Path) -> None:
+def test_a_build_replaces_the_previous_one_completely(document: dict[str, Any], tmp_path: Path) -> None:
     build(document, tmp_path / "site")
     document["submissions"] = [row for row in document["submissions"] if row["name"] != "agile"]
     assert build(document, tmp_path / "site") == tmp_path / "site" / "index.html"
@@ -78,7 +80,7 @@ def test_a_build_replaces_the_one_before_whole(document: dict[str, Any], tmp_pat
     assert sorted(path.name for path in tmp_path.iterdir()) == ["site"]
 
 
-def test_a_build_that_fails_leaves_the_one_before(
+def test_a_failed_build_leaves_the_previous_one(
     document: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     build(document, tmp_path / "site")
@@ -95,13 +97,15 @@ def test_a_build_that_fails_leaves_the_one_before(
     assert sorted(path.name for path in tmp_path.iterdir()) == ["site"]
 
 
-def test_a_folder_that_is_not_ours_is_never_replaced(document: dict[str, Any], tmp_path: Path) -> None:
+def test_a_folder_that_is_not_a_built_site_is_never_replaced(
+    document: dict[str, Any], tmp_path: Path
+) -> None:
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "thesis.tex").write_text("years of work", encoding="utf-8")
     with pytest.raises(BenchError) as raised:
         build(document, tmp_path / "mine")
     assert str(raised.value) == (
-        f"{tmp_path / 'mine'}: This is there already, and no site was built in it. "
+        f"{tmp_path / 'mine'}: It exists and does not contain a built site. "
         "Name a new or empty folder with --out."
     )
     assert (tmp_path / "mine" / "thesis.tex").read_text(encoding="utf-8") == "years of work"
@@ -114,17 +118,17 @@ def test_a_file_is_never_replaced_by_a_folder(document: dict[str, Any], tmp_path
     assert (tmp_path / "site").read_text(encoding="utf-8") == "a file"
 
 
-def test_an_empty_folder_may_be_built_in(document: dict[str, Any], tmp_path: Path) -> None:
+def test_an_empty_folder_is_accepted(document: dict[str, Any], tmp_path: Path) -> None:
     (tmp_path / "site").mkdir()
     build(document, tmp_path / "site")
     assert (tmp_path / "site" / MARK).is_file()
 
 
-def test_two_submissions_of_one_name_are_refused(document: dict[str, Any]) -> None:
+def test_two_submissions_with_the_same_name_are_refused(document: dict[str, Any]) -> None:
     document["submissions"].append(copy.deepcopy(document["submissions"][0]))
     with pytest.raises(BenchError) as raised:
         list(files(document))
-    assert str(raised.value) == "Two submissions are called 'agile'. Rename one of the folders."
+    assert str(raised.value) == "Two submissions have the name 'agile'. Rename one of the folders."
 
 
 def test_a_document_of_another_format_is_refused(document: dict[str, Any]) -> None:
@@ -133,10 +137,17 @@ def test_a_document_of_another_format_is_refused(document: dict[str, Any]) -> No
         list(files(document))
 
 
-def test_no_submission_at_all_is_a_site_too(document: dict[str, Any], tmp_path: Path) -> None:
+def test_a_site_without_submissions_says_how_to_add_one(document: dict[str, Any], tmp_path: Path) -> None:
     document["submissions"] = []
     index = build(document, tmp_path / "site")
-    assert "No submission is on a board yet." in index.read_text(encoding="utf-8")
+    assert "There are no submissions yet." in index.read_text(encoding="utf-8")
+
+
+def test_submissions_without_a_board_are_not_called_absent(document: dict[str, Any], tmp_path: Path) -> None:
+    document["submissions"] = [row for row in document["submissions"] if row["name"] == "trial"]
+    text = build(document, tmp_path / "site").read_text(encoding="utf-8")
+    assert "No submission is on a board yet." in text
+    assert "There are no submissions yet." not in text
 
 
 def test_the_data_page_is_the_document(document: dict[str, Any]) -> None:

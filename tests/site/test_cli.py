@@ -1,4 +1,4 @@
-"""``gym-extensions site``: from folders of logs to pages, through the scorer itself."""
+"""``gym-extensions site`` scores folders of logs and builds their pages."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, evaluation_seed
 from gym_extensions.rollouts.episodes import Episode, write_episodes
-from gym_extensions.scoring.pipeline import score as scorecard
+from gym_extensions.scoring.pipeline import score as pipeline
 from gym_extensions.scoring.pipeline.score import score_folders
 from gym_extensions.scoring.references import Reference, References
 
@@ -81,17 +81,19 @@ def submission(root: Path, name: str, runs: int = 2) -> Path:
 
 
 @pytest.fixture
-def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty working directory; every task of hopper-gravity has the floor 0 and the ceiling 100."""
     monkeypatch.chdir(tmp_path)
     tasks = {task: Reference(0.0, 100.0, unsolved=False) for task in group("hopper-gravity").task_ids}
-    monkeypatch.setattr(scorecard, "load_references", lambda: References("made-up", True, tasks, "0f" * 32))
+    monkeypatch.setattr(pipeline, "load_references", lambda: References("made-up", True, tasks, "0f" * 32))
     return tmp_path
 
 
-def test_it_builds_submissions_into_site_by_default(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    submission(here / "submissions", "alpha")
-    submission(here / "submissions", "beta")
+def test_submissions_are_built_into_the_folder_site_by_default(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    submission(folder / "submissions", "alpha")
+    submission(folder / "submissions", "beta")
     assert main(["site"]) == 0
     out = capsys.readouterr().out
     assert out.splitlines()[-1] == "_site/index.html"
@@ -99,44 +101,44 @@ def test_it_builds_submissions_into_site_by_default(here: Path, capsys: pytest.C
     (row,) = [line.split() for line in out.splitlines() if line.startswith("hopper-gravity-v0")]
     # 50 + mean(0 … 19) / 7 + run, over 100: .5136 and .5236; 12.706 · .00707 / √2 = .0635 on both sides.
     assert row == ["hopper-gravity-v0", "Alpha", "0.52", "0.46", "to", "0.58", "0.00", "2"]
-    page = (here / "_site" / "index.html").read_text(encoding="utf-8")
+    page = (folder / "_site" / "index.html").read_text(encoding="utf-8")
     assert "Alpha" in page
     assert "Beta" in page
 
 
-def test_one_folder_and_another_place(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    folder = submission(here, "alpha")
-    assert main(["site", str(folder), "--out", "elsewhere/pages"]) == 0
+def test_one_submission_and_another_output_folder(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    alpha = submission(folder, "alpha")
+    assert main(["site", str(alpha), "--out", "elsewhere/pages"]) == 0
     assert capsys.readouterr().out.splitlines()[-1] == "elsewhere/pages/index.html"
-    document = json.loads((here / "elsewhere/pages/scorecards.json").read_text(encoding="utf-8"))
+    document = json.loads((folder / "elsewhere/pages/scorecards.json").read_text(encoding="utf-8"))
     assert [row["name"] for row in document["submissions"]] == ["alpha"]
 
 
-def test_every_problem_of_a_refused_submission_is_told_and_makes_exit_one(
-    here: Path, capsys: pytest.CaptureFixture[str]
+def test_a_refused_submission_is_printed_with_all_problems_and_the_exit_status_is_1(
+    folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    submission(here / "submissions", "alpha")
-    broken = submission(here / "submissions", "beta")
+    submission(folder / "submissions", "alpha")
+    broken = submission(folder / "submissions", "beta")
     log = broken / "hopper-gravity" / "sequential.csv"
     log.write_text("\n".join(log.read_text(encoding="utf-8").splitlines()[:-1]) + "\n", encoding="utf-8")
-    (broken / "[red]:smile:.txt").write_text("of no use", encoding="utf-8")
+    (broken / "[red]:smile:.txt").write_text("unexpected", encoding="utf-8")
     assert main(["site"]) == 1
     out = capsys.readouterr().out
     assert out.splitlines()[-1] == "_site/index.html"
-    told = " ".join(out.split("Refused, ")[1].split())
-    assert "on no board until every problem is gone: beta Beta (2 problems)" in told
+    printed = " ".join(out.split("Refused ")[1].split())
+    assert "(not on a board until all problems are fixed): beta Beta (2 problems)" in printed
     (card,) = score_folders([broken]).submissions
     assert len(card.problems) == 2
     for problem in card.problems:
-        place = f"{problem.rule} {problem.where}: {problem.message} {problem.hint}"
-        assert " ".join(place.split()) in told
-    assert "alpha" not in told
-    assert "19 of 20 episodes" in (here / "_site/submissions/beta.html").read_text(encoding="utf-8")
+        line = f"{problem.rule} {problem.where}: {problem.message} {problem.hint}"
+        assert " ".join(line.split()) in printed
+    assert "alpha" not in printed
+    assert "19 of 20 episodes" in (folder / "_site/submissions/beta.html").read_text(encoding="utf-8")
 
 
-def test_what_an_encoding_cannot_say_does_not_stop_the_output(here: Path) -> None:
-    folder = submission(here / "submissions", "alpha")
-    (folder / "\N{SNOWMAN}.txt").write_text("of no use", encoding="utf-8")
+def test_characters_outside_the_encoding_of_the_output_are_escaped(folder: Path) -> None:
+    alpha = submission(folder / "submissions", "alpha")
+    (alpha / "\N{SNOWMAN}.txt").write_text("unexpected", encoding="utf-8")
     command = [sys.executable, "-m", "gym_extensions", "site"]
     ascii_only = {**os.environ, "PYTHONIOENCODING": "ascii"}
     done = subprocess.run(command, check=False, capture_output=True, text=True, env=ascii_only)
@@ -144,22 +146,48 @@ def test_what_an_encoding_cannot_say_does_not_stop_the_output(here: Path) -> Non
     assert "\\u2603.txt" in done.stdout
 
 
-def test_a_folder_that_is_not_there_is_told(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_missing_folder_is_a_usage_error(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["site", "submission"]) == 2
     assert capsys.readouterr().err == (
         "error: submission: There is no such folder. Name a submission, or a folder of submissions.\n"
     )
-    assert not (here / "_site").exists()
+    assert not (folder / "_site").exists()
 
 
-def test_a_folder_that_is_not_a_site_is_left_alone(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    folder = submission(here, "alpha")
+def test_a_folder_without_submissions_is_not_a_refused_submission(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (folder / "submissions").mkdir()
+    (folder / "submissions" / "README.md").write_text("Submissions go here.", encoding="utf-8")
+    assert main(["site"]) == 0
+    assert capsys.readouterr().out == "submissions contains no submissions.\n_site/index.html\n"
+    page = (folder / "_site" / "index.html").read_text(encoding="utf-8")
+    assert "There are no submissions yet." in page
+    assert "Refused" not in page
+
+
+def test_a_folder_with_logs_but_no_manifest_is_refused(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (submission(folder, "alpha") / "submission.toml").unlink()
+    assert main(["site", "alpha"]) == 1
+    assert "not-a-submission alpha: The folder contains no submission.toml." in " ".join(
+        capsys.readouterr().out.split()
+    )
+
+
+def test_an_output_folder_that_is_not_a_built_site_is_a_usage_error(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    alpha = submission(folder, "alpha")
     assert main(["site", "alpha", "--out", "alpha"]) == 2
-    assert "no site was built in it" in capsys.readouterr().err
-    assert (folder / "submission.toml").is_file()
+    assert "does not contain a built site" in capsys.readouterr().err
+    assert (alpha / "submission.toml").is_file()
 
 
-def test_verify_replays_and_shows_how_much(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_verify_replays_valid_submissions_and_shows_how_much(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     from gym_extensions.scoring.replay import verify as replay
 
     replayed = []
@@ -169,26 +197,30 @@ def test_verify_replays_and_shows_how_much(here: Path, monkeypatch: pytest.Monke
         return replay.Verification(1, 1, ())
 
     monkeypatch.setattr(replay, "verify", verify)
-    submission(here / "submissions", "alpha")
-    (submission(here / "submissions", "beta") / "hopper-gravity" / "sequential.csv").unlink()
+    submission(folder / "submissions", "alpha")
+    (submission(folder / "submissions", "beta") / "hopper-gravity" / "sequential.csv").unlink()
     assert main(["site", "--verify"]) == 1
-    assert replayed == ["alpha"], "what is refused anyway is not replayed"
-    assert ">replayed (all)</a>" in (here / "_site" / "index.html").read_text(encoding="utf-8")
+    assert replayed == ["alpha"], "a refused submission is not replayed"
+    assert ">replayed (all)</a>" in (folder / "_site" / "index.html").read_text(encoding="utf-8")
 
 
-def test_the_scorers_document_has_every_key_that_the_pages_read(here: Path) -> None:
-    submission(here / "submissions", "alpha")
+def test_the_page_of_a_scored_submission_is_complete(folder: Path) -> None:
+    submission(folder / "submissions", "alpha")
     assert main(["site"]) == 0
-    page = (here / "_site" / "submissions" / "alpha.html").read_text(encoding="utf-8")
-    for part in ("Final performance", "Evaluation matrix", "The paper’s table", "What became of each task"):
+    page = (folder / "_site" / "submissions" / "alpha.html").read_text(encoding="utf-8")
+    for part in (
+        "Final performance",
+        "Evaluation matrix",
+        "The paper’s table",
+        "Score of each task over training",
+    ):
         assert part in page
-    assert "no reason given" not in page
-    assert "not said" not in page
+    assert "not stated" not in page
 
 
-def test_ten_entries_are_built_in_five_seconds_of_work_without_a_simulator(here: Path) -> None:
+def test_ten_entries_need_less_than_five_seconds_of_processor_time_and_no_simulator(folder: Path) -> None:
     for index in range(10):
-        submission(here / "submissions", f"entry-{index}")
+        submission(folder / "submissions", f"entry-{index}")
     program = (
         "import sys; from gym_extensions.__main__ import main; status = main(['site']);"
         "print(sorted({'mujoco', 'gymnasium', 'torch'} & set(sys.modules))); sys.exit(status)"

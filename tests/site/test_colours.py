@@ -1,4 +1,4 @@
-"""The style sheet's colours: text can be read on what lies behind it, in both schemes."""
+"""The colours of the style sheet have enough contrast in the light and the dark scheme."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import gym_extensions.site
-from gym_extensions.site.charts.performance_profile import APART
+from gym_extensions.site.charts.performance_profile import LINE_STYLES
 
 SHEET = (Path(gym_extensions.site.__path__[0]) / "static" / "style.css").read_text(encoding="utf-8")
 LIGHT, DARK = (
@@ -26,19 +26,19 @@ TEXT = [
     ("bad-ink", "bad-paper"),
     ("good-ink", "good-paper"),
 ]
-MOST_TINT, COLD_TINT = 0.61, 0.35
+HEAT_TINT, COLD_TINT = 0.61, 0.35
 
 
 def luminance(colour: str) -> float:
     """Relative luminance of #rrggbb (WCAG 2.2)."""
-    parts = [int(colour[at : at + 2], 16) / 255 for at in (1, 3, 5)]
-    linear = [part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in parts]
+    channels = [int(colour[at : at + 2], 16) / 255 for at in (1, 3, 5)]
+    linear = [part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in channels]
     return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
 
 
-def contrast(one: str, other: str) -> float:
+def contrast(first: str, second: str) -> float:
     """Contrast ratio of two colours (WCAG 2.2)."""
-    dark, light = sorted((luminance(one), luminance(other)))
+    dark, light = sorted((luminance(first), luminance(second)))
     return (light + 0.05) / (dark + 0.05)
 
 
@@ -61,8 +61,10 @@ def test_text_has_a_contrast_of_at_least_four_and_a_half(
 
 
 @pytest.mark.parametrize("scheme", [LIGHT, DARK], ids=["light", "dark"])
-@pytest.mark.parametrize(("colour", "share"), [("heat", MOST_TINT), ("cold", COLD_TINT)])
-def test_numbers_can_be_read_on_the_darkest_tint(scheme: dict[str, str], colour: str, share: float) -> None:
+@pytest.mark.parametrize(("colour", "share"), [("heat", HEAT_TINT), ("cold", COLD_TINT)])
+def test_numbers_are_readable_on_the_strongest_tint(
+    scheme: dict[str, str], colour: str, share: float
+) -> None:
     assert contrast(scheme["ink"], mixed(scheme[colour], scheme["paper"], share)) >= 4.5
 
 
@@ -75,14 +77,14 @@ def test_marks_have_a_contrast_of_at_least_three(scheme: dict[str, str], mark: s
 @pytest.mark.parametrize("scheme", [LIGHT, DARK], ids=["light", "dark"])
 def test_lines_of_a_profile_differ_in_colour_and_in_dashes(scheme: dict[str, str]) -> None:
     rules = dict(re.findall(r"\.line\.p(\d) \{ (.*?) \}", SHEET))
-    assert sorted(rules) == [str(kind) for kind in range(APART + 1)]
-    apart = [rules[str(kind)] for kind in range(1, APART + 1)]
+    assert sorted(rules) == [str(kind) for kind in range(LINE_STYLES + 1)]
+    apart = [rules[str(kind)] for kind in range(1, LINE_STYLES + 1)]
     colours = [re.findall(r"stroke: var\(--([\w-]+)\)", rule)[0] for rule in apart]
     dashes = [re.findall(r"dasharray: ([\d. ]+)", rule) for rule in apart]
-    assert len(set(colours)) == len(set(map(tuple, dashes))) == APART
+    assert len(set(colours)) == len(set(map(tuple, dashes))) == LINE_STYLES
     assert min(contrast(scheme[colour], scheme["paper"]) for colour in [*colours, "soft"]) >= 3
 
 
-def test_the_tints_tested_are_those_of_the_sheet() -> None:
-    assert f".h10 {{ --p: {MOST_TINT:.0%} !important; }}" in SHEET
+def test_the_tested_tints_are_those_of_the_style_sheet() -> None:
+    assert f".h10 {{ --p: {HEAT_TINT:.0%} !important; }}" in SHEET
     assert f"var(--cold) {COLD_TINT:.0%}" in SHEET

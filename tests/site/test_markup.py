@@ -1,4 +1,4 @@
-"""Every page: well formed, linked, readable aloud, without a request to anywhere."""
+"""Every page has valid markup and working links, is accessible, and loads nothing from other hosts."""
 
 from __future__ import annotations
 
@@ -10,32 +10,31 @@ from urllib.parse import urlsplit
 
 import pytest
 
-from .reading import Reader, files, read
+from .browser import Reader, files, read
 
 LOADING = {"src", "srcset", "data", "poster", "action", "formaction", "background", "xlink:href"}
 
 
-def test_every_page_is_well_formed(document: dict[str, Any]) -> None:
-    found = {path: page.faults for path, page in read(document).items() if page.faults}
-    assert found == {}
+def test_every_page_has_valid_markup(document: dict[str, Any]) -> None:
+    assert {path: page.errors for path, page in read(document).items() if page.errors} == {}
 
 
-def test_the_reader_of_these_tests_finds_what_is_wrong() -> None:
-    assert Reader("<p><b>x</p>").faults == [
+def test_the_parser_of_these_tests_reports_errors() -> None:
+    assert Reader("<p><b>x</p>").errors == [
         "</p> where ['b'] is open",
         "<p> is never closed",
         "<b> is never closed",
     ]
-    assert Reader('<a id="x" id="y"></a>').faults == ["id twice in <a>"]
+    assert Reader('<a id="x" id="y"></a>').errors == ["id is repeated in <a>"]
 
 
-def test_every_id_of_a_page_is_its_only_one(document: dict[str, Any]) -> None:
+def test_ids_are_unique_on_every_page(document: dict[str, Any]) -> None:
     for path, page in read(document).items():
         assert sorted(set(page.ids)) == sorted(page.ids), path
 
 
-def test_every_link_inside_the_site_leads_to_a_page_and_a_place_on_it(document: dict[str, Any]) -> None:
-    everything = dict(files(document))
+def test_every_internal_link_leads_to_an_existing_page_and_anchor(document: dict[str, Any]) -> None:
+    paths = set(dict(files(document)))
     ids = {path: page.ids for path, page in read(document).items()}
     followed = 0
     for path, page in read(document).items():
@@ -48,21 +47,21 @@ def test_every_link_inside_the_site_leads_to_a_page_and_a_place_on_it(document: 
                 if address.path
                 else path
             )
-            assert target in everything, f"{path} links to {attributes['href']}"
+            assert target in paths, f"{path} links to {attributes['href']}"
             if address.fragment:
                 assert address.fragment in ids[target], f"{path} links to {attributes['href']}"
             followed += 1
     assert followed > 50
 
 
-def test_every_label_by_id_names_something_on_the_page(document: dict[str, Any]) -> None:
+def test_every_aria_label_refers_to_an_element_of_the_page(document: dict[str, Any]) -> None:
     for path, page in read(document).items():
         for tag, attributes in page.elements:
             label = attributes.get("aria-labelledby")
             assert label is None or label in page.ids, f"{path}: <{tag}> is labelled by {label}"
 
 
-def test_no_page_asks_another_host_for_anything(document: dict[str, Any]) -> None:
+def test_no_page_loads_anything_from_another_host(document: dict[str, Any]) -> None:
     for path, page in read(document).items():
         for tag, attributes in page.elements:
             assert not LOADING & set(attributes), f"{path}: <{tag}> loads something"
@@ -78,7 +77,7 @@ def test_no_page_asks_another_host_for_anything(document: dict[str, Any]) -> Non
 
 
 @pytest.mark.parametrize("path", ["index.html", "submissions/agile.html", "metrics.html"])
-def test_a_page_can_be_read_by_a_machine_that_reads_aloud(document: dict[str, Any], path: str) -> None:
+def test_a_page_is_accessible_to_screen_readers(document: dict[str, Any], path: str) -> None:
     page = read(document)[path]
     tags = [tag for tag, _ in page.elements]
     assert dict(page.elements)["html"] == {"lang": "en"}
@@ -97,17 +96,15 @@ def test_a_page_can_be_read_by_a_machine_that_reads_aloud(document: dict[str, An
             )
 
 
-def test_headings_go_down_one_step_at_a_time(document: dict[str, Any]) -> None:
+def test_headings_skip_no_level(document: dict[str, Any]) -> None:
     for path, page in read(document).items():
         levels = [int(tag[1]) for tag, _ in page.elements if re.fullmatch("h[1-6]", tag)]
         assert levels[0] == 1
         assert all(after <= before + 1 for before, after in pairwise(levels)), path
 
 
-@pytest.mark.parametrize("place", [".lines li", ".glance td.leader", ".glance .sure"])
-def test_a_title_without_spaces_may_break_where_a_box_grows_with_its_words(
-    document: dict[str, Any], place: str
-) -> None:
+@pytest.mark.parametrize("selector", [".lines li", ".glance td.leader", ".glance .sure"])
+def test_a_title_without_spaces_may_wrap(document: dict[str, Any], selector: str) -> None:
     sheet = dict(files(document))["static/style.css"]
-    (rule,) = re.findall(rf"^{re.escape(place)} {{(.*)}}$", sheet, re.MULTILINE)
+    (rule,) = re.findall(rf"^{re.escape(selector)} {{(.*)}}$", sheet, re.MULTILINE)
     assert "overflow-wrap: anywhere" in rule

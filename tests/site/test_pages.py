@@ -1,4 +1,4 @@
-"""What the pages say: problems, open tasks, what is missing, published tables, suites, formulas."""
+"""The content of the pages: problems, unsolved tasks, missing values, published tables, suites."""
 
 from __future__ import annotations
 
@@ -12,54 +12,54 @@ import pytest
 from gym_extensions.scoring.scorecard.model import REPORTED, VALIDATED
 from gym_extensions.site.page import pages
 
-from .reading import files, read
+from .browser import files, read
 
 
-def test_a_null_says_why_and_is_not_shown_as_zero(document: dict[str, Any]) -> None:
+def test_a_missing_value_has_a_reason_and_is_not_zero(document: dict[str, Any]) -> None:
     document["submissions"] = document["submissions"][:1]
     built = read(document)
-    assert "there is no single.csv to pair with" in built["index.html"].said
-    assert "there is no single.csv to pair with" in built["submissions/agile.html"].said
+    assert "there is no single.csv to pair with" in built["index.html"].text
+    assert "there is no single.csv to pair with" in built["submissions/agile.html"].text
     row = dict(files(document))["index.html"].split('data-label="Asymptotic transfer"')[1].split("</td>")[0]
     assert "0.00" not in row
     assert 'class="none"' in row
 
 
-def test_a_dash_leads_to_its_reason_and_cannot_be_read_as_minus_one(document: dict[str, Any]) -> None:
+def test_the_dash_of_a_missing_value_links_to_its_reason(document: dict[str, Any]) -> None:
     page = dict(files(document))["index.html"]
     cell = page.split('data-label="Asymptotic transfer"')[1].split("</td>")[0]
     (note,) = re.findall(r'– <a class="see" href="#([a-z0-9-]+)" title="[^"]+">note 1</a>', cell)
     assert f'<li id="{note}">there is no single.csv to pair with</li>' in page
 
 
-def test_a_refused_submission_is_listed_with_what_to_do(document: dict[str, Any]) -> None:
+def test_a_refused_submission_is_listed_with_its_problems_and_hints(document: dict[str, Any]) -> None:
     for path in ("index.html", "submissions/broken.html"):
-        said = read(document)[path].said
-        assert "missing-cell hopper-gravity/sequential.csv, row 7" in said
-        assert "Run 0, stage 2 has no episode of gym_extensions/Hopper-v0." in said
-        assert "Evaluate every task after every stage." in said
+        text = read(document)[path].text
+        assert "missing-cell hopper-gravity/sequential.csv, row 7" in text
+        assert "Run 0, stage 2 has no episode of gym_extensions/Hopper-v0." in text
+        assert "Evaluate every task after every stage." in text
 
 
-def test_provisional_references_are_said_on_every_page_that_uses_them(document: dict[str, Any]) -> None:
+def test_every_page_with_scores_says_that_references_are_provisional(document: dict[str, Any]) -> None:
     for path in ("index.html", "submissions/agile.html"):
-        assert "rovisional references" in read(document)[path].said
+        assert "rovisional references" in read(document)[path].text
     document["references"]["provisional"] = False
     for path in ("index.html", "submissions/agile.html"):
-        assert "rovisional references" not in read(document)[path].said
+        assert "rovisional references" not in read(document)[path].text
 
 
-def test_an_unsolved_task_is_named_and_shows_its_raw_returns(document: dict[str, Any]) -> None:
+def test_an_unsolved_task_is_named_and_has_raw_returns(document: dict[str, Any]) -> None:
     scores = document["submissions"][0]["groups"]["hopper-gravity-v0"]["sequential"]
     scores["reference"]["gym_extensions/Hopper-v0"] = {"floor": 0.0, "ceiling": None, "unsolved": True}
     page = read(document)["submissions/agile.html"]
-    assert "Unsolved: Hopper. No reference agent has learned it" in page.said
-    assert "raw return (unsolved)" in page.said
+    assert "Not scored (unsolved): Hopper. No reference agent has learned this task" in page.text
+    assert "raw return (unsolved)" in page.text
     assert any(
         attributes.get("class", "").startswith("unsolved") for tag, attributes in page.elements if tag == "td"
     )
 
 
-def test_a_group_without_references_is_shown_raw(document: dict[str, Any]) -> None:
+def test_a_group_without_references_has_raw_returns(document: dict[str, Any]) -> None:
     scores = document["submissions"][0]["groups"]["hopper-gravity-v0"]["sequential"]
     for task in scores["tasks"]:
         scores["reference"][task] = {"floor": None, "ceiling": None, "unsolved": None}
@@ -72,11 +72,11 @@ def test_a_group_without_references_is_shown_raw(document: dict[str, Any]) -> No
             "why": "There is no reference.",
         }
     page = read(document)["submissions/agile.html"]
-    assert "No metrics. There is no reference." in page.said
-    assert "900" in page.said
+    assert "No metrics. There is no reference." in page.text
+    assert "900" in page.text
 
 
-def test_a_published_table_shows_what_it_has_and_says_what_it_lacks(document: dict[str, Any]) -> None:
+def test_a_published_table_shows_what_it_has_and_lists_what_is_missing(document: dict[str, Any]) -> None:
     table = document["submissions"][1]
     table.update(trust="reported", groups={"hopper-gravity-v0": table["groups"]["hopper-gravity-v0"]})
     scores = table["groups"]["hopper-gravity-v0"]["sequential"]
@@ -91,64 +91,66 @@ def test_a_published_table_shows_what_it_has_and_says_what_it_lacks(document: di
         notes=["The printed total is not the mean of its rows."],
     )
     pages = read(document)
-    said = pages["submissions/keeper.html"].said
-    for words in (
-        "For a full entry it still needs logs, 5 runs.",
+    text = pages["submissions/keeper.html"].text
+    for sentence in (
+        "Missing for a full entry: logs, 5 runs.",
         "No metrics. Reported: no floor.",
         "Group, as printed 990.95 ± 1022.32",
         "The printed total is not the mean of its rows.",
     ):
-        assert words in said
-    assert "Evaluation matrix" not in said
-    assert "Reported elsewhere" in pages["index.html"].said
+        assert sentence in text
+    assert "Evaluation matrix" not in text
+    assert "Reported elsewhere" in pages["index.html"].text
     assert "hopper-gravity-v0-sequential-paper" not in pages["index.html"].ids
 
 
-def test_a_suite_has_a_board_before_its_groups_and_a_row_on_the_entrys_page(document: dict[str, Any]) -> None:
+def test_a_suite_is_on_a_board_before_its_groups_and_on_the_page_of_the_entry(
+    document: dict[str, Any],
+) -> None:
     card = document["submissions"][0]
     scores = card["groups"]["hopper-gravity-v0"]["sequential"]
     bodies = ("hopper", "walker2d", "halfcheetah", "humanoid")
     card["groups"] = {f"{body}-gravity-v0": {"sequential": scores} for body in bodies}
-    metrics = {name: {**found, "runs": []} for name, found in scores["metrics"].items()}
+    metrics = {name: {**value, "runs": []} for name, value in scores["metrics"].items()}
     card["suites"] = {
         "gravity": {"sequential": {"budget": "100k", "groups": list(card["groups"]), "metrics": metrics}}
     }
     pages = read(document)
     ids = [name for name in pages["index.html"].ids if name.endswith("-sequential-100k")]
     assert ids[0] == "gravity-sequential-100k"
-    assert "gravity suite, mean of 4 groups" in pages["index.html"].said
-    assert "gravity suite, mean of 4 groups" in pages["submissions/agile.html"].said
+    assert "gravity suite, mean of 4 groups" in pages["index.html"].text
+    assert "gravity suite, mean of 4 groups" in pages["submissions/agile.html"].text
 
 
-def test_who_leads_a_board_leads_its_ranked_entries(document: dict[str, Any]) -> None:
-    """A full entry is another thing: on an entry's page it is one to which nothing is missing."""
-    index = read(document)["index.html"].said
+def test_the_leader_of_a_board_is_its_first_ranked_entry(document: dict[str, Any]) -> None:
+    """The board does not call a ranked entry full, which means that no protocol is missing."""
+    index = read(document)["index.html"].text
     assert "Agile leads the ranked entries with 0.55" in index
     assert "full entr" not in index
 
 
 @pytest.mark.parametrize(
-    ("code", "said"),
+    ("code", "shown"),
     [
         ({"url": "https://example.org/agent", "commit": "abc1"}, "Code https://example.org/agent at abc1"),
         ({"url": "https://example.org/agent", "commit": ""}, "Code https://example.org/agent"),
         ({"url": "", "commit": "abc1"}, "Code commit abc1"),
     ],
 )
-def test_the_commit_of_the_code_is_said_with_and_without_an_address(
-    document: dict[str, Any], code: dict[str, str], said: str
+def test_the_commit_of_the_code_is_shown_with_and_without_a_url(
+    document: dict[str, Any], code: dict[str, str], shown: str
 ) -> None:
     document["submissions"][0]["manifest"]["code"] = code
-    assert said in read(document)["submissions/agile.html"].said
+    assert shown in read(document)["submissions/agile.html"].text
     document["submissions"][0]["manifest"]["code"] = {"url": "", "commit": ""}
-    assert " Code " not in read(document)["submissions/agile.html"].said
+    assert " Code " not in read(document)["submissions/agile.html"].text
 
 
-def test_an_agent_that_learned_nothing_is_not_praised_for_forgetting_nothing(
+def test_an_agent_that_learned_nothing_is_marked_next_to_its_forgetting(
     document: dict[str, Any],
 ) -> None:
-    assert "nothing learned to forget" in read(document)["submissions/zero.html"].said
-    assert "nothing learned to forget" not in read(document)["submissions/agile.html"].said
+    assert "nothing learned to forget" in read(document)["submissions/zero.html"].text
+    assert "nothing learned to forget" not in read(document)["submissions/agile.html"].text
 
 
 def test_the_metrics_page_has_every_formula_of_the_scorer() -> None:
@@ -157,48 +159,72 @@ def test_the_metrics_page_has_every_formula_of_the_scorer() -> None:
     page = read(
         {"format": 1, "references": {"version": "x", "provisional": False, "sha256": ""}, "submissions": []}
     )
-    said = page["metrics.html"].said
+    text = page["metrics.html"].text
     for metric in (metric for protocol in METRICS.values() for metric in protocol):
-        assert re.sub(r"\s+", " ", metric.formula) in said
+        assert re.sub(r"\s+", " ", metric.formula) in text
         assert metric.name in page["metrics.html"].ids
 
 
-def test_replayed_says_that_a_sample_was_who_draws_it_and_what_is_not_in_it(document: dict[str, Any]) -> None:
-    said = read(document)["metrics.html"].said
-    assert "replayed A sample of the episodes" in said
-    assert "its author could draw again by changing the log" in said
-    assert "none of the other cells, on which zero-shot transfer and generalization rest" in said
+def test_the_meaning_of_replayed_names_the_limits_of_the_sample(document: dict[str, Any]) -> None:
+    text = read(document)["metrics.html"].text
+    assert "replayed A sample of the episodes" in text
+    assert "a determined cheat could edit the log until the sample misses the edit" in text
+    assert "not those behind zero-shot transfer and generalization" in text
 
 
-def test_only_levels_of_trust_that_the_scorer_gives_are_explained(document: dict[str, Any]) -> None:
+def test_the_levels_of_trust_of_the_scorer_are_explained(document: dict[str, Any]) -> None:
     page = dict(files(document))["metrics.html"]
-    named = re.findall(r'class="trust trust-[a-z-]+">([a-z-]+)<', page)
-    assert named == [REPORTED, VALIDATED, "replayed", "refused"]
+    named = re.findall(r'class="trust trust-([a-z-]+)">([a-z, ]+)<', page)
+    assert named == [
+        (REPORTED, "reported"),
+        (VALIDATED, "checked, not replayed"),
+        ("replayed", "replayed"),
+        ("refused", "refused"),
+    ]
 
 
-def test_every_page_module_is_on_the_site_by_being_in_the_folder() -> None:
+def test_every_module_in_the_folder_is_a_page_in_the_order_of_the_menu(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     import gym_extensions.site.pages as folder
 
-    modules = {path.stem for path in Path(folder.__path__[0]).glob("*.py")} - {"__init__"}
-    assert len(pages()) == len(modules) >= 4
-    assert [page.order for page in pages()] == sorted(page.order for page in pages())
+    titles = [page.title for page in pages()]
+    assert titles == ["Leaderboard", "Submissions", "Metrics", "Speed", "Data (JSON)"]
+    module = (
+        "from gym_extensions.site.page import Page\nPAGE = Page('Extra', 15, lambda site, render: iter(()))\n"
+    )
+    (tmp_path / "extra.py").write_text(module, encoding="utf-8")
+    monkeypatch.setattr(folder, "__path__", [*folder.__path__, str(tmp_path)])
+    assert [page.title for page in pages()] == [*titles[:2], "Extra", *titles[2:]]
 
 
-def test_curves_are_drawn_where_the_document_has_them(document: dict[str, Any]) -> None:
+def test_training_curves_of_the_document_are_drawn(document: dict[str, Any]) -> None:
     scores = document["submissions"][0]["groups"]["hopper-gravity-v0"]["sequential"]
-    assert "Learning curves" not in read(document)["submissions/agile.html"].said
+    assert "Learning curves" not in read(document)["submissions/agile.html"].text
     points = [[2000 * step, 10.0 * step] for step in range(1, 11)]
     scores["curves"] = [{"run": 0, "task": "gym_extensions/Hopper-v0", "points": points}]
     page = read(document)["submissions/agile.html"]
-    assert "Learning curves" in page.said
+    assert "Learning curves" in page.text
     assert "gym_extensions/Hopper-v0: training returns, at the end 100" in str(page.elements)
 
 
-def test_the_board_names_an_entry_whose_results_another_repeats(document: dict[str, Any]) -> None:
-    assert "the same results as" not in read(document)["index.html"].said
+def test_a_duplicate_entry_links_to_the_entry_with_the_same_results(document: dict[str, Any]) -> None:
+    assert "digit for digit" not in read(document)["index.html"].text
     copied = copy.deepcopy(document["submissions"][0])
     copied.update(name="copied", title="Something new")
     document["submissions"].insert(1, copied)
-    said = read(document)["index.html"].said
-    assert "the same results as copied" in said
-    assert "the same results as agile" in said
+    index = dict(files(document))["index.html"]
+    for name in ("copied", "agile"):
+        link = f'<a href="submissions/{name}.html">{name}</a>'
+        assert f"identical to entry {link}, digit for digit" in index
+
+
+def test_a_budget_without_a_board_says_so(document: dict[str, Any]) -> None:
+    budgets = read(document)["metrics.html"].text.split("Budgets")[-1]
+    rows = re.findall(r"(paper|1M \(standard\)|100k \(quick\)|smoke \(tests\)) (.*?)\.", budgets)
+    assert [(name, sentence.rpartition("; ")[2]) for name, sentence in rows] == [
+        ("paper", "no board uses it yet"),
+        ("1M (standard)", "no board uses it yet"),
+        ("100k (quick)", "100 000 training steps per task"),
+        ("smoke (tests)", "never on a board"),
+    ]

@@ -1,1 +1,1 @@
-"""From scores to pages: a static leaderboard of the scorecard document. Loads no simulator, no torch."""
+"""Builds the leaderboard, a static site, from scorecards. Loads no simulator and no torch."""

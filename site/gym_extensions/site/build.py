@@ -1,4 +1,4 @@
-"""Builds every page into a folder: the same document gives the same bytes."""
+"""Writes every page into a folder. The same document gives the same bytes."""
 
 from __future__ import annotations
 
@@ -13,50 +13,58 @@ from markupsafe import Markup
 
 from gym_extensions.errors import BenchError
 from gym_extensions.scoring.metrics.definitions import BY_NAME
-from gym_extensions.scoring.metrics.paper_table import COLUMNS
-from gym_extensions.scoring.scorecard.model import ScorecardDocument
-from gym_extensions.site.charts import heatmap as heat
-from gym_extensions.site.charts import performance_profile as profiles
-from gym_extensions.site.charts import small_multiples as panels
-from gym_extensions.site.charts import strip_plot as charts
-from gym_extensions.site.page import Leaderboard, pages
-from gym_extensions.site.text import labels as words
-from gym_extensions.site.text import numbers as numerals
-from gym_extensions.site.views import board as boards
-from gym_extensions.site.views import trial as trials
+from gym_extensions.scoring.metrics.paper_table import COLUMNS as PAPER_COLUMNS
+from gym_extensions.scoring.scorecard.model import REPORTED, ScorecardDocument
+from gym_extensions.site.charts import heatmap, performance_profile, small_multiples, strip_plot
+from gym_extensions.site.charts.speed_bar import speed_bar
+from gym_extensions.site.leaderboard import Leaderboard
+from gym_extensions.site.page import pages
+from gym_extensions.site.text import labels, names, numbers
+from gym_extensions.site.views import losses, trial
+from gym_extensions.site.views.board import missing_reasons
+from gym_extensions.site.views.board_row import COLUMNS
 
-HERE = Path(__file__).parent
+FOLDER = Path(__file__).parent
 MARK = ".gym-extensions-site"
-"""A file that says the folder is ours, so that a build never replaces somebody's own folder."""
+"""A file that marks a built site, so that a build never replaces another folder."""
 
 
 @cache
 def environment() -> Environment:
-    """The templates, compiled once: everything is escaped, and an unknown name is an error."""
-    made = Environment(
-        loader=FileSystemLoader(HERE / "templates"),
+    """The templates, compiled once. All values are escaped, and an unknown name is an error."""
+    templates = Environment(
+        loader=FileSystemLoader(FOLDER / "templates"),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    made.filters.update(
-        fixed=numerals.fixed, grouped=numerals.grouped, ordinary=numerals.ordinary, task=words.task
+    templates.filters.update(
+        fixed=numbers.fixed, grouped=numbers.grouped, readable=numbers.readable, task=names.task
     )
-    made.globals.update(
-        boards=boards,
-        charts=charts,
-        heat=heat,
-        panels=panels,
-        profiles=profiles,
+    templates.globals.update(
+        board_columns=COLUMNS,
+        group_trials=trial.group_trials,
+        heatmap=heatmap,
+        labels=labels,
+        largest_loss=losses.largest_loss,
+        matrix_digits=trial.matrix_digits,
         metrics=BY_NAME,
-        paper_columns=COLUMNS,
-        trials=trials,
-        words=words,
-        numerals=numerals,
+        missing_reasons=missing_reasons,
+        names=names,
+        nothing_to_forget=trial.nothing_to_forget,
+        numbers=numbers,
+        paper_columns=PAPER_COLUMNS,
+        performance_profile=performance_profile,
+        reported=REPORTED,
+        small_multiples=small_multiples,
+        speed_bar=speed_bar,
+        strip_plot=strip_plot,
+        suite_trials=trial.suite_trials,
+        table_digits=trial.table_digits,
     )
-    return made
+    return templates
 
 
 def files(document: ScorecardDocument) -> Iterator[tuple[str, str]]:
@@ -67,39 +75,39 @@ def files(document: ScorecardDocument) -> Iterator[tuple[str, str]]:
     templates = environment()
 
     def render(template: str, path: str, **values: object) -> str:
-        root = posixpath.relpath(".", posixpath.dirname(path) or ".")
-        address = Markup("" if root == "." else f"{root}/")
+        relative = posixpath.relpath(".", posixpath.dirname(path) or ".")
+        root = Markup("" if relative == "." else f"{relative}/")
         return templates.get_template(template).render(
-            site=leaderboard, menu=menu, here=path, root=address, **values
+            site=leaderboard, menu=menu, path=path, root=root, **values
         )
 
     for page in registry:
         yield from page.publish(leaderboard, render)
-    for path in sorted((HERE / "static").iterdir()):
-        yield f"static/{path.name}", path.read_text(encoding="utf-8")
+    for file in sorted((FOLDER / "static").iterdir()):
+        yield f"static/{file.name}", file.read_text(encoding="utf-8")
 
 
 def build(document: ScorecardDocument, out: Path) -> Path:
-    """Writes the site to ``out`` and gives the path of its index: all of it, or the folder stays as it was.
+    """Writes the site to ``out`` and returns the path of its index; a failed build leaves ``out`` unchanged.
 
     Raises:
-        BenchError: ``out`` exists and is not a folder that an earlier build has made.
+        BenchError: ``out`` exists, is not empty, and was not written by an earlier build.
     """
     if out.exists() and not (out / MARK).is_file() and not (out.is_dir() and not any(out.iterdir())):
         raise BenchError(
             "not-a-site",
-            "This is there already, and no site was built in it.",
+            "It exists and does not contain a built site.",
             where=str(out),
             hint="Name a new or empty folder with --out.",
         )
     out.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=f".{out.name}.", dir=out.parent) as scratch:
-        made = Path(scratch) / "new"
+        new = Path(scratch) / "new"
         for path, text in [(MARK, ""), *files(document)]:
-            target = made / path
+            target = new / path
             target.parent.mkdir(parents=True, exist_ok=True)
             target.write_bytes(text.encode())
         if out.exists():
             out.replace(Path(scratch) / "old")
-        made.replace(out)
+        new.replace(out)
     return out / "index.html"

@@ -1,4 +1,4 @@
-"""``gym-extensions site``: scores submissions and builds the leaderboard's pages."""
+"""``gym-extensions site``: scores submissions and builds the pages of the leaderboard."""
 
 from __future__ import annotations
 
@@ -18,75 +18,88 @@ from gym_extensions.errors import reports_mistakes
 from gym_extensions.scoring.output.summary import show_line
 from gym_extensions.scoring.pipeline.score import score_folders
 from gym_extensions.site.build import build
-from gym_extensions.site.page import Leaderboard
-from gym_extensions.site.text import labels as words
+from gym_extensions.site.leaderboard import Leaderboard
+from gym_extensions.site.text.labels import ends, mean
 from gym_extensions.site.views.board import Board
 
 
-def arguments() -> argparse.ArgumentParser:
+def parser() -> argparse.ArgumentParser:
     """The command's options."""
-    parser = argparse.ArgumentParser(
+    options = argparse.ArgumentParser(
         prog="gym-extensions site",
-        description="Score submissions and build the leaderboard's pages.",
-        epilog="Exit status: 0 fine, 1 built, but a submission was refused (it says why), 2 usage.",
+        description="Score submissions and build the pages of the leaderboard.",
+        epilog="Exit status: 0 success, 1 built but at least one submission was refused, 2 usage error.",
     )
-    parser.add_argument(
+    options.add_argument(
         "submissions",
         nargs="*",
         type=Path,
         default=[Path("submissions")],
-        help="submission folders, or folders of them (default: submissions/)",
+        help="submission folders, or folders that contain them (default: submissions/)",
     )
-    parser.add_argument("--out", type=Path, default=Path("_site"), help="where the pages go (default: _site)")
-    parser.add_argument("--verify", action="store_true", help="also replay the recorded episodes (slow)")
-    return parser
+    options.add_argument("--out", type=Path, default=Path("_site"), help="output folder (default: _site)")
+    options.add_argument("--verify", action="store_true", help="also replay the recorded episodes (slow)")
+    return options
+
+
+def is_empty(folder: Path) -> bool:
+    """Whether a folder contains nothing but hidden files and a README, so that no submission is meant."""
+    try:
+        names = [child.name for child in folder.iterdir()]
+    except OSError:  # not a folder, or not readable: the scorer reports it
+        return False
+    return all(name.startswith(".") or name == "README.md" for name in names)
 
 
 def chapter(board: Board) -> str:
-    """What a board's table is headed by: protocol, budget, and whether agents observe the task."""
+    """The title of a board's table: protocol, budget, and whether agents observe the task."""
     return f"{board.protocol}, budget {board.budget}{', task-conditioned' if board.task_conditioned else ''}"
 
 
 def table(title: str, boards: Sequence[Board]) -> Table:
-    """A line for each board: who leads, how sure that is, what was forgotten, how many entries."""
-    made = Table(
+    """A line per board: its leader with score, interval and forgetting, and the number of entries."""
+    lines = Table(
         title=title, title_justify="left", box=box.SIMPLE_HEAD, show_edge=False, padding=(0, 1, 0, 0)
     )
-    made.add_column("Board", no_wrap=True, min_width=22)
-    made.add_column("Leads", overflow="fold", min_width=12)
-    for name in ("Score", "95 % interval", "Forgot", "Entries"):
-        made.add_column(name, justify="right", no_wrap=True)
+    lines.add_column("Board", no_wrap=True, min_width=22)
+    lines.add_column("Leader", overflow="fold", min_width=12)
+    for name in ("Score", "95 % interval", "Forgetting", "Entries"):
+        lines.add_column(name, justify="right", no_wrap=True)
     for board in boards:
-        made.add_row(*map(Text, (board.group, *_lead(board), str(len(board.rows)))))
-    return made
+        lines.add_row(*map(Text, (board.group, *_leader(board), str(len(board.rows)))))
+    return lines
 
 
-def _lead(board: Board) -> tuple[str, str, str, str]:
-    lead = board.lead()
-    if lead is None:
-        return ("nobody has a value", "–", "–", "–")
-    row = lead[0]
-    forgotten = "nothing" if row.trial.learned_nothing else words.value(row.trial.metric("forgetting"))
-    return (row.entry.title, words.value(row.lead), words.ends(row.lead), forgotten)
+def _leader(board: Board) -> tuple[str, str, str, str]:
+    leader = board.leader()
+    if leader is None:
+        return ("no score yet", "–", "–", "–")
+    row = leader.row
+    forgetting = "nothing" if row.trial.learned_nothing else mean(row.trial.metric("forgetting"))
+    return (row.entry.title, mean(row.score), ends(row.score), forgetting)
 
 
 @reports_mistakes
 def main(argv: list[str] | None = None) -> int:
-    """Builds the site; prints the boards, all problems of what is refused (exit status 1), and the place."""
-    chosen = arguments().parse_args(argv)
-    document = score_folders(chosen.submissions, verify=chosen.verify)
-    index = build(document, chosen.out)
-    leaderboard = Leaderboard(document)
-    # What strangers wrote is printed literally, and never stops the output in a narrow encoding.
+    """Builds the site. Prints the boards, the problems of refused submissions and the path of the index."""
+    options = parser().parse_args(argv)
+    empty = [folder for folder in options.submissions if is_empty(folder)]
+    document = score_folders(
+        [folder for folder in options.submissions if folder not in empty], verify=options.verify
+    )
+    index = build(document, options.out)
+    # Text from submissions is printed literally, and never stops the output in a narrow encoding.
     if isinstance(sys.stdout, TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")
     console = Console(highlight=False, markup=False, emoji=False)
-    for title, boards in groupby(leaderboard.boards, key=chapter):
+    for title, boards in groupby(Leaderboard(document).boards, key=chapter):
         console.print(table(title, tuple(boards)))
         console.print()
+    for folder in empty:
+        print(f"{folder} contains no submissions.")
     refused = [card for card in document.submissions if card.problems]
     if refused:
-        console.print("Refused, and on no board until every problem is gone:")
+        console.print("Refused (not on a board until all problems are fixed):")
     for card in refused:
         show_line(console, card)
     print(index)

@@ -1,10 +1,10 @@
-"""Numbers on the pages: fixed digits, a true minus sign, never a negative zero."""
+"""Numbers have fixed digits, a minus sign and no negative zero."""
 
 from __future__ import annotations
 
 import pytest
 
-from gym_extensions.site.text import numbers as numerals
+from gym_extensions.site.text import numbers
 
 
 @pytest.mark.parametrize(
@@ -21,18 +21,18 @@ from gym_extensions.site.text import numbers as numerals
     ],
 )
 def test_a_number_has_fixed_digits_and_a_minus_sign(value: float, digits: int, text: str) -> None:
-    assert numerals.fixed(value, digits) == text
+    assert numbers.fixed(value, digits) == text
 
 
-def test_an_interval_that_spans_zero_needs_no_second_dash() -> None:
-    assert numerals.interval(-0.031, 0.412) == "−0.03 to 0.41"
+def test_the_ends_of_an_interval_are_joined_by_a_word() -> None:
+    assert numbers.interval(-0.031, 0.412) == "−0.03 to 0.41"
 
 
 @pytest.mark.parametrize(
     ("values", "digits"), [([], 2), ([0.3, -1.2], 2), ([9.0, -10.0], 1), ([999.0], 1), ([-1000.0, 2.0], 0)]
 )
-def test_large_returns_are_shown_without_decimals(values: list[float], digits: int) -> None:
-    assert numerals.digits_for(values) == digits
+def test_larger_values_have_fewer_decimals(values: list[float], digits: int) -> None:
+    assert numbers.digits_for(values) == digits
 
 
 @pytest.mark.parametrize(
@@ -46,5 +46,5 @@ def test_large_returns_are_shown_without_decimals(values: list[float], digits: i
         ("Linux-x86_64", "Linux-x86_64"),
     ],
 )
-def test_a_manifest_value_reads_as_words(value: object, text: str) -> None:
-    assert numerals.ordinary(value) == text
+def test_a_manifest_value_is_readable(value: object, text: str) -> None:
+    assert numbers.readable(value) == text

@@ -1,4 +1,4 @@
-"""Boards: who is compared with whom, in what order, and what may be said of the first."""
+"""Boards: which entries are compared, in which order, and how certain the lead of the first is."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from typing import Any
 
 import pytest
 
-from gym_extensions.site.page import Leaderboard
-from gym_extensions.site.text import labels as words
+from gym_extensions.site.leaderboard import Leaderboard
+from gym_extensions.site.text.labels import rank
 from gym_extensions.site.views.board import Board
 from gym_extensions.site.views.board_row import COLUMNS
 from gym_extensions.site.views.trial import nothing_to_forget
 
-from ..reading import typed
+from ..browser import typed
 
 FIVE = (-0.02, -0.01, 0.0, 0.01, 0.02)
-"""Five runs around a mean: standard deviation .0158, interval ± .0196."""
+"""Offsets of five runs from their mean: standard deviation .0158, interval ± .0196."""
 QUANTILES = {2: 12.706, 3: 4.303, 4: 3.182, 5: 2.776}
 """t(.975, N − 1), three digits, from a printed table."""
 
@@ -27,7 +27,7 @@ Make = Callable[..., Card]
 
 @pytest.fixture
 def entry(document: Card) -> Make:
-    """Makes a card with one sequential log on hopper-gravity out of the values of its runs."""
+    """Makes a scorecard with one sequential log on hopper-gravity from the values of its runs."""
     pattern = document["submissions"][0]
 
     def make(name: str, final: list[float] | None, learning: list[float] | None = None, **facts: Any) -> Card:
@@ -65,15 +65,15 @@ def around(mean: float, runs: int = 5, wide: float = 1.0) -> list[float]:
     return [mean + wide * spread for spread in FIVE[:runs]]
 
 
-def of(*cards: Card) -> tuple[Board, ...]:
+def boards_of(*cards: Card) -> tuple[Board, ...]:
     """The boards of these cards."""
     references = {"version": "made-up", "provisional": False, "sha256": ""}
     return Leaderboard(typed({"format": 1, "references": references, "submissions": list(cards)})).boards
 
 
 def only(*cards: Card) -> Board:
-    """The one board of these cards."""
-    (board,) = of(*cards)
+    """The only board of these cards."""
+    (board,) = boards_of(*cards)
     return board
 
 
@@ -87,13 +87,13 @@ def test_a_board_is_sorted_by_final_performance_then_name(entry: Make) -> None:
     assert names(board) == ["c", "a", "b"]
 
 
-def test_an_entry_without_a_value_stands_last_and_not_at_zero(entry: Make) -> None:
+def test_an_entry_without_a_value_is_last_and_not_at_zero(entry: Make) -> None:
     board = only(entry("unsolved", None), entry("worse", around(-0.5)))
     assert names(board) == ["worse", "unsolved"]
     assert [heading for heading, _ in board.bodies] == ["", "Not ranked: Every task is unsolved."]
 
 
-def test_entries_with_fewer_than_five_runs_stand_below_under_a_heading(entry: Make) -> None:
+def test_entries_with_fewer_than_five_runs_are_below_under_a_heading(entry: Make) -> None:
     board = only(entry("lucky", around(0.9, runs=4)), entry("full", around(0.4)))
     assert [(heading, [row.entry.name for row in rows]) for heading, rows in board.bodies] == [
         ("", ["full"]),
@@ -101,34 +101,36 @@ def test_entries_with_fewer_than_five_runs_stand_below_under_a_heading(entry: Ma
     ]
 
 
-def test_forgetting_stands_right_beside_learning_performance() -> None:
+def test_the_column_after_learning_performance_is_forgetting() -> None:
     columns = COLUMNS["sequential"]
     assert columns.index("forgetting") == columns.index("learning_performance") + 1
 
 
-def test_task_conditioned_entries_have_a_board_of_their_own(entry: Make) -> None:
+def test_task_conditioned_entries_have_a_separate_board(entry: Make) -> None:
     conditioned = {"task_in_training": True, "task_in_evaluation": True, "boundaries": True}
-    first, second = of(entry("a", around(0.5)), entry("b", around(0.9), observes=conditioned))
+    first, second = boards_of(entry("a", around(0.5)), entry("b", around(0.9), observes=conditioned))
     assert (names(first), first.task_conditioned) == (["a"], False)
     assert (names(second), second.task_conditioned) == (["b"], True)
     assert second.id == "hopper-gravity-v0-sequential-100k-task-conditioned"
 
 
-def test_observing_the_task_in_training_alone_does_not_change_the_board(entry: Make) -> None:
+def test_observing_the_task_only_in_training_does_not_change_the_board(entry: Make) -> None:
     observes = {"task_in_training": True, "task_in_evaluation": False, "boundaries": False}
     assert not only(entry("a", around(0.5), observes=observes)).task_conditioned
 
 
-def test_budgets_are_never_compared_and_smoke_is_on_no_board(entry: Make) -> None:
-    found = of(*(entry(f"at-{name}", around(0.5), budget=name) for name in ("smoke", "100k", "1M", "paper")))
-    assert [(board.budget, names(board)) for board in found] == [
+def test_every_budget_has_its_board_except_smoke(entry: Make) -> None:
+    boards = boards_of(
+        *(entry(f"at-{name}", around(0.5), budget=name) for name in ("smoke", "100k", "1M", "paper"))
+    )
+    assert [(board.budget, names(board)) for board in boards] == [
         ("paper", ["at-paper"]),
         ("1M", ["at-1M"]),
         ("100k", ["at-100k"]),
     ]
 
 
-def test_a_refused_submission_is_on_no_board(document: Card) -> None:
+def test_a_refused_submission_is_not_on_a_board(document: Card) -> None:
     broken = document["submissions"][-1]
     broken["groups"] = document["submissions"][0]["groups"]
     assert "broken" not in {
@@ -136,26 +138,26 @@ def test_a_refused_submission_is_on_no_board(document: Card) -> None:
     }
 
 
-def test_a_published_table_alone_makes_no_board(entry: Make) -> None:
+def test_a_published_table_alone_has_no_board(entry: Make) -> None:
     table = entry("table", None, trust="reported")
-    assert of(table) == ()
+    assert boards_of(table) == ()
     assert names(only(table, entry("a", around(0.5)))) == ["a", "table"]
 
 
-def test_ranks_are_intervals_and_one_entry_alone_has_none(entry: Make) -> None:
+def test_ranks_are_intervals_and_a_single_entry_has_none(entry: Make) -> None:
     tied = only(entry("a", around(0.9)), entry("b", around(0.9)), entry("c", around(0.1)))
-    spans = [words.rank(row.rank("final_performance")) for row in tied.rows]
-    assert spans == ["rank 1–2", "rank 1–2", "rank 3"]
+    ranks = [rank(row.rank("final_performance")) for row in tied.rows]
+    assert ranks == ["rank 1–2", "rank 1–2", "rank 3"]
     assert [row.rank("final_performance") for row in only(entry("a", around(0.9))).rows] == [None]
 
 
-def test_nobody_is_ranked_on_a_metric_that_ranks_nobody_else(entry: Make) -> None:
-    none = around(0.0)
-    alone = only(entry("a", around(0.9)), entry("b", around(0.1), none), entry("c", around(0.2), none))
-    assert [words.rank(row.rank("forgetting")) for row in alone.rows] == ["", "", ""]
-    assert [words.rank(row.rank("final_performance")) for row in alone.rows] == ["rank 1", "rank 2", "rank 3"]
-    two = only(entry("a", around(0.9)), entry("b", around(0.1)), entry("c", around(0.2), none))
-    assert [words.rank(row.rank("forgetting")) for row in two.rows] == ["rank 1–2", "", "rank 1–2"]
+def test_an_entry_has_no_rank_on_a_metric_where_no_other_is_ranked(entry: Make) -> None:
+    nothing = around(0.0)
+    single = only(entry("a", around(0.9)), entry("b", around(0.1), nothing), entry("c", around(0.2), nothing))
+    assert [rank(row.rank("forgetting")) for row in single.rows] == ["", "", ""]
+    assert [rank(row.rank("final_performance")) for row in single.rows] == ["rank 1", "rank 2", "rank 3"]
+    two = only(entry("a", around(0.9)), entry("b", around(0.1)), entry("c", around(0.2), nothing))
+    assert [rank(row.rank("forgetting")) for row in two.rows] == ["rank 1–2", "", "rank 1–2"]
 
 
 @pytest.mark.parametrize(
@@ -164,95 +166,99 @@ def test_nobody_is_ranked_on_a_metric_that_ranks_nobody_else(entry: Make) -> Non
         ({"a": around(0.9)}, "It is the only ranked entry."),
         (
             {"a": around(0.9), "b": around(0.5), "c": around(0.4)},
-            "It is ahead of every other ranked entry, with 95\u202f% confidence.",
+            "It is significantly better than every other ranked entry (95\u202f% confidence).",
         ),
-        ({"a": around(0.9, runs=2)}, "It is the only entry with a value."),
+        ({"a": around(0.9, runs=2)}, "It is the only entry with a score."),
         (
             {"a": around(0.9, runs=4), "b": around(0.5, runs=4)},
-            "Its interval lies above that of every other entry.",
+            "Its interval lies above the intervals of all other entries.",
         ),
         (
             {"a": around(0.9, runs=2), "b": around(0.85, runs=2), "c": around(0.82, runs=2)},
-            "Its interval does not lie clear of B and C, so the order may be chance.",
+            "Its interval overlaps with B and C, so the order may be due to chance.",
         ),
         (
             {"a": around(0.9, runs=2), **{name: around(0.88, runs=2) for name in "bcde"}},
-            "Its interval does not lie clear of 4 others, so the order may be chance.",
+            "Its interval overlaps with 4 others, so the order may be due to chance.",
         ),
         (
             {"a": [0.9], "b": around(0.1, runs=2)},
-            "It has one run, so nothing can be said about how sure that is.",
+            "It has one run, so its uncertainty is unknown.",
         ),
         (
             {"a": around(0.9, runs=2), "b": [0.1]},
-            "Its interval lies above that of every other entry, or above its one run.",
+            "Its interval lies above the intervals and single runs of all other entries.",
         ),
         (
             {"a": around(0.9, runs=2), "b": [0.87]},
-            "Its interval does not lie clear of B, so the order may be chance.",
+            "Its interval overlaps with B, so the order may be due to chance.",
         ),
     ],
 )
-def test_a_lead_is_never_surer_than_its_runs(
+def test_the_certainty_of_a_lead_follows_from_its_runs(
     entry: Make, runs: dict[str, list[float]], sentence: str
 ) -> None:
-    lead = only(*(entry(name, values) for name, values in runs.items())).lead()
-    assert lead is not None
-    assert (lead[0].entry.name, lead[1]) == ("a", sentence)
+    leader = only(*(entry(name, values) for name, values in runs.items())).leader()
+    assert leader is not None
+    assert (leader.row.entry.name, leader.certainty) == ("a", sentence)
 
 
-def test_a_tie_says_how_far_and_how_many_more_runs_it_would_take(entry: Make) -> None:
-    lead = only(entry("a", around(0.92, wide=3)), entry("b", around(0.9, wide=3))).lead()
-    assert lead is not None
+def test_a_difference_that_is_not_significant_has_an_interval_and_a_number_of_runs(entry: Make) -> None:
+    leader = only(entry("a", around(0.92, wide=3)), entry("b", around(0.9, wide=3))).leader()
+    assert leader is not None
     # Difference .02; s = .0474 on both sides: √(2 · .0474² / 5) = .03, t(.975, 8) = 2.306: ± .0692.
-    assert lead[1].startswith("It may rank from 1 to 2: ahead of B by 0.02 (−0.05 to 0.09), which ")
-    assert lead[1].endswith(" more runs each would tell apart.")
+    assert leader.certainty.startswith(
+        "Its rank is between 1 and 2. Its difference to B is 0.02 (−0.05 to 0.09), which is not significant. "
+        "A significant difference would need about "
+    )
+    assert leader.certainty.endswith(" more runs per entry.")
 
 
-def test_a_hopeless_tie_says_so(entry: Make) -> None:
-    lead = only(entry("a", around(0.91, wide=9)), entry("b", around(0.9, wide=9))).lead()
-    assert lead is not None
-    assert lead[1].endswith("which more than 100 more runs each would tell apart.")
+def test_a_difference_that_needs_many_runs_has_no_exact_number(entry: Make) -> None:
+    leader = only(entry("a", around(0.91, wide=9)), entry("b", around(0.9, wide=9))).leader()
+    assert leader is not None
+    assert leader.certainty.endswith("would need more than 100 more runs per entry.")
 
 
 @pytest.mark.parametrize(("ahead", "ends"), [(0.0, "−0.07 to 0.07"), (0.0049, "−0.06 to 0.07")])
-def test_who_is_ahead_by_nothing_that_is_shown_is_level(entry: Make, ahead: float, ends: str) -> None:
-    lead = only(entry("a", around(0.5 + ahead, wide=3)), entry("b", around(0.5, wide=3))).lead()
-    assert lead is not None
-    assert lead[1] == (
-        f"It may rank from 1 to 2: it and B are level (difference {ends}); "
-        "to tell them apart would take more than 100 more runs each."
+def test_a_difference_that_two_digits_do_not_show_is_zero(entry: Make, ahead: float, ends: str) -> None:
+    leader = only(entry("a", around(0.5 + ahead, wide=3)), entry("b", around(0.5, wide=3))).leader()
+    assert leader is not None
+    assert leader.certainty == (
+        f"Its rank is between 1 and 2. Its difference to B is 0.00 ({ends}). "
+        "A significant difference would need more than 100 more runs per entry."
     )
 
 
-def test_a_small_lead_that_is_told_apart_is_not_called_level(entry: Make) -> None:
+def test_a_small_significant_difference_is_not_zero(entry: Make) -> None:
     three = {"a": 0.504, "b": 0.5, "c": 0.5}
     cards = [entry(name, around(mean, wide=0.01)) for name, mean in three.items()]
     cards[2] = entry("c", around(0.499, wide=9))
-    lead = only(*cards).lead()
-    assert lead is not None
-    assert lead[1] == (
-        "It may rank from 1 to 2: ahead of B by less than 0.01, which is told apart, but not of all others."
+    leader = only(*cards).leader()
+    assert leader is not None
+    assert leader.certainty == (
+        "Its rank is between 1 and 2. "
+        "It is significantly better than B, by less than 0.01, but not than all others."
     )
 
 
-def test_a_full_entry_leads_before_a_better_one_with_fewer_runs(entry: Make) -> None:
-    lead = only(entry("lucky", around(0.9, runs=1)), entry("full", around(0.4))).lead()
-    assert lead is not None
-    assert lead[0].entry.name == "full"
+def test_a_ranked_entry_leads_before_a_better_one_with_fewer_runs(entry: Make) -> None:
+    leader = only(entry("lucky", around(0.9, runs=1)), entry("full", around(0.4))).leader()
+    assert leader is not None
+    assert leader.row.entry.name == "full"
 
 
-def test_an_entry_says_whose_results_it_repeats(entry: Make) -> None:
-    found = only(entry("a", around(0.5)), entry("b", around(0.5)), entry("c", around(0.6)))
-    assert {row.entry.name: row.duplicate_of for row in found.rows} == {"a": "b", "b": "a", "c": None}
+def test_duplicate_entries_name_each_other(entry: Make) -> None:
+    board = only(entry("a", around(0.5)), entry("b", around(0.5)), entry("c", around(0.6)))
+    assert {row.entry.name: row.duplicate_of for row in board.rows} == {"a": "b", "b": "a", "c": None}
 
 
-def test_nobody_leads_where_nobody_has_a_value(entry: Make) -> None:
-    assert only(entry("a", None)).lead() is None
+def test_a_board_without_scores_has_no_leader(entry: Make) -> None:
+    assert only(entry("a", None)).leader() is None
 
 
 @pytest.mark.parametrize(
-    ("learning", "said"),
+    ("learning", "note"),
     [
         ([0.4, 0.5, 0.6, 0.5, 0.5], ""),
         ([0.05, 0.05, 0.051, 0.05, 0.05], ""),
@@ -262,7 +268,9 @@ def test_nobody_leads_where_nobody_has_a_value(entry: Make) -> None:
         ([0.1], ""),
     ],
 )
-def test_who_learned_nothing_has_nothing_to_forget(entry: Make, learning: list[float], said: str) -> None:
+def test_an_agent_that_learned_nothing_has_nothing_to_forget(
+    entry: Make, learning: list[float], note: str
+) -> None:
     (row,) = only(entry("a", around(0.5, runs=len(learning)), learning)).rows
-    assert (nothing_to_forget(row.trial) if row.trial.learned_nothing else "") == said
-    assert bool(row.entry.metrics["forgetting"].rank_note) is bool(said), "the scorer says otherwise"
+    assert (nothing_to_forget(row.trial) if row.trial.learned_nothing else "") == note
+    assert bool(row.entry.metrics["forgetting"].rank_note) is bool(note), "the scorer disagrees"

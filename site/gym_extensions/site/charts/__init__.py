@@ -1,1 +1,1 @@
-"""Charts as SVG, made at build time."""
+"""Charts as inline SVG: pure functions from numbers to markup. Colours come from the style sheet."""

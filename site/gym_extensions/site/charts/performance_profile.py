@@ -1,4 +1,7 @@
-"""Performance profiles, drawn: the share of runs and tasks above each score, of one entry or of a board."""
+"""Performance profiles: the share of runs and tasks above each score, of one entry or of a board.
+
+After Agarwal et al. (2021), "Deep Reinforcement Learning at the Edge of the Statistical Precipice".
+"""
 
 from __future__ import annotations
 
@@ -7,18 +10,18 @@ from dataclasses import dataclass
 
 from markupsafe import Markup, escape
 
-from gym_extensions.site.charts.scale import Axis
-from gym_extensions.site.charts.svg import points, px, stroke, tick
+from gym_extensions.site.charts.scale import Scale
+from gym_extensions.site.charts.svg import picture, points, stroke, text, tick_label
 from gym_extensions.site.views.board_row import Row
 from gym_extensions.site.views.trial import Points, Trial
 
 X = (40.0, 372.0)
 Y = (164.0, 24.0)
 WIDTH, HEIGHT = 384, 196
-TOLD = (0.0, 0.5, 1.0, 2.0)
-"""The scores whose shares are said in words."""
-APART = 6
-"""Lines that the style sheet tells apart by colour and dashes; further ones share a grey."""
+DESCRIBED = (0.0, 0.5, 1.0, 2.0)
+"""The scores whose shares the description names."""
+LINE_STYLES = 6
+"""Number of line styles with a colour and dashes in the style sheet; further lines are grey."""
 
 
 @dataclass(frozen=True)
@@ -32,65 +35,62 @@ class Line:
 
     @property
     def sample(self) -> Markup:
-        """A piece of the line, to stand by the title."""
-        inside = stroke(0, 4, 26, 4, f"line {self.kind}")
-        return Markup(f'<svg class="sample" viewBox="0 0 26 8" aria-hidden="true">{inside}</svg>')
+        """A piece of the line, for the legend."""
+        body = stroke(0, 4, 26, 4, f"line {self.kind}")
+        return Markup(f'<svg class="sample" viewBox="0 0 26 8" aria-hidden="true">{body}</svg>')
 
 
-def said(profile: Points) -> str:
+def describe(profile: Points) -> str:
     """The profile in words, for example ``above 0: 100 %, above 0.5: 60 %``."""
     shares = dict(profile)
-    return ", ".join(f"above {tick(at)}: {_percent(shares[at])}" for at in TOLD if at in shares)
+    return ", ".join(f"above {tick_label(at)}: {_percent(shares[at])}" for at in DESCRIBED if at in shares)
 
 
 def of_trial(trial: Trial) -> Markup:
-    """The profile of one entry on one group; nothing where the document has none."""
+    """The profile of one entry on one group; empty without a profile."""
     if not trial.profile:
         return Markup("")
-    return _drawn([Line("p1", "", trial.iqm, trial.profile)], said(trial.profile))
+    return _chart([Line("p1", "", trial.iqm, trial.profile)], describe(trial.profile))
 
 
 def lines(rows: Sequence[Row]) -> list[Line]:
     """The lines of a board's entries that have a profile, from top to bottom."""
-    having = [row for row in rows if row.trial.profile]
+    profiled = [row for row in rows if row.trial.profile]
     return [
-        Line(f"p{place if place <= APART else 0}", row.entry.title, row.trial.iqm, row.trial.profile)
-        for place, row in enumerate(having, 1)
+        Line(f"p{number if number <= LINE_STYLES else 0}", row.entry.title, row.trial.iqm, row.trial.profile)
+        for number, row in enumerate(profiled, 1)
     ]
 
 
-def of_board(found: Sequence[Line]) -> Markup:
-    """All lines on one scale, the board's first entry uppermost."""
-    return _drawn(found, "; ".join(f"{line.title}: {said(line.profile)}" for line in found))
+def of_board(lines: Sequence[Line]) -> Markup:
+    """All lines on one scale; the board's first entry is drawn last, above the others."""
+    return _chart(lines, "; ".join(f"{line.title}: {describe(line.profile)}" for line in lines))
 
 
-def _drawn(found: Sequence[Line], label: str) -> Markup:
-    first, last = found[0].profile[0][0], found[0].profile[-1][0]
-    x, y = Axis(first, last, *X), Axis(0.0, 1.0, *Y)
-    inside = [stroke(x.start, y.at(share), x.end, y.at(share), "level") for share in (0.0, 0.5, 1.0)]
-    inside += [_text("tick side", x.start - 5, y.at(share) + 3, _percent(share)) for share in (0.0, 0.5, 1.0)]
-    inside += [
+def _chart(lines: Sequence[Line], label: str) -> Markup:
+    first, last = lines[0].profile[0][0], lines[0].profile[-1][0]
+    x, y = Scale(first, last, *X), Scale(0.0, 1.0, *Y)
+    body = [stroke(x.start, y.at(share), x.end, y.at(share), "level") for share in (0.0, 0.5, 1.0)]
+    body += [text("tick side", x.start - 5, y.at(share) + 3, _percent(share)) for share in (0.0, 0.5, 1.0)]
+    body += [
         stroke(x.at(score), y.start, x.at(score), y.end, f"grid {name}")
         for score, name in ((0.0, "floor"), (1.0, "ceiling"))
     ]
-    inside += [
-        _text(f"tick{' key' if score in {0, 1} else ''}", x.at(score), y.start + 14, tick(score))
+    body += [
+        text(f"tick{' key' if score in {0, 1} else ''}", x.at(score), y.start + 14, tick_label(score))
         for score in x.ticks()
     ]
-    inside.append(_text("tick name", 0, 10, "share of runs and tasks above the score"))
-    inside.append(_text("tick side", x.end, y.start + 29, "score at the end (0 floor, 1 reference)"))
-    for line in reversed(found):
+    body.append(text("tick name", 0, 10, "share of runs and tasks above the score"))
+    body.append(text("tick side", x.end, y.start + 29, "score at the end (0 floor, 1 reference)"))
+    for line in reversed(lines):
         title = f"<title>{escape(line.title)}</title>" if line.title else ""
-        drawn = points(_corners(line.profile), x, y)
-        inside.append(f'<polyline class="line {line.kind}" points="{drawn}">{title}</polyline>')
-    return Markup(
-        f'<svg class="profile" viewBox="0 0 {WIDTH} {HEIGHT}" role="img" '
-        f'aria-label="{escape(label)}">{"".join(inside)}</svg>'
-    )
+        through = points(_corners(line.profile), x, y)
+        body.append(f'<polyline class="line {line.kind}" points="{through}">{title}</polyline>')
+    return picture("profile", str(WIDTH), str(HEIGHT), label, "".join(body))
 
 
 def _corners(profile: Points) -> list[tuple[float, float]]:
-    """The points without those that lie on a level between two others."""
+    """The points without those between two others of the same share."""
     inner = range(1, len(profile) - 1)
     level = {at for at in inner if profile[at - 1][1] == profile[at][1] == profile[at + 1][1]}
     return [point for at, point in enumerate(profile) if at not in level]
@@ -98,7 +98,3 @@ def _corners(profile: Points) -> list[tuple[float, float]]:
 
 def _percent(share: float) -> str:
     return f"{100 * share:.0f}\u202f%"
-
-
-def _text(kind: str, x: float, y: float, words: str) -> str:
-    return f'<text class="{kind}" x="{px(x)}" y="{px(y)}">{words}</text>'

@@ -1,4 +1,4 @@
-"""A straight scale from values to places in a drawing, with round ticks."""
+"""A linear scale from values to coordinates, with round ticks."""
 
 from __future__ import annotations
 
@@ -6,10 +6,13 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+PADDING = 0.06
+"""Space at both ends of a scale, relative to the range of its values."""
+
 
 @dataclass(frozen=True)
-class Axis:
-    """Maps ``low … high`` to ``start … end``; values outside are drawn at the nearer end."""
+class Scale:
+    """Maps ``low … high`` to the coordinates ``start … end``. Values outside are clipped."""
 
     low: float
     high: float
@@ -17,16 +20,16 @@ class Axis:
     end: float
 
     def at(self, value: float) -> float:
-        """The place of a value, held within the drawing."""
+        """The coordinate of a value, clipped to the scale."""
         share = (min(max(value, self.low), self.high) - self.low) / (self.high - self.low)
         return self.start + share * (self.end - self.start)
 
-    def holds(self, value: float) -> bool:
+    def contains(self, value: float) -> bool:
         """Whether the value lies within the scale."""
         return self.low <= value <= self.high
 
     def ticks(self, most: int = 6) -> tuple[float, ...]:
-        """Round values within the scale, at steps of 1, 2 or 5 times a power of ten, at most that many."""
+        """At most ``most`` round values within the scale, at steps of 1, 2 or 5 times a power of ten."""
         rough = (self.high - self.low) / most
         power = 10.0 ** math.floor(math.log10(rough))
         step = next(power * factor for factor in (1, 2, 5, 10) if power * factor >= rough)
@@ -34,9 +37,11 @@ class Axis:
         return tuple(index * step for index in range(first, last + 1))
 
 
-def around(values: Iterable[float], start: float, end: float, always: tuple[float, ...] = (0.0, 1.0)) -> Axis:
-    """A scale that holds the values and ``always``, with a little room at both ends."""
-    held = [*values, *always]
-    low, high = min(held), max(held)
-    room = (high - low or 1.0) * 0.06
-    return Axis(low - room, high + room, start, end)
+def scale_around(
+    values: Iterable[float], start: float, end: float, always: tuple[float, ...] = (0.0, 1.0)
+) -> Scale:
+    """A scale that contains the values and ``always``, with some padding."""
+    contained = [*values, *always]
+    low, high = min(contained), max(contained)
+    padding = (high - low or 1.0) * PADDING
+    return Scale(low - padding, high + padding, start, end)

@@ -1,143 +1,110 @@
-"""Drawings as inline SVG: pure functions from numbers to markup; colours come from the style sheet."""
+"""Strip plots: a metric's mean, interval and runs on one line, alone or above another metric."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from markupsafe import Markup, escape
+from markupsafe import Markup
 
 from gym_extensions.scoring.metrics.value import MetricValue
-from gym_extensions.site.charts.scale import Axis, around
-from gym_extensions.site.charts.svg import points, px, stroke, tick
+from gym_extensions.site.charts.scale import Scale, scale_around
+from gym_extensions.site.charts.svg import picture, px, stroke, tick_label
 from gym_extensions.site.text.numbers import fixed, interval
+from gym_extensions.site.views.board_row import COLUMNS
+from gym_extensions.site.views.trial import Trial
 
 WIDTH, MARGIN = 280, 12
-LANE = 22
-UNMOVED = 0.005
-"""A difference that two digits do not show; its line is neither a loss nor a gain."""
+ROW_HEIGHT = 22
+NO_CHANGE = 0.005
+"""A smaller difference is invisible at two digits; its line is neither a loss nor a gain."""
+TICK_DISTANCE = 22
+"""Minimum distance of a tick label from those of 0 and 1."""
 
 
-def estimate_axis(estimates: Iterable[MetricValue]) -> Axis:
-    """One scale for strips that are read together: it holds every mean and every run, 0 and 1.
+def metric_scale(values: Iterable[MetricValue]) -> Scale:
+    """One scale for strips that are read together. It contains every mean and every run, 0 and 1.
 
-    Intervals may reach beyond it (two runs give wide ones); they are then drawn open at that end.
+    Intervals may exceed it, because those of two runs are wide; they then end in an arrow.
     """
-    shown = [found for found in estimates if found.mean is not None]
-    values = [value for found in shown for value in (found.mean, *found.runs) if value is not None]
-    return around(values, MARGIN, WIDTH - MARGIN)
+    drawn = [value for value in values if value.mean is not None]
+    numbers = [number for value in drawn for number in (value.mean, *value.runs) if number is not None]
+    return scale_around(numbers, MARGIN, WIDTH - MARGIN)
 
 
-def said(estimate: MetricValue, digits: int = 2) -> str:
-    """An estimate in words, for those who do not see the drawing."""
-    if estimate.mean is None:
-        return f"no value: {estimate.why}"
-    ends = (
-        f", 95 % interval {interval(*estimate.ends, digits)}" if estimate.ends else ", one run, no interval"
-    )
-    return f"{fixed(estimate.mean, digits)}{ends}"
+def board_scale(trials: Sequence[Trial]) -> Scale:
+    """One scale for the drawn metrics of trials of one protocol: the sorting one and learning performance."""
+    drawn = [COLUMNS[trial.protocol][0] for trial in trials[:1]] + ["learning_performance"]
+    return metric_scale(trial.metric(name) for trial in trials for name in drawn)
 
 
-def strip(estimate: MetricValue, axis: Axis) -> Markup:
-    """One estimate on one line: interval as a bar, runs as dots, mean as a disc."""
-    if estimate.mean is None:
+def describe(value: MetricValue, digits: int = 2) -> str:
+    """A metric value in words, for screen readers."""
+    if value.mean is None:
+        return f"no value: {value.why}"
+    ends = f", 95 % interval {interval(*value.ends, digits)}" if value.ends else ", one run, no interval"
+    return f"{fixed(value.mean, digits)}{ends}"
+
+
+def strip(value: MetricValue, scale: Scale) -> Markup:
+    """One metric value on one line: interval as a bar, runs as dots, mean as a disc."""
+    if value.mean is None:
         return Markup("")
-    return _svg(LANE, said(estimate), _grid(axis, LANE) + _lane(estimate, axis, LANE / 2, "final"))
+    return _strip(ROW_HEIGHT, describe(value), scale, _marks(value, scale, ROW_HEIGHT / 2, "final"))
 
 
-def slope(before: MetricValue, after: MetricValue, axis: Axis) -> Markup:
-    """Two estimates, one under the other, joined: right after training each task above, at the end below.
+def slope(before: MetricValue, after: MetricValue, scale: Scale) -> Markup:
+    """Two metric values below each other, joined by a line: right after training above, at the end below.
 
-    A line that leans to the left is what was forgotten on the way.
+    A line that leans to the left shows forgetting.
     """
     if before.mean is None or after.mean is None:
-        return strip(after, axis)
-    top, bottom, height = LANE / 2, LANE * 1.5 + 4, LANE * 2 + 4
-    moved = after.mean - before.mean
-    kind = "same" if abs(moved) < UNMOVED else "loss" if moved < 0 else "gain"
-    joined = stroke(axis.at(before.mean), top, axis.at(after.mean), bottom, f"join {kind}")
-    label = f"learning performance {said(before)}; final performance {said(after)}"
-    lanes = _lane(before, axis, top, "learning") + _lane(after, axis, bottom, "final")
-    return _svg(height, label, _grid(axis, height) + joined + lanes)
+        return strip(after, scale)
+    top, bottom, height = ROW_HEIGHT / 2, ROW_HEIGHT * 1.5 + 4, ROW_HEIGHT * 2 + 4
+    change = after.mean - before.mean
+    kind = "same" if abs(change) < NO_CHANGE else "loss" if change < 0 else "gain"
+    join = stroke(scale.at(before.mean), top, scale.at(after.mean), bottom, f"join {kind}")
+    label = f"learning performance {describe(before)}; final performance {describe(after)}"
+    marks = _marks(before, scale, top, "learning") + _marks(after, scale, bottom, "final")
+    return _strip(height, label, scale, join + marks)
 
 
 def example() -> Markup:
-    """A drawing of made-up numbers, under its ruler, that explains the others."""
-    learned = MetricValue(0.82, 0.72, 0.92, (0.75, 0.78, 0.83, 0.85, 0.89))
-    left = MetricValue(0.47, 0.35, 0.59, (0.36, 0.43, 0.48, 0.52, 0.56))
-    axis = Axis(-0.1, 1.1, MARGIN, WIDTH - MARGIN)
-    return ruler(axis) + slope(learned, left, axis)
+    """The legend: a slope of invented numbers below its ruler."""
+    before = MetricValue(0.82, 0.72, 0.92, (0.75, 0.78, 0.83, 0.85, 0.89))
+    after = MetricValue(0.47, 0.35, 0.59, (0.36, 0.43, 0.48, 0.52, 0.56))
+    scale = Scale(-0.1, 1.1, MARGIN, WIDTH - MARGIN)
+    return ruler(scale) + slope(before, after, scale)
 
 
-def ruler(axis: Axis) -> Markup:
-    """The scale's numbers, to stand over a column of strips; 0 is the floor and 1 the reference."""
+def ruler(scale: Scale) -> Markup:
+    """The tick labels above a column of strips, always with 0 (floor) and 1 (reference)."""
     marks = "".join(
-        f'<text class="tick{" key" if mark in {0, 1} else ""}" x="{px(axis.at(mark))}" y="12">'
-        f"{tick(mark)}</text>"
-        for mark in sorted({*axis.ticks(5), 0.0, 1.0})
-        if mark in {0.0, 1.0} or min(abs(axis.at(mark) - axis.at(key)) for key in (0.0, 1.0)) > 22
+        f'<text class="tick{" key" if mark in {0, 1} else ""}" x="{px(scale.at(mark))}" y="12">'
+        f"{tick_label(mark)}</text>"
+        for mark in sorted({*scale.ticks(5), 0.0, 1.0})
+        if mark in {0.0, 1.0}
+        or min(abs(scale.at(mark) - scale.at(key)) for key in (0.0, 1.0)) > TICK_DISTANCE
     )
     return Markup(f'<svg class="ruler" viewBox="0 0 {WIDTH} 16" aria-hidden="true">{marks}</svg>')
 
 
-def panel(
-    lines: Sequence[Sequence[tuple[float, float]]],
-    x: Axis,
-    y: Axis,
-    label: str,
-    *,
-    bold: Sequence[tuple[float, float]] = (),
-    since: float | None = None,
-    levels: Sequence[float] = (),
-) -> Markup:
-    """A small chart: thin lines, one bold one, level lines across; what lies before ``since`` is shaded."""
-    left, right, top, bottom = px(x.start), px(x.end), min(y.start, y.end), max(y.start, y.end)
-    inside = [
-        f'<line class="level" x1="{left}" x2="{right}" y1="{px(y.at(v))}" y2="{px(y.at(v))}"/>'
-        for v in levels
-    ]
-    inside += [
-        f'<text class="tick side" x="{px(x.start - 4)}" y="{px(y.at(v) + 3)}">{tick(v)}</text>'
-        for v in levels
-    ]
-    if since is not None:
-        inside.insert(
-            0,
-            f'<rect class="before" x="{left}" y="{px(top)}" width="{px(x.at(since) - x.start)}" '
-            f'height="{px(bottom - top)}"/>',
-        )
-    inside += [f'<polyline class="thin" points="{points(line, x, y)}"/>' for line in lines]
-    if bold:
-        inside.append(f'<polyline class="bold" points="{points(bold, x, y)}"/>')
-        inside += [
-            f'<circle class="{"at" if at == since else "stop"}" cx="{px(x.at(at))}" cy="{px(y.at(value))}" '
-            f'r="{4 if at == since else 2.2}"/>'
-            for at, value in bold
-        ]
-    width, height = px(x.end + 8), px(bottom + 8)
-    body = "".join(inside)
-    return Markup(
-        f'<svg class="panel" viewBox="0 0 {width} {height}" role="img" '
-        f'aria-label="{escape(label)}">{body}</svg>'
-    )
-
-
-def _lane(estimate: MetricValue, axis: Axis, y: float, kind: str) -> str:
+def _marks(value: MetricValue, scale: Scale, y: float, kind: str) -> str:
     parts = []
-    if estimate.ends:
-        low, high = (axis.at(end) for end in estimate.ends)
+    if value.ends:
+        low, high = (scale.at(end) for end in value.ends)
         parts.append(stroke(low, y, high, y, f"interval {kind}"))
         parts += [
-            _arrow(axis.at(end), y, -1 if end < axis.low else 1, kind)
-            for end in estimate.ends
-            if not axis.holds(end)
+            _arrow(scale.at(end), y, -1 if end < scale.low else 1, kind)
+            for end in value.ends
+            if not scale.contains(end)
         ]
     parts += [
-        f'<circle class="run {kind}" cx="{px(axis.at(run))}" cy="{px(y)}" r="2.4">'
+        f'<circle class="run {kind}" cx="{px(scale.at(run))}" cy="{px(y)}" r="2.4">'
         f"<title>{fixed(run)}</title></circle>"
-        for run in estimate.runs
+        for run in value.runs
     ]
-    if estimate.mean is not None:
-        parts.append(f'<circle class="mean {kind}" cx="{px(axis.at(estimate.mean))}" cy="{px(y)}" r="5"/>')
+    if value.mean is not None:
+        parts.append(f'<circle class="mean {kind}" cx="{px(scale.at(value.mean))}" cy="{px(y)}" r="5"/>')
     return "".join(parts)
 
 
@@ -146,15 +113,9 @@ def _arrow(x: float, y: float, side: int, kind: str) -> str:
     return f'<polygon class="beyond {kind}" points="{corners}"/>'
 
 
-def _grid(axis: Axis, height: float) -> str:
-    return "".join(
-        stroke(axis.at(mark), 0, axis.at(mark), height, f"grid {name}")
+def _strip(height: float, label: str, scale: Scale, body: str) -> Markup:
+    grid = "".join(
+        stroke(scale.at(mark), 0, scale.at(mark), height, f"grid {name}")
         for mark, name in ((0.0, "floor"), (1.0, "ceiling"))
     )
-
-
-def _svg(height: float, label: str, body: str) -> Markup:
-    return Markup(
-        f'<svg class="strip" viewBox="0 0 {WIDTH} {px(height)}" role="img" '
-        f'aria-label="{escape(label)}">{body}</svg>'
-    )
+    return picture("strip", str(WIDTH), px(height), label, grid + body)

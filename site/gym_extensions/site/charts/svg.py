@@ -1,29 +1,52 @@
-"""The small parts of every drawing: coordinates, lines, the numbers of a scale."""
+"""SVG elements that the charts share: coordinates, lines, texts, tick labels and the picture itself."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 
-from gym_extensions.site.charts.scale import Axis
+from markupsafe import Markup, escape
+
+from gym_extensions.site.charts.scale import Scale
 from gym_extensions.site.text.numbers import fixed
 
 
 def px(value: float) -> str:
-    """A coordinate: one digit after the point, ASCII."""
+    """A coordinate with one digit after the point, in ASCII."""
     return f"{value:.1f}".replace("-0.0", "0.0")
 
 
+def picture(kind: str, width: str, height: str, label: str, body: str) -> Markup:
+    """An ``svg`` element of class ``kind`` with a label for screen readers.
+
+    Args:
+        kind: the class in the style sheet.
+        width: the width of the view box.
+        height: the height of the view box.
+        label: the chart in words; it is escaped.
+        body: the elements inside, as markup.
+    """
+    return Markup(
+        f'<svg class="{kind}" viewBox="0 0 {width} {height}" role="img" '
+        f'aria-label="{escape(label)}">{body}</svg>'
+    )
+
+
 def stroke(x1: float, y1: float, x2: float, y2: float, kind: str) -> str:
-    """A straight line of that class."""
+    """A straight line of class ``kind``."""
     return f'<line class="{kind}" x1="{px(x1)}" y1="{px(y1)}" x2="{px(x2)}" y2="{px(y2)}"/>'
 
 
-def points(line: Iterable[tuple[float, float]], x: Axis, y: Axis) -> str:
-    """What a polyline goes through, by two scales."""
+def text(kind: str, x: float, y: float, content: str) -> str:
+    """A text of class ``kind``; ``content`` is not escaped."""
+    return f'<text class="{kind}" x="{px(x)}" y="{px(y)}">{content}</text>'
+
+
+def points(line: Iterable[tuple[float, float]], x: Scale, y: Scale) -> str:
+    """The ``points`` of a polyline through these values."""
     return " ".join(f"{px(x.at(across))},{px(y.at(up))}" for across, up in line)
 
 
-def tick(value: float) -> str:
-    """A number of a scale: two digits after the point where it is small, without trailing zeros."""
-    text = fixed(value, 2 if abs(value) < 10 else 0)
-    return text.rstrip("0").rstrip(".") if "." in text else text
+def tick_label(value: float) -> str:
+    """The number at a tick: two digits after the point below 10, without trailing zeros."""
+    label = fixed(value, 2 if abs(value) < 10 else 0)
+    return label.rstrip("0").rstrip(".") if "." in label else label

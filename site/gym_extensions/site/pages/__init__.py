@@ -1,1 +1,1 @@
-"""One module a kind of page, each with a ``PAGE``; being in this folder is what puts it on the site."""
+"""One module per kind of page, each with a ``PAGE``. A module in this folder is a page of the site."""

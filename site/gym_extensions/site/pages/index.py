@@ -1,17 +1,19 @@
-"""The leaderboard: every board, and what is on none."""
+"""The leaderboard: every board, and the submissions that are on none."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import groupby
 
-from gym_extensions.site.page import Leaderboard, Page, Render
+from gym_extensions.scoring.scorecard.model import REPORTED
+from gym_extensions.site.leaderboard import Leaderboard
+from gym_extensions.site.page import Page, Render
 
 PATH = "index.html"
 
 
 def publish(site: Leaderboard, render: Render) -> Iterator[tuple[str, str]]:
-    """One page: boards by protocol and budget, then refused submissions and those for tests alone."""
+    """One page: boards by protocol and budget, then refused, reported and test submissions."""
     chapters = [
         (key, tuple(boards))
         for key, boards in groupby(
@@ -19,11 +21,11 @@ def publish(site: Leaderboard, render: Render) -> Iterator[tuple[str, str]]:
         )
     ]
     refused = [entry for entry in site.entries if entry.problems]
-    shown = {row.entry.name for board in site.boards for row in board.rows}
-    others = [entry for entry in site.entries if not entry.problems and entry.name not in shown]
-    reported = [entry for entry in others if entry.trust == "reported"]
-    aside = [entry for entry in others if entry.trust != "reported"]
-    lists = {"refused": refused, "reported": reported, "aside": aside}
+    on_boards = {row.entry.name for board in site.boards for row in board.rows}
+    others = [entry for entry in site.entries if not entry.problems and entry.name not in on_boards]
+    reported = [entry for entry in others if entry.trust == REPORTED]
+    off_boards = [entry for entry in others if entry.trust != REPORTED]
+    lists = {"refused": refused, "reported": reported, "off_boards": off_boards}
     yield PATH, render("index.html", PATH, chapters=chapters, **lists)
 
 

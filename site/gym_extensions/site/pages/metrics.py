@@ -1,17 +1,19 @@
-"""What every number means: each metric with its formula, and the rules by which boards are read."""
+"""The definition of every number: metrics with their formulas, intervals, ranks and budgets."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
-from gym_extensions.site.page import Leaderboard, Page, Render
+from gym_extensions.site.leaderboard import Leaderboard
+from gym_extensions.site.page import Page, Render
 
 PATH = "metrics.html"
 
 
 def publish(site: Leaderboard, render: Render) -> Iterator[tuple[str, str]]:
-    """One page, an anchor for each metric."""
-    yield PATH, render("metrics.html", PATH)
+    """One page with an anchor per metric."""
+    used = {board.budget for board in site.boards}
+    yield PATH, render("metrics.html", PATH, used_budgets=used)
 
 
 PAGE = Page(title="Metrics", order=20, path=PATH, publish=publish)

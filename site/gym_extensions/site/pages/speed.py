@@ -1,4 +1,4 @@
-"""How fast it is: the ratios that `make bench` measured, with the machine that they were measured on."""
+"""Measured speed: the ratios that ``make bench`` writes, and the machine on which they were measured."""
 
 from __future__ import annotations
 
@@ -6,25 +6,42 @@ import json
 from collections.abc import Iterator
 from itertools import groupby
 from pathlib import Path
+from typing import TypedDict
 
-from gym_extensions.site.page import Leaderboard, Page, Render
-from gym_extensions.site.views.benchmarks import Race, race
-from gym_extensions.site.views.memory import MEASURE, footprint
+from gym_extensions.site.leaderboard import Leaderboard
+from gym_extensions.site.page import Page, Render
+from gym_extensions.site.views.benchmarks import MEMORY, Measurement, comparison, peak_memory
 
 PATH = "speed.html"
 MEASURED = Path(__file__).parent.parent / "measured" / "ratios.json"
 
 
+class Machine(TypedDict):
+    """The machine of the measurements."""
+
+    processor: str
+    cores: int
+    system: str
+    python: str
+    packages: dict[str, str]
+
+
+class Measurements(TypedDict):
+    """The content of ``ratios.json``."""
+
+    format: int
+    machine: Machine
+    rows: list[Measurement]
+
+
 def publish(site: Leaderboard, render: Render) -> Iterator[tuple[str, str]]:
-    """One page, a section for each measure; memory has its own words."""
-    measured = json.loads(MEASURED.read_text(encoding="utf-8"))
-    races = [race(row) for row in measured["rows"] if row["measure"] != MEASURE]
-    footprints = [footprint(row) for row in measured["rows"] if row["measure"] == MEASURE]
-    chapters: list[tuple[str, list[Race]]] = [
-        (measure, list(found)) for measure, found in groupby(races, key=lambda one: one.measure)
-    ]
-    found = {"chapters": chapters, "footprints": footprints}
-    yield PATH, render("speed.html", PATH, machine=measured["machine"], **found)
+    """One page with a section per measure, the last one for memory."""
+    measured: Measurements = json.loads(MEASURED.read_text(encoding="utf-8"))
+    rows = measured["rows"]
+    comparisons = [comparison(row) for row in rows if row["measure"] != MEMORY]
+    chapters = [(title, list(part)) for title, part in groupby(comparisons, key=lambda item: item.title)]
+    memory = [peak_memory(row) for row in rows if row["measure"] == MEMORY]
+    yield PATH, render("speed.html", PATH, machine=measured["machine"], chapters=chapters, memory=memory)
 
 
 PAGE = Page(title="Speed", order=25, path=PATH, publish=publish)

@@ -1,14 +1,15 @@
-"""One page for each submission: what it is, what it scored, and the numbers behind that."""
+"""One page per submission: its facts, scores and returns."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
-from gym_extensions.site.page import Leaderboard, Page, Render
+from gym_extensions.site.leaderboard import Leaderboard
+from gym_extensions.site.page import Page, Render
 
 
 def publish(site: Leaderboard, render: Render) -> Iterator[tuple[str, str]]:
-    """A page for every submission, refused ones too: theirs lists the problems."""
+    """A page per submission; that of a refused one lists its problems."""
     for entry in site.entries:
         path = site.addresses[entry.name]
         yield path, render("submission.html", path, entry=entry)

@@ -1,1 +1,1 @@
-"""Words and numbers as readers see them."""
+"""Labels and numbers as readers see them."""

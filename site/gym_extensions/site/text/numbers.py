@@ -1,4 +1,4 @@
-"""Numbers as text: fixed digits, a true minus sign, never a negative zero."""
+"""Numbers as text: fixed digits, the minus sign of typography, and no negative zero."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ THIN_SPACE = "\N{NARROW NO-BREAK SPACE}"
 
 
 def fixed(value: float, digits: int = 2) -> str:
-    """The value with that many digits after the point and a proper minus sign; −0.00 is 0.00."""
+    """The value with ``digits`` digits after the point and a minus sign; −0.00 becomes 0.00."""
     text = f"{value:.{digits}f}"
     if text.startswith("-"):
         return MINUS + text[1:] if text.strip("-0.") else text[1:]
@@ -22,7 +22,7 @@ def interval(low: float, high: float, digits: int = 2) -> str:
 
 
 def digits_for(values: Iterable[float]) -> int:
-    """Digits after the point that show values of this size in some four figures: 0, 1 or 2."""
+    """Digits after the point (0, 1 or 2) that show the largest value with about four figures."""
     largest = max((abs(value) for value in values), default=0.0)
     if largest >= 1000:
         return 0
@@ -30,12 +30,17 @@ def digits_for(values: Iterable[float]) -> int:
 
 
 def grouped(count: int) -> str:
-    """A whole number with its thousands set apart, for example ``10 000``."""
+    """A whole number with spaces between thousands, for example ``10 000``."""
     return f"{count:,}".replace(",", THIN_SPACE).replace("-", MINUS)
 
 
-def ordinary(value: object) -> str:
-    """A manifest's value as a reader writes it: ``true`` as yes, whole numbers grouped, lists with commas."""
+def count(number: int, noun: str) -> str:
+    """A number with its noun: ``1 run``, ``2 runs``."""
+    return f"{grouped(number)} {noun}{'' if number == 1 else 's'}"
+
+
+def readable(value: object) -> str:
+    """A value of the manifest as text: ``true`` as yes, whole numbers grouped, lists with commas."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, int):
@@ -43,5 +48,5 @@ def ordinary(value: object) -> str:
     if isinstance(value, float):
         return repr(value).replace("-", MINUS)
     if isinstance(value, (list, tuple)):
-        return ", ".join(map(ordinary, value))
+        return ", ".join(map(readable, value))
     return str(value)

@@ -1,1 +1,1 @@
-"""What the templates show, computed from scorecards and boards."""
+"""What the templates show, computed from scorecards, boards and measurements."""

@@ -1,4 +1,4 @@
-"""Boards: the scorer's own, in the order of the index, and what may be said of who is first."""
+"""The boards of the scorer, in the order of the index."""
 
 from __future__ import annotations
 
@@ -11,16 +11,14 @@ from gym_extensions.catalog.budgets import BUDGETS
 from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.scoring.leaderboard import model
 from gym_extensions.scoring.scorecard.model import REPORTED, Scorecard
-from gym_extensions.site.charts import strip_plot as charts
-from gym_extensions.site.charts.scale import Axis
 from gym_extensions.site.views.board_row import COLUMNS, Row
-from gym_extensions.site.views.leader import lead
+from gym_extensions.site.views.leader import Leader, leader
 from gym_extensions.site.views.trial import Trial, group_order, group_trials, suite_trials
 
 
 @dataclass(frozen=True)
 class Board:
-    """Entries on one group or suite, protocol and budget; task-conditioned ones have their own."""
+    """The entries of one group or suite, protocol and budget; task-conditioned ones are on other boards."""
 
     group: str
     protocol: str
@@ -32,56 +30,44 @@ class Board:
     @property
     def id(self) -> str:
         """Its anchor, for example ``hopper-gravity-v0-sequential-100k``."""
-        return "-".join(
-            (
-                self.group,
-                self.protocol,
-                self.budget,
-                *(("task-conditioned",) if self.task_conditioned else ()),
-            )
-        )
+        conditioned = ("task-conditioned",) if self.task_conditioned else ()
+        return "-".join((self.group, self.protocol, self.budget, *conditioned))
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """The names of its metrics, the one that sorts it first."""
+        """The names of its metrics, the sorting one first."""
         return COLUMNS[self.protocol]
 
     @property
+    def trials(self) -> tuple[Trial, ...]:
+        """The trials of its entries, from top to bottom."""
+        return tuple(row.trial for row in self.rows)
+
+    @property
     def unsolved_tasks(self) -> tuple[str, ...]:
-        """Tasks without a ceiling, left out of every normalized mean."""
-        return next((row.trial.unsolved_tasks for row in self.rows if row.trial.unsolved_tasks), ())
+        """Tasks without a ceiling; normalized means exclude them."""
+        return next((trial.unsolved_tasks for trial in self.trials if trial.unsolved_tasks), ())
 
     @property
     def bodies(self) -> tuple[tuple[str, tuple[Row, ...]], ...]:
-        """Ranked entries, then the others under a heading that says why they are not."""
+        """Ranked entries, then the others under a heading with the reason why they are not ranked."""
         parts = [(ranked, tuple(rows)) for ranked, rows in groupby(self.rows, key=lambda row: row.ranked)]
         return tuple(("" if ranked else _not_ranked(rows), rows) for ranked, rows in parts)
 
     @property
-    def whys(self) -> tuple[str, ...]:
+    def reasons(self) -> tuple[str, ...]:
         """Why values on it are missing."""
-        return whys([row.trial for row in self.rows])
+        return missing_reasons(self.trials)
 
-    @property
-    def axis(self) -> Axis:
-        """One scale for all that is drawn on it."""
-        return axis([row.trial for row in self.rows])
-
-    def lead(self) -> tuple[Row, str] | None:
-        """The first row and how sure its lead is, in a sentence; None when nobody has a value."""
-        return lead(self.rows, self.columns[0])
+    def leader(self) -> Leader | None:
+        """The first entry and how certain its lead is; None if no entry has a score."""
+        return leader(self.rows, self.columns[0])
 
 
-def whys(trials: Sequence[Trial]) -> tuple[str, ...]:
-    """Why values of trials of one protocol are missing, each reason once, in order."""
-    found = (trial.metric(name) for trial in trials for name in COLUMNS[trial.protocol])
-    return tuple(dict.fromkeys(estimate.why for estimate in found if estimate.mean is None))
-
-
-def axis(trials: Sequence[Trial]) -> Axis:
-    """One scale for what is drawn of trials of one protocol: its sorting metric, and learning performance."""
-    drawn = [COLUMNS[trial.protocol][0] for trial in trials[:1]] + ["learning_performance"]
-    return charts.estimate_axis(trial.metric(name) for trial in trials for name in drawn)
+def missing_reasons(trials: Sequence[Trial]) -> tuple[str, ...]:
+    """Why values on the boards of trials of one protocol are missing, each reason once, in order."""
+    values = (trial.metric(name) for trial in trials for name in COLUMNS[trial.protocol])
+    return tuple(dict.fromkeys(value.why for value in values if value.mean is None))
 
 
 def _not_ranked(rows: Sequence[Row]) -> str:
@@ -90,19 +76,23 @@ def _not_ranked(rows: Sequence[Row]) -> str:
 
 
 def boards(scored: Sequence[model.Board], cards: Sequence[Scorecard]) -> tuple[Board, ...]:
-    """The scorer's boards by protocol, budget (longest first), suites, groups; task-conditioned last.
+    """The scorer's boards by protocol, budget (longest first), suites, groups; task-conditioned ones last.
 
-    A board on which nobody has logs is left out: published tables alone are compared with nothing.
+    Boards that have only published tables without logs are omitted.
 
     Args:
         scored: the scorer's boards.
         cards: the scorecards of their entries.
     """
-    found = [_board(board, {card.name: card for card in cards}) for board in scored]
+    by_name = {card.name: card for card in cards}
     budgets = list(BUDGETS)
     return tuple(
         sorted(
-            (board for board in found if any(row.entry.trust != REPORTED for row in board.rows)),
+            (
+                _board(board, by_name)
+                for board in scored
+                if any(entry.trust != REPORTED for entry in board.rows)
+            ),
             key=lambda board: (
                 board.task_conditioned,
                 PROTOCOLS.index(board.protocol),
@@ -121,11 +111,11 @@ def _board(board: model.Board, cards: dict[str, Scorecard]) -> Board:
     rows = []
     for entry in board.rows:
         card = cards[entry.name]
-        on_board = [
+        trial = next(
             trial
             for trial in (*group_trials(card), *suite_trials(card))
             if (trial.group, trial.protocol) == (board.group, board.protocol)
-        ]
-        rows.append(Row(card, on_board[0], entry, ranked_on))
+        )
+        rows.append(Row(card, trial, entry, ranked_on))
     suite = rows[0].trial.detail is None
     return Board(board.group, board.protocol, board.budget, board.task_conditioned, suite, tuple(rows))

@@ -1,4 +1,4 @@
-"""One entry on one board, and the columns that are shown of it."""
+"""One entry on one board, and the metrics that boards show."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ COLUMNS: dict[str, tuple[str, ...]] = {
     "single": ("single_task_performance",),
     "joint": ("final_performance", "return_std", "cvar_10"),
 }
-"""The metrics of a protocol's board; the first sorts it. Forgetting stands beside learning performance."""
+"""The metrics on a protocol's board. The first sorts it; forgetting follows learning performance."""
 
-RANKS_SHOWN = ("final_performance", "single_task_performance", "forgetting")
-"""The metrics whose rank intervals stand in the table; boards.json has them all."""
+RANKED_COLUMNS = ("final_performance", "single_task_performance", "forgetting")
+"""The metrics whose rank intervals the table shows; boards.json has them all."""
 
 
 @dataclass(frozen=True)
 class Row:
-    """One entry on a board; ``ranked_on`` counts the ranked entries by metric."""
+    """One entry on a board; ``ranked_on`` is the number of ranked entries per metric."""
 
     card: Scorecard
     trial: Trial
@@ -37,29 +37,29 @@ class Row:
     ranked_on: Mapping[str, int]
 
     @property
-    def lead(self) -> MetricValue:
+    def score(self) -> MetricValue:
         """The metric that sorts the board."""
         return self.trial.metric(COLUMNS[self.trial.protocol][0])
 
     @property
     def ranked(self) -> bool:
-        """Whether the board ranks it: then it has a rank interval."""
+        """Whether the board ranks this entry."""
         return self.entry.ranked
 
     @property
     def runs(self) -> int:
-        """Its training runs; on a suite those of the group that has fewest."""
+        """Its number of training runs; for a suite, the minimum over its groups."""
         return self.entry.runs
 
     @property
     def duplicate_of(self) -> str | None:
-        """The entry whose results it repeats digit for digit, or None."""
+        """The name of the entry with identical results, or None."""
         return self.entry.duplicate_of
 
     def rank(self, metric: str) -> tuple[int, int] | None:
-        """First and last possible rank on a metric; None without one, or with nobody to rank against."""
+        """Best and worst possible rank on a metric; None if it has none, or if no other entry is ranked."""
         return self.entry.metrics[metric].rank if self.ranked_on[metric] > 1 else None
 
     def shown_rank(self, metric: str) -> tuple[int, int] | None:
-        """The rank that stands in the table: the sorting metric's, and that of forgetting."""
-        return self.rank(metric) if metric in RANKS_SHOWN else None
+        """The rank that the table shows for a metric; None for a metric without ranks in the table."""
+        return self.rank(metric) if metric in RANKED_COLUMNS else None

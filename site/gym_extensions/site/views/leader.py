@@ -1,78 +1,88 @@
-"""Who is first on a board, and how sure that is: a sentence that is never surer than the runs."""
+"""The first entry of a board, and a sentence on how certain its lead is."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 from gym_extensions.scoring.leaderboard.model import VersusNext
 from gym_extensions.site.text.numbers import fixed, interval
 from gym_extensions.site.views.board_row import Row
 
+MOST_NAMED = 3
+"""Up to this many overlapping entries are named; more are counted."""
 
-def lead(rows: Sequence[Row], metric: str) -> tuple[Row, str] | None:
-    """The first row and how sure its lead is; None when nobody has a value.
 
-    Ranked entries have the scorer's rank interval; where there are none, intervals are compared.
+class Leader(NamedTuple):
+    """The first entry of a board, and how certain its lead is, in a sentence."""
+
+    row: Row
+    certainty: str
+
+
+def leader(rows: Sequence[Row], metric: str) -> Leader | None:
+    """The first entry and how certain its lead is; None if no entry has a score.
+
+    Ranked entries are compared by the scorer's rank intervals, others by their intervals.
 
     Args:
         rows: a board's rows from top to bottom.
         metric: the name of the metric that sorts it.
     """
-    valued = [row for row in rows if row.lead.mean is not None]
-    ranked = [row for row in valued if row.ranked]
-    if not valued:
+    scored = [row for row in rows if row.score.mean is not None]
+    ranked = [row for row in scored if row.ranked]
+    if not scored:
         return None
-    return (ranked[0], _ranked(ranked, metric)) if ranked else (valued[0], _unranked(valued))
+    return Leader(ranked[0], _ranked(ranked, metric)) if ranked else Leader(scored[0], _unranked(scored))
 
 
 def _ranked(ranked: Sequence[Row], metric: str) -> str:
     first, *others = ranked
     if not others:
         return "It is the only ranked entry."
-    span = first.rank(metric) or (1, len(ranked))
-    if span == (1, 1):
-        return "It is ahead of every other ranked entry, with 95\u202f% confidence."
-    start = f"It may rank from {span[0]} to {span[1]}: "
-    return start + _against(others[0].entry.title, first.entry.vs_next)
+    best, worst = first.rank(metric) or (1, len(ranked))
+    if (best, worst) == (1, 1):
+        return "It is significantly better than every other ranked entry (95\u202f% confidence)."
+    return f"Its rank is between {best} and {worst}. " + _versus(others[0].entry.title, first.entry.vs_next)
 
 
-def _against(second: str, below: VersusNext | None) -> str:
-    """How it stands against the second: apart, level as far as two digits show, or ahead for now."""
-    if below is None:
+def _versus(second: str, comparison: VersusNext | None) -> str:
+    """How the first entry compares with the second, in the digits that the page shows."""
+    if comparison is None:
         raise ValueError("A ranked entry above another one has no comparison with it.")
-    gap, more = below.difference, below.more_runs
-    ends = "" if gap.low is None or gap.high is None else interval(gap.low, gap.high)
-    level = fixed(gap.mean) == fixed(0.0)
-    by = "less than 0.01" if level else fixed(gap.mean) + (f" ({ends})" if ends else "")
-    if below.separated:
-        return f"ahead of {second} by {by}, which is told apart, but not of all others."
+    difference, more = comparison.difference, comparison.more_runs
+    missing = difference.low is None or difference.high is None
+    ends = "" if missing else f" ({interval(difference.low or 0.0, difference.high or 0.0)})"
+    tie = fixed(difference.mean) == fixed(0.0)
+    size = "less than 0.01" if tie else f"{fixed(difference.mean)}{ends}"
+    if comparison.separated:
+        return f"It is significantly better than {second}, by {size}, but not than all others."
     needed = "more than 100 more runs" if more is None else f"about {more} more run{'' if more == 1 else 's'}"
-    if level:
-        between = f" (difference {ends})" if ends else ""
-        return f"it and {second} are level{between}; to tell them apart would take {needed} each."
-    return f"ahead of {second} by {by}, which {needed} each would tell apart."
+    needed = f"A significant difference would need {needed} per entry."
+    if tie:
+        return f"Its difference to {second} is {fixed(0.0)}{ends}. {needed}"
+    return f"Its difference to {second} is {size}, which is not significant. {needed}"
 
 
-def _unranked(valued: Sequence[Row]) -> str:
-    first, *others = valued
+def _unranked(scored: Sequence[Row]) -> str:
+    first, *others = scored
     if not others:
-        return "It is the only entry with a value."
-    if first.lead.ends is None:
-        return "It has one run, so nothing can be said about how sure that is."
-    low = first.lead.ends[0]
-    touching = [row.entry.title for row in others if _top(row) >= low]
-    if not touching:
-        single = any(row.lead.ends is None for row in others)
-        return (
-            f"Its interval lies above that of every other entry{', or above its one run' if single else ''}."
-        )
-    listed = f"{len(touching)} others" if len(touching) > 3 else _listed(touching)
-    return f"Its interval does not lie clear of {listed}, so the order may be chance."
+        return "It is the only entry with a score."
+    if first.score.ends is None:
+        return "It has one run, so its uncertainty is unknown."
+    low = first.score.ends[0]
+    overlapping = [row.entry.title for row in others if _top(row) >= low]
+    if overlapping:
+        names = f"{len(overlapping)} others" if len(overlapping) > MOST_NAMED else _listed(overlapping)
+        return f"Its interval overlaps with {names}, so the order may be due to chance."
+    if any(row.score.ends is None for row in others):
+        return "Its interval lies above the intervals and single runs of all other entries."
+    return "Its interval lies above the intervals of all other entries."
 
 
 def _top(row: Row) -> float:
-    """How far up an entry may reach: the end of its interval, or its one run."""
-    return row.lead.ends[1] if row.lead.ends else row.lead.mean or 0.0
+    """The upper end of an entry's interval, or the value of its single run."""
+    return row.score.ends[1] if row.score.ends else row.score.mean or 0.0
 
 
 def _listed(names: Sequence[str]) -> str:

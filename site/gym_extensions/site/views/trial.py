@@ -1,7 +1,8 @@
-"""One submission on one group or suite under one protocol, as pages read it."""
+"""The scores of one submission on one group or suite under one protocol."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -9,9 +10,8 @@ from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.scoring.leaderboard.board import NOTHING_LEARNED
 from gym_extensions.scoring.metrics.value import LEAST_LEARNED, MetricValue, learned_nothing
-from gym_extensions.scoring.scorecard.model import GroupScore, Scorecard, SuiteScore
-from gym_extensions.site.text.labels import count
-from gym_extensions.site.text.numbers import digits_for
+from gym_extensions.scoring.scorecard.model import GroupScore, ReferenceValue, Scorecard, SuiteScore
+from gym_extensions.site.text.numbers import count, digits_for
 
 NO_METRIC = MetricValue(why="not part of this protocol")
 Points = tuple[tuple[float, float], ...]
@@ -20,7 +20,7 @@ Matrix = tuple[tuple[float, ...], ...]
 
 @dataclass(frozen=True)
 class Trial:
-    """The scores of a scorecard with their group or suite and protocol; a suite has metrics alone."""
+    """The scores of a scorecard with their group or suite and protocol; a suite has only metrics."""
 
     group: str
     protocol: str
@@ -28,7 +28,7 @@ class Trial:
 
     @property
     def id(self) -> str:
-        """Its anchor on the submission's page."""
+        """Its anchor on the page of the submission."""
         return f"{self.group}-{self.protocol}"
 
     @property
@@ -42,7 +42,7 @@ class Trial:
         return self.score.metrics
 
     def metric(self, name: str) -> MetricValue:
-        """The named metric; one that the protocol does not have is empty and says so."""
+        """The named metric; one without a value if the protocol does not have it."""
         return self.score.metrics.get(name, NO_METRIC)
 
     @property
@@ -54,6 +54,10 @@ class Trial:
     def tasks(self) -> tuple[str, ...]:
         """Task ids in training order; empty for a suite."""
         return self.detail.tasks if self.detail else ()
+
+    def reference(self, task: str) -> ReferenceValue | None:
+        """Floor and ceiling of a task; None for a suite or without references."""
+        return self.detail.reference.get(task) if self.detail else None
 
     @property
     def profile(self) -> Points:
@@ -71,6 +75,14 @@ class Trial:
         return self.detail.return_matrix if self.detail and self.protocol == "sequential" else ()
 
     @property
+    def mean_matrix(self) -> Matrix:
+        """Mean raw returns [stage][task], averaged over runs."""
+        return tuple(
+            tuple(math.fsum(cells) / len(cells) for cells in zip(*stages, strict=True))
+            for stages in zip(*self.stage_matrices, strict=True)
+        )
+
+    @property
     def final_returns(self) -> Matrix:
         """Mean raw returns [run][task] of a single or joint log; else empty."""
         staged = self.protocol == "sequential"
@@ -78,20 +90,21 @@ class Trial:
 
     @property
     def learned_nothing(self) -> bool:
-        """Whether it learned nothing that it could forget."""
+        """Whether the agent learned nothing that it could forget."""
         return learned_nothing(self.score.metrics)
 
     @property
-    def nothing_at_all(self) -> str:
-        """The reason why every metric is missing; empty where one has a value or reasons differ."""
+    def why_no_metrics(self) -> str:
+        """The reason why every metric is missing; empty if one has a value or reasons differ."""
         reasons = {value.why if value.mean is None else "" for value in self.score.metrics.values()}
         return next(iter(reasons)) if len(reasons) == 1 else ""
 
     @property
     def unsolved_tasks(self) -> tuple[str, ...]:
         """The tasks that no reference agent has learned, in training order."""
-        reference = self.detail.reference if self.detail else {}
-        return tuple(task for task in self.tasks if task in reference and reference[task].unsolved)
+        return tuple(
+            task for task in self.tasks if (reference := self.reference(task)) and reference.unsolved
+        )
 
 
 def group_order(group_id: str) -> tuple[int, str]:
@@ -117,14 +130,20 @@ def suite_trials(card: Scorecard) -> tuple[Trial, ...]:
 
 
 def nothing_to_forget(trial: Trial) -> str:
-    """What is shown beside the forgetting of an entry that learned nothing that it could forget."""
-    few = (trial.metric("learning_performance").mean or 0.0) >= LEAST_LEARNED
-    return NOTHING_LEARNED + (f", as far as {count(len(trial.runs), 'run')} can show" if few else "")
+    """The note beside the forgetting of an agent that learned nothing that it could forget."""
+    uncertain = (trial.metric("learning_performance").mean or 0.0) >= LEAST_LEARNED
+    return NOTHING_LEARNED + (f", as far as {count(len(trial.runs), 'run')} can show" if uncertain else "")
 
 
 def table_digits(trial: Trial) -> int:
-    """Digits after the point for the paper's table of a trial: two where it is a printed table."""
+    """Digits after the point in the paper's table of a trial: two for a printed table."""
     if trial.detail is None or trial.detail.printed_total:
         return 2
     cells = [cell for row in trial.detail.paper_table for cell in row.cells() if cell]
     return digits_for(cell.mean / 10 for cell in cells)
+
+
+def matrix_digits(trial: Trial) -> int:
+    """Digits after the point in all matrices of a trial: none if returns reach the hundreds."""
+    rows = (*trial.final_returns, *(stage for run in trial.stage_matrices for stage in run))
+    return digits_for(10 * cell for row in rows for cell in row)

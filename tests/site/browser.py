@@ -1,4 +1,4 @@
-"""Reads the built pages as a browser would, and notes what is wrong with their markup."""
+"""Reads the built pages as a browser does, and records errors in their markup."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ SELF_CLOSING = {"line", "circle", "polygon", "polyline", "rect"}
 
 
 class Reader(HTMLParser):
-    """Reads a page strictly: what is opened is closed, in order."""
+    """A strict parser: every element is closed, in order."""
 
-    def __init__(self, text: str) -> None:
+    def __init__(self, markup: str) -> None:
         super().__init__(convert_charrefs=True)
         self.open: list[str] = []
-        self.faults: list[str] = []
+        self.errors: list[str] = []
         self.ids: list[str] = []
         self.elements: list[tuple[str, dict[str, str]]] = []
         self.words: list[str] = []
-        self.feed(text)
+        self.feed(markup)
         self.close()
-        self.faults += [f"<{tag}> is never closed" for tag in self.open]
+        self.errors += [f"<{tag}> is never closed" for tag in self.open]
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         names = [name for name, _ in attrs]
-        self.faults += [f"{name} twice in <{tag}>" for name in set(names) if names.count(name) > 1]
+        self.errors += [f"{name} is repeated in <{tag}>" for name in set(names) if names.count(name) > 1]
         self.elements.append((tag, {name: value or "" for name, value in attrs}))
         self.ids += [value or "" for name, value in attrs if name == "id"]
         if tag not in VOID:
@@ -40,12 +40,12 @@ class Reader(HTMLParser):
 
     def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         if tag not in SELF_CLOSING:
-            self.faults.append(f"<{tag}/> closes itself")
+            self.errors.append(f"<{tag}/> closes itself")
         self.elements.append((tag, {name: value or "" for name, value in attrs}))
 
     def handle_endtag(self, tag: str) -> None:
         if not self.open or self.open[-1] != tag:
-            self.faults.append(f"</{tag}> where {self.open[-1:]} is open")
+            self.errors.append(f"</{tag}> where {self.open[-1:]} is open")
         else:
             self.open.pop()
 
@@ -53,13 +53,13 @@ class Reader(HTMLParser):
         self.words.append(data)
 
     @property
-    def said(self) -> str:
-        """All text, spaces evened."""
+    def text(self) -> str:
+        """All text, with single spaces."""
         return re.sub(r"\s+", " ", " ".join(self.words))
 
 
 def typed(document: dict[str, Any]) -> ScorecardDocument:
-    """The typed document of JSON values."""
+    """The typed document of these JSON values."""
     return msgspec.convert(document, ScorecardDocument)
 
 
@@ -69,5 +69,5 @@ def files(document: dict[str, Any]) -> Iterator[tuple[str, str]]:
 
 
 def read(document: dict[str, Any]) -> dict[str, Reader]:
-    """Every HTML page of the site by its path."""
+    """Every HTML page of the site, by its path."""
     return {path: Reader(text) for path, text in files(document) if path.endswith(".html")}

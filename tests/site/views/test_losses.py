@@ -1,28 +1,28 @@
-"""What was lost most: told as `score` tells it, and only where it is more than chance."""
+"""The largest loss is the one that ``score`` reports, and only if it is significant."""
 
 from __future__ import annotations
 
 import pytest
 
 from gym_extensions.scoring.scorecard.highlights import highlights
-from gym_extensions.site.charts.small_multiples import most_lost
+from gym_extensions.site.views.losses import largest_loss
 from gym_extensions.site.views.trial import group_trials
 
-from .conftest import sequential, submission
-from .reading import typed
+from ..browser import typed
+from ..conftest import sequential, submission
 
 REFERENCES = {"version": "made-up", "provisional": False, "sha256": ""}
 
 
 def matrix(*losses: float) -> list[list[float]]:
-    """One run: each of the five tasks is worth 900 after its training and has lost so much at the end."""
-    lost = (*losses, *[0.0] * (5 - len(losses)))
+    """One run: each of five tasks has the return 900 after its training, and 900 − its loss at the end."""
+    padded = (*losses, *[0.0] * (5 - len(losses)))
     stages = [[900.0 if task < stage else 0.0 for task in range(5)] for stage in range(6)]
-    return [*stages[:5], [900.0 - loss for loss in lost]]
+    return [*stages[:5], [900.0 - loss for loss in padded]]
 
 
 @pytest.mark.parametrize(
-    ("runs", "place"),
+    ("runs", "index"),
     [
         ([matrix(300, 100), matrix(320, 120), matrix(310, 90)], 0),
         ([matrix(100, 300)], 1),
@@ -32,20 +32,20 @@ def matrix(*losses: float) -> list[list[float]]:
         ([matrix(-300), matrix(-310), matrix(-305)], None),
     ],
 )
-def test_the_task_that_lost_most_is_the_one_that_score_names(
-    runs: list[list[list[float]]], place: int | None
+def test_the_task_with_the_largest_loss_is_the_one_that_score_names(
+    runs: list[list[list[float]]], index: int | None
 ) -> None:
     scores = sequential("hopper-gravity", runs)
     card = submission("agile", {"hopper-gravity-v0": {"sequential": scores}})
     (entry,) = typed({"format": 1, "references": REFERENCES, "submissions": [card]}).submissions
     (trial,) = group_trials(entry)
-    task = None if place is None else scores["tasks"][place]
-    lost = most_lost(trial)
-    assert (lost.task if lost else None) == task
+    task = None if index is None else scores["tasks"][index]
+    loss = largest_loss(trial)
+    assert (loss.task if loss else None) == task
     name = "" if task is None else task.rsplit("/", 1)[-1].removesuffix("-v0")
-    said = [
+    reported = [
         sentence.split()[1]
         for sentence in highlights(entry.groups["hopper-gravity-v0"]["sequential"])
         if sentence.startswith("forgets")
     ]
-    assert said == ([name] if name else [])
+    assert reported == ([name] if name else [])

@@ -1,0 +1,56 @@
+"""A small line chart: a thin line per run and a bold line for their mean."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from markupsafe import Markup
+
+from gym_extensions.site.charts.scale import Scale
+from gym_extensions.site.charts.svg import picture, points, px, text, tick_label
+
+MARGIN = 8
+
+
+def line_chart(
+    lines: Sequence[Sequence[tuple[float, float]]],
+    x: Scale,
+    y: Scale,
+    label: str,
+    *,
+    bold: Sequence[tuple[float, float]] = (),
+    since: float | None = None,
+    levels: Sequence[float] = (),
+) -> Markup:
+    """The chart as an ``svg`` element.
+
+    Args:
+        lines: thin lines, as points (x, y).
+        x: horizontal scale.
+        y: vertical scale.
+        label: the chart in words.
+        bold: the bold line, with a dot per point.
+        since: the area left of this x is shaded, and the dot at it is large.
+        levels: labelled horizontal lines.
+    """
+    left, right, top, bottom = px(x.start), px(x.end), min(y.start, y.end), max(y.start, y.end)
+    body = []
+    if since is not None:
+        width = px(x.at(since) - x.start)
+        body.append(
+            f'<rect class="before" x="{left}" y="{px(top)}" width="{width}" height="{px(bottom - top)}"/>'
+        )
+    body += [
+        f'<line class="level" x1="{left}" x2="{right}" y1="{px(y.at(v))}" y2="{px(y.at(v))}"/>'
+        for v in levels
+    ]
+    body += [text("tick side", x.start - 4, y.at(v) + 3, tick_label(v)) for v in levels]
+    body += [f'<polyline class="thin" points="{points(line, x, y)}"/>' for line in lines]
+    if bold:
+        body.append(f'<polyline class="bold" points="{points(bold, x, y)}"/>')
+        body += [
+            f'<circle class="{"at" if at == since else "stop"}" cx="{px(x.at(at))}" cy="{px(y.at(value))}" '
+            f'r="{4 if at == since else 2.2}"/>'
+            for at, value in bold
+        ]
+    return picture("panel", px(x.end + MARGIN), px(bottom + MARGIN), label, "".join(body))

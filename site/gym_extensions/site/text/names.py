@@ -1,0 +1,47 @@
+"""Names of tasks and groups as markup, from their versioned ids."""
+
+from __future__ import annotations
+
+import re
+
+from markupsafe import Markup, escape
+
+from gym_extensions.catalog.suites import SUITES
+from gym_extensions.site.text.numbers import count
+
+
+def split_version(versioned: str) -> tuple[str, str]:
+    """A task or group id without its namespace, as (name, version), for example ``("Hopper", "0")``."""
+    name = versioned.rsplit("/", maxsplit=1)[-1]
+    match = re.fullmatch(r"(.+)-v(\d+)", name)
+    return (match[1], match[2]) if match else (name, "")
+
+
+def _task(name: str, version: str) -> Markup:
+    """A name that may break between its words, with its version unless that is 0."""
+    words = re.findall(r"[A-Z]?[^A-Z]+|[A-Z]+", name) or [name]
+    return Markup("<wbr>").join(escape(word) for word in words) + (
+        f"-v{version}" if int(version or 0) else ""
+    )
+
+
+def task(task_id: str) -> Markup:
+    """A task's name without its namespace and version 0, for example ``HopperWall`` or ``HopperWall-v1``."""
+    return _task(*split_version(task_id))
+
+
+def variation(task_id: str, tasks: tuple[str, ...]) -> Markup:
+    """A task's name without the base name that all tasks of its group share. The base task keeps its name."""
+    names = [split_version(other)[0] for other in tasks]
+    base = next((name for name in names if all(other.startswith(name) for other in names)), "")
+    name, version = split_version(task_id)
+    return _task(name.removeprefix(base) or name, version)
+
+
+def group(group_id: str) -> Markup:
+    """A group's name with its version in a smaller style; a suite with the number of its groups."""
+    if group_id in SUITES:
+        groups = count(len(SUITES[group_id]), "group")
+        return Markup('{} <span class="version">suite, mean of {}</span>').format(group_id, groups)
+    name, version = split_version(group_id)
+    return Markup('{}<span class="version">-v{}</span>').format(name, version) if version else escape(name)
