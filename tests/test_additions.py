@@ -1,0 +1,246 @@
+"""One of each addition is made in a copy of the packages: it works, and edits the files that are listed."""
+
+from __future__ import annotations
+
+import filecmp
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+ROOTS = ("envs", "scoring", "baselines", "site")
+TABLE = re.findall(
+    r"^\| \*\*(.+?)\*\* \| (.+?) \|", (ROOT / "CONTRIBUTING.md").read_text("utf-8"), flags=re.MULTILINE
+)
+FILES = {addition: re.findall(r"`([^`]+)`", files) for addition, files in TABLE}
+"""The files of each addition in CONTRIBUTING.md, with NAME for the name of the addition."""
+
+ROW = """
+    Body(
+        name="Monopod",
+        family="planar",
+        asset="hopper.xml",
+        model_name="hopper",
+        prose=Prose("Summary.", "Reward.", "Start.", "End.", "Source."),
+        rewards=RewardBounds(-20.0, 20.0),
+        beams="pitch",
+        velocity_limit=10.0,
+    ),
+)
+"""
+ENTRY = '    "Monopod": Implementation(planar.Hopper, planar_rules.HopperRules),\n'
+USE_BODY = """
+import numpy as np
+from gym_extensions.catalog.registry import TASKS
+from gym_extensions.envs import Gravity, MotorNoise, RangeSensor, Wall, customize, make, make_vec
+from gym_extensions.envs.docgen.tables import observation_fields
+task = TASKS["gym_extensions/Monopod-v0"]
+assert len(observation_fields(task)) == 11
+busy = customize(task, [Gravity(0.8), MotorNoise(), RangeSensor(), Wall()])
+assert type(make_vec(busy, 2)).__name__ == "MujocoVectorEnv"
+np.testing.assert_array_equal(make_vec(busy, 1).reset(seed=[3])[0][0], make(busy).reset(seed=3)[0])
+"""
+
+VARIATION = '''
+from dataclasses import dataclass
+
+from gym_extensions.catalog.variations.base import RuntimeVariation
+
+
+@dataclass(frozen=True)
+class WeakMotors(RuntimeVariation):
+    """Multiplies every command by a factor."""
+
+    factor: float = 0.5
+'''
+EFFECT = """
+from gym_extensions.catalog.variations.weak_motors import WeakMotors
+from gym_extensions.envs.effects.base import Effect, EffectKind, VectorEffect, required
+
+
+class WeakMotorsEffect(Effect):
+    def __init__(self, task):
+        self._factor = required(task, WeakMotors).factor
+
+    def control(self, simulation, ctrl):
+        return self._factor * ctrl
+
+
+class VectorWeakMotorsEffect(VectorEffect):
+    def __init__(self, physics, templates):
+        self._factor = required(templates[0].task, WeakMotors).factor
+
+    def control(self, ctrl, steps):
+        return self._factor * ctrl
+
+
+KIND = EffectKind(WeakMotors, WeakMotorsEffect, VectorWeakMotorsEffect, draw_order=6)
+"""
+USE_VARIATION = """
+import numpy as np
+from gym_extensions.catalog.variations.weak_motors import WeakMotors
+from gym_extensions.envs import customize, make, make_vec
+task = customize("Hopper", [WeakMotors()])
+vector, single, full = make_vec(task, 1), make(task), make("Hopper")
+assert type(vector).__name__ == "MujocoVectorEnv"
+vector.reset(seed=[3]); single.reset(seed=3); full.reset(seed=3)
+action = np.full(3, 0.5, np.float32)
+weak = single.step(action)[0]
+np.testing.assert_array_equal(vector.step(action[None])[0][0], weak)
+assert not np.array_equal(full.step(action)[0], weak)
+"""
+
+
+METRIC = """
+    Metric(
+        "best_task",
+        "Best task",
+        "max over j of p[T][j]",
+        lambda run: max((run.p(run.T, j) for j in run.scored), default=None),
+        HIGHER,
+    ),
+    JOINT_GAP,
+"""
+USE_METRIC = """
+import json, sys
+from gym_extensions.scoring.cli import main
+from gym_extensions.scoring.output.docs import tables
+assert "| `best_task` Best task | max over j of p[T][j] |" in tables()["metrics sequential"]
+main([sys.argv[1], "--json"])
+"""
+BASELINE = """
+import numpy as np
+
+
+class Ones:
+    def __init__(self, observation_space, action_space, seed):
+        self.shape = action_space.shape
+
+    def act(self, observations):
+        return np.ones((len(observations), *self.shape), np.float32)
+
+    def learn(self, env, steps):
+        pass
+
+
+make = Ones
+"""
+USE_BASELINE = """
+import sys
+from gym_extensions.baselines import algorithms, train
+assert "ones" in algorithms.names()
+(log,) = train("ones", "pusher", "single", "smoke", 0, out=sys.argv[1])
+assert len(log.read_text().splitlines()) == 1 + 2 * 20
+"""
+PAGE = """
+from gym_extensions.site.page import Page
+
+PAGE = Page(
+    title="Hello",
+    order=90,
+    path="hello.html",
+    publish=lambda site, render: [("hello.html", render("hello.html", "hello.html"))],
+)
+"""
+TEMPLATE = '{% extends "base.html" %}{% block content %}<p>{{ page.title }}</p>{% endblock %}'
+USE_PAGE = """
+import sys
+from pathlib import Path
+from gym_extensions.site.cli import main
+main([sys.argv[1], "--out", sys.argv[2]])
+assert "Hello" in (Path(sys.argv[2]) / "hello.html").read_text()
+"""
+
+
+@pytest.fixture
+def copy(tmp_path: Path) -> Path:
+    """A copy of the four source roots, which comes first on the path of ``run``."""
+    for root in ROOTS:
+        shutil.copytree(
+            ROOT / root, tmp_path / root, ignore=shutil.ignore_patterns("__pycache__", "reference-logs")
+        )
+    return tmp_path
+
+
+def run(copy: Path, code: str, *arguments: str | Path) -> str:
+    """Runs the code with the copied packages and returns its output; fails with its error output."""
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(str(copy / root) for root in ROOTS)}
+    process = subprocess.run(
+        [sys.executable, "-c", code, *map(str, arguments)],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert process.returncode == 0, process.stderr
+    return process.stdout
+
+
+def edit(path: Path, old: str, new: str) -> None:
+    """Replaces the last occurrence of a text in a file."""
+    before, match, after = path.read_text(encoding="utf-8").rpartition(old)
+    assert match
+    path.write_text(before + new + after, encoding="utf-8")
+
+
+def changed(copy: Path) -> list[str]:
+    """The files of the copy that are new or different, without the root and the package's folder."""
+    files = [path.relative_to(copy) for root in ROOTS for path in (copy / root).rglob("*") if path.is_file()]
+    return sorted(
+        "/".join(path.parts[2:])
+        for path in files
+        if "__pycache__" not in path.parts
+        and not ((ROOT / path).exists() and filecmp.cmp(ROOT / path, copy / path, shallow=False))
+    )
+
+
+def listed(addition: str, name: str) -> list[str]:
+    """The files that CONTRIBUTING.md lists for an addition of that name."""
+    return sorted(file.replace("NAME", name) for file in FILES[addition])
+
+
+def test_a_base_body_is_one_row_and_one_entry_in_the_registry_of_classes(copy: Path) -> None:
+    catalog, envs = (copy / "envs" / "gym_extensions" / name for name in ("catalog", "envs"))
+    edit(catalog / "bodies" / "planar.py", "\n)\n", ROW)
+    edit(envs / "bodies.py", '    "Pusher"', ENTRY + '    "Pusher"')
+    run(copy, USE_BODY)
+    assert changed(copy) == listed("Base body", "planar")
+
+
+def test_a_runtime_variation_is_its_values_and_its_effect(copy: Path) -> None:
+    catalog, envs = (copy / "envs" / "gym_extensions" / name for name in ("catalog", "envs"))
+    (catalog / "variations" / "weak_motors.py").write_text(VARIATION, encoding="utf-8")
+    (envs / "effects" / "weak_motors.py").write_text(EFFECT, encoding="utf-8")
+    run(copy, USE_VARIATION)
+    assert changed(copy) == listed("Run-time variation", "weak_motors")
+
+
+def test_a_metric_is_one_row(copy: Path) -> None:
+    metrics = copy / "scoring" / "gym_extensions" / "scoring" / "metrics"
+    edit(metrics / "definitions.py", "\n    JOINT_GAP,\n", METRIC)
+    output = run(copy, USE_METRIC, ROOT / "submissions" / "random")
+    groups = json.loads(output)["submissions"][0]["groups"]
+    values = [scores["sequential"]["metrics"]["best_task"]["mean"] for scores in groups.values()]
+    assert sum(value is not None for value in values) == 3  # no task of HalfCheetah is solved
+    assert changed(copy) == listed("Metric", "")
+
+
+def test_a_baseline_is_one_module(copy: Path, tmp_path: Path) -> None:
+    algorithms = copy / "baselines" / "gym_extensions" / "baselines" / "algorithms"
+    (algorithms / "ones.py").write_text(BASELINE, encoding="utf-8")
+    run(copy, USE_BASELINE, tmp_path / "ones")
+    assert changed(copy) == listed("Baseline", "ones")
+
+
+def test_a_page_is_one_module_and_its_template(copy: Path, tmp_path: Path) -> None:
+    site = copy / "site" / "gym_extensions" / "site"
+    (site / "pages" / "hello.py").write_text(PAGE, encoding="utf-8")
+    (site / "templates" / "hello.html").write_text(TEMPLATE, encoding="utf-8")
+    run(copy, USE_PAGE, ROOT / "submissions", tmp_path / "_site")
+    assert changed(copy) == listed("Page", "hello")
