@@ -12,8 +12,8 @@ from gym_extensions.errors import BenchError, did_you_mean
 
 
 def names() -> list[str]:
-    """The names of the reference agents."""
-    return sorted(module.name for module in pkgutil.iter_modules(__path__))
+    """The names of the reference agents: the modules' names, with dashes for underscores."""
+    return sorted(module.name.replace("_", "-") for module in pkgutil.iter_modules(__path__))
 
 
 def factory(name: str) -> Factory:
@@ -27,7 +27,7 @@ def factory(name: str) -> Factory:
         if name not in names():
             hint = did_you_mean(name, names()) + " An agent of your own is named as module:factory."
             raise BenchError("unknown-agent", f"There is no agent {name!r}.", hint=hint.strip())
-        module_name, attribute = f"{__name__}.{name}", "make"
+        module_name, attribute = f"{__name__}.{name.replace('-', '_')}", "make"
     elif str(Path.cwd()) not in sys.path:
         sys.path.insert(0, str(Path.cwd()))
     try:
