@@ -13,7 +13,7 @@ from gym_extensions.catalog.bodies import SEGMENTS, segments
 from gym_extensions.catalog.registry import TASKS
 from gym_extensions.envs import make_batch
 
-NAMES = ("random", "still", "trpo")
+NAMES = ("random", "still", "trpo", "trpo-2017")
 
 
 @pytest.fixture(scope="module")
@@ -52,8 +52,8 @@ def test_random_fills_the_box_and_still_stays_at_zero(spaces):
     assert not algorithms.factory("still")(*spaces, 0).act(seen).any()
 
 
-def test_an_untrained_trpo_draws_around_the_middle_of_the_box_with_its_half_width(spaces):
-    drawn = algorithms.factory("trpo")(*spaces, 0).act(np.zeros((4000, *spaces[0].shape)))
+def test_an_untrained_trpo_2017_draws_around_the_middle_of_the_box_with_its_half_width(spaces):
+    drawn = algorithms.factory("trpo-2017")(*spaces, 0).act(np.zeros((4000, *spaces[0].shape)))
     np.testing.assert_allclose(drawn.std(axis=0), spaces[1].high, rtol=0.06)
     np.testing.assert_allclose(drawn.mean(axis=0), 0.0, atol=0.15)
 

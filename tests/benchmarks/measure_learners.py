@@ -4,9 +4,9 @@
     python tests/benchmarks/measure_learners.py --tasks HopperMotorNoise,Hopper@0.9 --set discount=0.99
     python tests/benchmarks/measure_learners.py --tasks Hopper@0.7,Hopper@0.9,Hopper@1.1 --sequential
 
-``Hopper@0.9`` is Hopper under .9 of the earth's gravity. With ``--sequential`` one agent per seed learns the tasks
-in order, and every task is evaluated after each. ``--set`` changes rows of the reference agent's table
-(``gym_extensions.baselines.trpo.settings``), ``trust_region.`` and ``value.`` being prefixes of its parts.
+``Hopper@0.9`` is Hopper under .9 of the earth's gravity. With ``--sequential`` one agent per seed learns the
+tasks in order, and every task is evaluated after each. ``--set`` changes rows of the agent's table in
+``gym_extensions.baselines.trpo.settings``, as in ``--set discount=0.99 --set trust_region.max_kl=0.02``.
 """
 
 from __future__ import annotations
