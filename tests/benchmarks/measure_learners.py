@@ -1,7 +1,7 @@
 """Measures what an agent learns: deterministic or sampled returns and processor time, one JSON line per run.
 
     python tests/benchmarks/measure_learners.py --tasks HalfCheetah,Hopper,Walker2d --seeds 0 1 2 --jobs 2
-    python tests/benchmarks/measure_learners.py --tasks HopperMotorNoise,Hopper@0.9 --set discount=0.99
+    python tests/benchmarks/measure_learners.py --tasks Hopper@0.9,Walker2d@1.1 --set discount=0.99
     python tests/benchmarks/measure_learners.py --tasks Hopper@0.7,Hopper@0.9,Hopper@1.1 --sequential
 
 ``Hopper@0.9`` is Hopper under .9 of the earth's gravity. With ``--sequential`` one agent per seed learns the

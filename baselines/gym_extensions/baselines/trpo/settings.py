@@ -58,7 +58,7 @@ REFERENCE = TrpoSettings(
         damping=0.1,  # RL Zoo's and OpenAI Baselines' TRPO on MuJoCo
         iterations=10,  # OpenAI Baselines' TRPO on MuJoCo
     ),
-    default_batch=2_000,  # the budgets "100k" and "300k"
+    default_batch=2_000,  # the budget "100k"
 )
 """``trpo``: the reference agent."""
 
