@@ -23,7 +23,7 @@ from gym_extensions.envs import make_vec
 
 BOX = gym.spaces.Box(-1, 1, (3,), np.float32)
 WIDE = gym.spaces.Box(-2, 2, (2,), np.float32)
-ENTRY = Path(__file__).parents[3] / "submissions/trpo/hopper-gravity/curves.csv"
+ENTRY = Path(__file__).parents[3] / "submissions/trpo-2017/hopper-gravity/curves.csv"
 
 
 class Corridor(gym.vector.VectorEnv[Any, Any, Any]):

@@ -51,6 +51,14 @@ def test_the_command_writes_the_references_and_their_logs(
     assert files(tmp_path) == before
 
 
+@pytest.mark.parametrize("agent", ["trpo", "trpo-2017"])
+def test_the_ceilings_are_measured_with_the_named_agent(agent: str) -> None:
+    runs = cli.ceiling_measurements("gym_extensions/Hopper-v0", "1M", [1000, 1001], agent)
+    assert [(each.agent, each.run) for each in runs] == [(agent, 1000), (agent, 1001)]
+    oracle = cli.ceiling_measurements(group("nav-state").task_ids[0], "1M", [1000, 1001], agent)
+    assert [each.agent for each in oracle] == ["oracle"]
+
+
 def test_each_group_may_have_its_own_budget() -> None:
     hopper, pusher = group("hopper-gravity").task_ids, group("pusher").task_ids
     assert cli.task_budgets("hopper-gravity, pusher", "1M") == dict.fromkeys([*hopper, *pusher], "1M")
