@@ -135,7 +135,7 @@ def main(argv: list[str] | None = None) -> int:
     """Measures and writes the references file."""
     command = argparse.ArgumentParser(
         prog="gym-extensions reference",
-        description="Measure floors (random and zero actions) and ceilings (an agent per task, or the oracle).",
+        description="Measure floors (random and zero actions) and ceilings (an agent or the oracle).",
     )
     command.add_argument("--groups", required=True, help="comma-separated group names")
     command.add_argument(
