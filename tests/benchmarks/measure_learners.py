@@ -39,7 +39,7 @@ EVALUATION_SEEDS = range(20)
 
 @dataclass(frozen=True)
 class Run:
-    """One seed of one agent: the tasks it learns in order, and how long each."""
+    """One seed of one agent: the tasks that it learns in order, and the steps per task."""
 
     tasks: tuple[str, ...]
     seed: int
@@ -50,7 +50,7 @@ class Run:
 
 
 def task_named(text: str) -> Task:
-    """``Hopper``, or ``Hopper@0.9`` for a gravity of its own."""
+    """The task of a name such as ``Hopper`` or ``Hopper@0.9``."""
     name, _, gravity = text.partition("@")
     return customize(task(name), (Gravity(float(gravity)),)) if gravity else task(name)
 
@@ -61,23 +61,23 @@ def with_setting(settings: Any, assignment: str) -> Any:
     name, _, rest = path.partition(".")
     if name not in {row.name for row in fields(settings)}:
         raise SystemExit(f"{type(settings).__name__} has no row {name!r}.")
-    present = getattr(settings, name)
-    if is_dataclass(present):
-        return replace(settings, **{name: with_setting(present, f"{rest}={text}")})
-    value: object = text if isinstance(present, str) else json.loads(text)
+    current = getattr(settings, name)
+    if is_dataclass(current):
+        return replace(settings, **{name: with_setting(current, f"{rest}={text}")})
+    value: object = text if isinstance(current, str) else json.loads(text)
     return replace(settings, **{name: tuple(value) if isinstance(value, list) else value})
 
 
 def measure(run: Run) -> list[dict[str, object]]:
-    """Trains and evaluates; one row per task that was learned, with the returns of all tasks after it."""
+    """Trains and evaluates one run: one row per learned task, with the returns on all tasks after it."""
     tasks = [task_named(name) for name in run.tasks]
-    evaluation = [make_vec(which, len(EVALUATION_SEEDS)) for which in tasks]
+    evaluation = [make_vec(each, len(EVALUATION_SEEDS)) for each in tasks]
     spaces = (evaluation[0].single_observation_space, evaluation[0].single_action_space)
     agent, rows = Trpo(*spaces, run.seed, run.settings), []  # type: ignore[arg-type]
-    for which in tasks:
-        env = make_vec(which, run.num_envs)
+    for each in tasks:
+        env = make_vec(each, run.num_envs)
         recorder = Recorder(
-            env, [which.id], steps=run.steps, batch_steps=run.batch_steps, seed=1000 + run.seed
+            env, [each.id], steps=run.steps, batch_steps=run.batch_steps, seed=1000 + run.seed
         )
         start = time.process_time()
         agent.learn(recorder, run.steps)
@@ -85,13 +85,13 @@ def measure(run: Run) -> list[dict[str, object]]:
         recorder.flush()
         env.close()
         returns = {}
-        for name, lanes in zip(run.tasks, evaluation, strict=True):
-            episodes = evaluate(agent, lanes, list(EVALUATION_SEEDS))
+        for name, evaluation_env in zip(run.tasks, evaluation, strict=True):
+            episodes = evaluate(agent, evaluation_env, list(EVALUATION_SEEDS))
             returns[name] = round(sum(row.return_ for row in episodes) / len(episodes), 1)
         curve = [round(point.return_) for point in recorder.points]
         rows.append(
             {
-                "trained": which.name,
+                "trained": each.name,
                 "seed": run.seed,
                 "steps": run.steps,
                 "num_envs": run.num_envs,
@@ -104,7 +104,7 @@ def measure(run: Run) -> list[dict[str, object]]:
 
 
 def runs(options: argparse.Namespace) -> Iterator[Run]:
-    """Every run that the options name."""
+    """The runs that the options name."""
     settings = TABLES[options.agent]
     for assignment in options.set:
         settings = with_setting(settings, assignment)

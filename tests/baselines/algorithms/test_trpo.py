@@ -1,4 +1,4 @@
-"""The two TRPO agents: how they act, what they learn from, and which is the committed entry's."""
+"""The two TRPO agents: acting, learning, saving, and agreement with the committed entry."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def test_a_time_limit_is_bootstrapped_and_a_failure_is_not(ends: bool, expected:
     np.testing.assert_allclose(agent._value.predict(states), expected, atol=0.5)
 
 
-def test_the_reference_agent_acts_by_its_mean_and_the_one_of_2017_samples() -> None:
+def test_trpo_acts_with_its_mean_and_trpo_2017_samples() -> None:
     observations = np.zeros((4000, 3), np.float32)
     mean = trpo.make(BOX, WIDE, 0).act(observations)
     sampled = trpo_2017.make(BOX, WIDE, 0).act(observations)
@@ -82,14 +82,14 @@ def test_the_reference_agent_acts_by_its_mean_and_the_one_of_2017_samples() -> N
     np.testing.assert_allclose(sampled.mean(axis=0), 0, atol=0.15)
 
 
-def test_the_reference_agent_explores_with_the_initial_log_sigma_of_its_table() -> None:
+def test_trpo_explores_with_the_initial_log_sigma_of_its_settings() -> None:
     agent = trpo.make(BOX, WIDE, 0)
     sampled = agent._sample(np.zeros((4000, 3), np.float32), np.random.default_rng(0))
     np.testing.assert_allclose(sampled.std(axis=0), np.exp(REFERENCE.initial_log_sigma), rtol=0.06)
 
 
 @pytest.mark.parametrize("make", [trpo.make, trpo_2017.make], ids=["trpo", "trpo-2017"])
-def test_acting_changes_nothing_that_is_saved_but_the_generator_for_acting(make: Any, tmp_path: Path) -> None:
+def test_acting_changes_only_the_generator_for_acting(make: Any, tmp_path: Path) -> None:
     agent = make(BOX, Corridor.single_action_space, 0)
     agent.learn(Corridor(ends=True), 4_000)
     for name in ("before", "after"):
@@ -100,7 +100,7 @@ def test_acting_changes_nothing_that_is_saved_but_the_generator_for_acting(make:
     assert changed <= {"acting"}
 
 
-def test_the_policy_sees_observations_standardized_over_everything_collected_before() -> None:
+def test_trpo_standardizes_observations_by_all_earlier_batches() -> None:
     agent = trpo.make(BOX, Corridor.single_action_space, 0)
     agent.learn(Corridor(ends=True), 2_000)
     assert agent._moments.count == 2_000
@@ -110,7 +110,7 @@ def test_the_policy_sees_observations_standardized_over_everything_collected_bef
     assert agent._moments.count == 4_000
 
 
-def test_the_policy_of_2017_sees_observations_as_they_are() -> None:
+def test_trpo_2017_does_not_standardize_observations() -> None:
     agent = trpo_2017.make(BOX, Corridor.single_action_space, 0)
     agent.learn(Corridor(ends=True), 2_000)
     observations = np.full((1, 3), 50.0, np.float32)
@@ -118,18 +118,18 @@ def test_the_policy_of_2017_sees_observations_as_they_are() -> None:
 
 
 @pytest.mark.parametrize("make", [trpo.make, trpo_2017.make], ids=["trpo", "trpo-2017"])
-def test_a_saved_agent_continues_as_if_it_had_not_been_stopped(make: Any, tmp_path: Path) -> None:
-    kept, loaded = make(BOX, Corridor.single_action_space, 4), make(BOX, Corridor.single_action_space, 5)
-    kept.learn(Corridor(ends=True), 4_000)
-    kept.save(tmp_path / "agent.npz")
+def test_a_loaded_agent_learns_exactly_as_the_saved_agent(make: Any, tmp_path: Path) -> None:
+    original, loaded = make(BOX, Corridor.single_action_space, 4), make(BOX, Corridor.single_action_space, 5)
+    original.learn(Corridor(ends=True), 4_000)
+    original.save(tmp_path / "agent.npz")
     loaded.load(tmp_path / "agent.npz")
-    for agent in (kept, loaded):
+    for agent in (original, loaded):
         agent.learn(Corridor(ends=True), 4_000)
-        agent.save(tmp_path / f"{'kept' if agent is kept else 'loaded'}.npz")
-    assert (tmp_path / "kept.npz").read_bytes() == (tmp_path / "loaded.npz").read_bytes()
+        agent.save(tmp_path / f"{'original' if agent is original else 'loaded'}.npz")
+    assert (tmp_path / "original.npz").read_bytes() == (tmp_path / "loaded.npz").read_bytes()
 
 
-def test_the_agent_of_2017_learns_as_in_the_committed_entry() -> None:
+def test_trpo_2017_learns_as_in_the_committed_entry() -> None:
     """The first batch of run 0 and, after an update, the second.
 
     The bits of an update depend on the processor. Hopper amplifies them, so later batches are not compared.

@@ -14,11 +14,11 @@ ARCHITECTURES = (
     Architecture(SIZES, "tanh", tanh_mean=False),
     Architecture(SIZES, "relu", tanh_mean=True),
 )
-"""The one of ``trpo`` and the one of ``trpo-2017``, with small layers."""
+"""The architectures of ``trpo`` and ``trpo-2017``, with small layers."""
 
 
 def random_policy(architecture: Architecture, seed: int = 0) -> Array:
-    """Parameters in float64, of which none is zero."""
+    """Nonzero parameters in float64."""
     rng = np.random.default_rng(seed)
     theta = initial_policy(architecture, rng, 1.0).astype(np.float64)
     return theta + 0.1 * rng.standard_normal(theta.shape)

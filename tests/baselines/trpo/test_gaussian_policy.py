@@ -33,7 +33,7 @@ def test_the_mean_is_the_output_or_its_tanh() -> None:
     np.testing.assert_allclose(mean, np.tanh(output))
 
 
-def test_the_initial_log_sigma_is_the_one_asked_for() -> None:
+def test_the_initial_log_sigma_is_the_argument() -> None:
     theta = initial_policy(Architecture(SIZES), np.random.default_rng(0), 0.01, log_sigma=-1.0)
     mean, log_sigma = mean_and_log_sigma(Architecture(SIZES), theta, random_batch().observations)
     assert log_sigma.tolist() == [-1.0, -1.0]

@@ -1,4 +1,4 @@
-"""The table of settings: the two agents' values, and what a manifest says of them."""
+"""The table of settings: the values of the two agents, and their rows in a manifest."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def test_the_2017_settings_are_those_of_the_committed_entry() -> None:
     assert settings["value_function"] == "MLP 64-64 relu, 10 epochs of Adam at 0.001 per batch"
 
 
-def test_the_two_agents_differ_in_what_the_page_on_learners_names() -> None:
+def test_the_two_agents_differ_in_the_rows_of_the_table_in_docs_learners() -> None:
     reference, old = manifest_settings(REFERENCE), manifest_settings(HENDERSON_2017)
     assert {name for name in reference if reference[name] == old[name]} == {"cg_iterations", "value_function"}
     assert REFERENCE.deterministic_evaluation

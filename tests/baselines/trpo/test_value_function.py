@@ -1,4 +1,4 @@
-"""The value function: what it predicts, learns and keeps when its targets change scale."""
+"""The value function: fitting, rescaling of targets, and number of steps."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def test_new_scales_of_targets_leave_every_prediction_as_it_was() -> None:
     assert value.state["level"].tolist() == [7_000.0, 2_000.0]
 
 
-def test_a_few_epochs_take_the_steps_that_the_settings_say() -> None:
+def test_the_number_of_adam_steps_is_epochs_times_minibatches() -> None:
     rng = np.random.default_rng(0)
     observations, targets = rng.standard_normal((1000, 2)), rng.standard_normal(1000)
     value = ValueFunction(2, rng, ValueFit(epochs=3, minibatches=4, smallest_minibatch=10))

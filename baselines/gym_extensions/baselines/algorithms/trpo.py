@@ -50,7 +50,7 @@ class Trpo:
         self._batch_steps = 0
 
     def act(self, observations: Array) -> Array:
-        """The mean actions (num_envs, a), or sampled ones, as the settings say; the moments stay frozen."""
+        """Mean or sampled actions (num_envs, a), depending on the settings. The moments do not change."""
         observations = np.asarray(observations, np.float32)
         if self._settings.deterministic_evaluation:
             return self._to_env(self._mean_and_log_sigma(observations)[0])
@@ -85,13 +85,13 @@ class Trpo:
         observations = transitions.observations[:-1][valid].reshape(-1, self._architecture.sizes[0])
         batch = Batch(self._policy_inputs(observations), transitions.actions[valid], scaled)
         self._theta = updated(self._architecture, self._theta, batch, settings.trust_region)
-        # Later than the update: actions and update of a batch see the same policy.
+        # After the update, so that the actions and the update of a batch use the same moments.
         if settings.normalize_observations:
             self._moments = merge(self._moments, observations)
         self._value.fit(observations, targets, self._learning)
 
     def _policy_inputs(self, observations: Array) -> Array:
-        """What the policy's network sees; before the first batch there is nothing to standardize by."""
+        """The inputs of the policy network (n, o); raw observations until the first batch is complete."""
         return standardize(self._moments, observations) if self._moments.count else observations
 
     def _mean_and_log_sigma(self, observations: Array) -> tuple[Array, Array]:
@@ -108,7 +108,7 @@ class Trpo:
         return scaled
 
     def card(self) -> Card:
-        """The manifest's facts about the agent."""
+        """The agent's description in the manifest."""
         return Card(
             self.name,
             self.title,
@@ -120,7 +120,7 @@ class Trpo:
         )
 
     def save(self, path: Path) -> None:
-        """Writes policy, moments, value function and both generators."""
+        """Writes the policy, the moments, the value function and both random generators."""
         moments = self._moments
         save_arrays(
             path,
@@ -135,7 +135,7 @@ class Trpo:
         )
 
     def load(self, path: Path) -> None:
-        """Becomes the agent that was saved."""
+        """Restores a saved agent."""
         arrays = load_arrays(path)
         self._theta, self._batch_steps = arrays["policy"], int(arrays["batch_steps"])
         self._moments = Moments(float(arrays["count"]), arrays["mean"], arrays["squares"])
