@@ -35,7 +35,7 @@ from gym_extensions.scoring.pipeline.publish import Publisher
 from gym_extensions.scoring.pipeline.score import Scorer, scorecards
 from gym_extensions.scoring.references import Reference, References
 
-ENTRY = Path(__file__).parents[2] / "submissions" / "trpo"
+ENTRY = Path(__file__).parents[2] / "submissions" / "trpo-2017"
 """The committed submission whose manifest and traces are used."""
 GROUP_NAMES = ("hopper-gravity", "walker2d-gravity", "halfcheetah-gravity", "humanoid-gravity")
 RUNS = range(5)

@@ -1,4 +1,4 @@
-"""Training: the reference TRPO end to end with the paper's batches, against raw physics and SB3's TRPO."""
+"""Training: TRPO end to end with the paper's batches, against raw physics and SB3's TRPO."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import gymnasium as gym
 import pytest
 from mujoco.batch import Batch
 
-from gym_extensions.baselines.algorithms.trpo import Trpo
+from gym_extensions.baselines.algorithms import factory
 from gym_extensions.baselines.training.recorder import Recorder
 from gym_extensions.catalog.budgets import budget
 from gym_extensions.catalog.registry import task
@@ -26,9 +26,9 @@ PEER_BATCH = STEPS * LANES
 
 
 def reference() -> tuple[Any, Any]:
-    """The reference TRPO and what it learns in, counted and recorded as in a submission."""
+    """TRPO with the paper's settings and its environment, recorded as in a submission."""
     env: Any = make_vec(BODY, LANES, num_threads=THREADS)
-    agent = Trpo(env.single_observation_space, env.single_action_space, 0)
+    agent = factory("trpo-2017")(env.single_observation_space, env.single_action_space, 0)
     endless = 10**12
     return agent, Recorder(env, [task(BODY).id], steps=endless, batch_steps=BATCH, seed=0)
 

@@ -3,7 +3,7 @@
 ``docs/results.md`` shows an example. Importing this package loads pandas, and neither a simulator nor torch.
 
 >>> from gym_extensions import results
->>> episodes = results.episodes("submissions/trpo")
+>>> episodes = results.episodes("submissions/trpo-2017")
 >>> episodes.groupby(["group", "run", "stage", "task"])["return"].mean()
 """
 

@@ -12,7 +12,7 @@ from gym_extensions.baselines.agent import Described
 from gym_extensions.baselines.agent_checks import card_of
 from gym_extensions.envs import make_vec
 
-NAMES = ("random", "trpo", "zero")
+NAMES = ("random", "trpo", "trpo-2017", "zero")
 Spaces = tuple[Any, Any]
 
 
@@ -60,8 +60,8 @@ def test_zero_returns_zeros(spaces: Spaces) -> None:
     assert np.array_equal(actions, np.zeros((3, *spaces[1].shape)))
 
 
-def test_an_untrained_trpo_samples_around_the_center_of_the_action_space(spaces: Spaces) -> None:
-    actions = algorithms.factory("trpo")(*spaces, 0).act(np.zeros((4000, *spaces[0].shape)))
+def test_an_untrained_trpo_2017_samples_around_the_center_of_the_action_space(spaces: Spaces) -> None:
+    actions = algorithms.factory("trpo-2017")(*spaces, 0).act(np.zeros((4000, *spaces[0].shape)))
     np.testing.assert_allclose(actions.std(axis=0), spaces[1].high, rtol=0.06)
     np.testing.assert_allclose(actions.mean(axis=0), 0.0, atol=0.15)
 

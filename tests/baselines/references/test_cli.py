@@ -10,6 +10,7 @@ import pytest
 
 from gym_extensions.baselines.references import cli
 from gym_extensions.catalog.groups import group
+from gym_extensions.catalog.registry import task
 from gym_extensions.errors import BenchError
 
 
@@ -49,6 +50,14 @@ def test_the_command_writes_the_references_and_their_logs(
     before = files(tmp_path)
     assert cli.main(argv) == 0
     assert files(tmp_path) == before
+
+
+@pytest.mark.parametrize("agent", ["trpo", "trpo-2017"])
+def test_the_ceilings_are_measured_with_the_named_agent(agent: str) -> None:
+    runs = cli.ceiling_measurements(task("Hopper"), "1M", [1000, 1001], agent)
+    assert [(each.agent, each.run) for each in runs] == [(agent, 1000), (agent, 1001)]
+    oracle = cli.ceiling_measurements(group("nav-state").tasks[0], "1M", [1000, 1001], agent)
+    assert [each.agent for each in oracle] == ["oracle"]
 
 
 def test_each_group_may_have_its_own_budget() -> None:

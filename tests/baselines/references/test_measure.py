@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from gym_extensions.baselines.references.measure import Measurement, PendingMeasurement, measure
+from gym_extensions.baselines.training.seeding import training_seed
 from gym_extensions.catalog.protocol import evaluation_seed
 from gym_extensions.catalog.registry import task
 from gym_extensions.scoring.references import CURRENT
@@ -34,6 +35,12 @@ def test_a_measurement_uses_the_reference_seeds_and_is_not_repeated(tmp_path: Pa
 def test_each_agent_and_task_has_its_own_seed() -> None:
     measurements = [Measurement(each, agent, 1000, 5) for each in TASKS for agent in ("random", "zero")]
     assert len({measurement.agent_seed for measurement in measurements}) == 4
+
+
+def test_trpo_2017_has_the_seeds_of_the_published_ceilings_which_were_derived_from_its_earlier_name() -> None:
+    for run in range(1000, 1005):
+        seed = training_seed(run, "reference", TASKS[0].id, "trpo")
+        assert Measurement(TASKS[0], "trpo-2017", run, 100, "100k").agent_seed == seed
 
 
 @pytest.mark.parametrize("agent", ["random", "zero"])

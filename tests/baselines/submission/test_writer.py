@@ -84,10 +84,10 @@ def test_the_sample_has_an_episode_of_each_column_of_the_table() -> None:
 
 def test_the_manifest_describes_the_run(trpo_submission: Path) -> None:
     manifest = tomllib.loads((trpo_submission / "submission.toml").read_text())
-    assert manifest["protocol"] == {"budget": "smoke", "algorithm": "trpo", "evaluation": "sampled"}
-    assert manifest["hyperparameters"]["hidden"] == [100, 50, 25]
-    # Policy 11-100-50-25-3 and three log σ; value function 11-64-64-1.
-    policy, value = 12 * 100 + 101 * 50 + 51 * 25 + 26 * 3 + 3, 12 * 64 + 65 * 64 + 65
+    assert manifest["protocol"] == {"budget": "smoke", "algorithm": "trpo", "evaluation": "deterministic"}
+    assert manifest["hyperparameters"]["hidden"] == [64, 64]
+    # Policy 11-64-64-3 and three log σ; value function 11-64-64-1.
+    policy, value = 12 * 64 + 65 * 64 + 65 * 3 + 3, 12 * 64 + 65 * 64 + 65
     assert manifest["memory"] == {
         "stored_steps": 250,
         "parameters_first": policy + value,

@@ -1,6 +1,6 @@
-"""Our TRPO beside sb3-contrib's, same settings and task: the same learning within five seeds' intervals.
+"""TRPO and sb3-contrib's TRPO with the same settings learn the same within the interval of five seeds.
 
-Slow (about five minutes on two cores): ``pytest -m slow tests/baselines/test_against_sb3.py``.
+Slow (about five minutes on two cores): ``pytest -m slow tests/baselines/trpo/test_against_sb3.py``.
 """
 
 from __future__ import annotations
@@ -10,11 +10,12 @@ import math
 import numpy as np
 import pytest
 
-from gym_extensions.baselines.algorithms import trpo
+from gym_extensions.baselines.algorithms import factory
 from gym_extensions.baselines.training.recorder import Recorder
+from gym_extensions.baselines.trpo.settings import HENDERSON_2017
 from gym_extensions.envs import make_vec
 
-STEPS, BATCH, LANES, SEEDS = 40_000, 2_000, 8, range(5)
+STEPS, BATCH, NUM_ENVS, SEEDS = 40_000, 2_000, 8, range(5)
 ACTIONS = 3
 """Components of Hopper's action."""
 T_975_8 = 2.306
@@ -28,12 +29,12 @@ def late(recorder: Recorder) -> float:
 
 
 def recorder_of(seed: int) -> Recorder:
-    return Recorder(make_vec("Hopper", LANES), ["Hopper"], steps=STEPS, batch_steps=BATCH, seed=seed)
+    return Recorder(make_vec("Hopper", NUM_ENVS), ["Hopper"], steps=STEPS, batch_steps=BATCH, seed=seed)
 
 
 def ours(seed: int) -> float:
     recorder = recorder_of(seed)
-    agent = trpo.make(recorder.single_observation_space, recorder.single_action_space, seed)
+    agent = factory("trpo-2017")(recorder.single_observation_space, recorder.single_action_space, seed)
     agent.learn(recorder, STEPS)
     return late(recorder)
 
@@ -46,14 +47,14 @@ def theirs(seed: int) -> float:
 
     make = sb3(
         TRPO,
-        n_steps=BATCH // LANES,
+        n_steps=BATCH // NUM_ENVS,
         batch_size=125,
-        gamma=trpo.DISCOUNT,
-        gae_lambda=trpo.TRACE_DECAY,
-        # Its KL is a mean over the action's components too, ours their sum, as in Schulman et al. and rllab.
-        target_kl=trpo.REGION.max_kl / ACTIONS,
-        cg_damping=trpo.REGION.damping,
-        cg_max_steps=trpo.REGION.iterations,
+        gamma=HENDERSON_2017.discount,
+        gae_lambda=HENDERSON_2017.gae_lambda,
+        # Its KL is a mean over the action's components, not their sum as in Schulman et al. and rllab.
+        target_kl=HENDERSON_2017.trust_region.max_kl / ACTIONS,
+        cg_damping=HENDERSON_2017.trust_region.damping,
+        cg_max_steps=HENDERSON_2017.trust_region.iterations,
         policy_kwargs={"activation_fn": torch.nn.ReLU, "net_arch": {"pi": [100, 50, 25], "vf": [64, 64]}},
     )
     recorder = recorder_of(seed)
@@ -63,11 +64,13 @@ def theirs(seed: int) -> float:
 
 
 @pytest.mark.slow
-def test_it_learns_as_sb3_contribs_does():
+def test_it_learns_as_sb3_contribs_does() -> None:
     pytest.importorskip("sb3_contrib")
-    mine, other = (np.array([run(seed) for seed in SEEDS]) for run in (ours, theirs))
-    gap = mine.mean() - other.mean()
-    error = math.sqrt((mine.var(ddof=1) + other.var(ddof=1)) / len(SEEDS))
-    told = f"ours {mine.round(1)}, sb3-contrib's {other.round(1)}, gap {gap:.1f} ± {T_975_8 * error:.1f}"
-    assert mine.min() > 100, told
-    assert abs(gap) <= T_975_8 * error, told
+    numpy_returns, sb3_returns = (np.array([run(seed) for seed in SEEDS]) for run in (ours, theirs))
+    gap = numpy_returns.mean() - sb3_returns.mean()
+    error = math.sqrt((numpy_returns.var(ddof=1) + sb3_returns.var(ddof=1)) / len(SEEDS))
+    summary = (
+        f"{numpy_returns.round(1)}, sb3-contrib {sb3_returns.round(1)}, gap {gap:.1f} ± {T_975_8 * error:.1f}"
+    )
+    assert numpy_returns.min() > 100, summary
+    assert abs(gap) <= T_975_8 * error, summary

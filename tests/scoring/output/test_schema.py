@@ -115,7 +115,7 @@ def nested_hyperparameter(manifest: Json) -> None:
     ],
 )
 def test_a_broken_manifest_is_refused(change: Callable[[Json], None]) -> None:
-    broken = manifest(ROOT / "submissions" / "trpo")
+    broken = manifest(ROOT / "submissions" / "trpo-2017")
     change(broken)
     with pytest.raises(ValidationError):
         check("submission.json", broken)

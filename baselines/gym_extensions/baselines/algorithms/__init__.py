@@ -12,8 +12,8 @@ from gym_extensions.errors import BenchError, did_you_mean
 
 
 def names() -> list[str]:
-    """The names of the reference agents."""
-    return sorted(module.name for module in pkgutil.iter_modules(__path__))
+    """The names of the reference agents: the modules' names, with dashes for underscores."""
+    return sorted(module.name.replace("_", "-") for module in pkgutil.iter_modules(__path__))
 
 
 def factory(agent: str | Factory) -> Factory:
@@ -32,7 +32,7 @@ def factory(agent: str | Factory) -> Factory:
         if agent not in names():
             hint = did_you_mean(agent, names()) + " Name your own agent as module:factory."
             raise BenchError("unknown-agent", f"Unknown agent {agent!r}.", hint=hint.strip())
-        module_name, attribute = f"{__name__}.{agent}", "make"
+        module_name, attribute = f"{__name__}.{agent.replace('-', '_')}", "make"
     elif str(Path.cwd()) not in sys.path:
         sys.path.insert(0, str(Path.cwd()))
     try:

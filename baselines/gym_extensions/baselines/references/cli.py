@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from gym_extensions.atomic import write_text
+from gym_extensions.baselines import algorithms
 from gym_extensions.baselines.references.logs import write_ceiling_log, write_floor_log
 from gym_extensions.baselines.references.measure import ORACLE, Measurement, PendingMeasurement
 from gym_extensions.baselines.references.rows import floor_row, task_row
@@ -26,6 +27,7 @@ from gym_extensions.rollouts.layout import PROGRESS
 
 FLOOR_AGENTS = ("random", "zero")
 CEILING_AGENT = "trpo"
+"""The ceilings of the references ``provisional`` were measured with ``trpo-2017``."""
 FLOOR_EPISODES, CEILING_EPISODES = 1000, 100
 REFERENCE_BUDGET = "1M"
 
@@ -37,20 +39,23 @@ def floor_measurements(task: Task) -> dict[str, Measurement]:
     return {agent: Measurement(task, agent, FIRST_REFERENCE_RUN, FLOOR_EPISODES) for agent in FLOOR_AGENTS}
 
 
-def ceiling_measurements(task: Task, budget: str, runs: Sequence[int]) -> list[Measurement]:
+def ceiling_measurements(
+    task: Task, budget: str, runs: Sequence[int], agent: str = CEILING_AGENT
+) -> list[Measurement]:
     """The measurements of a task's ceiling: the reference runs, or the oracle in navigation."""
     if task.base == "Navigation":
         return [Measurement(task, ORACLE, FIRST_REFERENCE_RUN, FLOOR_EPISODES)]
-    return [Measurement(task, CEILING_AGENT, run, CEILING_EPISODES, budget) for run in runs]
+    return [Measurement(task, agent, run, CEILING_EPISODES, budget) for run in runs]
 
 
 def measure_all(
-    budgets: Mapping[Task, str], *, runs: Sequence[int], out: Path, jobs: int, screen: Screen
+    budgets: Mapping[Task, str], *, agent: str, runs: Sequence[int], out: Path, jobs: int, screen: Screen
 ) -> dict[str, Any]:
     """Measures every task. Episodes are logged beside ``out``, and finished measurements are stored.
 
     Args:
         budgets: the training budget of the reference runs, by task.
+        agent: the reference agent whose mean return is the ceiling.
         runs: the training seeds of the reference runs.
         out: the path of the references file; its stem is the version.
         jobs: number of worker processes.
@@ -59,7 +64,7 @@ def measure_all(
     Returns:
         The references file's content.
     """
-    ceilings = {task: ceiling_measurements(task, budget, runs) for task, budget in budgets.items()}
+    ceilings = {task: ceiling_measurements(task, budget, runs, agent) for task, budget in budgets.items()}
     floors = {task: floor_measurements(task) for task in budgets}
     measurements = [each for row in ceilings.values() for each in row]
     measurements += [each for row in floors.values() for each in row.values()]
@@ -129,7 +134,7 @@ def main(argv: list[str] | None = None) -> int:
     """Measures and writes the references file."""
     command = argparse.ArgumentParser(
         prog="gym-extensions reference",
-        description="Measure floors (random and zero actions) and ceilings (trpo per task, or the oracle).",
+        description="Measure floors (random and zero actions) and ceilings (an agent or the oracle).",
     )
     command.add_argument(
         "--groups", required=True, help="comma-separated: names of groups, or TOML files of custom groups"
@@ -142,6 +147,12 @@ def main(argv: list[str] | None = None) -> int:
     command.add_argument(
         "--runs", default="1000-1004", help="training seeds, at least 1000 (default: 1000-1004)"
     )
+    command.add_argument(
+        "--agent",
+        default=CEILING_AGENT,
+        choices=algorithms.names(),
+        help=f"the agent that measures the ceilings (default: {CEILING_AGENT})",
+    )
     command.add_argument("--out", required=True, type=Path, help="the file; its stem is the version's name")
     command.add_argument("--jobs", type=int, default=1, help="worker processes (default: 1)")
     options = command.parse_args(argv)
@@ -152,7 +163,9 @@ def main(argv: list[str] | None = None) -> int:
             raise BenchError("bad-run", f"Run {run} is out of range.", "--runs", hint)
     require_positive(options.jobs, "--jobs")
     with open_screen() as screen:
-        content = measure_all(budgets, runs=runs, out=options.out, jobs=options.jobs, screen=screen)
+        content = measure_all(
+            budgets, agent=options.agent, runs=runs, out=options.out, jobs=options.jobs, screen=screen
+        )
     write_text(options.out, json.dumps(content, indent=1, ensure_ascii=False) + "\n")
     print(f"The references are in {options.out}.")
     return 0

@@ -29,6 +29,8 @@ REFERENCE = "reference"
 NUM_ENVS = 100
 ORACLE = "oracle"
 """Plans on the map of a navigation task and takes the fewest steps: the ceiling of these tasks."""
+SEED_NAMES = {"trpo-2017": "trpo"}
+"""Agents that were renamed after references were measured. Their seeds are derived from the earlier name."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +52,7 @@ class Measurement:
     @property
     def agent_seed(self) -> int:
         """The seed of the agent."""
-        return training_seed(self.run, REFERENCE, self.task.id, self.agent)
+        return training_seed(self.run, REFERENCE, self.task.id, SEED_NAMES.get(self.agent, self.agent))
 
     def path(self, folder: Path) -> Path:
         """The file of its result."""

@@ -1,1 +1,1 @@
-"""Trust region policy optimisation (Schulman et al. 2015) as small pure functions of flat vectors."""
+"""Trust region policy optimization (Schulman et al. 2015) as small pure functions of flat vectors."""

@@ -1,4 +1,4 @@
-"""Transitions of one batch, gathered from the lanes of a vector environment."""
+"""Collects one batch of transitions from a vector environment."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from gym_extensions.baselines.agent import Array, VectorEnv
 
 
 @dataclass(frozen=True)
-class Gathered:
-    """T steps of all lanes: observations (T + 1, lanes, o); the rest (T, lanes, …).
+class Transitions:
+    """T vector steps: observations (T + 1, num_envs, o); the rest (T, num_envs, …).
 
-    ``real`` is False in the rows in which a lane was being reset.
+    ``valid`` is False in the rows in which an environment was being reset.
     """
 
     observations: Array
@@ -22,41 +22,43 @@ class Gathered:
     rewards: Array
     terminated: Array
     truncated: Array
-    real: Array
+    valid: Array
 
 
-@dataclass
-class Lanes:
-    """Where the lanes stand between two batches: episodes go on across them."""
+class Collector:
+    """A vector environment between two batches: episodes continue across batches."""
 
-    env: VectorEnv
-    observations: Array
-    resetting: Array
-
-    @classmethod
-    def started(cls, env: VectorEnv) -> Lanes:
-        """All lanes at the start of an episode."""
+    def __init__(self, env: VectorEnv) -> None:
         observations, _ = env.reset()
-        return cls(env, np.array(observations, np.float32), np.zeros(env.num_envs, bool))
+        self._env = env
+        self._observations: Array = np.array(observations, np.float32)
+        self._resetting = np.zeros(env.num_envs, bool)
 
+    def collect(
+        self, sample: Callable[[Array], Array], to_env: Callable[[Array], Array], transitions: int
+    ) -> Transitions:
+        """Steps until at least ``transitions`` are taken; fewer than ``num_envs`` are taken beyond that.
 
-def gather(
-    lanes: Lanes, sample: Callable[[Array], Array], to_env: Callable[[Array], Array], transitions: int
-) -> Gathered:
-    """At least so many real transitions, and fewer than one a lane more; ``lanes`` is moved on."""
-    seen, actions, rewards, ends, cuts, real = [lanes.observations], [], [], [], [], []
-    count = 0
-    while count < transitions:
-        action = sample(seen[-1])
-        observations, reward, end, cut, _ = lanes.env.step(to_env(action))
-        genuine = ~lanes.resetting
-        lanes.resetting = (end | cut) & genuine
-        count += int(genuine.sum())
-        seen.append(np.array(observations, np.float32))
-        actions.append(action)
-        rewards.append(np.array(reward, np.float64))
-        ends.append(np.array(end))
-        cuts.append(np.array(cut))
-        real.append(genuine)
-    lanes.observations = seen[-1]
-    return Gathered(*map(np.stack, (seen, actions, rewards, ends, cuts, real)))
+        Args:
+            sample: the policy's actions (num_envs, a) for observations (num_envs, o).
+            to_env: maps these actions to the environment's action box.
+            transitions: transitions to take; the steps that reset an environment do not count.
+        """
+        observations, actions, rewards = [self._observations], [], []
+        terminated, truncated, valid = [], [], []
+        count = 0
+        while count < transitions:
+            action = sample(observations[-1])
+            next_observations, reward, ends, cuts, _ = self._env.step(to_env(action))
+            stepped = ~self._resetting
+            self._resetting = (ends | cuts) & stepped
+            count += int(stepped.sum())
+            observations.append(np.array(next_observations, np.float32))
+            actions.append(action)
+            rewards.append(np.array(reward, np.float64))
+            terminated.append(np.array(ends))
+            truncated.append(np.array(cuts))
+            valid.append(stepped)
+        self._observations = observations[-1]
+        columns = (observations, actions, rewards, terminated, truncated, valid)
+        return Transitions(*map(np.stack, columns))

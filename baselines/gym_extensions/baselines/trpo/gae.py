@@ -1,4 +1,4 @@
-"""Generalised advantage estimation (Schulman et al. 2016) over lanes with autoreset."""
+"""Generalized advantage estimation (Schulman et al. 2016) over vector environments with autoreset."""
 
 from __future__ import annotations
 
@@ -8,20 +8,19 @@ from gym_extensions.baselines.agent import Array
 
 
 def advantages(
-    rewards: Array, values: Array, terminated: Array, truncated: Array, *, discount: float, trace_decay: float
+    rewards: Array, values: Array, terminated: Array, truncated: Array, *, discount: float, gae_lambda: float
 ) -> Array:
-    """Advantages (T, lanes) for rewards (T, lanes) and values (T + 1, lanes), row t + 1 being after step t.
+    """Advantages (T, num_envs) for rewards (T, num_envs) and values (T + 1, num_envs).
 
-    A terminated step is worth nothing afterwards; a truncated one (time limit), like the last row, is worth
-    the value of the state that it leads to. Rows of a reset (the step after an episode's end) come out
-    meaningless and must be left out by the caller.
+    Row t + 1 of ``values`` belongs to the state after step t. A terminated step has no value after it. A
+    truncated step (time limit) is bootstrapped with the value of the state it leads to, as is the last row.
+    The rows of a reset, which follow an episode's end, are meaningless; the caller drops them.
     """
-    steps = len(rewards)
-    found = np.empty(rewards.shape, np.float64)
-    carried = np.zeros(rewards.shape[1])
+    estimates = np.empty(rewards.shape, np.float64)
+    running = np.zeros(rewards.shape[1])
     ended = terminated | truncated
-    for t in range(steps - 1, -1, -1):
-        surprise = rewards[t] + discount * values[t + 1] * ~terminated[t] - values[t]
-        carried = surprise + discount * trace_decay * ~ended[t] * carried
-        found[t] = carried
-    return found
+    for t in range(len(rewards) - 1, -1, -1):
+        residual = rewards[t] + discount * values[t + 1] * ~terminated[t] - values[t]
+        running = residual + discount * gae_lambda * ~ended[t] * running
+        estimates[t] = running
+    return estimates

@@ -1,11 +1,14 @@
-"""A multilayer perceptron as pure functions of one flat parameter vector: value and derivatives.
+"""A multilayer perceptron as pure functions of one flat parameter vector: values and derivatives.
 
-Written out instead of left to automatic differentiation: the Fisher product of a conjugate-gradient step is
-then one forward derivative and one backward pass over activations that are computed once a batch.
+The derivatives are written out instead of left to automatic differentiation. The Fisher product of a
+conjugate-gradient step is then one forward derivative and one backward pass over activations that are
+computed once per batch.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -13,7 +16,24 @@ import numpy as np
 from gym_extensions.baselines.agent import Array
 
 Sizes = tuple[int, ...]
-"""Width of every layer, input and output included; ReLU between, nothing after the last."""
+"""Width of every layer, input and output included."""
+Layers = list[tuple[Array, Array]]
+"""Weights (in, out) and bias (out,) of every layer."""
+
+
+@dataclass(frozen=True)
+class Activation:
+    """A hidden activation: its value, computed in place, and its derivative as a function of its value."""
+
+    value: Callable[[Array], Array]
+    slope: Callable[[Array], Array]
+
+
+ACTIVATIONS = {
+    "relu": Activation(lambda inputs: np.maximum(inputs, 0, out=inputs), np.sign),
+    "tanh": Activation(lambda inputs: np.tanh(inputs, out=inputs), lambda hidden: 1 - hidden * hidden),
+}
+"""Hidden activations by name. The output layer has none."""
 
 
 def parameter_count(sizes: Sizes) -> int:
@@ -22,7 +42,7 @@ def parameter_count(sizes: Sizes) -> int:
 
 
 def initial(sizes: Sizes, rng: np.random.Generator, last_scale: float = 1.0) -> Array:
-    """He-uniform hidden weights, Glorot-uniform output × ``last_scale``, zero biases; flat float32."""
+    """He-uniform hidden weights, Glorot-uniform last weights × ``last_scale``, zero biases; flat float32."""
     parts = []
     for layer, (fan_in, fan_out) in enumerate(pairwise(sizes)):
         last = layer == len(sizes) - 2
@@ -31,62 +51,55 @@ def initial(sizes: Sizes, rng: np.random.Generator, last_scale: float = 1.0) -> 
     return np.concatenate(parts).astype(np.float32)
 
 
-def layers(sizes: Sizes, theta: Array) -> list[tuple[Array, Array]]:
-    """Views of the flat vector: (weights (in, out), bias (out,)) of every layer."""
-    views, at = [], 0
+def layers(sizes: Sizes, theta: Array) -> Layers:
+    """Views of the flat vector, one pair per layer."""
+    views, start = [], 0
     for fan_in, fan_out in pairwise(sizes):
-        end = at + fan_in * fan_out
-        views.append((theta[at:end].reshape(fan_in, fan_out), theta[end : end + fan_out]))
-        at = end + fan_out
+        end = start + fan_in * fan_out
+        views.append((theta[start:end].reshape(fan_in, fan_out), theta[end : end + fan_out]))
+        start = end + fan_out
     return views
 
 
-def forward(views: list[tuple[Array, Array]], inputs: Array) -> list[Array]:
+def forward(views: Layers, inputs: Array, activation: Activation) -> list[Array]:
     """The input, every hidden activation and the output, each (n, width)."""
     values = [inputs]
     for weights, bias in views[:-1]:
         hidden = values[-1] @ weights
         hidden += bias
-        values.append(np.maximum(hidden, 0, out=hidden))
+        values.append(activation.value(hidden))
     weights, bias = views[-1]
     values.append(values[-1] @ weights + bias)
     return values
 
 
-def slopes(values: list[Array]) -> list[Array]:
-    """Derivative of every hidden activation, 1 or 0, in the activations' own type."""
-    return [np.sign(hidden) for hidden in values[1:-1]]
+def slopes(values: list[Array], activation: Activation) -> list[Array]:
+    """Derivative of every hidden activation at the values that ``forward`` returned."""
+    return [activation.slope(hidden) for hidden in values[1:-1]]
 
 
-def tangent(
-    views: list[tuple[Array, Array]],
-    values: list[Array],
-    gates: list[Array],
-    direction: list[tuple[Array, Array]],
-) -> Array:
+def tangent(views: Layers, values: list[Array], hidden_slopes: list[Array], direction: Layers) -> Array:
     """Derivative of the output (n, out) along a direction of the parameters."""
-    moved: Array | None = None
+    change: Array | None = None
     for layer, ((weights, _), (d_weights, d_bias)) in enumerate(zip(views, direction, strict=True)):
         step = values[layer] @ d_weights
         step += d_bias
-        if moved is not None:
-            step += moved @ weights
-        if layer < len(gates):
-            step *= gates[layer]
-        moved = step
-    if moved is None:
-        raise ValueError("a network needs a layer")
-    return moved
+        if change is not None:
+            step += change @ weights
+        if layer < len(hidden_slopes):
+            step *= hidden_slopes[layer]
+        change = step
+    if change is None:
+        raise ValueError("a network needs at least one layer")
+    return change
 
 
-def gradient(
-    views: list[tuple[Array, Array]], values: list[Array], gates: list[Array], upstream: Array
-) -> Array:
-    """Flat gradient over the parameters of Σ upstream · output, upstream being (n, out)."""
+def gradient(views: Layers, values: list[Array], hidden_slopes: list[Array], upstream: Array) -> Array:
+    """Flat gradient over the parameters of Σ upstream · output, with ``upstream`` (n, out)."""
     parts: list[Array] = []
     for layer in range(len(views) - 1, -1, -1):
         parts += [upstream.sum(axis=0), (values[layer].T @ upstream).ravel()]
         if layer:
             upstream = upstream @ views[layer][0].T
-            upstream *= gates[layer - 1]
+            upstream *= hidden_slopes[layer - 1]
     return np.concatenate(parts[::-1])

@@ -17,7 +17,7 @@ def dot(left: Array, right: Array) -> float:
 def conjugate_gradient(
     product: Callable[[Array], Array], target: Array, iterations: int = 10, tolerance: float = 1e-10
 ) -> Array:
-    """x with A x ≈ target for a positive-definite A given as a product, starting at zero."""
+    """Solves A x ≈ target from x = 0, for a positive-definite A that is passed as a product v → A v."""
     solution = np.zeros_like(target)
     residual, direction = target.copy(), target.copy()
     squared = dot(residual, residual)
@@ -36,7 +36,7 @@ def conjugate_gradient(
 def line_search(
     accepts: Callable[[Array], bool], start: Array, full_step: Array, shrink: float = 0.8, tries: int = 15
 ) -> tuple[Array, int]:
-    """The first of start + full step × shrinkᵏ that is accepted, and k; or the start, and ``tries``."""
+    """The first accepted start + full_step × shrinkᵏ, and k; if none is accepted, the start and ``tries``."""
     for number in range(tries):
         candidate = start + start.dtype.type(shrink**number) * full_step
         if accepts(candidate):

@@ -8,6 +8,7 @@ import numpy as np
 
 from gym_extensions.baselines.agent import Array
 from gym_extensions.baselines.trpo.gaussian_policy import (
+    Architecture,
     Batch,
     divergence,
     fisher_product,
@@ -16,40 +17,47 @@ from gym_extensions.baselines.trpo.gaussian_policy import (
     mean_and_log_sigma,
     surrogate_gradient,
 )
-from gym_extensions.baselines.trpo.mlp import Sizes
 from gym_extensions.baselines.trpo.optimize import conjugate_gradient, dot, line_search
 
 
 @dataclass(frozen=True)
 class TrustRegion:
-    """The paper's numbers: largest mean KL of an update, regularisation and length of conjugate gradient."""
+    """Limits of an update.
 
-    max_kl: float = 0.01
-    damping: float = 1e-5
+    Args:
+        max_kl: largest mean KL(old ‖ new) over the states, in nats, summed over the action's components.
+        damping: multiple of the identity that is added to the Fisher matrix.
+        iterations: conjugate-gradient iterations.
+        curvature_states: from this number of states on, the Fisher matrix is an average over a part of the
+            batch: every k-th state, with k = n // curvature_states.
+    """
+
+    max_kl: float
+    damping: float
     iterations: int = 10
     curvature_states: int = 5_000
-    """About so many states, spread evenly over a batch of twice as many or more, give the Fisher matrix."""
 
 
-def updated(sizes: Sizes, theta: Array, batch: Batch, region: TrustRegion) -> Array:
-    """Parameters of higher surrogate whose mean KL from the old is at most ``max_kl``; else the old."""
-    slope = surrogate_gradient(sizes, theta, batch)
+def updated(architecture: Architecture, theta: Array, batch: Batch, region: TrustRegion) -> Array:
+    """Parameters with a higher surrogate within ``max_kl`` of the old ones, or the old ones if none do."""
+    slope = surrogate_gradient(architecture, theta, batch)
     stride = max(1, len(batch.observations) // region.curvature_states)
-    product = fisher_product(sizes, theta, np.ascontiguousarray(batch.observations[::stride]), region.damping)
+    states = np.ascontiguousarray(batch.observations[::stride])
+    product = fisher_product(architecture, theta, states, region.damping)
     direction = conjugate_gradient(product, slope, region.iterations)
     length = dot(direction, product(direction))
     if not (np.isfinite(length) and length > 0):
         return theta
     full_step = theta.dtype.type(np.sqrt(2 * region.max_kl / length)) * direction
 
-    old_mean, old_log_sigma = mean_and_log_sigma(sizes, theta, batch.observations)
+    old_mean, old_log_sigma = mean_and_log_sigma(architecture, theta, batch.observations)
     old = log_density(old_mean, old_log_sigma, batch.actions)
     before = gain(old_mean, old_log_sigma, batch, old)
 
     def accepts(candidate: Array) -> bool:
-        mean, log_sigma = mean_and_log_sigma(sizes, candidate, batch.observations)
-        apart = divergence(old_mean, old_log_sigma, mean, log_sigma)
-        gained = gain(mean, log_sigma, batch, old)
-        return bool(np.isfinite(gained) and gained > before and apart <= region.max_kl)
+        mean, log_sigma = mean_and_log_sigma(architecture, candidate, batch.observations)
+        kl = divergence(old_mean, old_log_sigma, mean, log_sigma)
+        after = gain(mean, log_sigma, batch, old)
+        return bool(np.isfinite(after) and after > before and kl <= region.max_kl)
 
     return line_search(accepts, theta, full_step)[0]

@@ -1,37 +1,59 @@
-"""The value function: an MLP in place of rllab's linear baseline; it standardises what goes in and out."""
+"""The value function: an MLP that standardizes its inputs and its targets."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 
 from gym_extensions.baselines.agent import Array
-from gym_extensions.baselines.trpo.mlp import Sizes, forward, gradient, initial, layers, slopes
+from gym_extensions.baselines.trpo.mlp import ACTIVATIONS, Sizes, forward, gradient, initial, layers, slopes
+from gym_extensions.baselines.trpo.normalization import Moments, merge, no_moments, standardize
 
-HIDDEN = (64, 64)
-LEARNING_RATE, FIRST_DECAY, SECOND_DECAY, EPSILON = 1e-3, 0.9, 0.999, 1e-8
-MINIBATCHES, SMALLEST_MINIBATCH, LARGEST_MINIBATCH = 16, 128, 512
-MOST_EPOCHS, SAMPLES = 10, 100_000
-"""Passes over a batch: ten; fewer, at least two, where they would see more samples than that."""
-WIDEST = 10.0
-"""Standardised observations are cut here, in standard deviations."""
+FIRST_DECAY, SECOND_DECAY, EPSILON = 0.9, 0.999, 1e-8
+"""Adam's constants (Kingma and Ba 2015)."""
+
+
+@dataclass(frozen=True)
+class ValueFit:
+    """The value network and its regression on discounted returns.
+
+    Args:
+        hidden: widths of the hidden layers.
+        activation: name of the hidden activation.
+        learning_rate: Adam's step size.
+        minibatches: minibatches per epoch, as far as the two limits on their size allow.
+        smallest_minibatch: fewest samples per minibatch.
+        largest_minibatch: most samples per minibatch.
+        epochs: passes over a batch.
+        samples: batches on which ``epochs`` passes exceed this number of samples get fewer, at least two.
+    """
+
+    hidden: tuple[int, ...] = (64, 64)
+    activation: str = "relu"
+    learning_rate: float = 1e-3
+    minibatches: int = 16
+    smallest_minibatch: int = 128
+    largest_minibatch: int = 512
+    epochs: int = 10
+    samples: int = 100_000
 
 
 class ValueFunction:
-    """Predicts discounted returns; its state is the arrays in ``state``."""
+    """Predicts discounted returns; its whole state is the arrays in ``state``."""
 
-    def __init__(self, observations: int, rng: np.random.Generator) -> None:
-        self._sizes: Sizes = (observations, *HIDDEN, 1)
+    def __init__(self, observations: int, rng: np.random.Generator, fit: ValueFit) -> None:
+        self._fit, self._activation = fit, ACTIVATIONS[fit.activation]
+        self._sizes: Sizes = (observations, *fit.hidden, 1)
         theta = initial(self._sizes, rng)
         self.state: dict[str, Array] = {
             "theta": theta,
             "first": np.zeros_like(theta),
             "second": np.zeros_like(theta),
             "updates": np.zeros(1),
-            "seen": np.zeros(1),
-            "centre": np.zeros(observations),
-            "spread": np.zeros(observations),
             "level": np.array([0.0, 1.0]),
         }
+        self._store(no_moments(observations))
 
     @property
     def parameters(self) -> int:
@@ -40,56 +62,53 @@ class ValueFunction:
 
     def predict(self, observations: Array) -> Array:
         """Values (n,) float64 of observations (n, o)."""
-        inputs = self._standardised(observations)
+        inputs = standardize(self._moments(), observations)
         mean, deviation = self.state["level"]
-        output = forward(layers(self._sizes, self.state["theta"]), inputs)[-1][:, 0]
+        output = forward(layers(self._sizes, self.state["theta"]), inputs, self._activation)[-1][:, 0]
         values: Array = output.astype(np.float64) * deviation + mean
         return values
 
     def fit(self, observations: Array, targets: Array, rng: np.random.Generator) -> None:
-        """Moves the prediction towards the targets (n,) by a few epochs of Adam on squared error."""
-        self._see(observations)
-        self._relevel(targets)
+        """Moves the predictions towards the targets (n,) by a few epochs of Adam on the squared error."""
+        self._store(merge(self._moments(), observations))
+        self._rescale(targets)
         mean, deviation = self.state["level"]
-        inputs, wanted = self._standardised(observations), ((targets - mean) / deviation).astype(np.float32)
-        size = min(LARGEST_MINIBATCH, max(SMALLEST_MINIBATCH, -(-len(inputs) // MINIBATCHES)))
-        for _ in range(max(2, min(MOST_EPOCHS, SAMPLES // len(inputs)))):
-            order = rng.permutation(len(inputs))
-            for at in range(0, len(order), size):
-                part = order[at : at + size]
-                self._descend(inputs[part], wanted[part])
+        inputs = standardize(self._moments(), observations)
+        scaled = ((targets - mean) / deviation).astype(np.float32)
+        fit, count = self._fit, len(inputs)
+        size = min(fit.largest_minibatch, max(fit.smallest_minibatch, -(-count // fit.minibatches)))
+        for _ in range(max(2, min(fit.epochs, fit.samples // count))):
+            order = rng.permutation(count)
+            for start in range(0, count, size):
+                rows = order[start : start + size]
+                self._descend(inputs[rows], scaled[rows])
 
-    def _descend(self, inputs: Array, wanted: Array) -> None:
+    def _descend(self, inputs: Array, targets: Array) -> None:
+        """One step of Adam."""
         state = self.state
         views = layers(self._sizes, state["theta"])
-        values = forward(views, inputs)
-        upstream = (values[-1] - wanted[:, None]) * np.float32(2 / len(inputs))
-        slope = gradient(views, values, slopes(values), upstream)
+        values = forward(views, inputs, self._activation)
+        upstream = (values[-1] - targets[:, None]) * np.float32(2 / len(inputs))
+        slope = gradient(views, values, slopes(values, self._activation), upstream)
         state["updates"] += 1
         count = float(state["updates"][0])
         state["first"] += np.float32(1 - FIRST_DECAY) * (slope - state["first"])
         state["second"] += np.float32(1 - SECOND_DECAY) * (slope * slope - state["second"])
-        rate = LEARNING_RATE * np.sqrt(1 - SECOND_DECAY**count) / (1 - FIRST_DECAY**count)
+        rate = self._fit.learning_rate * np.sqrt(1 - SECOND_DECAY**count) / (1 - FIRST_DECAY**count)
         state["theta"] -= np.float32(rate) * state["first"] / (np.sqrt(state["second"]) + np.float32(EPSILON))
 
-    def _standardised(self, observations: Array) -> Array:
-        state = self.state
-        deviation = np.sqrt(state["spread"] / max(float(state["seen"][0]), 1.0)) + 1e-8
-        return np.clip((observations - state["centre"]) / deviation, -WIDEST, WIDEST).astype(np.float32)
+    def _moments(self) -> Moments:
+        return Moments(float(self.state["count"][0]), self.state["mean"], self.state["squares"])
 
-    def _see(self, observations: Array) -> None:
-        """Adds a batch to the running mean and sum of squared deviations (Chan et al. 1979)."""
-        state, new = self.state, observations.astype(np.float64)
-        count, seen = len(new), float(state["seen"][0])
-        gap = new.mean(axis=0) - state["centre"]
-        state["spread"] += np.square(new - new.mean(axis=0)).sum(axis=0) + gap**2 * seen * count / (
-            seen + count
-        )
-        state["centre"] += gap * count / (seen + count)
-        state["seen"] += count
+    def _store(self, moments: Moments) -> None:
+        count = np.array([moments.count])
+        self.state |= {"count": count, "mean": moments.mean, "squares": moments.squares}
 
-    def _relevel(self, targets: Array) -> None:
-        """Takes the targets' mean and deviation as scale; the last layer is changed to predict as before."""
+    def _rescale(self, targets: Array) -> None:
+        """Adopts the targets' mean and deviation; the last layer is changed to keep every prediction.
+
+        This is Pop-Art (van Hasselt et al. 2016) with the statistics of the present batch.
+        """
         mean, deviation = self.state["level"]
         new_mean, new_deviation = float(targets.mean()), max(float(targets.std()), 1e-6)
         weights, bias = layers(self._sizes, self.state["theta"])[-1]

@@ -1,0 +1,46 @@
+"""Running mean and standard deviation of observations, as pure functions of an immutable state."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gym_extensions.baselines.agent import Array
+
+CLIP = 10.0
+"""Standardized observations are clipped to ±10 standard deviations, as by SB3's ``VecNormalize``."""
+EPSILON = 1e-8
+"""Added to the standard deviation."""
+
+
+@dataclass(frozen=True)
+class Moments:
+    """Number of observations so far, their mean (o,) and their sum of squared deviations (o,), float64."""
+
+    count: float
+    mean: Array
+    squares: Array
+
+
+def no_moments(width: int) -> Moments:
+    """The moments of no observations."""
+    return Moments(0.0, np.zeros(width), np.zeros(width))
+
+
+def merge(moments: Moments, observations: Array) -> Moments:
+    """The moments with the observations (n, o) added, by the formula of Chan, Golub and LeVeque (1979)."""
+    new = observations.astype(np.float64)
+    count, seen = len(new), moments.count
+    new_mean = new.mean(axis=0)
+    gap = new_mean - moments.mean
+    inside = np.square(new - new_mean).sum(axis=0)
+    between = gap**2 * seen * count / (seen + count)
+    mean = moments.mean + gap * count / (seen + count)
+    return Moments(seen + count, mean, moments.squares + (inside + between))
+
+
+def standardize(moments: Moments, observations: Array) -> Array:
+    """Observations (n, o) minus the mean, over the standard deviation, clipped; float32."""
+    deviation = np.sqrt(moments.squares / max(moments.count, 1.0)) + EPSILON
+    return np.clip((observations - moments.mean) / deviation, -CLIP, CLIP).astype(np.float32)

@@ -1,0 +1,151 @@
+"""The two TRPO agents: acting, learning, saving, and agreement with the committed entry."""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+from gym_extensions.baselines import algorithms
+from gym_extensions.baselines.agent import Array
+from gym_extensions.baselines.algorithms import trpo, trpo_2017
+from gym_extensions.baselines.training.recorder import Recorder
+from gym_extensions.baselines.training.seeding import training_seed
+from gym_extensions.baselines.trpo.settings import REFERENCE
+from gym_extensions.catalog.budgets import budget
+from gym_extensions.catalog.groups import group
+from gym_extensions.envs import make_vec
+
+BOX = gym.spaces.Box(-1, 1, (3,), np.float32)
+WIDE = gym.spaces.Box(-2, 2, (2,), np.float32)
+ENTRY = Path(__file__).parents[3] / "submissions/trpo-2017/hopper-gravity/curves.csv"
+
+
+class Corridor(gym.vector.VectorEnv[Any, Any, Any]):
+    """Two environments of reward 1 per step, whose episodes end after five steps, by failure or by time.
+
+    Before a failure the observation counts the steps; before the time limit it is noise.
+    """
+
+    num_envs, length = 2, 5
+    single_observation_space = BOX
+    single_action_space = gym.spaces.Box(-1, 1, (1,), np.float32)
+
+    def __init__(self, ends: bool) -> None:
+        self._ends, self._step = ends, 0
+        self._rng = np.random.default_rng(0)
+
+    def reset(self, *, seed: Any = None, options: Any = None) -> tuple[Any, dict[str, Any]]:
+        self._step = 0
+        return self._observations(), {}
+
+    def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
+        self._step = (self._step + 1) % (self.length + 1)  # The step after an episode's end resets.
+        over = np.full(2, self._step == self.length)
+        reward = np.full(2, float(self._step > 0))
+        return self._observations(), reward, over & self._ends, over & ~np.array(self._ends), {}
+
+    def _observations(self) -> Array:
+        if not self._ends:
+            return self._rng.standard_normal((2, 3), np.float32)
+        return np.full((2, 3), self._step, np.float32)
+
+
+@pytest.mark.parametrize(
+    ("ends", "expected"),
+    [
+        (False, [10, 10, 10, 10, 10]),  # 1 / (1 − .9): a time limit is not the end.
+        (True, [4.0951, 3.439, 2.71, 1.9, 1.0]),  # 1, 1 + .9, 1 + .9 + .81, … to the failure.
+    ],
+    ids=["time limit", "failure"],
+)
+def test_a_time_limit_is_bootstrapped_and_a_failure_is_not(ends: bool, expected: list[float]) -> None:
+    settings = replace(REFERENCE, discount=0.9, default_batch=500)
+    agent = trpo.Trpo(BOX, Corridor.single_action_space, 0, settings)
+    agent.learn(Corridor(ends), 15_000)
+    states = np.arange(5, dtype=np.float32)[:, None].repeat(3, axis=1) / (1 if ends else 4)
+    np.testing.assert_allclose(agent._value.predict(states), expected, atol=0.5)
+
+
+def test_trpo_acts_with_its_mean_and_trpo_2017_samples() -> None:
+    observations = np.zeros((4000, 3), np.float32)
+    mean = trpo.make(BOX, WIDE, 0).act(observations)
+    sampled = trpo_2017.make(BOX, WIDE, 0).act(observations)
+    assert np.array_equal(mean, np.broadcast_to(mean[0], mean.shape))
+    # σ is half the width of the box.
+    np.testing.assert_allclose(sampled.std(axis=0), [2, 2], rtol=0.06)
+    np.testing.assert_allclose(sampled.mean(axis=0), 0, atol=0.15)
+
+
+def test_trpo_explores_with_the_initial_log_sigma_of_its_settings() -> None:
+    agent = trpo.make(BOX, WIDE, 0)
+    sampled = agent._sample(np.zeros((4000, 3), np.float32), np.random.default_rng(0))
+    np.testing.assert_allclose(sampled.std(axis=0), np.exp(REFERENCE.initial_log_sigma), rtol=0.06)
+
+
+@pytest.mark.parametrize("make", [trpo.make, trpo_2017.make], ids=["trpo", "trpo-2017"])
+def test_acting_changes_only_the_generator_for_acting(make: Any, tmp_path: Path) -> None:
+    agent = make(BOX, Corridor.single_action_space, 0)
+    agent.learn(Corridor(ends=True), 4_000)
+    for name in ("before", "after"):
+        agent.save(tmp_path / f"{name}.npz")
+        agent.act(np.full((5, 3), 100.0))
+    with np.load(tmp_path / "before.npz") as before, np.load(tmp_path / "after.npz") as after:
+        changed = {name for name in before.files if not np.array_equal(before[name], after[name])}
+    assert changed <= {"acting"}
+
+
+def test_trpo_standardizes_observations_by_all_earlier_batches() -> None:
+    agent = trpo.make(BOX, Corridor.single_action_space, 0)
+    agent.learn(Corridor(ends=True), 2_000)
+    assert agent._moments.count == 2_000
+    np.testing.assert_allclose(agent._moments.mean, [2, 2, 2])  # Steps 0 to 4 of every episode.
+    np.testing.assert_allclose(agent._policy_inputs(np.full((1, 3), 2 + np.sqrt(2))), 1, rtol=1e-5)
+    agent.learn(Corridor(ends=True), 2_000)
+    assert agent._moments.count == 4_000
+
+
+def test_trpo_2017_does_not_standardize_observations() -> None:
+    agent = trpo_2017.make(BOX, Corridor.single_action_space, 0)
+    agent.learn(Corridor(ends=True), 2_000)
+    observations = np.full((1, 3), 50.0, np.float32)
+    np.testing.assert_array_equal(agent._policy_inputs(observations), observations)
+
+
+@pytest.mark.parametrize("make", [trpo.make, trpo_2017.make], ids=["trpo", "trpo-2017"])
+def test_a_loaded_agent_learns_exactly_as_the_saved_agent(make: Any, tmp_path: Path) -> None:
+    original, loaded = make(BOX, Corridor.single_action_space, 4), make(BOX, Corridor.single_action_space, 5)
+    original.learn(Corridor(ends=True), 4_000)
+    original.save(tmp_path / "agent.npz")
+    loaded.load(tmp_path / "agent.npz")
+    for agent in (original, loaded):
+        agent.learn(Corridor(ends=True), 4_000)
+        agent.save(tmp_path / f"{'original' if agent is original else 'loaded'}.npz")
+    assert (tmp_path / "original.npz").read_bytes() == (tmp_path / "loaded.npz").read_bytes()
+
+
+def test_trpo_2017_learns_as_in_the_committed_entry() -> None:
+    """The first batch of run 0 and, after an update, the second.
+
+    The bits of an update depend on the processor. Hopper amplifies them, so later batches are not compared.
+    """
+    tasks = group("hopper-gravity")
+    first, plan = tasks.tasks[0], budget("100k")
+    seed = training_seed(0, tasks.id, first.id, "training")
+    env = make_vec(first, plan.num_envs)
+    recorder = Recorder(env, [first.id], steps=10**6, batch_steps=plan.batch_steps, seed=seed)
+    agent = algorithms.factory("trpo-2017")(
+        recorder.single_observation_space, recorder.single_action_space, training_seed(0, tasks.id, "agent")
+    )
+    agent.learn(recorder, 2 * plan.batch_steps)
+    with ENTRY.open() as log:
+        rows = [row for row in csv.DictReader(log) if (row["protocol"], row["run"]) == ("sequential", "0")]
+    expected = [(int(row["step"]), float(row["return"])) for row in rows[:2]]
+    points = [(point.step, point.return_) for point in recorder.points]
+    np.testing.assert_allclose(points[0], expected[0], rtol=1e-6)
+    np.testing.assert_allclose(points[1], expected[1], rtol=2e-2)

@@ -1,0 +1,40 @@
+"""Small policies and batches for the tests of this folder."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from gym_extensions.baselines.agent import Array
+from gym_extensions.baselines.trpo.gaussian_policy import Architecture, Batch, initial_policy
+
+SIZES = (3, 6, 5, 2)
+ARCHITECTURES = (
+    Architecture(SIZES, "tanh", tanh_mean=False),
+    Architecture(SIZES, "relu", tanh_mean=True),
+)
+"""The architectures of ``trpo`` and ``trpo-2017``, with small layers."""
+
+
+def random_policy(architecture: Architecture, seed: int = 0) -> Array:
+    """Nonzero parameters in float64."""
+    rng = np.random.default_rng(seed)
+    theta = initial_policy(architecture, rng, 1.0).astype(np.float64)
+    return theta + 0.1 * rng.standard_normal(theta.shape)
+
+
+def random_batch(n: int = 40, seed: int = 1) -> Batch:
+    """Standard normal observations (n, 3), actions (n, 2) and advantages (n,)."""
+    rng = np.random.default_rng(seed)
+    return Batch(rng.standard_normal((n, 3)), rng.standard_normal((n, 2)), rng.standard_normal(n))
+
+
+def numeric_gradient(function: Callable[[Array], float], at: Array, width: float = 1e-6) -> Array:
+    """Central differences."""
+    slope = np.empty_like(at)
+    for index in range(len(at)):
+        step = np.zeros_like(at)
+        step[index] = width
+        slope[index] = (function(at + step) - function(at - step)) / (2 * width)
+    return slope

@@ -1,0 +1,51 @@
+"""An update raises the surrogate inside the trust region, or changes nothing."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gym_extensions.baselines.trpo.gaussian_policy import (
+    Architecture,
+    Batch,
+    divergence,
+    log_density,
+    mean_and_log_sigma,
+    surrogate,
+)
+from gym_extensions.baselines.trpo.update import TrustRegion, updated
+
+from .policies import ARCHITECTURES, random_batch, random_policy
+
+each_architecture = pytest.mark.parametrize("architecture", ARCHITECTURES, ids=["linear", "tanh"])
+
+
+@each_architecture
+@pytest.mark.parametrize("max_kl", [0.01, 0.04])
+@pytest.mark.parametrize("seed", range(5))
+def test_an_update_raises_the_surrogate_within_the_bound(
+    architecture: Architecture, max_kl: float, seed: int
+) -> None:
+    theta, batch = random_policy(architecture, seed).astype(np.float32), random_batch(200, seed)
+    columns = (batch.observations, batch.actions, batch.advantages)
+    batch = Batch(*(column.astype(np.float32) for column in columns))
+    new = updated(architecture, theta, batch, TrustRegion(max_kl, damping=1e-5))
+    old_mean, old_log_sigma = mean_and_log_sigma(architecture, theta, batch.observations)
+    old = log_density(old_mean, old_log_sigma, batch.actions)
+    assert surrogate(architecture, new, batch, old) > surrogate(architecture, theta, batch, old)
+    kl = divergence(old_mean, old_log_sigma, *mean_and_log_sigma(architecture, new, batch.observations))
+    assert max_kl / 5 < kl <= max_kl
+
+
+@each_architecture
+def test_an_update_with_zero_advantages_changes_nothing(architecture: Architecture) -> None:
+    theta, batch = random_policy(architecture), random_batch()
+    flat = Batch(batch.observations, batch.actions, np.zeros(len(batch.actions)))
+    assert np.array_equal(updated(architecture, theta, flat, TrustRegion(0.01, 0.1)), theta)
+
+
+@each_architecture
+def test_an_update_with_advantages_that_are_not_finite_changes_nothing(architecture: Architecture) -> None:
+    theta, batch = random_policy(architecture), random_batch()
+    broken = Batch(batch.observations, batch.actions, np.full(len(batch.actions), np.nan))
+    assert np.array_equal(updated(architecture, theta, broken, TrustRegion(0.01, 0.1)), theta)

@@ -1,0 +1,141 @@
+"""Measures what an agent learns: deterministic or sampled returns and processor time, one JSON line per run.
+
+    python tests/benchmarks/measure_learners.py --tasks HalfCheetah,Hopper,Walker2d --seeds 0 1 2 --jobs 2
+    python tests/benchmarks/measure_learners.py --tasks Hopper@0.9,Walker2d@1.1 --set discount=0.99
+    python tests/benchmarks/measure_learners.py --tasks Hopper@0.7,Hopper@0.9,Hopper@1.1 --sequential
+
+``Hopper@0.9`` is Hopper under .9 of the earth's gravity. With ``--sequential`` one agent per seed learns the
+tasks in order, and every task is evaluated after each. ``--set`` changes rows of the agent's table in
+``gym_extensions.baselines.trpo.settings``, as in ``--set discount=0.99 --set trust_region.max_kl=0.02``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass, fields, is_dataclass, replace
+from functools import partial
+from multiprocessing import get_context
+from typing import Any
+
+from gym_extensions.baselines.algorithms.trpo import Trpo
+from gym_extensions.baselines.training.evaluation import evaluate
+from gym_extensions.baselines.training.recorder import Recorder
+from gym_extensions.baselines.trpo.settings import HENDERSON_2017, REFERENCE, TrpoSettings
+from gym_extensions.catalog.custom import customize
+from gym_extensions.catalog.registry import task
+from gym_extensions.catalog.task import Task
+from gym_extensions.catalog.variations.gravity import Gravity
+from gym_extensions.envs import make_vec
+
+TABLES = {"trpo": REFERENCE, "trpo-2017": HENDERSON_2017}
+EVALUATION_SEEDS = range(20)
+
+
+@dataclass(frozen=True)
+class Run:
+    """One seed of one agent: the tasks that it learns in order, and the steps per task."""
+
+    tasks: tuple[str, ...]
+    seed: int
+    settings: TrpoSettings
+    steps: int
+    batch_steps: int
+    num_envs: int
+
+
+def task_named(text: str) -> Task:
+    """The task of a name such as ``Hopper`` or ``Hopper@0.9``."""
+    name, _, gravity = text.partition("@")
+    return customize(task(name), (Gravity(float(gravity)),)) if gravity else task(name)
+
+
+def with_setting(settings: Any, assignment: str) -> Any:
+    """The dataclass with one row changed: ``discount=0.99``, ``trust_region.max_kl=0.02``."""
+    path, _, text = assignment.partition("=")
+    name, _, rest = path.partition(".")
+    if name not in {row.name for row in fields(settings)}:
+        raise SystemExit(f"{type(settings).__name__} has no row {name!r}.")
+    current = getattr(settings, name)
+    if is_dataclass(current):
+        return replace(settings, **{name: with_setting(current, f"{rest}={text}")})
+    value: object = text if isinstance(current, str) else json.loads(text)
+    return replace(settings, **{name: tuple(value) if isinstance(value, list) else value})
+
+
+def measure(run: Run) -> list[dict[str, object]]:
+    """Trains and evaluates one run: one row per learned task, with the returns on all tasks after it."""
+    tasks = [task_named(name) for name in run.tasks]
+    evaluation = [make_vec(each, len(EVALUATION_SEEDS)) for each in tasks]
+    spaces = (evaluation[0].single_observation_space, evaluation[0].single_action_space)
+    agent, rows = Trpo(*spaces, run.seed, run.settings), []  # type: ignore[arg-type]
+    for each in tasks:
+        env = make_vec(each, run.num_envs)
+        recorder = Recorder(
+            env, [each.id], steps=run.steps, batch_steps=run.batch_steps, seed=1000 + run.seed
+        )
+        start = time.process_time()
+        agent.learn(recorder, run.steps)
+        seconds = time.process_time() - start
+        recorder.flush()
+        env.close()
+        returns = {}
+        for name, evaluation_env in zip(run.tasks, evaluation, strict=True):
+            episodes = evaluate(agent, evaluation_env, list(EVALUATION_SEEDS))
+            returns[name] = round(sum(row.return_ for row in episodes) / len(episodes), 1)
+        curve = [round(point.return_) for point in recorder.points]
+        rows.append(
+            {
+                "trained": each.name,
+                "seed": run.seed,
+                "steps": run.steps,
+                "num_envs": run.num_envs,
+                "returns": returns,
+                "cpu_s_per_1M": round(seconds / run.steps * 1e6, 1),
+                "training_curve": curve[:: max(1, len(curve) // 15)],
+            }
+        )
+    return rows
+
+
+def runs(options: argparse.Namespace) -> Iterator[Run]:
+    """The runs that the options name."""
+    settings = TABLES[options.agent]
+    for assignment in options.set:
+        settings = with_setting(settings, assignment)
+    names = tuple(options.tasks.split(","))
+    for tasks in [names] if options.sequential else [(name,) for name in names]:
+        for seed in options.seeds:
+            yield Run(tasks, seed, settings, options.steps, options.batch_steps, options.num_envs)
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    """Prints a JSON line per run and learned task, as the runs finish."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--agent", choices=TABLES, default="trpo")
+    parser.add_argument("--tasks", default="HalfCheetah,Hopper,Walker2d")
+    parser.add_argument("--seeds", type=int, nargs="+", default=[0, 1, 2, 3, 4])
+    parser.add_argument("--steps", type=int, default=300_000, help="per task")
+    parser.add_argument("--batch-steps", type=int, default=2_000)
+    parser.add_argument("--num-envs", type=int, default=20)
+    parser.add_argument("--set", action="append", default=[], metavar="ROW=VALUE")
+    parser.add_argument("--sequential", action="store_true")
+    parser.add_argument("--jobs", type=int, default=1, help="worker processes of one BLAS thread each")
+    options = parser.parse_args(argv)
+    os.environ["OPENBLAS_NUM_THREADS"] = "1"  # read by the spawned workers, which load numpy afresh
+    write = partial(print, file=sys.stdout, flush=True)
+    with ProcessPoolExecutor(options.jobs, mp_context=get_context("spawn")) as pool:
+        for future in as_completed([pool.submit(measure, run) for run in runs(options)]):
+            for row in future.result():
+                write(json.dumps(row | {"agent": options.agent, "set": options.set}))
+
+
+if __name__ == "__main__":
+    main()
