@@ -111,6 +111,8 @@ def test_damaged_files_are_never_read_as_other_numbers() -> None:
         damaged = bytearray(whole)
         damaged[rng.randrange(len(damaged))] ^= rng.randrange(1, 256)
         result = read(bytes(damaged))
-        refused += result is None
-        assert result is None or all(values.tolist() == original[name] for name, values in result.items())
-    assert refused > 500
+        if result is None:
+            refused += 1
+        else:
+            assert [name for name, values in result.items() if values.tolist() != original[name]] == []
+    assert 500 < refused < 1500

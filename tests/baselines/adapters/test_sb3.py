@@ -22,34 +22,42 @@ from gym_extensions.errors import BenchError  # noqa: E402
 SMALL: dict[str, Any] = {"n_steps": 125, "batch_size": 25, "n_epochs": 2}
 
 
-def test_ppo_trains_through_a_protocol_and_writes_a_submission(tmp_path: Path) -> None:
-    make = sb3(stable_baselines3.PPO, **SMALL)
-    train(make, "hopper-gravity", "single", "smoke", 0, out=tmp_path)
-    manifest = tomllib.loads((tmp_path / "submission.toml").read_text())
+def ppo(width: int) -> Factory:
+    """PPO with hidden layers of this width."""
+    network = {"net_arch": [width], "activation_fn": torch.nn.ReLU}
+    return sb3(stable_baselines3.PPO, **SMALL, policy_kwargs=network, learning_rate=lambda left: 3e-4 * left)
+
+
+@pytest.fixture(scope="module")
+def ppo_submission(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """PPO, single, run 0, at the smoke budget."""
+    folder = tmp_path_factory.mktemp("ppo")
+    train(ppo(8), "hopper-gravity", "single", "smoke", 0, out=folder)
+    return folder
+
+
+def test_ppo_trains_through_a_protocol_and_writes_a_submission(ppo_submission: Path) -> None:
+    manifest = tomllib.loads((ppo_submission / "submission.toml").read_text())
     assert manifest["protocol"]["algorithm"] == "ppo"
     assert manifest["protocol"]["evaluation"] == "deterministic"
-    assert manifest["hyperparameters"] == SMALL
     assert manifest["memory"]["stored_steps"] == 125
-    with (tmp_path / "hopper-gravity/curves.csv").open() as file:
+    with (ppo_submission / "hopper-gravity/curves.csv").open() as file:
         last_step = max(int(row["step"]) for row in csv.DictReader(file))
     assert 900 < last_step <= 1000
 
 
-def test_every_setting_is_in_the_manifest_and_a_run_with_other_settings_is_rejected(tmp_path: Path) -> None:
-    def factory(width: int) -> Factory:
-        network = {"net_arch": [width], "activation_fn": torch.nn.ReLU}
-        return sb3(
-            stable_baselines3.PPO, **SMALL, policy_kwargs=network, learning_rate=lambda left: 3e-4 * left
-        )
-
-    train(factory(8), "hopper-gravity", "single", "smoke", 0, out=tmp_path)
-    settings = tomllib.loads((tmp_path / "submission.toml").read_text())["hyperparameters"]
+def test_every_setting_is_in_the_manifest(ppo_submission: Path) -> None:
+    settings = tomllib.loads((ppo_submission / "submission.toml").read_text())["hyperparameters"]
     assert settings.keys() == {*SMALL, "policy_kwargs", "learning_rate"}
+    assert {name: settings[name] for name in SMALL} == SMALL
     assert settings["policy_kwargs"] == "{'net_arch': [8], 'activation_fn': ReLU}"
+
+
+def test_a_run_with_other_settings_is_rejected(ppo_submission: Path) -> None:
     with pytest.raises(BenchError) as error:
-        train(factory(16), "hopper-gravity", "single", "smoke", 1, out=tmp_path)
+        train(ppo(16), "hopper-gravity", "single", "smoke", 1, out=ppo_submission)
     assert str(error.value) == (
-        f"{tmp_path / 'submission.toml'}: hyperparameters.policy_kwargs is "
+        f"{ppo_submission / 'submission.toml'}: hyperparameters.policy_kwargs is "
         "\"{'net_arch': [8], 'activation_fn': ReLU}\" in this submission and "
         "\"{'net_arch': [16], 'activation_fn': ReLU}\" in the new run. "
         "A submission has one algorithm, one budget and one set of hyperparameters; choose another --out."

@@ -139,15 +139,18 @@ def test_damaged_logs_are_reported_and_never_raise(good: CopySubmission, tmp_pat
     (folder / GROUP / "curves.csv").unlink()
     log = folder / GROUP / "single.csv"
     whole = log.read_bytes()
+    keys_changed = 0
     for _ in range(150):
         damaged = bytearray(whole)
         place = rng.randrange(len(damaged))
         damaged[place : place + rng.randrange(4)] = bytes(rng.choices(b"0123456789,.\ne-/true\x00\xff", k=2))
         log.write_bytes(bytes(damaged))
-        # A changed digit of a return may pass: only replay can notice it.
-        problems = read(folder).problems
         rows = [
             (a, b) for a, b in zip(whole.split(b"\n"), bytes(damaged).split(b"\n"), strict=False) if a != b
         ]
-        other = [a for a, b in rows if a.split(b",")[:6] != b.split(b",")[:6]]
-        assert problems or not other
+        problems = read(folder).problems
+        # A changed digit of a return may pass: only replay can notice it.
+        if any(a.split(b",")[:6] != b.split(b",")[:6] for a, b in rows):
+            keys_changed += 1
+            assert problems, rows
+    assert keys_changed > 75

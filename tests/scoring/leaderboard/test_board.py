@@ -92,6 +92,8 @@ def test_entries_are_sorted_by_final_performance_and_ranked_by_intervals(enter: 
     assert versus_next(tied).more_runs is None  # more than 100
     assert (versus_next(high).separated, versus_next(high).more_runs) == (True, 0)
     assert low.vs_next is None
+    assert [entry.why for entry in made.rows] == ["", "", ""]
+    assert [entry.runs for entry in made.rows] == [5, 5, 5]
 
 
 def on_gravity(card: Scorecard, mean: float) -> Scorecard:
@@ -171,6 +173,7 @@ def test_agents_that_observe_the_task_have_a_board_of_their_own(enter: Enter) ->
 
 def test_the_smoke_budget_is_on_no_board(submission: Callable[..., Path], references: References) -> None:
     assert boards([score_folder(submission(runs=FIVE), references)]) == BoardsDocument(boards=())
+    assert BoardsDocument(boards=()).format == 1
 
 
 def test_a_reported_entry_is_on_a_board_without_a_rank() -> None:

@@ -7,7 +7,11 @@ from pathlib import Path
 
 import pytest
 
+from gym_extensions.errors import BenchError
 from gym_extensions.scoring import cli
+from gym_extensions.scoring.leaderboard.compare import compare
+from gym_extensions.scoring.pipeline.score import score_folder
+from gym_extensions.scoring.references import References
 
 Write = Callable[..., Path]
 
@@ -84,3 +88,39 @@ def test_entries_that_share_no_board_cannot_be_compared(
     assert capsys.readouterr().err == (
         "error: a and b have no group with the same protocol and budget. Compare entries of one board.\n"
     )
+
+
+def test_the_errors_of_compare_have_a_code_a_place_and_a_hint(
+    submission: Write, references: References
+) -> None:
+    first, second = submission(name="a"), submission(name="b", groups=("humanoid-gravity",))
+    cards = [score_folder(folder, references) for folder in (first, second)]
+    with pytest.raises(BenchError) as different:
+        compare(*cards)
+    assert different.value.code == "nothing-to-compare"
+    (second / "notes.txt").write_text("")
+    with pytest.raises(BenchError) as broken:
+        compare(cards[0], score_folder(second, references))
+    assert (broken.value.code, str(broken.value)) == (
+        "not-scored",
+        "b: The submission has problems. Run: score b.",
+    )
+
+
+def test_the_document_of_a_comparison_by_hand(submission: Write, references: References) -> None:
+    # With the ceiling 1000, p[5][j] is (500 + run) / 1000, and .05 less in b.
+    higher = submission(name="a", value=lambda p, run, stage, j, e: 100.0 * stage + run)
+    lower = submission(name="b", value=lambda p, run, stage, j, e: 100.0 * stage + run - 50)
+    comparison = compare(*(score_folder(folder, references) for folder in (higher, lower)))
+    assert (comparison.format, comparison.first, comparison.second) == (1, "a", "b")
+    assert comparison.suites == {}
+    assert set(comparison.groups["hopper-gravity-v0"]) == {"sequential", "single"}
+    score = comparison.groups["hopper-gravity-v0"]["sequential"]
+    final = score.metrics["final_performance"]
+    assert score.budget == "smoke"
+    assert (final.first, final.second) == pytest.approx((0.5005, 0.4505))
+    # Both have the runs ±.0005: s² = 5e-7, SE² = 5e-7, 2 degrees of freedom, t = 4.302653.
+    half_width = 4.302653 * 5e-7**0.5
+    assert final.difference.mean == pytest.approx(0.05)
+    assert final.difference.low == pytest.approx(0.05 - half_width, rel=1e-6)
+    assert final.difference.high == pytest.approx(0.05 + half_width, rel=1e-6)

@@ -179,6 +179,9 @@ def test_interquartile_mean_and_performance_profile(case: dict[str, Any]) -> Non
 @pytest.mark.parametrize("case", kit("table")["cases"], ids=named)
 def test_the_papers_table(case: dict[str, Any]) -> None:
     rows, total = paper_table(results(case))
+    assert len(rows) == len(case["rows"])
+    assert [row.task for row in rows] == [f"gym_extensions/Task{j}-v0" for j in range(1, len(rows) + 1)]
+    assert [row.printed_task for row in rows] == [""] * len(rows)
     for row, expected in zip([*rows, total], [*case["rows"], case["total"]], strict=True):
         for column, cell in expected.items():
             found = row.cell(column)

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import pytest
 from scipy import stats
 
-from gym_extensions.scoring.metrics.aggregates import iqm
+from gym_extensions.scoring.metrics.aggregates import iqm, profile
 from gym_extensions.scoring.metrics.definitions import BY_NAME
 from gym_extensions.scoring.metrics.run import Run
 from gym_extensions.scoring.statistics.descriptive import Number
@@ -136,3 +136,19 @@ def test_the_interquartile_mean_is_scipys_trimmed_mean() -> None:
     for count in range(1, 40):
         values = [rng.gauss(0, 1) for _ in range(count)]
         assert iqm([values]) == pytest.approx(stats.trim_mean(values, 0.25), abs=1e-12)
+
+
+@pytest.mark.parametrize(("episodes", "expected"), [(1, 0.0), (10, 0.0), (11, 0.5), (20, 0.5), (21, 1.0)])
+def test_cvar_is_the_mean_of_the_lowest_tenth_rounded_up(episodes: int, expected: float) -> None:
+    # Of the returns 0, 1, 2, … the lowest tenth is 0, from 11 episodes 0 and 1, from 21 episodes 0 to 2.
+    run = Run(1, (1,), {}, final_episodes={1: tuple(map(float, reversed(range(episodes))))})
+    assert function("cvar_10")(run) == expected
+
+
+def test_thresholds_of_the_profile_are_51_from_minus_a_half_to_two() -> None:
+    curve = profile([[-1.0, 0.0, 3.0, 2.0]])
+    assert curve is not None
+    assert (len(curve.tau), curve.tau[0], curve.tau[10], curve.tau[-1]) == (51, -0.5, 0.0, 2.0)
+    assert (curve.fraction[0], curve.fraction[10], curve.fraction[-1]) == (0.75, 0.5, 0.25)
+    assert profile([]) is None
+    assert iqm([]) is None

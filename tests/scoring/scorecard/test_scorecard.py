@@ -96,10 +96,9 @@ def test_learning_is_final_plus_forgetting_of_all_but_the_last(
         value=lambda p, run, stage, j, e: float((run * 37 + stage * 101 + j * 59 + e * 7) % 300)
     )
     metrics = group_score(folder, references).metrics
-    for learning, final, forgetting in zip(
-        *(metrics[name].runs for name in ("learning_performance", "final_performance", "forgetting")),
-        strict=True,
-    ):
+    runs = [metrics[name].runs for name in ("learning_performance", "final_performance", "forgetting")]
+    assert [len(values) for values in runs] == [2, 2, 2]
+    for learning, final, forgetting in zip(*runs, strict=True):
         assert learning - final == pytest.approx(forgetting * 4 / 5, abs=1e-12)
 
 

@@ -30,6 +30,11 @@ def test_one_entry_has_rank_one() -> None:
     assert rank_intervals(entries, significant_pairs(entries), "higher") == [(1, 1)]
 
 
+def test_the_level_of_one_entry_or_two_is_that_of_one_pair() -> None:
+    between = subtract(summary([0.0, 1.0, 2.0]), summary([1.0, 2.0, 3.0]))
+    assert runs_to_separate(between, 1) == runs_to_separate(between, 2) == 17
+
+
 def test_ranks_do_not_depend_on_the_order_of_entries() -> None:
     rng = random.Random(5)
     entries = [summary([rng.gauss(center, 1) for _ in range(5)]) for center in range(8)]
