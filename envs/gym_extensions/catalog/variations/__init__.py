@@ -1,1 +1,1 @@
-"""Differences between a task and its base body: one module per kind of variation."""
+"""Differences between a task and its base body, with one module per kind of variation."""
