@@ -32,12 +32,15 @@ QUEUED_PER_WORKER = 4
 
 @dataclass(frozen=True)
 class Scorer:
-    """Scores one folder with the given references; can be sent to another process."""
+    """Scores one folder with the given references. Can be sent to another process."""
 
     references: References
 
     def __call__(self, path: Path) -> Scorecard:
-        """The scorecard of the submission in that folder; one with a problem where scoring it fails."""
+        """The scorecard of the submission in that folder.
+
+        If scoring fails, it has a problem instead of scores.
+        """
         try:
             return score(read(path), self.references)
         except BenchError:
@@ -93,7 +96,9 @@ def scorecards(
 
 
 def find_submissions(paths: Sequence[Path]) -> list[Path]:
-    """The submissions that the paths name, sorted by name: submissions, or folders of submissions.
+    """The submissions that the paths name, sorted by name.
+
+    A path is a submission or a folder of submissions.
 
     Raises:
         BenchError: a path does not exist, or two submissions have the same name.
