@@ -1,16 +1,17 @@
-"""The error that every user mistake raises."""
+"""The error that every user mistake raises, and how commands report it."""
 
 from __future__ import annotations
 
 import difflib
 import functools
+import os
 import sys
 from collections.abc import Iterable
 from typing import Protocol
 
 
 class BenchError(Exception):
-    """A mistake in the user's input: what is wrong, where, and what to do.
+    """A mistake in the user's input, with what is wrong, where, and what to do.
 
     Args:
         code: short stable name of the kind of mistake, in kebab case (``unknown-group``).
@@ -39,18 +40,26 @@ def did_you_mean(word: str, choices: Iterable[str]) -> str:
 
 
 class Command(Protocol):
-    """A command line: takes the arguments (``sys.argv[1:]`` if None) and returns the exit status."""
+    """Runs a command line (``sys.argv[1:]`` if None) and returns the exit status."""
 
     def __call__(self, argv: list[str] | None = None) -> int: ...
 
 
 def reports_mistakes(main: Command) -> Command:
-    """Wraps a command so that a ``BenchError`` is printed to standard error, with exit status 2."""
+    """Wraps a command so that a ``BenchError`` is printed to standard error, with exit status 2.
+
+    If the reader of the output is gone (``| head``), the rest is discarded and the exit status is 1.
+    """
 
     @functools.wraps(main)
     def command(argv: list[str] | None = None) -> int:
         try:
-            return main(argv)
+            status = main(argv)
+            sys.stdout.flush()
+            return status
+        except BrokenPipeError:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            return 1
         except BenchError as mistake:
             print(f"error: {mistake}", file=sys.stderr)  # noqa: T201
             return 2

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
+
 import pytest
 
 from gym_extensions.catalog import fingerprints
@@ -56,3 +60,12 @@ def test_the_help_is_plain_text_and_names_every_command(capsys: pytest.CaptureFi
     assert stopped.value.code == 0
     assert "`" not in text
     assert all(f"\n    {name}" in text for name in ("list", "show", "check", "fingerprint", "docs"))
+
+
+def test_output_that_nobody_reads_is_discarded() -> None:
+    reader, writer = os.pipe()
+    os.close(reader)
+    command = [sys.executable, "-m", "gym_extensions", "envs", "list"]
+    process = subprocess.run(command, stdout=writer, stderr=subprocess.PIPE, check=False)
+    os.close(writer)
+    assert (process.returncode, process.stderr) == (1, b"")

@@ -102,7 +102,9 @@ def test_a_group_is_named_with_or_without_version(group: str, submission: Write)
 
 
 def test_a_suite_has_a_board(submission: Write) -> None:
-    assert results.board("gravity", SUBMISSIONS / "trpo-2017", protocol="single")["name"].tolist() == ["trpo-2017"]
+    assert results.board("gravity", SUBMISSIONS / "trpo-2017", protocol="single")["name"].tolist() == [
+        "trpo-2017"
+    ]
     assert results.board("gravity", submission(), budget="smoke").empty
 
 

@@ -32,10 +32,11 @@ def __getattr__(name: str) -> Any:
     try:
         module = importlib.import_module(f"{__name__}.{MODULES.get(name, 'agent')}")
     except ModuleNotFoundError as missing:
-        if missing.name not in SB3_PACKAGES:
+        package = (missing.name or "").partition(".")[0]
+        if package not in SB3_PACKAGES:
             raise
-        message = f"{name} needs {missing.name}. {SB3_HINT}"
-        raise ModuleNotFoundError(message, name=missing.name) from missing
+        message = f"{name} needs {package}. {SB3_HINT}"
+        raise ModuleNotFoundError(message, name=package) from missing
     return getattr(module, name)
 
 

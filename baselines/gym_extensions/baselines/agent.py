@@ -112,7 +112,10 @@ class Described(Protocol):
 
 
 class Factory(Protocol):
-    """Creates untrained agents: an agent's class, or any function with these three arguments."""
+    """Creates untrained agents.
+
+    An agent's class is a factory, and so is any function with these three arguments.
+    """
 
     def __call__(self, observation_space: Any, action_space: Any, seed: int, /) -> Agent:
         """Creates an untrained agent.

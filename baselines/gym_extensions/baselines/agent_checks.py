@@ -65,7 +65,9 @@ def _check_factory(make: object, name: str) -> None:
 
 
 def card_of(agent: Agent, name: str) -> Card:
-    """The agent's card, checked; a card with only ``name`` if the agent has none.
+    """The agent's card, checked.
+
+    If the agent has none, a card with only ``name``.
 
     Raises:
         BenchError: the card holds a value that the manifest does not allow.

@@ -1,4 +1,4 @@
-"""gym-extensions train: trains an agent and writes its submission."""
+"""The command ``gym-extensions train``, which trains an agent and writes its submission."""
 
 from __future__ import annotations
 

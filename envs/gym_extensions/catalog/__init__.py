@@ -1,1 +1,4 @@
-"""The benchmark as data: bodies, variations, tasks, groups, budgets and the protocol. Loads no simulator."""
+"""Describes the benchmark as data, with bodies, variations, tasks, groups, budgets and the protocol.
+
+Loads no simulator.
+"""

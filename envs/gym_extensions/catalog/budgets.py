@@ -1,4 +1,4 @@
-"""Training budgets: steps per task."""
+"""Training budgets, which set the number of steps per task."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from gym_extensions.errors import BenchError, did_you_mean
 
 @dataclass(frozen=True)
 class Budget:
-    """Training steps per task: ``batches × batch_steps``.
+    """Number of training steps per task, ``batches × batch_steps``.
 
     Args:
         name: the name, for example ``1M``.
@@ -28,7 +28,7 @@ class Budget:
     on_boards: bool = True
 
     def batches_for(self, group_name: str) -> int:
-        """Batches per task of the named group; the paper trained its body groups half as long."""
+        """Batches per task of the named group. The paper trained its body groups half as long."""
         if self.body_batches is not None and group_name.endswith("-body"):
             return self.body_batches
         return self.batches
@@ -50,7 +50,7 @@ BUDGETS = {
 
 
 def budget(name: str) -> Budget:
-    """Returns the budget of that name; raises ``BenchError`` if there is none."""
+    """Returns the budget of that name. Raises ``BenchError`` if it does not exist."""
     if name not in BUDGETS:
         hint = did_you_mean(name, BUDGETS)
         raise BenchError("unknown-budget", f"There is no budget {name!r}.", hint=hint)

@@ -19,13 +19,13 @@ FORMAT = 1
 
 @functools.cache
 def table() -> dict[str, Any]:
-    """The committed file: its format, the versions of the engine, and one row per task id."""
+    """The committed file of fingerprints, with format, versions of the engine and one row per task id."""
     content: dict[str, Any] = json.loads(PATH.read_text(encoding="utf-8"))
     return content
 
 
 def published(task_id: str) -> str:
-    """Returns the published fingerprint of a task: 16 hexadecimal digits.
+    """Returns the published fingerprint of a task, 16 hexadecimal digits.
 
     Raises:
         BenchError: the task has no published fingerprint; the hint names the closest id.
@@ -39,9 +39,9 @@ def published(task_id: str) -> str:
 
 
 def digest(row: Mapping[str, Any]) -> str:
-    """The short digest of a row: of the canonical JSON of everything in it except ``fingerprint``."""
-    rest = {key: value for key, value in row.items() if key != "fingerprint"}
-    text = json.dumps(rest, sort_keys=True, separators=(",", ":"), ensure_ascii=True)
+    """The short digest of the canonical JSON of a row without its ``fingerprint``."""
+    content = {key: value for key, value in row.items() if key != "fingerprint"}
+    text = json.dumps(content, sort_keys=True, separators=(",", ":"), ensure_ascii=True)
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 

@@ -85,7 +85,7 @@ def arms() -> list[Task]:
 
 
 def extras() -> list[Task]:
-    """Tasks that the paper announced for future releases: motor noise, noisy sensors, moving goals."""
+    """Tasks with motor noise, noisy sensors or moving goals. The paper announced them for future releases."""
     walls_in_the_way = {row.base: row.variations for row in walls() if row.name.endswith("Wall")}
     return [
         *(_task("MotorNoise", body, MotorNoise()) for body in RUNNING_BODIES),
@@ -96,7 +96,7 @@ def extras() -> list[Task]:
 
 
 def mujoco_tasks() -> list[Task]:
-    """Every MuJoCo task; a body that no table above names has one task, without variations."""
+    """Every MuJoCo task. A body that no table above names has one task, without variations."""
     tasks = [*running(), *gravity(), *morphology(), *standing_up(), *walls(), *arms(), *extras()]
     bases = {row.base for row in tasks}
     return [

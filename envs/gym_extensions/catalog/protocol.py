@@ -1,4 +1,4 @@
-"""The evaluation protocol: stages, evaluation episodes and their prescribed seeds."""
+"""The evaluation protocol prescribes stages, evaluation episodes and their seeds."""
 
 from __future__ import annotations
 

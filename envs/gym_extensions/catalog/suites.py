@@ -1,4 +1,4 @@
-"""Suites: groups that are scored together."""
+"""Suites are lists of groups that are scored together."""
 
 from __future__ import annotations
 

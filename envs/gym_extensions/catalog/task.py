@@ -1,4 +1,4 @@
-"""A task: one environment as data."""
+"""A task describes one environment as data."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Task:
 
     @property
     def body(self) -> Body:
-        """The row of the base body; raises ``BenchError`` if no body has that name."""
+        """The row of the base body. Raises ``BenchError`` if no body has that name."""
         return body(self.base, self.id)
 
     @property

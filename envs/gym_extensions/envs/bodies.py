@@ -1,4 +1,4 @@
-"""The registry of MuJoCo bodies: the classes that implement each row of the catalog."""
+"""Maps each MuJoCo body of the catalog to the classes that implement it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,10 @@ from gym_extensions.envs.rules.base import RulesFactory
 
 @dataclass(frozen=True)
 class Implementation:
-    """The class of the single environment, and the rules on arrays; without rules it is stepped in a loop."""
+    """The classes of a body, for the single environment and for the rules on arrays.
+
+    Without rules, single environments are stepped in a loop.
+    """
 
     env: type[TaskEnv]
     rules: RulesFactory | None = None
@@ -36,7 +39,7 @@ IMPLEMENTATIONS: dict[str, Implementation] = {
 
 
 def implementation(base: str) -> Implementation:
-    """Returns the classes of a body; raises ``ValueError`` for a body without an entry."""
+    """Returns the classes of a body. Raises ``ValueError`` for a body without an entry."""
     if base not in IMPLEMENTATIONS:
         raise ValueError(f"The body {base!r} has no entry in gym_extensions.envs.bodies.IMPLEMENTATIONS.")
     return IMPLEMENTATIONS[base]

@@ -1,4 +1,4 @@
-"""A short record of a task's behavior: rewards and observations of seeded episodes."""
+"""Records rewards and observations of seeded episodes, as a short description of a task's behavior."""
 
 from __future__ import annotations
 
@@ -24,7 +24,10 @@ GOLDEN = 0.6180339887498949
 
 
 def actions(space: gym.spaces.Box) -> Iterator[NDArray[np.float32]]:
-    """Yields actions spread evenly over the space by multiples of the golden ratio: no generator, no libm."""
+    """Yields actions spread evenly over the space by multiples of the golden ratio.
+
+    Uses no generator and no libm.
+    """
     low, high = space.low.astype(np.float64), space.high.astype(np.float64)
     size = low.size
     for step in range(STEPS):
@@ -33,7 +36,7 @@ def actions(space: gym.spaces.Box) -> Iterator[NDArray[np.float32]]:
 
 
 def record(task: Task) -> list[dict[str, Any]]:
-    """Returns one entry per seed: seed, rewards, last observation, and whether the episode terminated."""
+    """Returns seed, rewards, last observation and termination of one episode per seed."""
     env = construct(task)
     try:
         return [_episode(env, seed) for seed in SEEDS]
@@ -58,7 +61,7 @@ def _rounded(value: float) -> float:
 
 
 def _summary(observation: NDArray[Any]) -> Any:
-    """The numbers of an observation; for a picture, whose integers are exact, its digest."""
+    """The numbers of an observation, or the digest of a picture, whose integers are exact."""
     if observation.dtype.kind in "iu":
         return {"sha256": hashlib.sha256(observation.tobytes()).hexdigest(), "shape": list(observation.shape)}
     return [_rounded(float(value)) for value in observation]

@@ -102,7 +102,7 @@ def _docs(out: Path, with_pictures: bool) -> int:
 
 @reports_mistakes
 def main(argv: list[str] | None = None) -> int:
-    """Runs one command; exit status 0 for success, 1 for tasks that differ, 2 for wrong usage."""
+    """Runs one command. The exit status is 0 for success, 1 for tasks that differ, 2 for wrong usage."""
     args = _parser().parse_args(argv)
     if args.command == "list":
         return _list(args.group)

@@ -99,8 +99,8 @@ def _task_differences(task: Task, published: Mapping[str, Any] | None) -> Iterat
         return
     if published["fingerprint"] != digest(published):
         yield Difference(task.id, "fingerprint", published["fingerprint"], digest(published))
-    for where, before, now in compare("", {**published, "fingerprint": ""}, {**row(task), "fingerprint": ""}):
-        yield Difference(task.id, where, before, now)
+    for where, old, new in compare("", {**published, "fingerprint": ""}, {**row(task), "fingerprint": ""}):
+        yield Difference(task.id, where, old, new)
 
 
 def compare(where: str, published: Any, current: Any) -> Iterator[tuple[str, Any, Any]]:
@@ -113,8 +113,8 @@ def compare(where: str, published: Any, current: Any) -> Iterator[tuple[str, Any
             path = f"{where}.{key}" if where else key
             yield from compare(path, published.get(key), current.get(key))
     elif isinstance(published, list) and isinstance(current, list) and len(published) == len(current):
-        for index, (before, now) in enumerate(zip(published, current, strict=True)):
-            yield from compare(f"{where}[{index}]", before, now)
+        for index, (old, new) in enumerate(zip(published, current, strict=True)):
+            yield from compare(f"{where}[{index}]", old, new)
     elif not _same(published, current):
         yield where, published, current
 

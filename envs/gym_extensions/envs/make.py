@@ -20,7 +20,7 @@ ENTRY_POINT = "gym_extensions.envs.make:construct"
 
 
 def construct(task: str | Task, **rendering: Any) -> gym.Env[Any, Any]:
-    """Returns the task's environment without wrappers; Gymnasium's registry calls this.
+    """Returns the task's environment without wrappers, as Gymnasium's registry calls it.
 
     Args:
         task: an id, a bare name, or a Task.

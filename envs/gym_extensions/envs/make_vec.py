@@ -1,4 +1,4 @@
-"""Makes vector environments: many copies of tasks, stepped together."""
+"""Makes vector environments, which step many copies of tasks together."""
 
 from __future__ import annotations
 

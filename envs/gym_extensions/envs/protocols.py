@@ -72,7 +72,7 @@ class Template(Protocol):
 
     @property
     def root_lift(self) -> float:
-        """Height of the torso's frame when the root's vertical coordinate is 0, m; 0 for the arms."""
+        """Height of the torso's frame in m when the root's vertical coordinate is 0. The arms have 0."""
 
 
 class Physics(Protocol):
@@ -82,7 +82,7 @@ class Physics(Protocol):
     """
 
     def field(self, name: str) -> Array:
-        """A field of MjData of every environment, ``(num_envs, …)``; read-only by agreement."""
+        """A field of MjData of every environment, ``(num_envs, …)``, read-only by agreement."""
 
     def reset(self, indices: Indices, state: States) -> None:
         """Resets some environments to the model's defaults and writes the given rows of the state.

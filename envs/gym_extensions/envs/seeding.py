@@ -15,12 +15,14 @@ WHERE = "make_vec"
 
 
 def spawn_seeds(seed: int, num_envs: int) -> list[int]:
-    """Spawns one seed per environment from one seed; neighboring seeds share none of them."""
+    """Spawns one seed per environment from one seed. Neighboring seeds share none of them."""
     return [int(child.generate_state(1)[0]) for child in np.random.SeedSequence(seed).spawn(num_envs)]
 
 
 def seed_of_each(seed: int | Sequence[int | None] | None, num_envs: int) -> Sequence[int | None]:
-    """Returns the seed of every environment; None continues with the environment's generator.
+    """Returns the seed of every environment.
+
+    None continues with the environment's generator.
 
     An int is spawned into one seed per environment; a list is returned as it is.
 
@@ -38,7 +40,7 @@ def seed_of_each(seed: int | Sequence[int | None] | None, num_envs: int) -> Sequ
 
 
 def reset_mask(options: dict[str, Any] | None, num_envs: int) -> NDArray[np.bool_]:
-    """Returns which environments to reset, ``(num_envs,)``: the option ``reset_mask``, or all.
+    """Returns which environments to reset, ``(num_envs,)``, from the option ``reset_mask``, or all.
 
     Raises:
         BenchError: the mask does not have one boolean per environment, or is all false.

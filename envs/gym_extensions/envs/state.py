@@ -27,7 +27,9 @@ def take(data: mujoco.MjData, one_step_behind: tuple[str, ...]) -> State:
 
 
 def check(saved: Mapping[str, NDArray[np.float64]], expected: State, where: str) -> State:
-    """Returns a saved state as float64 arrays; derived values may be absent.
+    """Returns a saved state as float64 arrays.
+
+    Derived values may be absent.
 
     Raises:
         BenchError: a value is missing, unknown, of another shape or not finite.

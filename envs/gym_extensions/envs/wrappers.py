@@ -32,7 +32,7 @@ def one_hot(task: Task, tasks: Tasks) -> NDArray[np.float64]:
 
 
 def _appended(space: gym.Space[Any], length: int) -> Box:
-    """Returns the space with entries in [0, 1] appended; raises ``BenchError`` unless it is a flat Box."""
+    """Returns the space with entries in [0, 1] appended. Raises ``BenchError`` unless it is a flat Box."""
     if not isinstance(space, Box) or len(space.shape) != 1:
         message = f"The observation space {space} is not a vector."
         raise BenchError("no-vector", message, "TaskId", "Give the task to the agent as a separate input.")

@@ -1,4 +1,4 @@
-"""The audit sample: the episodes whose traces a submission must include, selected by its finished log.
+"""Selects the audit sample, the episodes whose traces a submission must include, by the finished log.
 
 The sample has one episode per cell R[T][j], R[j][j] and S[j] of every run. It catches mistakes. It does not
 catch deliberate deception, because any change of the log selects another sample (docs/rollout-log.md).
@@ -25,7 +25,9 @@ class Audited:
 
 
 def audited_cells(protocol: str, tasks: Sequence[Task]) -> list[tuple[int, Task]]:
-    """(stage, task) of the audited cells of a run; a cell is repeated once per column that it belongs to.
+    """(stage, task) of the audited cells of a run.
+
+    A cell is repeated once per column that it belongs to.
 
     Sequential: R[T][j] and R[j][j]; R[T][T] is both and appears twice. Single and joint:
     each task at stage 1.

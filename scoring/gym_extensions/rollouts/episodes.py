@@ -33,7 +33,7 @@ class Episode:
 
 @dataclass(frozen=True)
 class CurvePoint:
-    """One row of ``curves.csv``: mean return of the training episodes ended since the row before.
+    """One row of ``curves.csv``, the mean return of the training episodes that ended since the previous row.
 
     ``step`` counts training steps within the stage (sequential), the task (single) or the run (joint, where
     ``task`` names each task of the group in turn).

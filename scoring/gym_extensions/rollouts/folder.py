@@ -1,4 +1,4 @@
-"""Lists a submission's folder: names, kinds and sizes, without following links or opening files."""
+"""Lists a submission's folder with names, kinds and sizes, without following links or opening files."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ ROOT = "."
 
 @dataclass(frozen=True)
 class FolderItem:
-    """A file or folder: its path inside the submission with ``/``, its kind, its size in bytes.
+    """A file or folder, with its path inside the submission (with ``/``), its kind, and its size in bytes.
 
     The kind is ``file``, ``folder``, or one that a submission may not contain: ``link``, ``device``,
     ``unreadable`` (a folder) or ``unreadable file``.
@@ -45,7 +45,7 @@ class Folder:
         return {item.path: item for item in self.items if item.kind == "file"}
 
     def read(self, path: str) -> bytes:
-        """The bytes of a file; raises OSError if it cannot be read."""
+        """The bytes of a file. Raises OSError if it cannot be read."""
         return (self.root / path).read_bytes()
 
 
@@ -105,7 +105,7 @@ def _is_broken_link(path: Path) -> bool:
 
 
 def submission_folders(paths: list[Path]) -> list[Path]:
-    """The submissions at the given paths, sorted by name. A folder of submissions stands for all in it.
+    """The submissions at the given paths, sorted by name. A folder of submissions means all of them.
 
     Raises:
         BenchError: two submissions have the same name.

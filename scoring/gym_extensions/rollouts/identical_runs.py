@@ -79,6 +79,9 @@ def measurements(log: Log) -> dict[int, tuple[bytes, ...]]:
 
 
 def first_identical_runs(log: Log) -> dict[int, int]:
-    """For each run the first run that is identical in every episode; the run itself if it is the first."""
+    """For each run, the first run that is identical in every episode.
+
+    That is the run itself if it is the first.
+    """
     first: dict[tuple[bytes, ...], int] = {}
     return {run: first.setdefault(measured, run) for run, measured in measurements(log).items()}

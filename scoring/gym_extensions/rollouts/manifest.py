@@ -1,4 +1,7 @@
-"""submission.toml as dataclasses: who submits, what was run, how. Every key is declared here, once."""
+"""Dataclasses of submission.toml, which states who submits, what was run, and how.
+
+Every key is declared here, once.
+"""
 
 from __future__ import annotations
 
@@ -162,13 +165,13 @@ def _declared(tables: dict[str, Any], section: str, key: str) -> object:
 
 
 def declared_budget(tables: dict[str, Any]) -> Budget | None:
-    """The budget that the tables name, even if they have other problems; None if they name none."""
+    """The budget that the tables name, even if they have other problems. None if they name none."""
     name = _declared(tables, "protocol", "budget")
     return BUDGETS.get(name) if isinstance(name, str) else None
 
 
 def declared_trainable(tables: dict[str, Any]) -> bool | None:
-    """Whether the agent has parameters to train, even if the tables have other problems; None if unknown."""
+    """Whether the agent has parameters to train, even if the tables have other problems. None if unknown."""
     count = _declared(tables, "memory", "parameters_last")
     return count > 0 if isinstance(count, int) else None
 

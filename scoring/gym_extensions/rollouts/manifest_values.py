@@ -28,7 +28,7 @@ WEB = re.compile(r"(https?://[^\s<>\"'/@]+(/[^\s<>\"']*)?)?")
 
 @dataclass(frozen=True)
 class Key:
-    """A key of submission.toml: the kind of its value, its choices (empty: any), its most characters."""
+    """A key of submission.toml, with the kind, choices (empty for any) and most characters of its value."""
 
     kind: str
     choices: tuple[Scalar, ...] = ()
@@ -88,7 +88,7 @@ def value_error(key: Key, value: object) -> str:
 
 
 def hyperparameter_error(value: object, *, is_element: bool = False) -> str:
-    """Why a value cannot be a hyperparameter, as the rest of a sentence; empty if it can.
+    """The reason why a value cannot be a hyperparameter, as the rest of a sentence, or empty if it can.
 
     Args:
         value: a value of TOML, or a tuple, which TOML stores as a list.

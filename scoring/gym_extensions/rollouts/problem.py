@@ -1,4 +1,4 @@
-"""A problem in a submission: which rule it breaks, where, what is wrong and what to do."""
+"""A problem in a submission states the broken rule, the location, what is wrong and what to do."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def quote(value: object) -> str:
 
 @dataclass(frozen=True)
 class Finding:
-    """What a rule reports: a path inside the submission (with a row or key), what is wrong, what to do."""
+    """A finding of a rule, with a path inside the submission (and row or key), what is wrong, what to do."""
 
     where: str
     message: str
@@ -94,10 +94,12 @@ def row_findings(
     """
     for index in rows[:ROWS_LISTED]:
         yield Finding(f"{path}, row {row_number(index, numbers)}", message(index), hint)
-    rest = len(rows[ROWS_LISTED:]) + more
-    if rest:
-        count = "1 more row of this file breaks" if rest == 1 else f"{rest} more rows of this file break"
-        yield Finding(path, f"{count} the same rule.", hint)
+    further = len(rows[ROWS_LISTED:]) + more
+    if further:
+        subject = (
+            "1 more row of this file breaks" if further == 1 else f"{further} more rows of this file break"
+        )
+        yield Finding(path, f"{subject} the same rule.", hint)
 
 
 def summarize(problems: Sequence[Problem], name: str) -> tuple[Problem, ...]:
@@ -108,7 +110,7 @@ def summarize(problems: Sequence[Problem], name: str) -> tuple[Problem, ...]:
         name: the submission's name; the counts are reported there.
     """
     listed: list[Problem] = []
-    rest: list[Problem] = []
+    counts: list[Problem] = []
     totals = Counter(problem.rule for problem in problems)
     seen: Counter[str] = Counter()
     for problem in problems:
@@ -118,5 +120,5 @@ def summarize(problems: Sequence[Problem], name: str) -> tuple[Problem, ...]:
             listed.append(problem)
         elif seen[problem.rule] == PROBLEMS_LISTED + 1:
             message = f"{more} more problem{'s' if more > 1 else ''} of this rule in the submission."
-            rest.append(Problem(problem.rule, name, message, problem.hint))
-    return (*listed, *rest)
+            counts.append(Problem(problem.rule, name, message, problem.hint))
+    return (*listed, *counts)

@@ -1,4 +1,6 @@
-"""Reads .npz files from untrusted sources: numbers only, never a pickle, sizes checked before reading.
+"""Reads arrays of numbers from .npz files of untrusted sources.
+
+Refuses pickles and checks sizes before reading.
 
 ``numpy.load`` trusts the shape in a header and allocates accordingly. Here a header must agree with the size
 of its member, and the data is read as bytes.
@@ -50,7 +52,7 @@ ERRORS = (
 
 @dataclass(frozen=True)
 class Header:
-    """The header of a .npy file; ``start`` is the offset of the data in bytes."""
+    """The header of a .npy file. ``start`` is the offset of the data in bytes."""
 
     dtype: np.dtype[Any]
     shape: tuple[int, ...]
@@ -65,7 +67,10 @@ class Header:
 
 @dataclass(frozen=True)
 class Member:
-    """A member of an archive: uncompressed size, whether numpy packs this way, header (None: malformed)."""
+    """A member of an archive, with its uncompressed size, and whether numpy packs this way.
+
+    ``header`` is None if it is malformed.
+    """
 
     name: str
     size: int
@@ -81,7 +86,7 @@ class Member:
 
 @functools.lru_cache(maxsize=1024)
 def _read_header(header: bytes) -> Header | None:
-    """The header of a .npy file; None unless its data are numbers or Python objects."""
+    """The header of a .npy file, or None unless its data are numbers or Python objects."""
     stream = io.BytesIO(header)
     with warnings.catch_warnings():
         warnings.simplefilter("error")  # numpy warns of headers that it has to repair
@@ -110,7 +115,7 @@ def _member(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> Member:
 
 
 def members(data: bytes) -> tuple[list[Member], int] | None:
-    """The first ``MAX_ARRAYS`` members of a zip archive and the number of all; None if it is malformed."""
+    """The first ``MAX_ARRAYS`` members of a zip archive and the number of all, or None if it is malformed."""
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             infos = archive.infolist()
@@ -120,7 +125,7 @@ def members(data: bytes) -> tuple[list[Member], int] | None:
 
 
 def read(data: bytes) -> dict[str, NDArray[Any]] | None:
-    """The arrays of an .npz file by name; None unless all are arrays of numbers within the limits."""
+    """The arrays of an .npz file by name, or None unless all are arrays of numbers within the limits."""
     listing, count = members(data) or ([], MAX_ARRAYS + 1)
     if count > MAX_ARRAYS or sum(member.size for member in listing) > MAX_UNPACKED_BYTES:
         return None

@@ -13,7 +13,7 @@ from gym_extensions.rollouts.reading.training_curves import Curves
 
 @dataclass(frozen=True)
 class SubmittedGroup:
-    """A group of a submission: the logs without problems by protocol, the training curves, and notes."""
+    """A group of a submission, with the logs without problems by protocol, the training curves, and notes."""
 
     group: TaskGroup
     logs: dict[str, Log]

@@ -33,7 +33,7 @@ Arrays = Mapping[str, NDArray[Any]]
 
 @dataclass(frozen=True)
 class TraceRequest:
-    """An episode of the audit sample: its row of the log, and the path of its trace."""
+    """An episode of the audit sample, with its row of the log and the path of its trace."""
 
     path: str
     task: Task

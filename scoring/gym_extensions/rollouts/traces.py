@@ -1,4 +1,4 @@
-"""A trace: the recorded actions of an episode and the simulator states that replay starts segments from."""
+"""A trace holds the recorded actions of an episode and the states that replay starts segments from."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Trace:
 
 
 def lengths(steps: int, segment_steps: int) -> dict[str, int]:
-    """First dimension of each array of an episode; ``STATE`` stands for every state."""
+    """First dimension of each array of an episode. ``STATE`` represents every state."""
     segments = -(-steps // segment_steps)
     return {ACTIONS: steps, SEGMENT_RETURNS: segments, STATE: segments - 1}
 

@@ -1,1 +1,1 @@
-"""From logs to numbers: reads submissions, checks them, scores them. Loads no simulator and no torch."""
+"""Computes scores, intervals and boards from submitted rollout logs. Loads no simulator and no torch."""

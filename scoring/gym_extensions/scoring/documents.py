@@ -1,4 +1,4 @@
-"""JSON of the published documents: written from their types and read back strictly."""
+"""Writes the published documents as JSON from their types, and reads them back strictly."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class JsonDocument:
     __slots__ = ()
 
     def to_json(self) -> str:
-        """The document as JSON: sorted keys, floats by ``repr``, indented, one newline at the end.
+        """The document as JSON with sorted keys, floats by ``repr``, indentation and one newline at the end.
 
         Raises:
             ValueError: a number is not finite.
@@ -38,7 +38,9 @@ class JsonDocument:
 
     @classmethod
     def from_json(cls, text: str | bytes) -> Self:
-        """The document of a JSON text; keys that this version does not know are ignored.
+        """The document of a JSON text.
+
+        Keys that this version does not know are ignored.
 
         Raises:
             msgspec.ValidationError: a value has another type or is missing; the message names its path.
@@ -48,7 +50,7 @@ class JsonDocument:
 
 
 def json_schema(document: type[JsonDocument]) -> dict[str, Any]:
-    """The JSON Schema (draft 2020-12) of a document: every key is required and no other is allowed."""
+    """The JSON Schema (draft 2020-12) of a document, with every key required and no other allowed."""
     schema = msgspec.json.schema(document)
     for part in schema["$defs"].values():
         for field in part["properties"].values():

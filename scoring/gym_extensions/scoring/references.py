@@ -1,4 +1,4 @@
-"""Frozen floors and ceilings, which normalize returns: 0 ignores observations, 1 is the reference agent."""
+"""Frozen floors and ceilings that normalize returns. 0 ignores observations, 1 is the reference agent."""
 
 from __future__ import annotations
 
@@ -36,11 +36,11 @@ class Reference:
             )
 
     def normalize(self, value: float) -> float:
-        """(value − floor) / (ceiling − floor), not clipped; raises ValueError for an unsolved task."""
+        """(value − floor) / (ceiling − floor), not clipped. Raises ValueError for an unsolved task."""
         return self.normalize_all([value])[0]
 
     def normalize_all(self, values: Iterable[float]) -> list[float]:
-        """Every value normalized; raises ValueError for an unsolved task."""
+        """Every value normalized. Raises ValueError for an unsolved task."""
         if self.ceiling is None:
             raise ValueError("An unsolved task has no normalized return.")
         floor, span = self.floor, self.ceiling - self.floor
@@ -49,7 +49,7 @@ class Reference:
 
 @dataclass(frozen=True)
 class References:
-    """The references of one benchmark version by task id; ``digest`` is the SHA-256 of their file."""
+    """The references of one benchmark version by task id. ``digest`` is the SHA-256 of their file."""
 
     version: str
     provisional: bool
@@ -113,7 +113,7 @@ def read_references(path: Path) -> References:
 
 
 def load_references(version: str = CURRENT) -> References:
-    """The references of a benchmark version; without tasks where its file does not exist."""
+    """The references of a benchmark version, without tasks if its file does not exist."""
     path = REFERENCES / f"{version}.json"
     if not path.exists():
         return References(version, True, {})

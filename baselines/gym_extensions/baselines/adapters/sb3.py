@@ -1,4 +1,4 @@
-"""Stable-Baselines3 models as agents: ``sb3(PPO, n_steps=250)``."""
+"""Makes agents of Stable-Baselines3 models, for example ``sb3(PPO, n_steps=250)``."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class Sb3Agent:
         self._learning = torch.get_rng_state()
 
     def card(self) -> Card:
-        """The agent's description in the manifest: the name of its class and its settings."""
+        """The agent's description in the manifest, with the name of its class and its settings."""
         model, name = self._model, self._algorithm.__name__
         rollout_steps = getattr(model, "n_steps", 0) * model.n_envs
         return Card(

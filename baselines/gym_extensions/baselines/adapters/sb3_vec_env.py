@@ -57,7 +57,7 @@ class BatchVecEnv(VecEnv):
         return observations, np.array(rewards, np.float32), dones, infos
 
     def close(self) -> None:
-        """No-op: the caller owns the vector environment."""
+        """Does nothing, because the caller owns the vector environment."""
 
     def get_attr(self, attr_name: str, indices: Indices = None) -> list[Any]:
         """The vector environment's attribute, repeated per environment."""
@@ -65,7 +65,7 @@ class BatchVecEnv(VecEnv):
         return [value for _ in self._get_indices(indices)]
 
     def set_attr(self, attr_name: str, value: Any, indices: Indices = None) -> None:
-        """Raises NotImplementedError: the environments share one simulation."""
+        """Raises NotImplementedError, because the environments share one simulation."""
         raise NotImplementedError("attributes of one environment in a batch cannot be set")
 
     def env_method(
@@ -78,7 +78,7 @@ class BatchVecEnv(VecEnv):
     def env_is_wrapped(
         self, wrapper_class: type[gym.Wrapper[Any, Any, Any, Any]], indices: Indices = None
     ) -> list[bool]:
-        """False per environment: a vector environment has no single-environment wrappers."""
+        """Returns False per environment, because a vector environment has no single-environment wrappers."""
         return [False for _ in self._get_indices(indices)]
 
 

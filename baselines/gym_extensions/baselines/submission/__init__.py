@@ -1,1 +1,1 @@
-"""Writes a submission: its logs, curves, audit sample and manifest."""
+"""Writes a submission with its logs, curves, audit sample and manifest."""

@@ -46,7 +46,7 @@ def validate(out: Path, groups: Iterable[TaskGroup] = ()) -> None:
 
 
 def prepare(out: Path) -> None:
-    """Creates the folder; raises ``BenchError`` if it is not writable."""
+    """Creates the folder. Raises ``BenchError`` if it is not writable."""
     with _reports_access(out):
         out.mkdir(parents=True, exist_ok=True)
         probe = out / f"{PROGRESS}.probe"

@@ -1,4 +1,4 @@
-"""``submission.toml``: the sections that follow from a run, and those that the author edits."""
+"""Writes ``submission.toml``, with sections that follow from a run and sections that the author edits."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def versions() -> dict[str, str]:
 
 
 def read(path: Path) -> dict[str, Any]:
-    """The manifest's tables, empty if the file does not exist; raises ``BenchError`` if it is not TOML."""
+    """The manifest's tables, empty if the file does not exist. Raises ``BenchError`` if it is not TOML."""
     if not path.exists():
         return {}
     try:
@@ -48,7 +48,7 @@ def read(path: Path) -> dict[str, Any]:
 
 
 def run_sections(card: Card, budget: str, num_envs: int | None) -> dict[str, Any]:
-    """The sections that follow from a run: ``protocol``, ``hyperparameters`` and ``versions``.
+    """The sections that follow from a run, ``protocol``, ``hyperparameters`` and ``versions``.
 
     Hyperparameters are as TOML reads them back (tuples as lists), so that a later run compares equal.
     """
@@ -67,20 +67,24 @@ def require_same(path: Path, existing: Tables, new: Tables) -> None:
         if old is None or old == new[section]:
             continue
         for key in sorted(old.keys() | new[section].keys()):
-            before, now = old.get(key), new[section].get(key)
-            if before != now:
-                message = f"{section}.{key} is {before!r} in this submission and {now!r} in the new run."
+            previous, current = old.get(key), new[section].get(key)
+            if previous != current:
+                message = (
+                    f"{section}.{key} is {previous!r} in this submission and {current!r} in the new run."
+                )
                 raise BenchError("mixed-submission", message, str(path), ONE_SETTING)
     for package in PHYSICS_PACKAGES:
-        before, now = existing.get("versions", {}).get(package), new["versions"][package]
-        if before not in (None, now):
-            message = f"This submission was made with {package} {before}; {now} is installed."
-            hint = f"Install {package} {before}, or choose another --out."
+        previous, current = existing.get("versions", {}).get(package), new["versions"][package]
+        if previous not in (None, current):
+            message = f"This submission was made with {package} {previous}; {current} is installed."
+            hint = f"Install {package} {previous}, or choose another --out."
             raise BenchError("mixed-versions", message, str(path), hint)
 
 
 def merge(existing: Tables, card: Card, new: Tables, first: int, last: int) -> dict[str, Any]:
-    """The whole manifest: the author's values stay, the rest follows from the run.
+    """The whole manifest.
+
+    The author's values stay, and the rest follows from the run.
 
     Args:
         existing: the tables of the existing manifest; may be empty.

@@ -19,7 +19,7 @@ from gym_extensions.rollouts.layout import CURVES, MANIFEST, PROGRESS, trace_nam
 
 
 def read_episodes(path: Path) -> list[Episode]:
-    """The rows of a log that this module wrote; empty if the file does not exist."""
+    """The rows of a log that this module wrote, empty if the file does not exist."""
     if not path.exists():
         return []
     with path.open(newline="", encoding="utf-8") as file:
@@ -33,7 +33,7 @@ def read_episodes(path: Path) -> list[Episode]:
 
 
 def read_curves(path: Path) -> list[CurvePoint]:
-    """The points of a curves file that this module wrote; empty if the file does not exist."""
+    """The points of a curves file that this module wrote, empty if the file does not exist."""
     if not path.exists():
         return []
     with path.open(newline="", encoding="utf-8") as file:

@@ -1,4 +1,4 @@
-"""The base bodies: one row per body, with everything that differs between them as data."""
+"""Lists the base bodies, with one row per body that holds all differences between them."""
 
 from __future__ import annotations
 

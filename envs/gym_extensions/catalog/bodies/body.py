@@ -48,7 +48,7 @@ UNBOUNDED = RewardBounds(-1e6, 1e6)
 
 @dataclass(frozen=True)
 class Prose:
-    """What the documentation says about a body: a summary, reward, start, end and source of an episode."""
+    """The text about a body in the documentation."""
 
     summary: str
     reward: str
@@ -75,7 +75,10 @@ class Camera:
 
 @dataclass(frozen=True)
 class Feet:
-    """Two feet that would touch in the rest pose if they were bigger; ``distance`` of their centres in m."""
+    """Two feet that would touch in the rest pose if they were bigger.
+
+    ``distance`` is between their centers, in m.
+    """
 
     names: tuple[str, str]
     distance: float

@@ -1,4 +1,4 @@
-"""The humanoid bodies: running, standing up, and both."""
+"""The humanoid bodies, which run, stand up, or do both."""
 
 from __future__ import annotations
 

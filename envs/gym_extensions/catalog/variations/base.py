@@ -45,7 +45,7 @@ class BaseVariation:
 
 
 class RuntimeVariation(BaseVariation):
-    """A variation that acts while the simulation runs; the model is the base body's."""
+    """A variation that acts while the simulation runs and leaves the model of the base body unchanged."""
 
 
 def require_positive(name: str, value: object) -> None:

@@ -29,7 +29,10 @@ class Gravity(BaseVariation):
         return body.has_gravity
 
     def apply(self, spec: mujoco.MjSpec) -> None:
-        """Multiplies the model's z-gravity; in decimals, so that 9.81 × 1.25 is the float nearest 12.2625."""
+        """Multiplies the model's z-gravity in decimal arithmetic.
+
+        9.81 × 1.25 is the float nearest 12.2625.
+        """
         x, y, z = spec.option.gravity
         spec.option.gravity = [x, y, float(Decimal(repr(float(z))) * Decimal(repr(float(self.factor))))]
 

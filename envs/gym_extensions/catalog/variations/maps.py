@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Course(BaseVariation):
-    """One navigation task: what the agent observes (``family``), the map and the goal by their numbers."""
+    """One navigation task, with the observation family and the numbers of the map and the goal."""
 
     family: str
     map: int
@@ -28,7 +28,7 @@ class Course(BaseVariation):
         return body.family == "navigation"
 
     def apply(self, spec: mujoco.MjSpec) -> None:
-        """Raises ``BenchError``: a course does not change a model."""
+        """Raises ``BenchError``, because a course does not change a model."""
         hint = "Make a navigation task by its name."
         message = "A navigation course cannot be added to a MuJoCo body."
         raise BenchError("not-a-body-variation", message, str(self), hint)

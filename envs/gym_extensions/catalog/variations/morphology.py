@@ -36,7 +36,7 @@ class LimbScale(BaseVariation):
         return bool(body.parts)
 
     def apply(self, spec: mujoco.MjSpec) -> None:
-        """Scales radius and mass of the part's geoms; raises ``BenchError`` for an unknown part."""
+        """Scales radius and mass of the part's geoms. Raises ``BenchError`` for an unknown part."""
         body = body_of_model(spec.modelname)
         geoms = [spec.geom(name) for name in self._geom_names(spec.modelname, body)]
         before = {geom.name: mass(geom) for geom in geoms}
@@ -72,7 +72,10 @@ class LimbScale(BaseVariation):
 
 
 def mass(geom: mujoco.MjsGeom) -> float:
-    """The geom's mass before compilation, in kg: as set, else density × volume of a capsule or sphere."""
+    """The geom's mass before compilation, in kg.
+
+    If it is not set, it is density × volume of a capsule or sphere.
+    """
     if not math.isnan(geom.mass):
         return float(geom.mass)
     radius, half_length = float(geom.size[0]), float(geom.size[1])
@@ -93,6 +96,6 @@ def _raise_total(spec: mujoco.MjSpec, increase: float) -> None:
 
 
 def _overlap(spec: mujoco.MjSpec, feet: Feet) -> bool:
-    """Whether the feet touch in the rest pose and may collide: an episode would start with a kick."""
+    """Whether the feet touch in the rest pose and may collide, so that an episode would start with a kick."""
     radii = [float(spec.geom(name).size[0]) for name in feet.names]
     return not spec.excludes and sum(radii) > feet.distance

@@ -56,7 +56,7 @@ class Wall(BaseVariation):
 
     @property
     def rest(self) -> tuple[float, float, float]:
-        """The center in the model, before a reset draws its x; m."""
+        """The center in the model, in m, before a reset draws its x."""
         if self.parked:
             return 0.0, 0.0, PARKED_HEIGHT
         return (self.nearest + self.farthest) / 2, 0.0, self.centre_height
@@ -106,7 +106,10 @@ class _OnTorso(RuntimeVariation):
 
 @dataclass(frozen=True)
 class RangeSensor(_OnTorso):
-    """Appends ten range beams from the torso to the observation: distance to the wall / 10 m, or 0."""
+    """Appends ten range beams from the torso to the observation.
+
+    A beam is distance to the wall / 10 m, or 0.
+    """
 
     def describe(self, body: Body, spec: mujoco.MjSpec) -> str:
         """Returns the documentation's sentence."""

@@ -1,1 +1,1 @@
-"""The documentation of the environments: printed by ``envs show``, written as pages by ``envs docs``."""
+"""Documentation of the environments, printed by ``envs show`` and written as pages by ``envs docs``."""

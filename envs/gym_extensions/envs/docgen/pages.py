@@ -40,7 +40,7 @@ those of the single environments. `save_state` and `restore_state` of an environ
 
 
 def pages() -> dict[str, str]:
-    """Returns the text of every page by file name: an index, and one page per base body."""
+    """Returns the text of the index and of one page per base body, by file name."""
     bases = list(dict.fromkeys(row.base for row in TASKS.values()))
     texts = {"README.md": _index(bases)}
     for base in bases:
@@ -103,12 +103,12 @@ def _body(base: str) -> str:
         beams = [row for row in indexed(observation_fields(sensing[0])) if "beam" in row[1].meaning]
         lines += ["With a range sensor, also:", "", *_rows(beams), ""]
     lines += ["## Tasks", "", *_tasks(tasks), "", *_versions(tasks)]
-    shown = [row for row in tasks if pictured(row)]
+    with_picture = [row for row in tasks if pictured(row)]
     camera = body(base).camera
     after_reset = camera is not None and camera.after_reset
     caption = "After a reset with seed 0." if after_reset else "In the rest pose, all from the same camera."
     lines += ["## Pictures", "", caption, ""]
-    cells = [f"![{row.name}](pictures/{task_picture(row)})<br>{row.name}" for row in shown]
+    cells = [f"![{row.name}](pictures/{task_picture(row)})<br>{row.name}" for row in with_picture]
     lines += [*_grid(cells, 4), ""]
     return "\n".join(lines)
 

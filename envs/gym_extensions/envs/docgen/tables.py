@@ -20,7 +20,7 @@ HINGE = int(mujoco.mjtJoint.mjJNT_HINGE)
 
 
 def observation_fields(task: Task) -> list[Field]:
-    """Returns the entries of the task's observation, in order; none for pictures."""
+    """Returns the entries of the task's observation, in order. A picture has none."""
     if task.body.family == "navigation":
         return _navigation(task)
     fields = LAYOUTS[task.body.family](compile_model(task), task.body)

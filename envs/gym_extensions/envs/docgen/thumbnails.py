@@ -1,4 +1,4 @@
-"""The pictures of docs/environments: bodies rendered by MuJoCo, maps drawn from above."""
+"""Draws the pictures of docs/environments. MuJoCo renders bodies, and maps are drawn from above."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ WALL_CAMERA = Camera(1.4, 0.5, 5.0, 100, -12)
 
 
 def pictured(task: Task) -> bool:
-    """Returns whether a task has a picture: it is its base body, or looks different from it."""
+    """Returns whether a task has a picture, because it is its base body or looks different from it."""
     if task.body.camera is None:
         return False
     kinds = {type(variation) for variation in task.variations}
@@ -45,7 +45,7 @@ def map_picture(number: int) -> str:
 
 
 def pictures() -> dict[str, bytes]:
-    """Renders every picture; returns PNG files by name.
+    """Renders every picture and returns PNG files by name.
 
     Raises:
         BenchError: MuJoCo cannot render on this machine.

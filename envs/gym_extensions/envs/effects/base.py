@@ -34,7 +34,7 @@ class Effect:
     """The effect on one environment. The methods do nothing; an effect overrides those it needs."""
 
     def on_reset(self, simulation: Simulation) -> None:
-        """Draws and places after the body's own draws; derived fields are recomputed afterwards."""
+        """Draws and places after the body's own draws. Derived fields are recomputed afterwards."""
 
     def pre_step(self, simulation: Simulation) -> None:
         """Acts before the physics of a step."""
@@ -52,7 +52,7 @@ class Effect:
         return {}
 
     def set_state(self, state: Mapping[str, Array]) -> None:
-        """Restores what ``get_state`` returned; derived values may be absent."""
+        """Restores what ``get_state`` returned. Derived values may be absent."""
 
 
 class VectorEffect:
@@ -80,7 +80,7 @@ class VectorEffect:
         return {}
 
     def set_state(self, indices: Indices, state: States) -> None:
-        """Restores saved rows in some environments; derived values may be absent."""
+        """Restores saved rows in some environments. Derived values may be absent."""
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ class EffectKind:
 
 
 def required(task: Task, kind: type[Kind]) -> Kind:
-    """Returns the task's variation of a class; raises ``ValueError`` if it has none."""
+    """Returns the task's variation of a class. Raises ``ValueError`` if it has none."""
     variation = variation_of(task, kind)
     if variation is None:
         raise ValueError(f"{task.id} has no {kind.__name__}")

@@ -1,4 +1,4 @@
-"""Motor noise: normal noise on every command."""
+"""Motor noise adds normal noise to every command."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ SEED = DERIVED + "motor_seed"
 
 @functools.lru_cache(maxsize=CACHED_EPISODES)
 def motor_noise(seed: int, steps: int, motors: int) -> Array:
-    """The standard normal noise of an episode, (steps, motors); follows from the seed; read-only."""
+    """The standard normal noise of an episode, (steps, motors), read-only. It follows from the seed."""
     noise = np.random.Generator(np.random.PCG64(seed)).standard_normal((steps, motors))
     noise.flags.writeable = False
     return noise

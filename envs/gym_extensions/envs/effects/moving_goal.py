@@ -1,4 +1,4 @@
-"""A goal that moves during the episode; the physics never moves it."""
+"""A goal that moves during the episode, independently of the physics."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from gym_extensions.envs.state import State
 
 
 def goal_area(body: Body) -> Rectangle:
-    """Returns the rectangle of a body's goal; raises ``ValueError`` for a body without a goal."""
+    """Returns the rectangle of a body's goal. Raises ``ValueError`` for a body without a goal."""
     if body.goal_area is None:
         raise ValueError(f"{body.name} has no goal")
     return body.goal_area
@@ -36,7 +36,7 @@ def draw_velocity(generator: np.random.Generator, speed: float) -> Array:
 
 
 def move(position: Array, velocity: Array, area: Rectangle, seconds: float) -> tuple[Array, Array]:
-    """Returns position and velocity (…, 2) after some time: straight on, reflected at the edges."""
+    """Returns position and velocity (…, 2) of a goal that moves straight and is reflected at the edges."""
     low, high = np.array(area.low), np.array(area.high)
     ahead = position + velocity * seconds
     below, above = ahead < low, ahead > high
@@ -62,7 +62,10 @@ class TrackingGoalEffect(Effect):
         position[:], self._velocity = move(position, self._velocity, self._area, simulation.dt)
 
     def get_state(self) -> State:
-        """``goal_velocity`` (2,), m/s, in the order of the goal's coordinates: Pusher y, x; Striker x, y."""
+        """``goal_velocity`` (2,), m/s, in the order of the goal's coordinates.
+
+        Pusher's are y, x and Striker's x, y.
+        """
         return {"goal_velocity": self._velocity.copy()}
 
     def set_state(self, state: Mapping[str, Array]) -> None:

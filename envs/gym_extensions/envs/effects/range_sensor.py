@@ -1,4 +1,4 @@
-"""The range sensor: ten beams from the torso, appended to the observation.
+"""The range sensor appends ten beams from the torso to the observation.
 
 The functions take arrays with any leading axes.
 """
@@ -30,7 +30,7 @@ Fan = Callable[[Array, float], tuple[Array, Array]]
 
 
 def planar_fan(qpos: Array, lift: float) -> tuple[Array, Array]:
-    """Beams of a body on slides x, z and hinge y; they turn with its pitch."""
+    """Beams of a body on slides x, z and hinge y, which turn with its pitch."""
     origins, directions = np.zeros((*qpos.shape[:-1], 3)), np.zeros((*qpos.shape[:-1], BEAMS, 3))
     origins[..., 0], origins[..., 2] = qpos[..., 0], lift + qpos[..., 1]
     cos, sin = np.cos(qpos[..., 2])[..., None], np.sin(qpos[..., 2])[..., None]
@@ -39,7 +39,7 @@ def planar_fan(qpos: Array, lift: float) -> tuple[Array, Array]:
 
 
 def torso_fan(qpos: Array, lift: float) -> tuple[Array, Array]:
-    """Beams in the x–z plane of a free torso; they turn with its quaternion (of any length except 0)."""
+    """Beams in the x–z plane of a free torso, which turn with its quaternion (of any length except 0)."""
     w, x, y, z = (qpos[..., index] for index in (3, 4, 5, 6))
     square = w * w + x * x + y * y + z * z
     forward = np.stack([w * w + x * x - y * y - z * z, 2 * (x * y + w * z), 2 * (x * z - w * y)], axis=-1)
@@ -63,7 +63,7 @@ FANS: dict[str, Fan] = {"pitch": planar_fan, "torso": torso_fan, "world": world_
 
 
 def fan_of(body: Body) -> Fan:
-    """Returns the fan of a body that carries beams; raises ``ValueError`` for another body."""
+    """Returns the fan of a body that has beams. Raises ``ValueError`` for another body."""
     if body.beams is None:
         raise ValueError(f"{body.name} carries no range beams")
     return FANS[body.beams]
@@ -118,7 +118,7 @@ class RangeSensorEffect(Effect):
         self._wall = variation_of(task, Wall)
 
     def reading(self, simulation: Simulation) -> Array:
-        """The present readings, (10,); zeros if the task has no wall."""
+        """The present readings, (10,), zeros if the task has no wall."""
         if self._wall is None:
             return np.zeros(BEAMS)
         origins, directions = self._fan(simulation.data.qpos, simulation.root_lift)
@@ -131,7 +131,7 @@ class RangeSensorEffect(Effect):
 
 
 class VectorRangeSensorEffect(VectorEffect):
-    """Appends the 10 beams of many environments, in [0, 1]; their walls have one size."""
+    """Appends the 10 beams of many environments, in [0, 1]. Their walls have one size."""
 
     def __init__(self, physics: Physics, templates: Sequence[Template]) -> None:
         self._num_envs = len(templates)

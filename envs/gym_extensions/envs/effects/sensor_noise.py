@@ -1,4 +1,4 @@
-"""Sensor noise: the range sensor is one step late, beams drop out and carry normal noise."""
+"""Sensor noise delays the range sensor by one step, drops beams and adds normal noise."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ SEED = DERIVED + "sensor_seed"
 
 @functools.lru_cache(maxsize=CACHED_EPISODES)
 def beam_noise(seed: int, steps: int, dropout: float, noise: float) -> tuple[Flags, Array]:
-    """The noise of an episode, one row per step from 0: which beams work, and what is added to hits.
+    """The noise of an episode, with one row per step from 0 for the working beams and the noise on hits.
 
     Both arrays are (steps + 1, 10), follow from the seed, and are read-only.
     """
@@ -41,7 +41,7 @@ def beam_noise(seed: int, steps: int, dropout: float, noise: float) -> tuple[Fla
 
 
 def disturb(readings: Array, working: Flags, shift: Array) -> Array:
-    """Adds noise to beams that hit, clipped to [0, 1]; beams that miss or drop out read 0."""
+    """Adds noise to beams that hit, clipped to [0, 1]. Beams that miss or drop out read 0."""
     return np.where((readings > 0) & working, np.clip(readings + shift, 0.0, 1.0), 0.0)
 
 
@@ -61,12 +61,12 @@ class SensorNoiseEffect(RangeSensorEffect):
         self._latched = disturb(self.reading(simulation), working[row], shift[row])
 
     def on_reset(self, simulation: Simulation) -> None:
-        """Draws the episode's noise; the first observation has the present reading."""
+        """Draws the episode's noise. The first observation has the present reading."""
         self._seed = int(simulation.np_random.integers(NOISE_SEEDS))
         self._latch(simulation, 0)
 
     def pre_step(self, simulation: Simulation) -> None:
-        """Latches what the next observation shows: the reading before the step."""
+        """Latches the reading before the step, which the next observation shows."""
         self._latch(simulation, simulation.elapsed + 1)
 
     def observation(self, simulation: Simulation) -> Array:
@@ -111,7 +111,7 @@ class VectorSensorNoiseEffect(VectorRangeSensorEffect):
         self._latched[indices] = disturb(readings, self._working[indices, 0], self._shift[indices, 0])
 
     def pre_step(self, steps: Steps) -> None:
-        """Latches what the next observations show: the readings before the step."""
+        """Latches the readings before the step, which the next observations show."""
         row = np.arange(len(steps)), (steps + 1) % (self._max_steps + 1)
         self._latched = disturb(self.reading(), self._working[row], self._shift[row])
 

@@ -1,4 +1,4 @@
-"""The wall: its x is drawn at reset."""
+"""The wall, whose x is drawn at reset."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from gym_extensions.envs.protocols import Array, Generators, Indices, Physics, S
 
 
 class WallEffect(Effect):
-    """Places the wall in one environment; a parked wall stays where the model has it."""
+    """Places the wall in one environment. A parked wall stays at its position in the model."""
 
     def __init__(self, task: Task) -> None:
         self._wall = required(task, Wall)

@@ -1,1 +1,1 @@
-"""The base bodies: Gymnasium's MuJoCo classes with the models of our tasks."""
+"""The base bodies, as Gymnasium's MuJoCo classes with the models of our tasks."""

@@ -1,4 +1,4 @@
-"""A task's compiled MuJoCo model: Gymnasium's installed asset as an MjSpec, edited by its variations."""
+"""Compiles a task's MuJoCo model from Gymnasium's asset, edited as an MjSpec by the task's variations."""
 
 from __future__ import annotations
 
@@ -49,13 +49,13 @@ def compile_model(task: Task) -> mujoco.MjModel:
 
 
 def _order(variation: Variation) -> tuple[bool, str]:
-    """Sorts the wall last: it keeps the extent of the model to which it is added."""
+    """Sorts the wall last, because it keeps the extent of the model to which it is added."""
     return isinstance(variation, Wall), repr(variation)
 
 
 @contextlib.contextmanager
 def _quiet() -> Iterator[None]:
-    """Silences a warning: ``settotalmass`` is deprecated, but it defines HalfCheetah's masses."""
+    """Silences the deprecation warning of ``settotalmass``, which defines HalfCheetah's masses."""
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message=".*settotalmass.*")
         yield

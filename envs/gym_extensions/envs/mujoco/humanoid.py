@@ -1,4 +1,4 @@
-"""Humanoid running, standing up, and both: Gymnasium's v5 classes, with the wall left out."""
+"""Gymnasium's v5 humanoid classes for running, standing up and both, with the wall left out."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def contact_cost(forces: Array) -> Array:
 
 
 class _Agent(TaskEnv):
-    """Observation and contact cost of the agent's bodies only; a wall is the last body of the model."""
+    """Observation and contact cost of the agent's bodies only. A wall is the last body of the model."""
 
     @property
     def agent_bodies(self) -> int:

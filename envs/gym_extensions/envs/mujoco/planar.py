@@ -1,4 +1,4 @@
-"""The three planar running bodies: Gymnasium's v5 classes with default arguments."""
+"""Gymnasium's v5 classes of the three planar running bodies, with default arguments."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pusher: Gymnasium's class, with an optional random or moving goal."""
+"""Gymnasium's Pusher class, with an optional random or moving goal."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Striker: the arm strikes a ball into a cup."""
+"""Striker is an arm that strikes a ball into a cup."""
 
 from __future__ import annotations
 

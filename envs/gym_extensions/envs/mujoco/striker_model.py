@@ -1,4 +1,4 @@
-"""Striker's model, rebuilt from Gymnasium's pusher: a paddle, a ball on slides, a cup as goal.
+"""Rebuilds Striker's model from Gymnasium's pusher, with a paddle, a ball on slides, and a cup as goal.
 
 Gym removed Striker-v0 in 2022. The numbers are those of its model file, except for the goal. Gym's goal is a
 cup of 40 kg on a free joint, which tumbles when hit off-center; ours is a mocap body, which nothing moves.

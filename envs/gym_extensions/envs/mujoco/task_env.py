@@ -20,7 +20,9 @@ from gym_extensions.envs.protocols import Array
 
 
 class TaskEnv(MujocoEnv):
-    """Comes before a Gymnasium body class: uses the task's model, checks actions, saves and restores state.
+    """A mixin before a Gymnasium body class.
+
+    It supplies the task's model, checks actions, saves and restores state.
 
     Pickling keeps the task and the rendering arguments. The copy is a new environment of the same task.
     """
@@ -64,7 +66,7 @@ class TaskEnv(MujocoEnv):
         return 0.0 if free else float(self.model.body_pos[torso, 2] - self.model.qpos0[joint + 1])
 
     def step(self, action: Any) -> tuple[Array, Any, bool, bool, dict[str, Any]]:
-        """The base body's step, after a check of the action; raises ``BenchError`` for a bad action."""
+        """The base body's step, after a check of the action. Raises ``BenchError`` for a bad action."""
         checked = check_actions(action, (self.model.nu,), self.task.id)
         transition: tuple[Array, Any, bool, bool, dict[str, Any]] = super().step(checked)
         return transition
@@ -105,7 +107,7 @@ class TaskEnv(MujocoEnv):
         return np.concatenate([self.body_observation(), *appended]) if appended else self.body_observation()
 
     def goal_position(self) -> Array:
-        """The two coordinates of a moving goal, as a view into the state; raises without a goal."""
+        """The two coordinates of a moving goal, as a view into the state. Raises without a goal."""
         raise ValueError(f"{self.task.id} has no goal")
 
     def get_task_state(self) -> state.State:
@@ -128,7 +130,9 @@ class TaskEnv(MujocoEnv):
         return saved
 
     def restore_state(self, saved: Mapping[str, Array]) -> None:
-        """Restores a saved state; the continuation is bit for bit the same.
+        """Restores a saved state.
+
+        The continuation is bit for bit the same.
 
         Derived values may be absent. Then the first step's reward may differ, and the noise is that of the
         last reset.

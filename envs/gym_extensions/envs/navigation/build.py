@@ -1,4 +1,4 @@
-"""What the rest of ``envs`` uses of navigation: an environment, a vector environment, a map's bytes."""
+"""The interface of navigation for the rest of ``envs``."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from gym_extensions.envs.navigation.vector_env import NavigationVectorEnv
 
 
 def construct(task: Task, **rendering: Any) -> Navigation:
-    """Returns the task's environment without wrappers; ``rendering`` may have ``render_mode``."""
+    """Returns the task's environment without wrappers. ``rendering`` may have ``render_mode``."""
     return Navigation(task, **rendering)
 
 

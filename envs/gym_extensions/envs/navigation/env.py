@@ -161,7 +161,9 @@ class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], EzPickle):
         return {"position": self._world.positions[0].copy(), "steps": np.array(float(self._steps))}
 
     def restore_state(self, saved: Mapping[str, NDArray[np.float64]]) -> None:
-        """Restores a saved state; the continuation is bit for bit the same.
+        """Restores a saved state.
+
+        The continuation is bit for bit the same.
 
         Raises:
             BenchError: a value is missing, unknown, not finite, or has another shape, or the position is not
@@ -172,7 +174,7 @@ class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], EzPickle):
         self._steps = int(checked["steps"])
 
     def render(self) -> NDArray[np.uint8] | None:
-        """Returns a frame (480, 640, 3), one pixel per unit; None without a render mode."""
+        """Returns a frame (480, 640, 3) with one pixel per unit, or None without a render mode."""
         if self.render_mode is None:
             gym.logger.warn(f"{self.task.id} was made without a render mode, so there is nothing to render.")
             return None

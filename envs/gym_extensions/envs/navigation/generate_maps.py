@@ -1,4 +1,6 @@
-"""Draws the ten maps and their goals: ``python -m gym_extensions.envs.navigation.generate_maps [--check]``.
+"""Draws the ten maps and their goals.
+
+Run ``python -m gym_extensions.envs.navigation.generate_maps [--check]``.
 
 The rule is the 2017 one on cells (Henderson et al. 2017's code): rectangles ~ Poisson(92), centre uniform,
 1–3 cells wide and 1–5 high, dropped if they would leave the map; the outermost ring is solid; pockets that
@@ -28,7 +30,10 @@ FOLDER = Path(__file__).with_name("maps")
 
 
 def free_regions(cells: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """The number of the region that each free cell belongs to, joined by edges, from 1; 0 for obstacles."""
+    """The number, from 1, of the region of edge-connected free cells that each cell belongs to.
+
+    Obstacles have 0.
+    """
     regions = np.zeros(cells.shape, dtype=np.int64)
     for start in np.argwhere(~cells):
         if regions[tuple(start)]:
@@ -64,22 +69,22 @@ def draw_cells(generator: np.random.Generator) -> NDArray[np.bool_]:
 
 
 def clearances(cells: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """The distance from each cell's centre to the closest edge of an obstacle, in units; 0 in an obstacle."""
+    """The distance in units from each cell's center to the closest edge of an obstacle, 0 in an obstacle."""
     blocked = np.argwhere(cells)
     gaps = np.abs(np.argwhere(np.ones_like(cells))[:, None, :] - blocked[None, :, :]) * CELL - CELL / 2
     return np.asarray(np.hypot(*np.maximum(gaps, 0.0).transpose(2, 0, 1)).min(axis=1).reshape(cells.shape))
 
 
 def draw_goals(cells: NDArray[np.bool_], generator: np.random.Generator) -> list[tuple[float, float]]:
-    """Three cell centres, drawn one by one, far enough from obstacles and from each other."""
+    """Three cell centers, drawn one at a time, far enough from obstacles and from each other."""
     rows, columns = np.nonzero(clearances(cells) >= GOAL_CLEARANCE)
-    centres = (np.column_stack([columns, rows]) + 0.5) * CELL
+    centers = (np.column_stack([columns, rows]) + 0.5) * CELL
     while True:
-        left, drawn = centres, list[tuple[float, float]]()
-        while len(left) and len(drawn) < GOALS:
-            x, y = left[generator.integers(len(left))]
+        candidates, drawn = centers, list[tuple[float, float]]()
+        while len(candidates) and len(drawn) < GOALS:
+            x, y = candidates[generator.integers(len(candidates))]
             drawn.append((float(x), float(y)))
-            left = left[np.hypot(left[:, 0] - x, left[:, 1] - y) >= GOAL_SPACING]
+            candidates = candidates[np.hypot(candidates[:, 0] - x, candidates[:, 1] - y) >= GOAL_SPACING]
         if len(drawn) == GOALS:
             return drawn
 

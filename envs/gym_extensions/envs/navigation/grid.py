@@ -25,7 +25,9 @@ OBSTACLE, FREE = "#", "."
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """An occupancy grid: ``solid[row + 1, column + 1]`` is 1 for an obstacle; row 0 is the map's bottom.
+    """An occupancy grid with 1 for an obstacle.
+
+    Cell ``(row, column)`` is ``solid[row + 1, column + 1]``, and row 0 is the map's bottom.
 
     The array has a ring of obstacles around the map, because everything outside the map is solid.
     """
@@ -34,7 +36,7 @@ class Grid:
 
     @property
     def cells(self) -> NDArray[np.bool_]:
-        """The map without the ring, (rows, columns), True for an obstacle; row 0 is the bottom."""
+        """The map without the ring, (rows, columns), True for an obstacle. Row 0 is the bottom."""
         return self.solid[1:-1, 1:-1].astype(np.bool_)
 
     @property
@@ -67,7 +69,7 @@ def parse(lines: Sequence[str]) -> Grid:
 
 
 def draw(cells: NDArray[np.bool_]) -> str:
-    """Returns the text of a map file; row 0 of the cells is at the bottom."""
+    """Returns the text of a map file. Row 0 of the cells is at the bottom."""
     return "".join("".join(OBSTACLE if cell else FREE for cell in row) + "\n" for row in cells[::-1])
 
 

@@ -58,7 +58,9 @@ def advance(  # noqa: PLR0917
     rewards: Any,
     reached: Any,
 ) -> None:
-    """Moves every agent that is not waiting by its action, in place; writes rewards and arrivals.
+    """Moves every agent that is not waiting by its action, in place.
+
+    Writes rewards and arrivals.
 
     Args:
         solids: (maps, rows + 2, columns + 2), as in ``Grid``; ``map_of`` (agents,) indexes it.

@@ -1,4 +1,4 @@
-"""The closest obstacle of each agent: exact distance and bearing."""
+"""Exact distance and bearing of the closest obstacle of each agent."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from gym_extensions.envs.navigation.jit import compiled
 
 @compiled
 def _closest(solid: Any, x: float, y: float) -> tuple[float, float]:
-    """Distance and bearing to the closest obstacle; of equally close points the smallest bearing."""
+    """Distance and bearing to the closest obstacle. Of equally close points, the smallest bearing counts."""
     rows, columns = solid.shape
     home_column, home_row = int(x / CELL) + 1, int(y / CELL) + 1
     best, bearing = math.inf, math.inf

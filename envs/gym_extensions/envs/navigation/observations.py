@@ -1,4 +1,4 @@
-"""The five observation families: the meaning of each entry, and their spaces."""
+"""The five observation families, with the meaning of each entry and their spaces."""
 
 from __future__ import annotations
 
@@ -46,5 +46,5 @@ def observation_space(family: str) -> Box:
 
 
 def action_space() -> Box:
-    """Returns the action space: the displacement in x and in y, in units per step."""
+    """Returns the action space, which is the displacement in x and in y in units per step."""
     return Box(-MAX_SPEED, MAX_SPEED, (2,), np.float32)

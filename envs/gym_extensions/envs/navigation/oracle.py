@@ -31,7 +31,7 @@ class Oracle:
     @classmethod
     @functools.cache
     def of(cls, task: Task) -> Oracle:
-        """Returns the oracle of a navigation task; all families of one map and goal share it."""
+        """Returns the oracle of a navigation task. All families of one map and goal share it."""
         row = course(task)
         return cls.at(row.map, row.goal)
 

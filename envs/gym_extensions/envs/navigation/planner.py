@@ -24,7 +24,7 @@ NEVER = 32767
 
 @compiled
 def _next_open(following: Any, row: int, column: int) -> int:
-    """The first point of the row, from a column on, that is still to be reached; shortens the chain."""
+    """The first point of the row, from a column on, that is still to be reached. Shortens the chain."""
     last = column
     while following[row, last] != last:
         last = following[row, last]
@@ -35,7 +35,7 @@ def _next_open(following: Any, row: int, column: int) -> int:
 
 @compiled
 def steps_to_go(solid: Any, goal_x: float, goal_y: float) -> Any:
-    """Returns the fewest steps to the goal from every lattice point over lattice points; −1 without a path.
+    """Returns the fewest steps to the goal from every lattice point over lattice points, −1 without a path.
 
     Breadth-first from the goal's disc. A step is any displacement of at most 5 units in x and in y whose
     segment is free. Entry [j, i] belongs to the point ((i + ½) / FINENESS, (j + ½) / FINENESS).
@@ -124,7 +124,7 @@ def look(  # noqa: PLR0917
 def _try(  # noqa: PLR0917
     solid: Any, steps: Any, goal: Any, point: Any, move: Any, at_most: int
 ) -> tuple[int, int]:
-    """As ``look`` after a move: steps to go and their count; ``NEVER`` after a collision."""
+    """Steps to go and their count after a move, as ``look`` returns them. ``NEVER`` after a collision."""
     to_x, to_y = point[0] + move[0], point[1] + move[1]
     if crosses(solid, point[0], point[1], to_x, to_y):
         return NEVER, 0

@@ -64,7 +64,7 @@ def _straight(solid: Any, x: float, y: float, step_x: int, step_y: int) -> float
 def _oblique(  # noqa: PLR0917
     cells: Any, cell: Any, gap_x: float, gap_y: float, step_x: Any, step_y: Any, per_x: float, per_y: float
 ) -> float:
-    """The range along a direction that is not along the grid: from grid line to grid line.
+    """The range along a direction that is not along the grid, computed from grid line to grid line.
 
     Args:
         cells: the grid, row after row; ``cell`` is the ray's first, ``step_x`` and ``step_y`` lead on from
@@ -97,7 +97,9 @@ def _oblique(  # noqa: PLR0917
 
 @compiled
 def cast_ranges(solids: Any, map_of: Any, positions: Any, ranges: Any) -> None:
-    """Writes every agent's ranges, in units, into ``ranges[:, :16]``; ``MAX_RANGE`` without a hit.
+    """Writes every agent's ranges, in units, into ``ranges[:, :16]``.
+
+    A beam without a hit is ``MAX_RANGE``.
 
     Args:
         solids, map_of, positions: as in ``motion.advance``; every position is free.

@@ -1,4 +1,4 @@
-"""Pictures of a task from above: a background that is drawn once, and the agent's disc over it."""
+"""Draws a task from above, with a background that is drawn once and the agent's disc over it."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def background(arena: Arena, pixel: float) -> NDArray[np.uint8]:
 
 @compiled
 def _disc(picture: Any, paint: Any, x: float, y: float, pixel: float, from_background: bool) -> None:  # noqa: PLR0917
-    """Colors the pixels with centers in the agent's disc: black, or as in the background ``paint``."""
+    """Colors the pixels whose centers are in the agent's disc black, or as in the background ``paint``."""
     rows, columns, _ = picture.shape
     left, right = x - AGENT_RADIUS, x + AGENT_RADIUS
     top, bottom = rows * pixel - y - AGENT_RADIUS, rows * pixel - y + AGENT_RADIUS
@@ -59,22 +59,22 @@ def _disc(picture: Any, paint: Any, x: float, y: float, pixel: float, from_backg
 
 @compiled
 def move_agents(  # noqa: PLR0917
-    pictures: Any, backgrounds: Any, background_of: Any, shown: Any, positions: Any, pixel: float
+    pictures: Any, backgrounds: Any, background_of: Any, drawn: Any, positions: Any, pixel: float
 ) -> None:
-    """Moves each agent's disc from where it is drawn (``shown``) to its position, in place.
+    """Moves each agent's disc from its position in the picture (``drawn``) to its position, in place.
 
     Args:
-        pictures: (agents, rows, columns, 3), each with its disc at ``shown``.
+        pictures: (agents, rows, columns, 3), each with its disc at ``drawn``.
         backgrounds: (arenas, rows, columns, 3); ``background_of`` (agents,) indexes it.
-        shown: (agents, 2), in units, NaN where no disc is drawn; becomes ``positions``.
+        drawn: (agents, 2), in units, NaN if the picture has no disc; becomes ``positions``.
         pixel: side of a pixel in units.
     """
     for agent in range(len(positions)):
         picture, paint = pictures[agent], backgrounds[background_of[agent]]
-        if not math.isnan(shown[agent, 0]):
-            _disc(picture, paint, shown[agent, 0], shown[agent, 1], pixel, True)
+        if not math.isnan(drawn[agent, 0]):
+            _disc(picture, paint, drawn[agent, 0], drawn[agent, 1], pixel, True)
         _disc(picture, paint, positions[agent, 0], positions[agent, 1], pixel, False)
-        shown[agent, 0], shown[agent, 1] = positions[agent, 0], positions[agent, 1]
+        drawn[agent, 0], drawn[agent, 1] = positions[agent, 0], positions[agent, 1]
 
 
 def with_agent(paint: NDArray[np.uint8], position: NDArray[np.float64], pixel: float) -> NDArray[np.uint8]:

@@ -44,7 +44,9 @@ class World:
     def advance(
         self, actions: NDArray[Any], waiting: NDArray[np.bool_]
     ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-        """Moves every agent that is not waiting; returns rewards and arrivals, (agents,) each.
+        """Moves every agent that is not waiting.
+
+        Returns rewards and arrivals, (agents,) each.
 
         Args:
             actions: (agents, 2), displacements in units, clipped here.
@@ -56,7 +58,7 @@ class World:
         return rewards.copy(), reached.copy()
 
     def observe(self) -> NDArray[Any]:
-        """Returns every agent's observation, (agents, …); every agent has been placed."""
+        """Returns every agent's observation, (agents, …). Every agent has been placed."""
         if self.family == "image":
             move_agents(
                 self._pictures, self._backgrounds, self._background_of, self._shown, self.positions, PIXEL
@@ -102,7 +104,7 @@ class World:
         self.positions[agent] = start
 
     def _fixed_numbers(self) -> NDArray[np.float32]:
-        """Returns the observations' array with the goals filled in; they never change."""
+        """Returns the observations' array with the goals filled in. They never change."""
         widths = {"state": 4, "state-goal": 6, "range": BEAMS, "range-known": BEAMS + 4}
         numbers = np.zeros((len(self.arenas), widths[self.family]), dtype=np.float32)
         if self.family in ("state-goal", "range-known"):

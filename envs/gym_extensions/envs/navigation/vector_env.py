@@ -1,4 +1,4 @@
-"""The navigation vector environment: many agents in one compiled world."""
+"""The navigation vector environment, with many agents in one compiled world."""
 
 from __future__ import annotations
 
@@ -24,7 +24,9 @@ from gym_extensions.errors import BenchError
 
 
 class NavigationVectorEnv(gym.vector.VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
-    """Navigation environments of one family, bit for bit the single environments; infos are empty.
+    """Navigation environments of one family, bit for bit the single environments.
+
+    Infos are empty.
 
     An environment whose episode ended is reset by the next step, which ignores its action and returns
     reward 0 (autoreset NEXT_STEP).
@@ -123,7 +125,7 @@ class NavigationVectorEnv(gym.vector.VectorEnv[NDArray[Any], NDArray[Any], NDArr
         return self._world.observe()
 
     def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
-        """Returns a value per environment: ``save_state``, ``task``, ``np_random`` or ``np_random_seed``.
+        """Returns one value of ``save_state``, ``task``, ``np_random`` or ``np_random_seed`` per environment.
 
         Raises:
             BenchError: another name, or arguments.

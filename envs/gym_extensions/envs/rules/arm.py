@@ -30,7 +30,10 @@ PUSH_NEAR, PUSH_CTRL = 0.5, 0.1
 
 
 def distance(difference: Array) -> Array:
-    """Length of each row, m; rounded as ``numpy.linalg.norm`` of one vector, which is also a dot product."""
+    """Length of each row in m.
+
+    It is rounded as ``numpy.linalg.norm`` of one vector, which is also a dot product.
+    """
     lengths: Array = np.sqrt(np.vecdot(difference, difference))
     return lengths
 
@@ -56,7 +59,10 @@ class ArmRules(Stateless):
 
 
 class PusherRules(ArmRules):
-    """Pusher: object to goal, tip to object, a cost on the agent's action; never ends."""
+    """Pusher's reward, from the distances object to goal and tip to object and a cost on the action.
+
+    Episodes never terminate.
+    """
 
     def __init__(self, physics: Physics, templates: Sequence[Template]) -> None:
         super().__init__(physics, templates)
@@ -87,7 +93,10 @@ class PusherRules(ArmRules):
 
 
 class StrikerRules(ArmRules):
-    """Striker: smallest distance of ball and goal so far, tip to ball until struck; never ends."""
+    """Striker's reward, from the smallest distance of ball and goal so far and of tip to ball until struck.
+
+    Episodes never terminate.
+    """
 
     def __init__(self, physics: Physics, templates: Sequence[Template]) -> None:
         super().__init__(physics, templates)
@@ -118,7 +127,7 @@ class StrikerRules(ArmRules):
         }
 
     def on_reset(self, indices: Indices) -> None:
-        """Clears the record of the episode; the distance at reset counts."""
+        """Clears the record of the episode. The distance at reset counts."""
         self._struck[indices], self._strike_place[indices] = False, 0.0
         self._best[indices] = self._ball_to_goal()[indices]
 

@@ -42,11 +42,11 @@ class Rules(Protocol):
         """Returns copies of what a saved state has beside the physics, one row per environment."""
 
     def set_state(self, indices: Indices, state: States) -> None:
-        """Restores saved rows in some environments, after physics; derived values may be absent."""
+        """Restores saved rows in some environments, after physics. Derived values may be absent."""
 
 
 class Stateless:
-    """Rules that keep nothing between steps; rules that do override these methods."""
+    """Rules that keep nothing between steps. Rules that do override these methods."""
 
     def on_reset(self, indices: Indices) -> None:
         """Nothing to do."""

@@ -21,7 +21,10 @@ HEALTHY_HEIGHT = (1.0, 2.0)
 
 
 class HumanoidStandupRules(Stateless):
-    """HumanoidStandup: height, costs on control and contact; never ends. A wall is not part of the agent."""
+    """HumanoidStandup's reward on height, with costs of control and contact.
+
+    Episodes never terminate. A wall is not part of the agent.
+    """
 
     needs_contact_forces: ClassVar[bool] = True
     fields: ClassVar[tuple[str, ...]] = ("xipos", "cinert", "cvel", "qfrc_actuator", "cfrc_ext")
@@ -65,7 +68,9 @@ class HumanoidStandupRules(Stateless):
 
 
 class HumanoidRules(HumanoidStandupRules):
-    """Humanoid: speed of the center of mass, a bonus while upright, the same costs; ends when it falls.
+    """Humanoid's reward on the speed of the center of mass, with a bonus while upright.
+
+    A fall ends the episode.
 
     Speed starts from the center of mass that the previous step left, which is one evaluation old.
     """
@@ -102,17 +107,20 @@ class HumanoidRules(HumanoidStandupRules):
         return gains - (control_cost(ctrl) + self._contact_cost()), ~healthy
 
     def get_state(self) -> dict[str, Array]:
-        """The bodies' centers that the last step left; the next reward starts from them."""
+        """The bodies' centers after the last step, from which the next reward starts."""
         return {DERIVED + "xipos": self._field["xipos"].copy()}
 
     def set_state(self, indices: Indices, state: States) -> None:
-        """Restores saved centers; without them the first reward starts from recomputed centers."""
+        """Restores saved centers. Without them, the first reward starts from recomputed centers."""
         if DERIVED + "xipos" in state:
             self._field["xipos"][indices] = state[DERIVED + "xipos"]
 
 
 class HumanoidStandupAndRunRules(HumanoidRules):
-    """HumanoidStandupAndRun: speed, height, and a smaller bonus at unhealthy heights; never ends."""
+    """HumanoidStandupAndRun's reward on speed and height, with a smaller bonus at unhealthy heights.
+
+    Episodes never terminate.
+    """
 
     def reward_and_termination(self, actions: NDArray[Any], ctrl: NDArray[Any]) -> tuple[Array, Flags]:
         """1.25 × speed + z / timestep + (5 if healthy else 1) − costs."""

@@ -13,6 +13,6 @@ def uniform_rows(generators: Generators, noise: float, size: int) -> Array:
 
 
 def uniform_state(generators: Generators, noise: float, nq: int, nv: int) -> tuple[Array, Array]:
-    """Draws rows of nq, then of nv numbers; one call gives the numbers of two calls in a row."""
+    """Draws rows of nq, then of nv numbers. One call gives the numbers of two calls in a row."""
     rows = uniform_rows(generators, noise, nq + nv)
     return rows[:, :nq], rows[:, nq:]

@@ -16,7 +16,7 @@ from gym_extensions.envs.rules.noise import uniform_rows, uniform_state
 
 @dataclass(frozen=True)
 class Health:
-    """Open intervals outside which an episode ends; ``state`` bounds the size of all other coordinates."""
+    """Open intervals outside which an episode ends. ``state`` bounds the size of all other coordinates."""
 
     height: tuple[float, float]
     angle: tuple[float, float]
@@ -54,7 +54,7 @@ class PlanarRules(Stateless):
         self._x_before[:] = self._qpos[:, 0]
 
     def reward_and_termination(self, actions: NDArray[Any], ctrl: NDArray[Any]) -> tuple[Array, Flags]:
-        """Speed + 1 while healthy − cost; the cost keeps the action's own precision, as Gymnasium's does."""
+        """Speed + 1 while healthy − cost. The cost keeps the action's own precision, as Gymnasium's does."""
         reward = (self._qpos[:, 0] - self._x_before) / self._dt
         cost = self.ctrl_cost * np.square(actions).sum(axis=1)
         if self.health is None:
@@ -101,7 +101,10 @@ class Walker2dRules(PlanarRules):
 
 
 class HalfCheetahRules(PlanarRules):
-    """HalfCheetah-v5: uniform noise on positions, normal noise on velocities; never ends."""
+    """HalfCheetah-v5, with uniform noise on positions and normal noise on velocities.
+
+    Episodes never terminate.
+    """
 
     ctrl_cost: ClassVar[float] = 0.1
     noise: ClassVar[float] = 0.1

@@ -1,1 +1,1 @@
-"""Many MuJoCo environments as arrays: physics, shards of one model layout, the vector environment."""
+"""Steps many MuJoCo environments as arrays, in shards of one model layout."""

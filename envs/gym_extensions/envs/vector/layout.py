@@ -26,7 +26,7 @@ def is_vectorized(task: Task) -> bool:
 
 
 def rules_of(template: TaskTemplate) -> RulesFactory:
-    """Returns the rules of a template's body; raises ``ValueError`` if it has none."""
+    """Returns the rules of a template's body. Raises ``ValueError`` if it has none."""
     rules = implementation(template.task.base).rules
     if rules is None:
         raise ValueError(f"{template.task.base} has no rules on arrays")
@@ -34,7 +34,7 @@ def rules_of(template: TaskTemplate) -> RulesFactory:
 
 
 def layout(template: TaskTemplate) -> tuple[object, ...]:
-    """Returns what the environments of a shard have in common: rules, effects and the sizes of the model."""
+    """Returns the rules, effects and model sizes that the environments of a shard share."""
     task, model = template.task, template.model
     sizes = tuple(int(getattr(model, name)) for name in LAYOUT)
     return task.base, task.max_steps, template.frame_skip, model.opt.timestep, sizes, shard_keys(task)

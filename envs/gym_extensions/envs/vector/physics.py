@@ -20,7 +20,7 @@ def state_fields(model: mujoco.MjModel) -> tuple[str, ...]:
 
 
 class BatchPhysics:
-    """Simulations in mujoco.batch; derived fields are bit for bit those that mj_step leaves."""
+    """Simulations in mujoco.batch. Derived fields are bit for bit those that mj_step leaves."""
 
     def __init__(
         self, models: Sequence[mujoco.MjModel], frame_skip: int, num_threads: int, fields: Sequence[str]

@@ -13,7 +13,9 @@ from gym_extensions.errors import BenchError
 
 
 def rows_for(states: States, rows: Indices, expected: Mapping[str, Array]) -> dict[str, Array]:
-    """Returns the chosen rows of every expected name, float64; derived names may be absent.
+    """Returns the chosen rows of every expected name, float64.
+
+    Derived names may be absent.
 
     Args:
         states: arrays by name, one row per environment.

@@ -1,4 +1,4 @@
-"""Environments that share a model layout, rules and effects: one physics batch, the rest on arrays."""
+"""Steps environments that share a model layout, rules and effects as one physics batch and arrays."""
 
 from __future__ import annotations
 
@@ -37,7 +37,10 @@ class Shard:
         self._effects = vector_effects_of(self._physics, templates)
 
     def reset(self, indices: Indices, generators: Generators) -> None:
-        """Starts episodes in some environments, each drawn from its own generator: body, then effects."""
+        """Starts episodes in some environments.
+
+        Each one draws from its own generator, the body before the effects.
+        """
         rows = self._rules.draw(indices, generators)
         for effect in self._effects:
             effect.draw(indices, generators, rows)

@@ -41,7 +41,7 @@ class Shards:
                 shard.reset(rows, [generator for generator in drawn if generator is not None])
 
     def step(self, actions: NDArray[Any], resting: Flags | None) -> tuple[Array, Flags]:
-        """Returns rewards and terminations of one step; rows of resting environments are meaningless."""
+        """Returns rewards and terminations of one step. Rows of resting environments are meaningless."""
         if len(self._shards) == 1:
             return self._shards[0].step(actions, None if resting is None else np.flatnonzero(~resting))
         rewards, terminations = np.empty(self._num_envs), np.empty(self._num_envs, np.bool_)
@@ -60,7 +60,7 @@ class Shards:
         return observations
 
     def save(self) -> dict[str, Array]:
-        """Returns the states by name; a name that some environments lack has NaN in their rows."""
+        """Returns the states by name. A name that some environments lack has NaN in their rows."""
         if len(self._shards) == 1:
             return self._shards[0].save()
         states: dict[str, Array] = {}

@@ -16,6 +16,6 @@ class SequentialVectorEnv(SyncVectorEnv):
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Any, dict[str, Any]]:
-        """Returns the first observations; an int seed is spawned, a list has one seed per environment."""
+        """Returns the first observations. An int seed is spawned, a list has one seed per environment."""
         seeds = spawn_seeds(seed, self.num_envs) if isinstance(seed, int) else seed
         return super().reset(seed=seeds, options=options)  # type: ignore[arg-type]

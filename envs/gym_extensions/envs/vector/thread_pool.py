@@ -17,7 +17,9 @@ from gym_extensions.envs.vector.physics import state_fields
 
 
 class PooledPhysics:
-    """One MjData per environment; mj_step and mj_rnePostConstraint release the interpreter's lock.
+    """One MjData per environment.
+
+    mj_step and mj_rnePostConstraint release the interpreter's lock.
 
     mujoco.batch runs mj_rnePostConstraint only for sensors, which Humanoid's Runge–Kutta integrator
     evaluates at a different stage than Gymnasium does (ADR 0026).
@@ -74,7 +76,7 @@ class PooledPhysics:
             row[...] = source
 
     def _spread(self, work: Callable[[int], None], indices: Iterable[int]) -> None:
-        """Calls ``work`` on every index; threads take the next index, so uneven work balances out."""
+        """Calls ``work`` on every index. Threads take the next index, so uneven work balances out."""
         waiting = deque(indices)
 
         def drain() -> None:

@@ -1,4 +1,4 @@
-"""The MuJoCo vector environment: seeds, time limits, autoreset."""
+"""The MuJoCo vector environment, with seeds, time limits and autoreset."""
 
 from __future__ import annotations
 
@@ -22,7 +22,9 @@ from gym_extensions.errors import BenchError
 
 
 class MujocoVectorEnv(gym.vector.VectorEnv[Array, NDArray[Any], NDArray[Any]]):
-    """MuJoCo environments stepped together; every number is bit for bit the single environment's.
+    """MuJoCo environments stepped together.
+
+    Every number is bit for bit the single environment's.
 
     Infos are empty. An environment whose episode ended is reset by the next step, which ignores its action
     and returns reward 0 (autoreset NEXT_STEP).
@@ -127,7 +129,7 @@ class MujocoVectorEnv(gym.vector.VectorEnv[Array, NDArray[Any], NDArray[Any]]):
         return self._shards.observe()
 
     def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
-        """Returns a value per environment: ``save_state``, ``task``, ``np_random`` or ``np_random_seed``.
+        """Returns one value of ``save_state``, ``task``, ``np_random`` or ``np_random_seed`` per environment.
 
         Raises:
             BenchError: another name, or arguments.

@@ -72,7 +72,7 @@ class Log:
 
     @property
     def max_steps(self) -> Integers:
-        """The time limit of each row's task in steps; 0 for a task of another group."""
+        """The time limit of each row's task in steps, 0 for a task of another group."""
         limits = [*(task.max_steps for task in self.group.tasks), 0]
         return np.array(limits, dtype=np.int64)[self.position]
 
@@ -83,7 +83,7 @@ def is_integer(cell: str) -> bool:
 
 
 def is_number(cell: str) -> bool:
-    """Whether a cell is a number; ``nan`` and ``inf`` are."""
+    """Whether a cell is a number, ``nan`` and ``inf`` included."""
     try:
         float(cell)
     except ValueError:
@@ -104,7 +104,10 @@ def _integers(cells: list[str]) -> Integers:
 
 
 def log(cells: Cells, protocol: str, group: TaskGroup) -> Log:
-    """The log in the cells; raises ValueError, KeyError or OverflowError for a cell of the wrong kind."""
+    """Parses the cells into a log.
+
+    Raises ValueError, KeyError or OverflowError for a cell of the wrong kind.
+    """
     columns = cells.columns
     positions = {task: position for position, task in enumerate(group.task_ids)}
     integers = {name: _integers(columns[name]) for name in INTEGER_COLUMNS}
@@ -126,7 +129,7 @@ def log(cells: Cells, protocol: str, group: TaskGroup) -> Log:
 
 @functools.lru_cache(maxsize=128)
 def _prescribed(protocol: str, group: TaskGroup) -> tuple[dict[str, Integers], list[str]]:
-    """The key columns and fingerprints of one run; raises BenchError if a fingerprint is not published."""
+    """The key columns and fingerprints of one run. Raises BenchError if a fingerprint is not published."""
     ids = group.task_ids
     cells = stages(protocol, len(ids)), range(len(ids)), range(EVALUATION_EPISODES)
     keys = np.array(list(product(*cells)), dtype=np.int64)

@@ -28,7 +28,7 @@ def _is_readable(block: Lines) -> NDArray[np.bool_]:
 
 
 def readable_rows(text: Text) -> Cells | None:
-    """The cells of the rows that have all their cells; None if no row has, or the header is wrong."""
+    """The cells of the rows that have all their cells. None if no row has, or if the header is wrong."""
     whole = Text(text.path, text.header, plain(text.data))
     header = (",".join(text.header) + "\n").encode()
     if not whole.data.startswith(header):
@@ -51,7 +51,7 @@ def readable_rows(text: Text) -> Cells | None:
 
 
 def _parsed_rows(cells: Cells, names: tuple[str, ...]) -> Cells | None:
-    """The rows in which the cells of these columns are of the right kind; None if there are none."""
+    """The rows in which the cells of these columns are of the right kind, or None if there are none."""
     count = len(next(iter(cells.columns.values())))
     tests = [(KINDS[name][0], cells.columns[name]) for name in names if name in cells.columns]
     rows = [row for row in range(count) if all(test(column[row]) for test, column in tests)]

@@ -18,7 +18,7 @@ Key = tuple[str, int, str]
 
 @dataclass(frozen=True)
 class Curves:
-    """The rows of curves.csv by column; ``runs`` are the runs of each log, ``numbers`` is as in ``Cells``."""
+    """The rows of curves.csv by column. ``runs`` are the runs of each log, ``numbers`` is as in ``Cells``."""
 
     path: str
     group: TaskGroup
@@ -33,7 +33,7 @@ class Curves:
 
     @functools.cached_property
     def blocks(self) -> list[tuple[Key, int, int]]:
-        """The curves in the order of the file: key, first row, and the row after the last."""
+        """The key, first row, and row after the last of each curve, in the order of the file."""
         keys = list(zip(self.protocol, self.run, self.task, strict=True))
         starts = [row for row, key in enumerate(keys) if row == 0 or key != keys[row - 1]]
         return [
@@ -42,7 +42,7 @@ class Curves:
 
 
 def curves(cells: Cells, group: TaskGroup, budget: Budget | None, runs: Runs) -> Curves:
-    """The curves in the cells; raises ValueError or OverflowError for a cell of the wrong kind."""
+    """Parses the cells into curves. Raises ValueError or OverflowError for a cell of the wrong kind."""
     columns = cells.columns
     integers = {cell: int(cell) for cell in set(columns["run"])}
     return Curves(

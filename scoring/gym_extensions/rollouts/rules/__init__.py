@@ -1,4 +1,7 @@
-"""The rules of a submission: one function per rule, whose docstring is the rule. ``RULES`` lists them all."""
+"""The rules of a submission are functions whose docstrings are the published text.
+
+``RULES`` lists them all.
+"""
 
 from gym_extensions.rollouts.rules import (
     consistency,

@@ -70,12 +70,12 @@ def wrong_header(text: Text) -> Iterator[Finding]:
 @rule("text")
 def odd_character(text: Text) -> Iterator[Finding]:
     """Cells contain letters, digits and . / + - only (and the namespace): no quotes, spaces or tabs."""
-    rest = text.data.removeprefix(BOM).replace(f"{NAMESPACE}/".encode(), b"")
-    if not rest.translate(None, ALLOWED):
+    data = text.data.removeprefix(BOM).replace(f"{NAMESPACE}/".encode(), b"")
+    if not data.translate(None, ALLOWED):
         return
     first: dict[int, str] = {}
     count = 0
-    for block in lines(replace(text, data=rest)):
+    for block in lines(replace(text, data=data)):
         odd = np.flatnonzero(~np.isin(np.frombuffer(block.data, dtype=np.uint8), list(ALLOWED)))
         rows, indices = np.unique(np.searchsorted(block.ends, odd, side="right"), return_index=True)
         count += rows.size

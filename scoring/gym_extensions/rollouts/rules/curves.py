@@ -94,13 +94,13 @@ def impossible_curve_return(curves: Curves) -> Iterator[Finding]:
     lowest, highest = max(low for low, _ in spans.values()), min(high for _, high in spans.values())
     if ((curves.return_ >= lowest) & (curves.return_ <= highest)).all():
         return  # within the bounds of every task
-    least, most = np.full((2, curves.step.size), [[-np.inf], [np.inf]])
+    lower, upper = np.full((2, curves.step.size), [[-np.inf], [np.inf]])
     for (_, _, task), start, stop in curves.blocks:
-        least[start:stop], most[start:stop] = spans.get(task, (-np.inf, np.inf))
-    is_outside = np.isfinite(curves.return_) & ((curves.return_ < least) | (curves.return_ > most))
+        lower[start:stop], upper[start:stop] = spans.get(task, (-np.inf, np.inf))
+    is_outside = np.isfinite(curves.return_) & ((curves.return_ < lower) | (curves.return_ > upper))
 
     def message(row: int) -> str:
-        bounds = f"an episode of this task returns {least[row]:g} to {most[row]:g}"
+        bounds = f"an episode of this task returns {lower[row]:g} to {upper[row]:g}"
         return f"Column `return` is {float(curves.return_[row])!r}; {bounds}."
 
     hint = "Write the mean of the undiscounted, unscaled returns of the episodes that ended."

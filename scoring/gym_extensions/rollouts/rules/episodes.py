@@ -1,4 +1,4 @@
-"""Rules about the keys of a log: every prescribed episode once, and no other.
+"""Rules about the keys of a log, which has every prescribed episode once and no other.
 
 They are checked only where the keys differ from the prescribed ones.
 """

@@ -26,7 +26,7 @@ BARE = re.compile(r"[A-Za-z0-9_-]{1,80}")
 
 
 def bare(name: str) -> str:
-    """A key as in TOML: without quotes if possible."""
+    """A key as in TOML, without quotes if possible."""
     return name if BARE.fullmatch(name) else quote(name)
 
 
@@ -40,7 +40,7 @@ def _closest(name: str, choices: Iterable[str]) -> str:
 
 
 def _table(tables: Tables, section: str) -> object:
-    """The table of a section; ``""`` is the top level."""
+    """The table of a section. ``""`` is the top level."""
     return tables.get(section, {}) if section else tables
 
 

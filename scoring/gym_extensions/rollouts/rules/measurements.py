@@ -1,4 +1,4 @@
-"""Rules about the measured cells of a log: lengths, returns, terminations, fingerprints."""
+"""Rules about the measured cells of a log, which are lengths, returns, terminations and fingerprints."""
 
 from __future__ import annotations
 
@@ -96,15 +96,15 @@ def impossible_return(log: Log) -> Iterator[Finding]:
         np.array([getattr(row, name) for row in bounds])[log.position] for name in ("low", "high", "end")
     )
     steps = np.maximum(log.length, 1)
-    least, most = low * steps, high * steps + np.where(log.terminated, end, 0.0)
+    lower, upper = low * steps, high * steps + np.where(log.terminated, end, 0.0)
     is_comparable = np.isfinite(log.return_) & (log.length >= 1)
 
     def message(index: int) -> str:
-        expected = f"{least[index]:g} to {most[index]:g} in {steps[index]} steps of this task"
+        expected = f"{lower[index]:g} to {upper[index]:g} in {steps[index]} steps of this task"
         return f"Column `return` is {float(log.return_[index])!r}; expected {expected}."
 
     hint = "Write the undiscounted, unscaled sum of the rewards."
-    rows = _rows(is_comparable & ((log.return_ < least) | (log.return_ > most)))
+    rows = _rows(is_comparable & ((log.return_ < lower) | (log.return_ > upper)))
     yield from row_findings(log.path, rows, message, hint, log.numbers)
 
 

@@ -1,4 +1,7 @@
-"""Rules about .npz files: arrays of numbers within limits, never a pickle. Only headers are read."""
+"""Rules about .npz files, which contain arrays of numbers within limits and never a pickle.
+
+Only headers are read.
+"""
 
 from __future__ import annotations
 
@@ -29,12 +32,12 @@ class ArrayFile:
 
     @functools.cached_property
     def listing(self) -> tuple[list[Member], int] | None:
-        """The first members and the number of all; None if the file is not a zip archive."""
+        """The first members and the number of all members, or None if the file is not a zip archive."""
         return members(self.data)
 
     @property
     def members(self) -> list[Member]:
-        """The first members of the archive; none if the file is not a zip archive."""
+        """The first members of the archive, or none if the file is not a zip archive."""
         return self.listing[0] if self.listing else []
 
 

@@ -1,4 +1,4 @@
-"""A rule is a function registered under its own name; its docstring is the rule's text."""
+"""A rule is a function registered under its own name. Its docstring is the rule's text."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ Check = Callable[[Any], Iterator[Finding]]
 
 @dataclass(frozen=True)
 class Rule:
-    """A rule: its name in kebab case, its scope, its text, its function."""
+    """A rule, with its name in kebab case, its scope, its text and its function."""
 
     name: str
     scope: Scope
@@ -41,7 +41,7 @@ RULES: dict[str, Rule] = {}
 
 
 def rule(scope: Scope) -> Callable[[Check], Check]:
-    """Registers a function as a rule: its name is the rule's name, its docstring the rule's text."""
+    """Registers a function as a rule with the function's name. Its docstring is the rule's text."""
 
     def register(check: Check) -> Check:
         name = check.__name__.replace("_", "-")

@@ -19,6 +19,6 @@ def rules_table() -> str:
 
 
 def with_table(page: str) -> str:
-    """The page with the current table between its markers; raises ValueError if it has no markers."""
+    """The page with the current table between its markers. Raises ValueError if it has no markers."""
     before, after = page.index(BEGIN) + len(BEGIN), page.index(END)
     return f"{page[:before]}\n{rules_table()}\n{page[after:]}"

@@ -22,7 +22,7 @@ MULTILINE = ("description", HYPERPARAMETERS)
 
 
 def _strings(value: object, where: str, multiline: bool = False) -> Iterator[tuple[str, str, bool]]:
-    """Every string, keys included: where it is, the string, and whether it may have line breaks."""
+    """Every string, keys included, with its location and whether it may have line breaks."""
     if isinstance(value, str):
         yield where, value, multiline
     elif isinstance(value, dict):
@@ -41,7 +41,7 @@ def _is_visible(char: str) -> bool:
 
 
 def _has_invisible(text: str) -> bool:
-    """Whether a text has an invisible character; a joiner counts only between ASCII characters."""
+    """Whether a text has an invisible character. A joiner counts only between ASCII characters."""
     return any(
         char in BLANK
         or (unicodedata.category(char) in INVISIBLE and (char not in JOINERS or (before + after).isascii()))

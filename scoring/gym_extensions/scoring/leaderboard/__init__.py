@@ -1,1 +1,1 @@
-"""Boards: the entries of one group side by side, with rank intervals."""
+"""Boards show the entries of one group side by side, with rank intervals."""

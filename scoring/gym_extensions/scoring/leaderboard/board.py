@@ -1,4 +1,4 @@
-"""Boards: the entries of one group or suite, protocol and budget, with their rank intervals.
+"""Builds boards, which rank the entries of one group or suite, protocol and budget.
 
 A board is made from scorecards alone. What it adds (ranks, runs to separate) belongs to the board and may
 change when an entry joins; the scores are copied from the scorecards and never move.
@@ -38,7 +38,7 @@ FORGETTING = ("forgetting", "worst_case_forgetting", "mean_later_forgetting")
 
 @dataclass(frozen=True)
 class Ranks:
-    """The ranks of one metric: rank intervals by entry name, and each ranked entry against the next."""
+    """The ranks of one metric, with rank intervals by entry name and each ranked entry against the next."""
 
     intervals: Mapping[str, tuple[int, int]]
     vs_next: Mapping[str, VersusNext]
@@ -109,7 +109,7 @@ def _ranks(
 def _versus(
     above: tuple[BoardEntry, Summary], below: tuple[BoardEntry, Summary], separated: bool, entries: int
 ) -> VersusNext:
-    """A ranked entry against the next: the pair's own interval, and how many runs would separate them."""
+    """A ranked entry against the next, with the interval of the pair and the runs to separate them."""
     gap = subtract(above[1], below[1])
     needed = None if separated else runs_to_separate(gap, entries)
     more = None if needed is None else max(1, needed - min(above[0].runs, below[0].runs))
@@ -117,7 +117,7 @@ def _versus(
 
 
 def board(cards: Sequence[Scorecard], key: BoardKey) -> Board:
-    """One board: ranked entries by their first metric, best first, then those without a rank."""
+    """One board. Ranked entries come first, best first by their first metric, then those without a rank."""
     scores = {card.name: score for card in cards if (score := lookup(card, key)) is not None}
     cards_by_name = {card.name: card for card in cards if card.name in scores}
     duplicates = duplicate_entries({name: score.metrics for name, score in scores.items()})

@@ -1,4 +1,4 @@
-"""Two entries side by side: for every metric that both have, the interval of their difference."""
+"""Compares two entries by the interval of their difference, for every metric that both have."""
 
 from __future__ import annotations
 

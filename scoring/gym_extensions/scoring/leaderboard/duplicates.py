@@ -8,7 +8,7 @@ from gym_extensions.scoring.metrics.value import MetricValue
 
 
 def duplicate_entries(entries: Mapping[str, Mapping[str, MetricValue]]) -> dict[str, str]:
-    """For each entry that equals another in every metric and run: the first other entry that it equals.
+    """The first other entry that an entry equals in every metric and run, by name of the entry.
 
     Args:
         entries: metrics by the entry's name. Entries without a value per run equal no other entry.

@@ -13,7 +13,7 @@ from gym_extensions.scoring.scorecard.model import GroupScore, Scorecard, SuiteS
 
 @dataclass(frozen=True, order=True)
 class BoardKey:
-    """A board: group or suite, protocol, budget, and whether agents observe the task in evaluation."""
+    """Group or suite, protocol and budget of a board, and whether agents observe the task in evaluation."""
 
     group: str
     protocol: str
@@ -27,7 +27,7 @@ class BoardKey:
 
 
 def lookup(card: Scorecard, key: BoardKey) -> GroupScore | SuiteScore | None:
-    """The scores of an entry on a board; None if it is not on it."""
+    """The scores of an entry on a board, or None if it is not on it."""
     scores = (card.suites if key.group in SUITES else card.groups).get(key.group, {})
     score = scores.get(key.protocol)
     on_board = score is not None and score.budget == key.budget
@@ -35,7 +35,7 @@ def lookup(card: Scorecard, key: BoardKey) -> GroupScore | SuiteScore | None:
 
 
 def is_task_conditioned(card: Scorecard) -> bool:
-    """Whether the agent observes the task in evaluation: such entries have boards of their own."""
+    """Whether the agent observes the task in evaluation. Such entries have separate boards."""
     return card.manifest is not None and card.manifest.observes.task_in_evaluation
 
 
@@ -60,7 +60,7 @@ def strip_for_boards(card: Scorecard) -> Scorecard:
 
 
 def board_keys(cards: Sequence[Scorecard]) -> list[BoardKey]:
-    """Every board that the scorecards have an entry for: groups before suites, sorted."""
+    """Every board that the scorecards have an entry for, sorted, with groups before suites."""
     keys = {
         BoardKey(name, protocol, score.budget, is_task_conditioned(card))
         for card in cards

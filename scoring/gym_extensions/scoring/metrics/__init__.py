@@ -1,1 +1,1 @@
-"""From returns to metrics: one formula per metric."""
+"""Computes metrics from returns, with one formula per metric."""

@@ -1,4 +1,4 @@
-"""Distribution of scores over runs and tasks: performance profile and interquartile mean.
+"""Performance profile and interquartile mean of the scores over runs and tasks.
 
 Both follow Agarwal et al. 2021.
 """
@@ -31,7 +31,7 @@ class Profile:
 
 
 def profile(scores: Sequence[Sequence[float]]) -> Profile | None:
-    """The performance profile of scores [run][task]; None without scores."""
+    """The performance profile of scores [run][task], or None without scores."""
     values = sorted(value for run in scores for value in run)
     if not values:
         return None
@@ -40,7 +40,7 @@ def profile(scores: Sequence[Sequence[float]]) -> Profile | None:
 
 
 def iqm(scores: Sequence[Sequence[float]]) -> Number:
-    """Mean of the scores [run][task] without the lowest and highest ⌊n/4⌋; None without scores."""
+    """Mean of the scores [run][task] without the lowest and highest ⌊n/4⌋, or None without scores."""
     values = sorted(value for run in scores for value in run)
     cut = len(values) // 4
     return mean(values[cut : len(values) - cut])

@@ -1,4 +1,4 @@
-"""Area under a training curve: how fast a task was learned."""
+"""Area under a training curve, which shows how fast a task was learned."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Every metric as one row: its name, its formula as text and, beside it, as code. See docs/metrics.md."""
+"""Defines every metric as one row, with its formula as text and as code.
+
+See docs/metrics.md.
+"""
 
 from __future__ import annotations
 

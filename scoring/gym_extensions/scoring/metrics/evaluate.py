@@ -37,7 +37,7 @@ def _over_runs(metric: Metric, runs: list[Run]) -> MetricValue:
 
 
 def _joint_gap(final: MetricValue, joint: MetricValue) -> MetricValue:
-    """Joint minus sequential final performance; runs are not paired, so the interval is Welch's."""
+    """Joint minus sequential final performance. Runs are not paired, so the interval is Welch's."""
     if not final.runs or not joint.runs:
         return MetricValue(why=final.why or joint.why)
     gap = difference(joint.runs, final.runs)
@@ -45,7 +45,10 @@ def _joint_gap(final: MetricValue, joint: MetricValue) -> MetricValue:
 
 
 def no_reference(results: Results, references: References) -> str:
-    """Why a group cannot be normalized: some of its tasks have no reference. Empty where all have one."""
+    """The reason why a group cannot be normalized, which is a task without a reference.
+
+    Empty where all have one.
+    """
     missing = references.missing(results.group.task_ids)
     if not missing:
         return ""

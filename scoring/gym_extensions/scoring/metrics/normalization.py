@@ -19,7 +19,9 @@ def _areas(results: Results, protocol: str, run: int, scored: dict[int, Referenc
 
 
 def normalized_runs(results: Results, references: References, protocol: str) -> list[Run]:
-    """One Run per training seed of a protocol's log; every task of the group needs a reference.
+    """One Run per training seed of a protocol's log.
+
+    Every task of the group needs a reference.
 
     ``single_task`` and the areas are filled in where the log has a single log or curves beside it.
     """

@@ -63,7 +63,7 @@ def _pooled(episodes: Sequence[float]) -> PaperCell:
 
 
 def _episodes(results: Results) -> list[Episodes]:
-    """All episodes of every task's four cells, all runs pooled; None where the entry has no such log."""
+    """All episodes of every task's four cells, with all runs pooled. None where the entry has no such log."""
     sequential, single = (results.returns.get(protocol) for protocol in ("sequential", "single"))
     rows: list[Episodes] = []
     for index in range(len(results.group.tasks)):

@@ -47,7 +47,7 @@ class Results:
 
     @functools.cached_property
     def returns(self) -> dict[str, Cells]:
-        """Returns [run][stage][task][episode] by protocol; single and joint logs have one stage."""
+        """Returns [run][stage][task][episode] by protocol. Single and joint logs have one stage."""
         arrays = {
             "sequential": self.sequential,
             "single": None if self.single is None else self.single[:, None],

@@ -1,4 +1,4 @@
-"""One run in normalized returns: the input of every metric, with the indices of the formulas."""
+"""One run in normalized returns is the input of every metric, with the indices of the formulas."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Run:
-    """Normalized returns of one training seed; stages s count from 0 (untrained), tasks j from 1.
+    """Normalized returns of one training seed.
+
+    Stages s count from 0 (untrained), tasks j from 1.
 
     All mappings hold the scored positions only.
 

@@ -1,4 +1,4 @@
-"""A metric's value on a group or suite: the mean over runs with its interval, or why there is none."""
+"""A metric's value on a group or suite, with its interval, or the reason why it has none."""
 
 from __future__ import annotations
 

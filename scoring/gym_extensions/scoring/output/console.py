@@ -1,4 +1,4 @@
-"""Terminal output: literal text, 80 columns where there is no terminal, color only on one."""
+"""Writes literal text, in color on a terminal, and 80 columns wide elsewhere."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ class HasInterval(Protocol):
 
 class _Console(Console):
     def on_broken_pipe(self) -> None:
-        """Raises, so that the command decides what to do when its reader is gone; rich would exit."""
+        """Raises, so that the command decides what to do when its reader is gone. Rich would exit."""
         raise BrokenPipeError
 
 
 def console(errors: bool = False) -> Console:
-    """Standard output, or standard error; NO_COLOR is honored.
+    """Standard output, or standard error. NO_COLOR is honored.
 
-    Markup is off: titles and file names come from strangers and are printed literally.
+    Titles and file names come from strangers, so markup is off and they are printed literally.
     """
     return _Console(highlight=False, markup=False, emoji=False, stderr=errors)
 
@@ -79,7 +79,7 @@ def table_rows(score: GroupScore) -> Iterator[tuple[str, list[PaperCell | None]]
 
 
 def plain_table(*columns: str) -> Table:
-    """A table without lines: the first column aligned left, the others right."""
+    """A table without lines, with the first column aligned left and the others right."""
     table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
     for index, column in enumerate(columns):
         table.add_column(column, justify="left" if index == 0 else "right", overflow="fold")

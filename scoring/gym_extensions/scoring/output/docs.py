@@ -32,7 +32,7 @@ def _metrics(protocol: str) -> str:
 
 
 def _keys(definition: dict[str, Any], definitions: dict[str, Any]) -> str:
-    """The table of an object's keys; a key without a description has that of its type."""
+    """The table of an object's keys. A key without a description has that of its type."""
 
     def description(field: dict[str, Any]) -> str:
         if "$ref" not in field:
@@ -54,7 +54,7 @@ def tables() -> dict[str, str]:
 
 
 def updated(page: str) -> str:
-    """The page with its tables written anew; raises KeyError for a table that does not exist."""
+    """The page with its tables updated. Raises KeyError for a table that does not exist."""
     texts = tables()
     return BLOCK.sub(
         lambda block: f"<!-- table: {block['name']} -->\n{texts[block['name']]}\n<!-- end -->", page

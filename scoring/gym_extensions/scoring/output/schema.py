@@ -58,7 +58,7 @@ def _section(fields: dict[str, values.Key]) -> Schema:
 
 
 def submission_schema() -> Schema:
-    """The schema of submission.toml read as JSON: sections are objects."""
+    """The schema of submission.toml read as JSON, in which sections are objects."""
     top, *names = manifest.SECTIONS
     schema = _section(manifest.SECTIONS[top])
     schema["properties"]["reported"]["enum"] = list(TABLES)

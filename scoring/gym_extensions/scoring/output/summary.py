@@ -1,4 +1,4 @@
-"""Scorecards for people: one screen per submission, or two submissions side by side."""
+"""Prints scorecards for people, one screen per submission, or two submissions side by side."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def show_line(out: Console, card: Scorecard) -> None:
 
 
 def show(out: Console, card: Scorecard, references: ReferencesInfo) -> None:
-    """One submission: trust, problems, and each group with metrics, the paper's table and highlights."""
+    """One submission, with trust, problems, and per group the metrics, the paper's table and highlights."""
     show_line(out, card)
     scores = [
         (name, protocol, score)

@@ -1,4 +1,4 @@
-"""What ``score --out`` writes: one scorecard per submission as it is scored, and the boards at the end."""
+"""Writes the files of ``score --out``. Scorecards are written as they are scored, boards at the end."""
 
 from __future__ import annotations
 

@@ -45,7 +45,10 @@ class Scorer:
     groups: Mapping[str, TaskGroup] = field(default_factory=lambda: GROUPS)
 
     def __call__(self, path: Path) -> Scorecard:
-        """The scorecard of the submission in that folder; one with a problem where scoring it fails."""
+        """The scorecard of the submission in that folder.
+
+        If scoring fails, it has a problem instead of scores.
+        """
         try:
             return score(read(path, self.groups), self.references)
         except BenchError:
@@ -119,7 +122,9 @@ def scorecards(
 
 
 def find_submissions(paths: Sequence[Path]) -> list[Path]:
-    """The submissions that the paths name, sorted by name: submissions, or folders of submissions.
+    """The submissions that the paths name, sorted by name.
+
+    A path is a submission or a folder of submissions.
 
     Raises:
         BenchError: a path does not exist, or two submissions have the same name.

@@ -1,1 +1,1 @@
-"""Published results without logs: the tables as printed, and what is known about their numbers."""
+"""Published results without logs, as printed, with findings about their numbers."""

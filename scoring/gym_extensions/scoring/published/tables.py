@@ -1,4 +1,4 @@
-"""Published tables without logs: rows and totals as printed, totals recomputed, and contradictions."""
+"""Published tables without logs, with printed rows and totals, recomputed totals and contradictions."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ TOTAL = "TOTAL"
 
 @dataclass(frozen=True)
 class Finding:
-    """What was computed once from a group's printed numbers; tests/scoring/published computes it again."""
+    """What was computed once from a group's printed numbers. tests/scoring/published computes it again."""
 
     paper_total: PaperColumns
     contradictions: tuple[str, ...]
@@ -50,7 +50,7 @@ class Findings:
 
 @dataclass
 class PrintedGroup:
-    """One group: cells by environment's printed name and column, and the printed totals by column."""
+    """One group, with cells by printed name of the environment and column, and printed totals by column."""
 
     rows: dict[str, dict[str, PaperCell]] = field(default_factory=dict)
     total: dict[str, PaperCell] = field(default_factory=dict)
@@ -61,7 +61,7 @@ class PrintedGroup:
 
 
 def task_id(printed: str) -> str:
-    """The task id of an environment's printed name: ``gym_extensions/Hopper-v0`` of ``Hopper-v1``."""
+    """The task id of an environment's printed name, e.g. ``gym_extensions/Hopper-v0`` for ``Hopper-v1``."""
     return f"{NAMESPACE}/{printed.rsplit('-v', 1)[0]}-v0"
 
 

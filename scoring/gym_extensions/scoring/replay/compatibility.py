@@ -1,4 +1,4 @@
-"""Whether a recorded episode fits its task: shapes of actions and states, and whether states restore."""
+"""Checks whether a recorded episode fits its task. Shapes must agree and states must be restorable."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MISFIT_ERRORS = (KeyError, ValueError, OverflowError, BenchError)
 
 
 def misfits(env: Any, episodes: Sequence[RecordedEpisode]) -> Iterator[tuple[str, str]]:
-    """The traces whose actions or states have other shapes than the environment's: (path, sentence)."""
+    """Path and sentence for each trace whose actions or states have other shapes than the environment's."""
     env.reset(seed=[episode.seed for episode in episodes[:1]])
     actions = env.single_action_space.shape
     expected = {name: rows.shape[1:] for name, rows in env.save_states().items() if is_recorded(name)}

@@ -27,7 +27,7 @@ HINT = "Record it with the pinned versions; if it was, tell the maintainers the 
 
 @dataclass(frozen=True)
 class Segment:
-    """The ``index``-th segment of an episode: steps ``start`` to ``end`` (exclusive)."""
+    """The ``index``-th segment of an episode, from step ``start`` to ``end`` (exclusive)."""
 
     episode: RecordedEpisode
     index: int
@@ -68,7 +68,7 @@ def usable_cpus() -> int:
 
 
 def replay(task: Task, episodes: Sequence[RecordedEpisode]) -> list[Problem]:
-    """At most one problem per episode: the first segment whose replay differs from the trace."""
+    """The first segment of each episode whose replay differs from the trace, as a problem."""
     with _no_log_file():
         model = make_vec(task, 1)
         faults = {path: (0, fault) for path, fault in misfits(model, episodes)}
@@ -130,7 +130,7 @@ def _state(part: Segment) -> dict[str, Array]:
 
 
 def _actions(parts: Sequence[Segment], steps: int) -> NDArray[np.float32]:
-    """Actions (steps + 1, segments, …): of the step before each segment and of its steps, then zeros."""
+    """Actions (steps + 1, segments, …) of each segment and the step before it, padded with zeros."""
     recorded = parts[0].episode.actions
     actions = np.zeros((steps + 1, len(parts), *recorded.shape[1:]), recorded.dtype)
     for index, part in enumerate(parts):

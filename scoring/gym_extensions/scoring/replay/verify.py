@@ -20,7 +20,7 @@ NO_TRACES = "It holds no traces: nothing could be replayed."
 
 @dataclass(frozen=True)
 class Verification:
-    """The result of a replay: ``replayed`` of ``episodes`` logged episodes, and every problem."""
+    """The result of a replay, with the number of replayed and logged episodes and every problem."""
 
     replayed: int
     episodes: int
@@ -28,7 +28,7 @@ class Verification:
 
     @property
     def level(self) -> str | None:
-        """The level of trust; None with a problem, ``validated`` without traces."""
+        """The level of trust, or None with a problem. It is ``validated`` without traces."""
         if self.problems:
             return None
         if not self.replayed:

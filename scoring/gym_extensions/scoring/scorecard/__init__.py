@@ -1,1 +1,1 @@
-"""The scorecard: one submission's metrics, intervals and notes as a typed document."""
+"""The scorecard holds one submission's metrics, intervals and notes as a typed document."""

@@ -42,7 +42,7 @@ def missing_for_full_entry(results: Results, protocol: str) -> tuple[str, ...]:
 
 
 def score_group(results: Results, references: References, protocol: str, budget: str) -> GroupScore:
-    """One group and protocol: metrics, the paper's table, references, raw returns."""
+    """Scores one group and protocol, with metrics, the paper's table, references and raw returns."""
     normalized = no_reference(results, references) == ""
     runs = normalized_runs(results, references, protocol) if normalized else []
     final = [[run.p(run.T, j) for j in run.scored] for run in runs]
@@ -69,7 +69,7 @@ def score_group(results: Results, references: References, protocol: str, budget:
 
 
 def score(submission: Submission, references: References) -> Scorecard:
-    """The scorecard of one submission; with problems it has neither trust nor groups."""
+    """The scorecard of one submission. With problems, it has neither trust nor groups."""
     manifest = submission.manifest
     scored = manifest is not None and not submission.problems
     trust = (REPORTED if manifest.reported else VALIDATED) if manifest and scored else None

@@ -14,7 +14,9 @@ Groups = Mapping[str, Mapping[str, GroupScore]]
 
 
 def estimate(groups: Groups, names: Sequence[str], protocol: str, metric: Metric) -> Summary | None:
-    """The mean over groups of a metric's mean over runs; None where it has no value in one of them.
+    """The mean over groups of a metric's mean over runs.
+
+    None where it has no value in one of them.
 
     Args:
         groups: scores by group id and protocol.

@@ -1,4 +1,4 @@
-"""Highlights of a scorecard, one sentence each: the task that is forgotten, helped or hurt most."""
+"""Highlights of a scorecard name the task that is forgotten, helped or hurt most, in one sentence each."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def task_name(task_id: str) -> str:
 
 
 def _runs(score: GroupScore, single: GroupScore | None, index: int, column: str) -> list[float]:
-    """The mean return of each run behind a cell of the paper's table; empty for a published table."""
+    """The mean return of each run behind a cell of the paper's table, empty for a published table."""
     if column == "single_env":
         return [run[-1][index] for run in single.return_matrix] if single else []
     stage = {"fully_trained": -1, "after_env_training": index + 1}[column]
@@ -55,7 +55,7 @@ def _runs(score: GroupScore, single: GroupScore | None, index: int, column: str)
 
 
 def _is_significant(before: Sequence[float], after: Sequence[float], sign: int) -> bool:
-    """Whether the change is significant in the given direction; a single run counts as significant."""
+    """Whether the change is significant in the given direction. A single run counts as significant."""
     if min(len(before), len(after)) < 2:
         return True
     low = interval([sign * (b - a) for a, b in zip(before, after, strict=True)]).low
@@ -84,7 +84,7 @@ def _span(score: GroupScore, task: str) -> float | None:
 
 
 def highlights(score: GroupScore, single: GroupScore | None = None) -> list[str]:
-    """Sentences on one group; empty where nothing is significant or there is no paper table.
+    """Sentences on one group, empty if nothing is significant or the paper's table is missing.
 
     A change counts where its 95 % interval over runs does not contain 0. The largest is chosen in units of
     the tasks' spans from floor to ceiling; tasks without a span count only where no task has one.

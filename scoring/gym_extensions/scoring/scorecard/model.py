@@ -1,4 +1,7 @@
-"""The scorecard: one submission's metrics, intervals and notes. docs/scorecard.md describes every key."""
+"""The scorecard holds one submission's metrics, intervals and notes.
+
+docs/scorecard.md describes every key.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The scores of a published table: its cells and contradictions, and no metrics."""
+"""The scores of a published table, which has cells and contradictions, and no metrics."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Suites: groups that are scored together. An entry needs every group of a suite to have a score on it."""
+"""Scores suites, the groups that are scored together.
+
+An entry needs every group of a suite to have a score on it.
+"""
 
 from __future__ import annotations
 

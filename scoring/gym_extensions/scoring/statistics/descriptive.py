@@ -9,7 +9,7 @@ Number = float | None
 
 
 def mean(values: Iterable[float]) -> Number:
-    """The mean by ``math.fsum``; None for an empty input, never 0."""
+    """The mean by ``math.fsum``, or None for an empty input. It is never 0 instead."""
     numbers = list(values)
     return math.fsum(numbers) / len(numbers) if numbers else None
 

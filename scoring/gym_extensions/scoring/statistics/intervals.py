@@ -1,4 +1,4 @@
-"""Confidence intervals by Student's t over whole runs: of a mean, a mean of groups and a difference."""
+"""Confidence intervals by Student's t over whole runs, for a mean, a mean of groups and a difference."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def interval_from_error(mean: float, standard_error: float, df: float) -> Interv
 
 
 def interval(values: Sequence[float]) -> Interval:
-    """The mean of one value per run, ± t(.975, N − 1) · s / √N; a single run has no interval."""
+    """The mean of one value per run, ± t(.975, N − 1) · s / √N. A single run has no interval."""
     mean = math.fsum(values) / len(values)
     if len(values) < 2:
         return Interval(mean)
@@ -84,7 +84,7 @@ def interval(values: Sequence[float]) -> Interval:
 
 
 def difference(first: Sequence[float], second: Sequence[float]) -> Interval:
-    """Welch's interval of mean(first) − mean(second), unpaired; no interval if either has a single run."""
+    """Welch's unpaired interval of mean(first) − mean(second). There is none if either has a single run."""
     return to_interval(subtract(summary(first), summary(second)))
 
 
@@ -98,7 +98,7 @@ def summary(values: Sequence[float]) -> Summary:
 
 
 def mean_of_groups(groups: Sequence[Summary]) -> Summary:
-    """The summary of the mean over independent groups: SE² = Σ SE_g² / G², Welch–Satterthwaite df."""
+    """The summary of the mean over independent groups, with SE² = Σ SE_g² / G² and Welch–Satterthwaite df."""
     count = len(groups)
     return _combine(math.fsum(group.mean for group in groups) / count, groups, count)
 
@@ -109,7 +109,7 @@ def subtract(first: Summary, second: Summary) -> Summary:
 
 
 def to_interval(estimate: Summary) -> Interval:
-    """The interval of a summary; a single run has no interval."""
+    """The interval of a summary. A single run has no interval."""
     if estimate.runs < 2:
         return Interval(estimate.mean)
     return interval_from_error(estimate.mean, math.sqrt(estimate.squared_error), estimate.df)

@@ -18,10 +18,10 @@ MAX_RUNS = 100
 
 
 def rank_intervals(entries: Sequence[Summary], significant: Mask, better: str) -> list[tuple[int, int]]:
-    """The first and last possible rank of each entry; with 95 % confidence all hold simultaneously.
+    """The first and last possible rank of each entry.
 
-    From 1 + (number of significantly better entries) to M − (number of significantly worse entries), after
-    Mogstad, Romano, Shaikh & Wilhelm (2024).
+    They are 1 + (number of significantly better entries) and M − (number of significantly worse entries).
+    With 95 % confidence, all of them hold simultaneously (Mogstad, Romano, Shaikh & Wilhelm 2024).
 
     Args:
         entries: M summaries of one metric.
@@ -32,7 +32,7 @@ def rank_intervals(entries: Sequence[Summary], significant: Mask, better: str) -
     loses = mean[:, None] < mean if better == "higher" else mean[:, None] > mean
     losses = (significant & loses).sum(axis=1).tolist()
     wins = (significant & loses.T).sum(axis=1).tolist()
-    return [(1 + lost, len(entries) - won) for lost, won in zip(losses, wins, strict=True)]
+    return [(1 + above, len(entries) - below) for above, below in zip(losses, wins, strict=True)]
 
 
 def runs_to_separate(between: Summary, entries: int) -> int | None:

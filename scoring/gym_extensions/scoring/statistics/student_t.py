@@ -17,13 +17,13 @@ def quantile(probability: float, df: float) -> float:
 
 
 def two_sided_p(t: ArrayLike, df: ArrayLike) -> NDArray[np.float64]:
-    """P(|T| ≥ |t|), element by element; 0 for an infinite t."""
+    """P(|T| ≥ |t|), element by element. It is 0 for an infinite t."""
     p_values: NDArray[np.float64] = 2 * stdtr(df, -np.abs(t))
     return p_values
 
 
 def critical_value(alpha: float, df: float) -> float:
-    """The t with a two-sided p value of ``alpha``; precise for the smallest ``alpha``, too."""
+    """The t with a two-sided p value of ``alpha``, precise for the smallest ``alpha``, too."""
     return -quantile(alpha / 2, df)
 
 

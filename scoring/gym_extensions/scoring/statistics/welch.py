@@ -46,7 +46,7 @@ def holm(p_values: Array, alpha: float = ALPHA) -> Mask:
 
 
 def significant_pairs(entries: Sequence[Summary], alpha: float = ALPHA) -> Mask:
-    """A symmetric M × M matrix: True where Welch's test with Holm's correction separates two entries."""
+    """A symmetric M × M matrix, True where Welch's test with Holm's correction separates two entries."""
     matrix = np.zeros((len(entries), len(entries)), dtype=np.bool_)
     matrix[np.triu_indices(len(entries), 1)] = holm(two_sided_p(*welch(entries)), alpha)
     return matrix | matrix.T
