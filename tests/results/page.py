@@ -15,7 +15,7 @@ from gym_extensions import results
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "results.md"
 CELL = re.compile(r"```python\n(?P<code>.*?)```\n\n```text\n.*?```", re.DOTALL)
-TABLE = re.compile(r"<!-- table: (?P<name>\w+) -->\n.*?<!-- end -->", re.DOTALL)
+TABLE = re.compile(r"<!-- columns: (?P<name>\w+) -->\n.*?<!-- end -->", re.DOTALL)
 
 
 def column_rows(name: str) -> list[list[str]]:
@@ -51,7 +51,7 @@ def with_tables(page: str) -> str:
             f"| `{name}` | {dtype} | {value} |" for name, dtype, value in column_rows(match["name"])
         )
         head = "| column | dtype | value |\n|---|---|---|"
-        return f"<!-- table: {match['name']} -->\n{head}\n{rows}\n<!-- end -->"
+        return f"<!-- columns: {match['name']} -->\n{head}\n{rows}\n<!-- end -->"
 
     return TABLE.sub(table, page)
 

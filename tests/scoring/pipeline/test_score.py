@@ -39,7 +39,7 @@ def test_memory_does_not_grow_with_the_number_of_submissions(
 
 
 @dataclass(frozen=True)
-class Marking:
+class Marking(Scorer):
     """Scores nothing and leaves a file for each folder that it is called with."""
 
     def __call__(self, path: Path) -> Scorecard:
@@ -47,9 +47,9 @@ class Marking:
         return Scorecard(name=path.name, title="", trust=None, manifest=None)
 
 
-def test_workers_do_not_run_far_ahead_of_the_consumer(tmp_path: Path) -> None:
+def test_workers_do_not_run_far_ahead_of_the_consumer(tmp_path: Path, references: References) -> None:
     folders = [tmp_path / f"e{number:02}" for number in range(40)]
-    cards = scorecards(folders, Marking(), workers=2)
+    cards = scorecards(folders, Marking(references), workers=2)
     first = next(cards)
     time.sleep(1)
     assert len(list(tmp_path.iterdir())) <= 2 * QUEUED_PER_WORKER + 1
