@@ -18,15 +18,15 @@ from gym_extensions.baselines.training.recorder import Recorder
 from gym_extensions.envs import make_vec
 from gym_extensions.errors import BenchError
 
-from ..conftest import digests
+from ..conftest import SHORT_GROUP, digests
 
 COMMAND = [
-    *(sys.executable, "-m", "gym_extensions", "train", "trpo", "--groups", "hopper-gravity"),
+    *(sys.executable, "-m", "gym_extensions", "train", "trpo", "--groups", SHORT_GROUP),
     *("--protocol", "sequential,joint", "--budget", "smoke", "--runs", "0", "--out"),
 ]
 MANY_THREADS = {**os.environ, "OPENBLAS_NUM_THREADS": "2"}
 """An environment of the user. The command's worker processes have one thread all the same."""
-FIRST_JOB = ".progress/hopper-gravity/sequential-run0"
+FIRST_JOB = f".progress/{SHORT_GROUP}/sequential-run0"
 
 
 def wait_for(path: Path, process: subprocess.Popen[Any]) -> None:
@@ -46,7 +46,7 @@ def test_a_killed_command_that_is_repeated_writes_the_same_files(
     process.kill()
     process.wait()
     time.sleep(1.0)  # the workers end with the command
-    assert not (out / "hopper-gravity/sequential.csv").exists()
+    assert not (out / SHORT_GROUP / "sequential.csv").exists()
     done = subprocess.run([*COMMAND, str(out)], check=True, capture_output=True, text=True, env=MANY_THREADS)
     assert "sequential-run0 stage 1:" not in done.stdout, "a finished stage was repeated"
     assert digests(out) == digests(trpo_submission)
@@ -94,7 +94,7 @@ class PowerCutError(RuntimeError):
 
 
 class Unsaved:
-    """An agent without ``save`` that stops once, in stage 3. Its actions depend on the number of stages."""
+    """An agent without ``save`` that stops once, in stage 2. Its actions depend on the number of stages."""
 
     has_stopped = False
 
@@ -106,7 +106,7 @@ class Unsaved:
 
     def learn(self, env: Any, steps: int) -> None:
         self.stages += 1
-        if self.stages == 3 and not Unsaved.has_stopped:
+        if self.stages == 2 and not Unsaved.has_stopped:
             Unsaved.has_stopped = True
             raise PowerCutError
 
@@ -114,15 +114,15 @@ class Unsaved:
 def test_an_agent_that_cannot_be_saved_starts_again(tmp_path: Path) -> None:
     Unsaved.has_stopped = False
     with pytest.raises(PowerCutError):
-        train(Unsaved, "hopper-gravity", "sequential", "smoke", 0, out=tmp_path / "stopped")
-    train(Unsaved, "hopper-gravity", "sequential", "smoke", 0, out=tmp_path / "stopped")
-    train(Unsaved, "hopper-gravity", "sequential", "smoke", 0, out=tmp_path / "complete")
+        train(Unsaved, SHORT_GROUP, "sequential", "smoke", 0, out=tmp_path / "stopped")
+    train(Unsaved, SHORT_GROUP, "sequential", "smoke", 0, out=tmp_path / "stopped")
+    train(Unsaved, SHORT_GROUP, "sequential", "smoke", 0, out=tmp_path / "complete")
     assert digests(tmp_path / "stopped") == digests(tmp_path / "complete")
 
 
 def test_the_stages_of_an_unfinished_run_with_other_settings_are_not_reused(tmp_path: Path) -> None:
     Unsaved.has_stopped = False
     with pytest.raises(PowerCutError):
-        train(Unsaved, "hopper-gravity", "sequential", "smoke", 0, out=tmp_path)
+        train(Unsaved, SHORT_GROUP, "sequential", "smoke", 0, out=tmp_path)
     with pytest.raises(BenchError, match="belongs to an unfinished run with other settings"):
-        train("zero", "hopper-gravity", "sequential", "smoke", 0, out=tmp_path)
+        train("zero", SHORT_GROUP, "sequential", "smoke", 0, out=tmp_path)
