@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import re
+import shlex
 from pathlib import Path
 
 import pytest
@@ -32,6 +34,7 @@ variations = [{kind = "Gravity", factor = 0.3}]
 max_steps = 300
 """
 LOG = "hopper-light/sequential.csv"
+PAGE = (Path(__file__).parents[1] / "docs" / "custom-groups.md").read_text(encoding="utf-8")
 
 
 @pytest.fixture(scope="module")
@@ -138,6 +141,25 @@ def test_rows_with_two_fingerprints_of_a_custom_task_are_a_problem(folder: Path,
     (copy / LOG).write_text(f"{head}{'0' * len(digest)}{last}", newline="\n")
     (problem,) = read(copy, with_custom([light])).problems
     assert (problem.rule, digest in problem.message) == ("foreign-fingerprint", True)
+
+
+def test_the_page_defines_one_group_in_two_ways(tmp_path: Path) -> None:
+    (text,) = re.findall(r"```toml\n(.*?)```", PAGE, flags=re.DOTALL)
+    (tmp_path / "light.toml").write_text(text, encoding="utf-8")
+    definition, _ = re.findall(r"```python\n(.*?)```", PAGE, flags=re.DOTALL)
+    names: dict[str, object] = {}
+    exec(definition, names)
+    assert names["group"] == load_group(tmp_path / "light.toml")
+
+
+def test_the_commands_of_the_page_have_options_that_exist() -> None:
+    commands = [
+        shlex.split(line) for line in re.findall(r"^(?:gym-extensions|score) .*", PAGE, flags=re.MULTILINE)
+    ]
+    (_, _, *training), (_, _, *reference), (_, *scoring) = commands
+    assert train_cli.parser().parse_args(training).groups == "light.toml"
+    assert reference_cli.parser().parse_args(reference).groups == "light.toml"
+    assert score_cli.parse_args(scoring).groups == ["light.toml"]
 
 
 def test_the_results_are_data_frames(folder: Path) -> None:

@@ -129,9 +129,8 @@ def task_budgets(groups: str, budgets: str) -> dict[Task, str]:
     return chosen
 
 
-@reports_mistakes
-def main(argv: list[str] | None = None) -> int:
-    """Measures and writes the references file."""
+def parser() -> argparse.ArgumentParser:
+    """The command's options."""
     command = argparse.ArgumentParser(
         prog="gym-extensions reference",
         description="Measure floors (random and zero actions) and ceilings (an agent or the oracle).",
@@ -155,7 +154,13 @@ def main(argv: list[str] | None = None) -> int:
     )
     command.add_argument("--out", required=True, type=Path, help="the file; its stem is the version's name")
     command.add_argument("--jobs", type=int, default=1, help="worker processes (default: 1)")
-    options = command.parse_args(argv)
+    return command
+
+
+@reports_mistakes
+def main(argv: list[str] | None = None) -> int:
+    """Measures and writes the references file."""
+    options = parser().parse_args(argv)
     runs, budgets = parse_runs(options.runs), task_budgets(options.groups, options.budget)
     for run in runs:
         if run < FIRST_REFERENCE_RUN:
