@@ -16,8 +16,8 @@ import pytest
 PAGE = Path(__file__).parents[2] / "docs/submit.md"
 TEXT = PAGE.read_text(encoding="utf-8")
 AGENT, CARD, SB3 = re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL)
-SHORT = "hopper-motor-noise"
-"""A group of two tasks: a fifth of the evaluation episodes of hopper-gravity."""
+SHORT = "pusher"
+"""A group of two tasks of 100 steps, which takes a fraction of the time of hopper-gravity."""
 COMMANDS = re.findall(r"^gym-extensions (train .*)$", TEXT.replace("\\\n", " "), re.MULTILINE)
 
 

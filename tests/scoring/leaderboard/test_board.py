@@ -206,3 +206,46 @@ def test_the_order_of_the_entries_does_not_matter(enter: Enter) -> None:
     made = [boards(order) for order in permutations(cards)]
     assert names(made[0].boards[0]) == ["high", "a", "b", "few"]
     assert all(other == made[0] for other in made)
+
+
+def with_metrics(card: Scorecard, **values: MetricValue) -> Scorecard:
+    """The scorecard with other values of some sequential metrics on ``GROUP``."""
+    score = card.groups[GROUP]["sequential"]
+    changed = replace(score, metrics={**score.metrics, **values})
+    return replace(card, groups={GROUP: {"sequential": changed}})
+
+
+def test_final_performance_sorts_a_board_whatever_the_other_metrics_are(enter: Enter) -> None:
+    def shifted(name: str, final: float, learning: float) -> Scorecard:
+        return with_metrics(
+            enter(name, 300),
+            final_performance=MetricValue(mean=final, runs=(final,) * 5),
+            learning_performance=MetricValue(mean=learning, runs=(learning,) * 5),
+        )
+
+    made = board([shifted("learns", 0.2, 0.9), shifted("ends", 0.8, 0.1)], KEY)
+    assert names(made) == ["ends", "learns"]
+
+
+def test_an_entry_without_final_performance_has_its_reason_and_no_rank(enter: Enter) -> None:
+    card = with_metrics(enter("a", 300), final_performance=MetricValue(why="Every task is unsolved."))
+    (entry,) = board([card], KEY).rows
+    assert (entry.ranked, entry.why) == (False, "Every task is unsolved.")
+    assert entry.metrics["learning_performance"].mean is not None
+
+
+def test_an_entry_on_a_suite_has_the_fewest_runs_of_its_groups(enter: Enter) -> None:
+    card = on_gravity(enter("a", 300), 0.5)
+    few = replace(card.groups[GROUP]["sequential"], runs=(0, 1, 2))
+    card = replace(card, groups={**card.groups, GROUP: {"sequential": few}})
+    (entry,) = board([card], BoardKey("gravity", "sequential", "100k", False)).rows
+    assert (entry.runs, entry.why) == (3, "Fewer than 5 runs.")
+
+
+def test_an_entry_has_what_its_agents_observe_and_store(enter: Enter) -> None:
+    card = enter("a", 300)
+    (entry,) = board([card], KEY).rows
+    assert card.manifest is not None
+    assert (entry.observes, entry.memory) == (card.manifest.observes, card.manifest.memory)
+    assert entry.memory is not None
+    assert entry.memory.stored_steps == 2000
