@@ -29,7 +29,7 @@ def test_a_wrong_output_is_written_anew() -> None:
 def test_the_tables_of_columns_are_those_of_the_docstrings() -> None:
     text = PAGE.read_text(encoding="utf-8")
     assert with_tables(text) == text, HINT
-    assert [name for name in results.__all__ if f"<!-- table: {name} -->" not in text] == []
+    assert [name for name in results.__all__ if f"<!-- columns: {name} -->" not in text] == []
 
 
 @pytest.mark.parametrize("name", ["episodes", "curves", "metrics"])

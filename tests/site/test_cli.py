@@ -192,7 +192,7 @@ def test_verify_replays_valid_submissions_and_shows_how_much(
 
     replayed = []
 
-    def verify(path: Path) -> replay.Verification:
+    def verify(path: Path, groups: object) -> replay.Verification:
         replayed.append(path.name)
         return replay.Verification(1, 1, ())
 
