@@ -18,7 +18,8 @@ from gym_extensions.envs import Gravity, TaskGroup, customize, load_group
 from gym_extensions.envs.fingerprint import fingerprint_of
 from gym_extensions.rollouts.reader import read
 from gym_extensions.scoring import cli as score_cli
-from gym_extensions.scoring.leaderboard.board import boards
+from gym_extensions.scoring.leaderboard.board import board
+from gym_extensions.scoring.leaderboard.keys import BoardKey
 from gym_extensions.scoring.pipeline.score import score_folder
 from gym_extensions.scoring.references import load_references, read_references
 
@@ -127,7 +128,9 @@ def test_the_references_hold_the_custom_task_and_keep_the_published_ones(folder:
 def test_a_board_of_a_custom_group_says_so(folder: Path) -> None:
     card = score_folder(folder / "random", groups=with_custom([folder / "light.toml"]))
     assert card.problems == ()
-    assert boards([card]).boards == ()  # the smoke budget has no boards
+    key = BoardKey("hopper-light-v0", "sequential", "smoke", False)
+    assert board([card], key).published is False
+    assert [entry.name for entry in board([card], key).rows] == ["random"]
 
 
 def test_rows_with_two_fingerprints_of_a_custom_task_are_a_problem(folder: Path, tmp_path: Path) -> None:
