@@ -125,7 +125,7 @@ def test_a_pickled_environment_becomes_a_new_one_of_the_same_task(family: str) -
 
 
 @pytest.mark.parametrize("family", FAMILIES)
-def test_observations_of_100000_random_steps_are_in_the_space(family: str) -> None:
+def test_observations_of_30000_random_steps_are_in_the_space(family: str) -> None:
     num_envs = 60
     batch = make_vec(OF_A_FAMILY[family], num_envs)
     space = batch.single_observation_space
@@ -133,7 +133,7 @@ def test_observations_of_100000_random_steps_are_in_the_space(family: str) -> No
     observations, _ = batch.reset(seed=0)
     rewards = set()
     # Runs of one action press against walls and corners, which single random steps hardly do.
-    for block in range(1700 // 10 + 1):
+    for block in range(50):
         action = random_actions(1, num_envs, seed=block)[0]
         for _ in range(10):
             assert observations.dtype == space.dtype

@@ -57,4 +57,3 @@ def test_functions_are_compiled_even_if_no_cache_can_be_written(tmp_path: Path) 
     home = str(tmp_path / "home")
     environment = {"HOME": home, "XDG_CACHE_HOME": home, "PYTHONDONTWRITEBYTECODE": "1"}
     assert run(tmp_path, **environment) == ["False", "0", "1"]
-    assert run(tmp_path, **environment) == ["False", "0", "1"]
