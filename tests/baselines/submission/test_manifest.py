@@ -28,6 +28,23 @@ def test_a_new_manifest_passes_the_rules_of_the_format() -> None:
     assert tables["memory"] == {"stored_steps": 10, "parameters_first": 3, "parameters_last": 5}
 
 
+def test_what_the_agent_observes_follows_from_what_it_asks_for() -> None:
+    declared = {"task_in_training": True, "task_in_evaluation": False, "boundaries": False}
+    assert manifest.merge({}, CARD, run(), 3, 5)["observes"] == declared
+
+
+@pytest.mark.parametrize("declared", [True, False])
+def test_a_manifest_that_declares_otherwise_is_rejected(declared: bool) -> None:
+    existing = run(observes=Observes(task_in_training=True, boundaries=declared))
+    with pytest.raises(BenchError) as error:
+        manifest.require_same(PATH, existing, run(observes=Observes(True, False, not declared)))
+    assert error.value.code == "mixed-submission"
+    assert str(error.value) == (
+        f"{PATH}: observes.boundaries is {declared} in this submission and {not declared} in the new run. "
+        "This section follows from the agent's attribute observes. Change that, or choose another --out."
+    )
+
+
 def test_a_manifest_is_unchanged_by_writing_and_reading(tmp_path: Path) -> None:
     tables = manifest.merge({}, CARD, run(num_envs=4), 3, 5)
     manifest.write(tmp_path / "submission.toml", tables)

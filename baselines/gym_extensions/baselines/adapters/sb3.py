@@ -42,7 +42,8 @@ class Sb3Agent:
         copies = {
             name: dict(value) if isinstance(value, dict) else value for name, value in self._settings.items()
         }
-        arguments: dict[str, Any] = {"policy": "MlpPolicy", "device": "cpu", "seed": self._seed} | copies
+        policy = "MlpPolicy" if "MlpPolicy" in self._algorithm.policy_aliases else "MlpLstmPolicy"
+        arguments: dict[str, Any] = {"policy": policy, "device": "cpu", "seed": self._seed} | copies
         return self._algorithm(env=SpacesVecEnv(*self._spaces, num_envs), **arguments)
 
     def act(self, observations: Array, context: Context | None = None) -> Array:
@@ -121,7 +122,8 @@ def sb3(algorithm: type[BaseAlgorithm], *, deterministic: bool = True, **setting
     Args:
         algorithm: ``PPO``, ``SAC``, or any other class built on SB3's ``BaseAlgorithm``.
         deterministic: whether evaluation uses the policy's best action instead of a sample.
-        settings: keyword arguments of ``algorithm``; ``policy`` defaults to ``"MlpPolicy"``.
+        settings: keyword arguments of ``algorithm``; ``policy`` defaults to ``"MlpPolicy"``, and to
+            ``"MlpLstmPolicy"`` for algorithms with recurrent policies.
 
     Returns:
         A factory for :func:`gym_extensions.baselines.train`.
