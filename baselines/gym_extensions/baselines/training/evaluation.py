@@ -11,6 +11,7 @@ import numpy as np
 
 from gym_extensions.baselines.agent import Agent, Array, VectorEnv
 from gym_extensions.baselines.training.actions import clip_actions
+from gym_extensions.catalog.bodies.success import IS_SUCCESS
 from gym_extensions.rollouts.traces import Trace, cut
 
 
@@ -24,11 +25,15 @@ class BatchedStates(Protocol):
 
 @dataclass(frozen=True)
 class Rollout:
-    """One evaluation episode, with its trace if one was requested."""
+    """One evaluation episode, with its trace if one was requested.
+
+    ``success`` is the ``is_success`` of its last step, or None where the task defines none.
+    """
 
     length: int
     return_: float
     terminated: bool
+    success: bool | None
     trace: Trace | None = None
 
 
@@ -58,13 +63,17 @@ def evaluate(agent: Agent, env: VectorEnv, seeds: Sequence[int], segment_steps: 
     observations, _ = env.reset(seed=list(seeds))  # type: ignore[arg-type]
     rewards, actions, states = [], [], []
     lengths, is_terminated = np.zeros(num_envs, int), np.zeros(num_envs, bool)
+    successes: list[bool | None] = [None] * num_envs
     while not lengths.all():
         applied = clip_actions(agent.act(observations), env, "act()")
-        observations, reward, terminated, truncated, _ = env.step(applied)
+        observations, reward, terminated, truncated, infos = env.step(applied)
         rewards.append(np.array(reward, np.float64))
         ended = (terminated | truncated) & (lengths == 0)
         is_terminated[ended] = terminated[ended]
         lengths[ended] = len(rewards)
+        if IS_SUCCESS in infos:
+            for i in np.flatnonzero(ended & infos[f"_{IS_SUCCESS}"]):
+                successes[i] = bool(infos[IS_SUCCESS][i])
         if segment_steps:
             actions.append(np.array(applied))
             if (len(rewards) + 1) % segment_steps == 0 and not lengths.all():
@@ -78,5 +87,6 @@ def evaluate(agent: Agent, env: VectorEnv, seeds: Sequence[int], segment_steps: 
         if all_actions is not None:
             episode_states = [{name: values[i] for name, values in state.items()} for state in states]
             trace = cut(all_actions[: lengths[i], i], episode_rewards, episode_states, segment_steps)
-        rollouts.append(Rollout(int(lengths[i]), math.fsum(episode_rewards), bool(is_terminated[i]), trace))
+        result = (int(lengths[i]), math.fsum(episode_rewards), bool(is_terminated[i]), successes[i])
+        rollouts.append(Rollout(*result, trace))
     return rollouts
