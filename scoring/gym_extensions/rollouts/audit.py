@@ -44,8 +44,8 @@ def without_success(log: bytes) -> bytes:
 
     The cells follow from the replayed episodes, so a log has the same sample with and without them.
     """
-    cells = (line.rsplit(b",", 2) for line in log.split(b"\n")[:-1])
-    return b"".join(first + b"," + last + b"\n" for first, _, last in cells)
+    rows = (line.rsplit(b",", 2) for line in log.splitlines())
+    return b"".join(b",".join((row[0], row[-1])) + b"\n" for row in rows)
 
 
 def audit_sample(protocol: str, log: bytes, runs: Sequence[int], tasks: Sequence[Task]) -> list[Audited]:

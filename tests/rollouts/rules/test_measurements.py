@@ -96,7 +96,7 @@ EXAMPLES = (
     Example(
         "foreign-fingerprint",
         "the fingerprint of other physics",
-        cell(2, 8, "0123456789abcdef"),
+        cell(2, 9, "0123456789abcdef"),
         (
             (
                 f"{LOG}, row 2",
