@@ -25,7 +25,7 @@ def test_the_definitions_are_those_of_the_published_tasks() -> None:
     # A change here needs a new version of every task of the body.
     definitions = {
         name: (
-            rule.bodies + (rule.limit,)
+            (*rule.bodies, rule.limit)
             if isinstance(rule, Distance)
             else (rule.low, rule.high)
             if isinstance(rule, Height)
@@ -57,9 +57,9 @@ def arm_state(name: str, gap: float) -> tuple[Any, Any]:
     state = env.unwrapped.save_state()
     state["qvel"][:] = 0
     if name == "Pusher":
-        state["qpos"][-4:-2] = state["qpos"][-2:] + (0.0, gap)
+        state["qpos"][-4:-2] = state["qpos"][-2:] + np.array((0.0, gap))
     else:
-        state["qpos"][-2:] = state["mocap_pos"][0, 1::-1] + (0.0, gap)
+        state["qpos"][-2:] = state["mocap_pos"][0, 1::-1] + np.array((0.0, gap))
     return env, state
 
 

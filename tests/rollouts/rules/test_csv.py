@@ -63,7 +63,7 @@ EXAMPLES = (
     Example(
         "truncated-file",
         "a log that ends within a row",
-        lambda folder: (folder / LOG).write_bytes((folder / LOG).read_bytes()[:-30]),
+        lambda folder: (folder / LOG).write_bytes((folder / LOG).read_bytes()[:-31]),
         (
             (
                 f"{LOG}, row 1201",
