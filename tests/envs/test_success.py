@@ -93,13 +93,13 @@ def test_a_humanoid_stands_between_1_and_2_m(name: str, height: float, expected:
 
 def test_the_limits_of_a_height_are_outside() -> None:
     rule = Height(1.0, 2.0, "")
-    test: Any = success_test(rule, None)  # type: ignore[arg-type]
+    test: Any = success_test(rule, None)
     assert test(np.array([[0, 0, 1.0], [0, 0, 1.5], [0, 0, 2.0], [0, 0, np.nan]])).tolist() == [0, 1, 0, 0]
 
 
 def test_a_mujoco_body_cannot_define_an_arrival() -> None:
     with pytest.raises(ValueError, match="Define a distance or a height"):
-        success_test(Arrival(""), None)  # type: ignore[arg-type]
+        success_test(Arrival(""), None)
 
 
 def test_navigation_succeeds_where_it_terminates() -> None:

@@ -72,8 +72,8 @@ def evaluate(agent: Agent, env: VectorEnv, seeds: Sequence[int], segment_steps: 
         is_terminated[ended] = terminated[ended]
         lengths[ended] = len(rewards)
         if IS_SUCCESS in infos:
-            for i in np.flatnonzero(ended & infos[f"_{IS_SUCCESS}"]):
-                successes[i] = bool(infos[IS_SUCCESS][i])
+            for index in np.flatnonzero(ended & infos[f"_{IS_SUCCESS}"]):
+                successes[index] = bool(infos[IS_SUCCESS][index])
         if segment_steps:
             actions.append(np.array(applied))
             if (len(rewards) + 1) % segment_steps == 0 and not lengths.all():
