@@ -64,7 +64,8 @@ def test_an_episode_has_the_success_of_its_last_step() -> None:
 class Arriving:
     """A vector environment whose episodes end after one and two steps, the second with success."""
 
-    single_action_space = Box(-1.0, 1.0, (1,))
+    num_envs = 2
+    single_observation_space = single_action_space = Box(-1.0, 1.0, (1,))
 
     def reset(self, seed: Any) -> Any:
         """Starts two episodes."""
