@@ -97,6 +97,7 @@ def write_submission(
                     length=task.max_steps,
                     return_=float(value(protocol, run, stage, position, episode)),
                     terminated=False,
+                    success=None if task.body.success is None else False,
                     fingerprint=published(task.id),
                 )
                 for run, stage, (position, task), episode in product(

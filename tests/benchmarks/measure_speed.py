@@ -54,6 +54,7 @@ def _episodes(group: TaskGroup, protocol: str, level: float, rng: random.Random)
             task.max_steps,
             shift[run] + rng.gauss(0, 100),
             False,
+            None,
             published(task.id),
         )
         for run, stage, task, episode in product(RUNS, stages, group.tasks, range(EVALUATION_EPISODES))

@@ -47,7 +47,7 @@ def episodes(body: str) -> list[RecordedEpisode]:
         evaluate(Calm(env.single_action_space), env, range(count), task.body.segments.steps)
     ):
         assert one.trace is not None
-        facts = ("", task, seed, one.length, one.terminated)
+        facts = ("", task, seed, one.length, one.terminated, one.success)
         found.append(
             RecordedEpisode(*facts, one.trace.actions, one.trace.segment_returns, dict(one.trace.states))
         )

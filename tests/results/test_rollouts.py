@@ -29,8 +29,17 @@ def test_every_logged_episode_is_a_row(submission: Write) -> None:
         assert frame[column].tolist() == [float(row[column]) for row in expected]
     for column in ("task", "fingerprint"):
         assert frame[column].tolist() == [row[column] for row in expected]
+    assert frame["success"].isna().all()
     assert set(frame["submission"]) == {"entry"}
     assert set(frame["group"]) == {"hopper-gravity-v0"}
+
+
+def test_success_is_missing_only_where_the_task_defines_none(submission: Write) -> None:
+    frame = results.episodes(submission(groups=("humanoid-standup-run",), protocols=("single",)))
+    assert frame["success"].dtype == "boolean"
+    defined = frame["success"].notna().groupby(frame["task"], sort=False).agg(["min", "max"])
+    assert defined.to_numpy().tolist() == [[False, False], [True, True], [True, True]]
+    assert frame["success"].sum() == 0
 
 
 def test_every_point_of_the_curves_is_a_row(submission: Write) -> None:

@@ -40,6 +40,7 @@ def log(protocol: str, returns: Mapping[int, float]) -> Log:
         length=np.full(run.size, 1000),
         return_=np.array([returns[number] for number in run.tolist()]),
         terminated=np.zeros(run.size, dtype=np.bool_),
+        success=np.zeros(run.size, dtype=np.int8),
         fingerprint=[f"fingerprint of {index}" for index in position],
     )
 
@@ -62,7 +63,8 @@ def test_one_different_episode_makes_a_run_different() -> None:
 
 
 @pytest.mark.parametrize(
-    ("column", "value"), [("stage", 2), ("length", 999), ("return_", 1.5), ("terminated", True)]
+    ("column", "value"),
+    [("stage", 2), ("length", 999), ("return_", 1.5), ("terminated", True), ("success", 1)],
 )
 def test_a_difference_in_any_measured_column_makes_a_run_different(column: str, value: float) -> None:
     runs = log("single", {0: 1.0, 1: 1.0})
@@ -114,7 +116,7 @@ def test_selecting_runs_keeps_their_rows_in_every_column() -> None:
     assert selected.runs == (0, 2)
     assert selected.run.tolist() == [0] * size + [2] * size
     assert selected.return_.tolist() == [1.0] * size + [3.0] * size
-    for name in ("stage", "position", "episode", "seed", "length", "terminated"):
+    for name in ("stage", "position", "episode", "seed", "length", "terminated", "success"):
         assert np.array_equal(getattr(selected, name), getattr(runs, name)[rows])
     assert selected.task == [runs.task[row] for row in rows]
     assert selected.fingerprint == [runs.fingerprint[row] for row in rows]

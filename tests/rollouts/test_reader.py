@@ -36,6 +36,7 @@ from .rules import (
     test_measurements,
     test_npz,
     test_runs,
+    test_success,
     test_unicode,
 )
 
@@ -47,6 +48,7 @@ TABLES = (
     test_csv.EXAMPLES,
     test_episodes.EXAMPLES,
     test_measurements.EXAMPLES,
+    test_success.EXAMPLES,
     test_runs.EXAMPLES,
     test_curves.EXAMPLES,
     test_npz.EXAMPLES,

@@ -23,7 +23,7 @@ Arrays = dict[str, NDArray[Any]]
 PATH = "hopper-gravity/traces/trace.npz"
 LENGTH, K = 27, 10
 REWARDS = np.arange(LENGTH) / 8
-REQUEST = TraceRequest(PATH, TASKS["gym_extensions/Hopper-v0"], 7, LENGTH, float(REWARDS.sum()), True)
+REQUEST = TraceRequest(PATH, TASKS["gym_extensions/Hopper-v0"], 7, LENGTH, float(REWARDS.sum()), True, None)
 STATES: list[Arrays] = [
     {"qpos": np.full(6, float(t)), "time": np.array(float(t)), "derived_x": np.zeros(2)} for t in (9, 19, 29)
 ]

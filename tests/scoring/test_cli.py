@@ -227,11 +227,11 @@ NASTY = {
     "a picture": b"\x89PNG\r\n\x1a\n" + bytes(range(256)),
     "commas": b"," * 50 + b"\n" + b"," * 50 + b"\n",
     "a header of another file": b"protocol,run,task,step,return\nsequential,0,x,1,1.0\n",
-    "one huge cell": b"run,stage,task,episode,seed,length,return,terminated,fingerprint\n"
+    "one huge cell": b"run,stage,task,episode,seed,length,return,terminated,success,fingerprint\n"
     + b"9" * 10_000
     + b"\n",
     "half a surrogate": b"\xed\xa0\x80\n\xed\xa0\x80\n",
-    "huge numbers": b"run,stage,task,episode,seed,length,return,terminated,fingerprint\n"
+    "huge numbers": b"run,stage,task,episode,seed,length,return,terminated,success,fingerprint\n"
     + b",".join([b"9" * 40] * 7 + [b"true", b"x"])
     + b"\n",
 }

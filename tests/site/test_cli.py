@@ -67,6 +67,7 @@ def submission(root: Path, name: str, runs: int = 2) -> Path:
             length=100 + episode,
             return_=20.0 + 30 * (stage > index) + run + episode / 7,
             terminated=True,
+            success=None,
             fingerprint=published(task.id),
         )
         for run in range(runs)

@@ -24,6 +24,7 @@ EPISODE_DTYPES = {
     "length": "int64",
     "return": "float64",
     "terminated": "bool",
+    "success": "boolean",
     "fingerprint": "str",
 }
 CURVE_DTYPES = {
@@ -56,6 +57,7 @@ def episodes(
     length       int64    environment steps
     return       float64  undiscounted sum of rewards
     terminated   bool     whether the task ended the episode; False where the time limit did
+    success      boolean  whether the episode succeeded; missing where the task defines no success
     fingerprint  str      fingerprint of the task
     ===========  =======  ==========================================================================
 
@@ -86,6 +88,7 @@ def episodes(
                 "length": log.length,
                 "return": log.return_,
                 "terminated": log.terminated,
+                "success": pd.arrays.BooleanArray(log.success == 1, log.success < 0),
                 "fingerprint": log.fingerprint,
             }
         )

@@ -39,11 +39,21 @@ def audited_cells(protocol: str, tasks: Sequence[Task]) -> list[tuple[int, Task]
     ]
 
 
+def without_success(log: bytes) -> bytes:
+    """The bytes of a log without the column ``success``, the last but one.
+
+    The cells follow from the replayed episodes, so a log has the same sample with and without them.
+    """
+    rows = (line.rsplit(b",", 2) for line in log.splitlines())
+    return b"".join(b",".join((row[0], row[-1])) + b"\n" for row in rows)
+
+
 def audit_sample(protocol: str, log: bytes, runs: Sequence[int], tasks: Sequence[Task]) -> list[Audited]:
     """The episodes of one log whose traces a submission must include, sorted.
 
-    With D the hexadecimal SHA-256 of the log file's bytes, the episodes of a cell are ranked by the SHA-256
-    of ``D/<run>/<stage>/<task id>/<episode>``, lowest first; a cell that appears n times gives its first n.
+    With D the hexadecimal SHA-256 of the log file's bytes without the column ``success``, the episodes of a
+    cell are ranked by the SHA-256 of ``D/<run>/<stage>/<task id>/<episode>``, lowest first; a cell that
+    appears n times gives its first n.
 
     Args:
         protocol: sequential, single or joint.
@@ -51,7 +61,7 @@ def audit_sample(protocol: str, log: bytes, runs: Sequence[int], tasks: Sequence
         runs: the runs in it.
         tasks: the group's tasks, in training order.
     """
-    digest = hashlib.sha256(log).hexdigest()
+    digest = hashlib.sha256(without_success(log)).hexdigest()
     cells = audited_cells(protocol, tasks)
     sample = []
     for run in runs:

@@ -8,7 +8,12 @@ from pathlib import Path
 
 from gym_extensions.atomic import write_text
 
-EPISODE_COLUMNS = ("run", "stage", "task", "episode", "seed", "length", "return", "terminated", "fingerprint")
+SUCCESS = "success"
+"""The column whose cells are empty where the task defines no success."""
+EPISODE_COLUMNS = (
+    *("run", "stage", "task", "episode", "seed", "length", "return", "terminated"),
+    *(SUCCESS, "fingerprint"),
+)
 CURVE_COLUMNS = ("protocol", "run", "task", "step", "return")
 
 
@@ -17,7 +22,8 @@ class Episode:
     """One evaluation episode, one row of ``<protocol>.csv``.
 
     ``stage`` is the number of tasks trained so far (0 untrained; 1 in single and joint logs), ``return_`` the
-    ``math.fsum`` of all rewards, ``terminated`` whether the task ended it (else the time limit did).
+    ``math.fsum`` of all rewards, ``terminated`` whether the task ended it (else the time limit did),
+    ``success`` the ``is_success`` of its last step, or None where the task defines none.
     """
 
     run: int
@@ -28,6 +34,7 @@ class Episode:
     length: int
     return_: float
     terminated: bool
+    success: bool | None
     fingerprint: str
 
 
@@ -47,6 +54,8 @@ class CurvePoint:
 
 
 def _cell(value: object) -> str:
+    if value is None:
+        return ""
     if isinstance(value, bool):
         return "true" if value else "false"
     return repr(value) if isinstance(value, float) else str(value)

@@ -59,6 +59,7 @@ def select_runs(log: Log, runs: set[int]) -> Log:
         length=log.length[rows],
         return_=log.return_[rows],
         terminated=log.terminated[rows],
+        success=log.success[rows],
         fingerprint=[log.fingerprint[index] for index in rows],
     )
 
@@ -70,7 +71,10 @@ def measurements(log: Log) -> dict[int, tuple[bytes, ...]]:
     ends = [*starts[1:], order.size]
     columns = [
         column[order]
-        for column in (log.stage, log.position, log.episode, log.length, log.return_, log.terminated)
+        for column in (
+            *(log.stage, log.position, log.episode, log.length, log.return_, log.terminated),
+            log.success,
+        )
     ]
     return {
         run: tuple(column[start:end].tobytes() for column in columns)

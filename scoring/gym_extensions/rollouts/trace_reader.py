@@ -41,6 +41,7 @@ class TraceRequest:
     length: int
     return_: float
     terminated: bool
+    success: bool | None
 
 
 @dataclass(frozen=True)
@@ -56,6 +57,7 @@ class RecordedEpisode:
     seed: int
     length: int
     terminated: bool
+    success: bool | None
     actions: NDArray[np.float32]
     returns: Array
     states: dict[str, Array]
@@ -86,6 +88,7 @@ def trace_requests(log: Log, data: bytes) -> Iterator[TraceRequest]:
             int(log.length[index]),
             float(log.return_[index]),
             bool(log.terminated[index]),
+            None if log.success[index] < 0 else bool(log.success[index]),
         )
 
 
@@ -108,6 +111,7 @@ def read_trace(folder: Folder, request: TraceRequest) -> RecordedEpisode | Probl
         request.seed,
         request.length,
         request.terminated,
+        request.success,
         arrays[ACTIONS],
         arrays[SEGMENT_RETURNS],
         {name.removeprefix(STATE): values for name, values in arrays.items() if name.startswith(STATE)},

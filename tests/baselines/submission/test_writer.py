@@ -77,10 +77,11 @@ def test_the_sample_has_an_episode_of_each_column_of_the_table() -> None:
     cells = audited_cells("sequential", tasks)
     assert len(cells) == 10
     assert cells.count((5, tasks[4])) == 2
-    sample = audit_sample("sequential", b"log", [0, 3], tasks)
+    sample = audit_sample("sequential", b"0,1,,f\n", [0, 3], tasks)
     assert len(set(sample)) == len(sample) == 20
-    assert audit_sample("sequential", b"another", [0, 3], tasks) != sample
-    assert len(audit_sample("single", b"log", [0], tasks)) == 5
+    assert audit_sample("sequential", b"0,2,,f\n", [0, 3], tasks) != sample
+    assert audit_sample("sequential", b"0,1,true,f\n", [0, 3], tasks) == sample
+    assert len(audit_sample("single", b"0,1,,f\n", [0], tasks)) == 5
 
 
 def test_the_manifest_describes_the_run(trpo_submission: Path) -> None:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from gymnasium.spaces import Box
 
 from gym_extensions.baselines import Context
 from gym_extensions.baselines.algorithms import trpo
@@ -14,6 +15,7 @@ from gym_extensions.baselines.algorithms.random import Random
 from gym_extensions.baselines.context import TaskLabel
 from gym_extensions.baselines.training.evaluation import evaluate
 from gym_extensions.baselines.training.recorder import Recorder
+from gym_extensions.catalog.custom import customize
 from gym_extensions.envs import make, make_vec
 from gym_extensions.rollouts.traces import cut, trace_bytes
 
@@ -52,6 +54,39 @@ def test_an_episode_equals_that_of_the_single_environment_with_the_same_seed() -
         assert math.fsum(outcome[1] for outcome in outcomes) == rollout.return_
         assert [outcome[2] or outcome[3] for outcome in outcomes] == [False] * (rollout.length - 1) + [True]
         assert outcomes[-1][2] == rollout.terminated
+
+
+def test_an_episode_has_the_success_of_its_last_step() -> None:
+    name = "State-Based-Navigation-2d-Map0-Goal0"
+    envs = make_vec(customize(name, max_steps=40), 4)
+    reports = [row.success for row in evaluate(random_agent(envs), envs, SEEDS)]
+    assert reports == [False] * 4
+    running = make_vec("Hopper", 4)
+    assert [row.success for row in evaluate(random_agent(running), running, SEEDS)] == [None] * 4
+
+
+class Arriving:
+    """A vector environment whose episodes end after one and two steps, the second with success."""
+
+    num_envs = 2
+    single_observation_space = single_action_space = Box(-1.0, 1.0, (1,))
+
+    def reset(self, seed: Any) -> Any:
+        """Starts two episodes."""
+        self.steps = 0
+        return np.zeros((2, 1)), {}
+
+    def step(self, actions: Any) -> Any:
+        """After the end of its episode, the first environment reports another success."""
+        self.steps += 1
+        ended = np.array([True, self.steps == 2])
+        infos = {"is_success": np.array([self.steps == 2] * 2), "_is_success": np.array([True, True])}
+        return np.zeros((2, 1)), np.ones(2), ended, np.zeros(2, bool), infos
+
+
+def test_what_follows_an_episode_does_not_count() -> None:
+    envs: Any = Arriving()
+    assert [row.success for row in evaluate(random_agent(envs), envs, [1, 2])] == [False, True]
 
 
 def test_evaluation_with_the_same_seeds_gives_the_same_traces() -> None:

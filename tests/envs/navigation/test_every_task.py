@@ -85,7 +85,10 @@ def test_a_batch_is_bit_for_bit_the_single_environments_through_ends_and_resets(
     seeds: list[int | None] = list(range(100, 130))
     np.testing.assert_array_equal(batch.reset(seed=seeds)[0], sync.reset(seed=seeds)[0])
     for action in random_actions(120, 30):
-        for mine, theirs in zip(batch.step(action)[:4], sync.step(action)[:4], strict=True):
+        batch_step, sync_step = batch.step(action), sync.step(action)
+        assert batch_step[4].keys() == sync_step[4].keys()
+        parts = [(step[:4], step[4].values()) for step in (batch_step, sync_step)]
+        for mine, theirs in zip(*([*arrays, *infos] for arrays, infos in parts), strict=True):
             np.testing.assert_array_equal(mine, theirs)
             assert mine.dtype == theirs.dtype
     saved = zip(batch.call("save_state"), sync.call("save_state"), strict=True)

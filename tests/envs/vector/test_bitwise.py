@@ -26,6 +26,13 @@ STEPS = 120
 SEED, SCALE = 5, 1.2
 
 
+def reported_success(infos: dict[str, Any], index: int) -> bool | None:
+    """What an environment of a vector environment reports as ``is_success``, or None."""
+    return (
+        bool(infos["is_success"][index]) if "_is_success" in infos and infos["_is_success"][index] else None
+    )
+
+
 def assert_bitwise_equal(
     tasks: Sequence[str | Task], num_envs: int, steps: int, dtype: type = np.float32
 ) -> None:
@@ -45,9 +52,10 @@ def assert_bitwise_equal(
         actions: Any = drawn.astype(dtype)
         result = vector.step(actions)
         for index, env in enumerate(singles):
-            expected = (env.reset()[0], 0.0, False, False) if ended[index] else env.step(actions[index])[:4]
+            expected = (env.reset()[0], 0.0, False, False, {}) if ended[index] else env.step(actions[index])
+            assert reported_success(result[4], index) == expected[4].get("is_success"), (step, index)
             ended[index] = bool(expected[2] or expected[3])
-            for part, single in zip(result[:4], expected, strict=True):
+            for part, single in zip(result[:4], expected[:4], strict=True):
                 assert np.array_equal(part[index], single), (step, index)
         if step % 100 == 7 or step == steps - 1:
             for saved, env in zip(vector.call("save_state"), singles, strict=True):

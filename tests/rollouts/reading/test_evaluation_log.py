@@ -51,6 +51,7 @@ def test_rows_are_parsed_column_by_column(data: bytes) -> None:
     assert parsed.episode_keys[0] == (2, 0, "gym_extensions/HopperGravityHalf-v0", 0)
     assert parsed.seed[0] == 315912130
     assert (parsed.length[0], parsed.return_[0], parsed.terminated[0]) == (1000, 12.0, False)
+    assert set(parsed.success.tolist()) == {-1}
     assert parsed.max_steps.tolist() == [1000] * 1800
 
 
@@ -133,7 +134,7 @@ def test_a_number_with_leading_zeros_is_the_same_number(
 
 def test_returns_are_parsed_exactly() -> None:
     cells = ["9007199254740993.0", "5e-324", "1.7976931348623157e308", "-0.0"]
-    row = "0,0,gym_extensions/Hopper-v0,0,1,10,{},false,f\n"
+    row = "0,0,gym_extensions/Hopper-v0,0,1,10,{},false,,f\n"
     header = ",".join(EPISODE_COLUMNS) + "\n"
     parsed = parse((header + "".join(map(row.format, cells))).encode())
     assert list(map(repr, parsed.return_.tolist())) == [repr(float(cell)) for cell in cells]

@@ -63,7 +63,7 @@ EXAMPLES = (
     Example(
         "truncated-file",
         "a log that ends within a row",
-        lambda folder: (folder / LOG).write_bytes((folder / LOG).read_bytes()[:-30]),
+        lambda folder: (folder / LOG).write_bytes((folder / LOG).read_bytes()[:-31]),
         (
             (
                 f"{LOG}, row 1201",
@@ -81,8 +81,8 @@ EXAMPLES = (
         (
             (
                 f"{LOG}, row 1",
-                "The header is 'run,stage,task,episode,seed,length,return,terminate,fingerprint'.",
-                "Write run,stage,task,episode,seed,length,return,terminated,fingerprint. "
+                "The header is 'run,stage,task,episode,seed,length,return,terminate,success,fingerprint'.",
+                "Write run,stage,task,episode,seed,length,return,terminated,success,fingerprint. "
                 "Did you mean 'terminated'?",
             ),
         ),
@@ -107,11 +107,12 @@ EXAMPLES = (
     ),
     Example(
         "cell-count",
-        "a row with a missing cell and an empty cell",
-        lambda folder: row(5, lambda cells: cells[:-1])(folder) or cell(7, 6, "")(folder),
+        "a row with a missing cell, and rows with an empty cell beside that of success",
+        all_of(row(5, lambda cells: cells[:-1]), cell(7, 6, ""), cell(9, 9, "")),
         (
-            (f"{LOG}, row 5", "The row has 8 cells; expected 9.", "Write every cell of every row."),
+            (f"{LOG}, row 5", "The row has 9 cells; expected 10.", "Write every cell of every row."),
             (f"{LOG}, row 7", "Column `return` is empty.", "Write every cell of every row."),
+            (f"{LOG}, row 9", "Column `fingerprint` is empty.", "Write every cell of every row."),
         ),
     ),
 )

@@ -84,7 +84,7 @@ EXAMPLES = (
     Example(
         "impossible-return",
         "a return beyond what the task can give in that many steps",
-        row(2, lambda cells: [*cells[:5], "10", "3000.0", "true", cells[8]]),
+        row(2, lambda cells: [*cells[:5], "10", "3000.0", "true", *cells[8:]]),
         (
             (
                 f"{LOG}, row 2",
@@ -96,7 +96,7 @@ EXAMPLES = (
     Example(
         "foreign-fingerprint",
         "the fingerprint of other physics",
-        cell(2, 8, "0123456789abcdef"),
+        cell(2, 9, "0123456789abcdef"),
         (
             (
                 f"{LOG}, row 2",

@@ -67,6 +67,19 @@ def test_an_honest_sample_replays_and_says_how_much_it_is(honest: Path) -> None:
     assert verification.level == "replayed (sample: 3 of 60 episodes)"
 
 
+def test_a_changed_success_in_the_log_is_reported(tmp_path: Path) -> None:
+    folder = tmp_path / "pusher"
+    train("random", "pusher", "single", "smoke", 0, out=folder)
+    assert verify(folder).problems == ()
+    log = folder / "pusher" / "single.csv"
+    assert log.read_text().count(",false,false,") == 40
+    log.write_text(log.read_text().replace(",false,false,", ",false,true,"), newline="\n")
+    messages = {problem.message for problem in verify(folder).problems}
+    assert messages == {
+        "Steps 95 and following: the episode ends without success, the log says with success."
+    }
+
+
 @pytest.mark.parametrize(
     ("lie", "told"),
     [

@@ -242,3 +242,18 @@ def test_a_reference_without_a_span_is_our_own_mistake(reference: tuple[float, f
 
 def test_the_current_references_can_be_loaded() -> None:
     assert load_references().version == "provisional"
+
+
+def test_success_rates_are_shares_of_episodes(submission: Write, references: References) -> None:
+    folder = submission(groups=("humanoid-standup-run",), protocols=("single",), runs=(0, 1))
+    log = folder / "humanoid-standup-run" / "single.csv"
+    lines = log.read_text().splitlines()
+    for number in range(21, 26):  # five of the 20 episodes of run 0 on the second task
+        lines[number] = lines[number].replace("false,false", "false,true")
+    log.write_text("\n".join(lines) + "\n", newline="\n")
+    score = score_folder(folder, references).groups["humanoid-standup-run-v0"]["single"]
+    assert score.success_rates == (((None, 0.25, 0.0),), ((None, 0.0, 0.0),))
+
+
+def test_a_group_without_success_has_no_success_rates(submission: Write, references: References) -> None:
+    assert group_score(submission(), references).success_rates == ()

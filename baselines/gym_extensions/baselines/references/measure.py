@@ -110,7 +110,7 @@ def _oracle_episodes(measurement: Measurement) -> list[Episode]:
     rows = []
     for episode, (seed, return_) in enumerate(zip(seeds, oracle_returns(task, seeds), strict=True)):
         length = round(ARRIVAL_REWARD - return_)  # no collisions: −1 per step, and the reward of arrival
-        result = (seed, length, float(return_), True, fingerprint_of(task))
+        result = (seed, length, float(return_), True, True, fingerprint_of(task))
         rows.append(Episode(measurement.run, 1, task.id, episode, *result))
     return rows
 
@@ -138,6 +138,6 @@ def _evaluate(agent: Agent, env: VectorEnv, measurement: Measurement) -> list[Ep
         numbers = range(first, first + env.num_envs)
         seeds = _seeds(measurement, numbers)
         for episode, seed, rollout in zip(numbers, seeds, evaluate(agent, env, seeds), strict=True):
-            result = (seed, rollout.length, rollout.return_, rollout.terminated, fingerprint)
+            result = (seed, rollout.length, rollout.return_, rollout.terminated, rollout.success, fingerprint)
             rows.append(Episode(measurement.run, 1, task_id, episode, *result))
     return rows[: measurement.episodes]

@@ -26,7 +26,8 @@ def read_episodes(path: Path) -> list[Episode]:
         return [
             Episode(
                 *(int(row["run"]), int(row["stage"]), row["task"], int(row["episode"]), int(row["seed"])),
-                *(int(row["length"]), float(row["return"]), row["terminated"] == "true", row["fingerprint"]),
+                *(int(row["length"]), float(row["return"]), row["terminated"] == "true"),
+                *({"true": True, "false": False}.get(row["success"]), row["fingerprint"]),
             )
             for row in csv.DictReader(file)
         ]

@@ -13,6 +13,7 @@ from gym_extensions.baselines.agent import Agent, Array, Context, VectorEnv
 from gym_extensions.baselines.context import TaskLabel
 from gym_extensions.baselines.context_checks import action_function
 from gym_extensions.baselines.training.actions import clip_actions
+from gym_extensions.catalog.bodies.success import IS_SUCCESS
 from gym_extensions.rollouts.traces import Trace, cut
 
 
@@ -26,11 +27,15 @@ class BatchedStates(Protocol):
 
 @dataclass(frozen=True)
 class Rollout:
-    """One evaluation episode, with its trace if one was requested."""
+    """One evaluation episode, with its trace if one was requested.
+
+    ``success`` is the ``is_success`` of its last step, or None where the task defines none.
+    """
 
     length: int
     return_: float
     terminated: bool
+    success: bool | None
     trace: Trace | None = None
 
 
@@ -67,15 +72,19 @@ def evaluate(
     observations, _ = env.reset(seed=list(seeds))  # type: ignore[arg-type]
     rewards, actions, states = [], [], []
     lengths, is_terminated = np.zeros(num_envs, int), np.zeros(num_envs, bool)
+    successes: list[bool | None] = [None] * num_envs
     starts, resetting = np.ones(num_envs, bool), np.zeros(num_envs, bool)
     while not lengths.all():
         applied = clip_actions(act(observations, Context(starts, label)), env, "act()")
-        observations, reward, terminated, truncated, _ = env.step(applied)
+        observations, reward, terminated, truncated, infos = env.step(applied)
         rewards.append(np.array(reward, np.float64))
         starts, resetting = resetting, terminated | truncated
         ended = resetting & (lengths == 0)
         is_terminated[ended] = terminated[ended]
         lengths[ended] = len(rewards)
+        if IS_SUCCESS in infos:
+            for index in np.flatnonzero(ended & infos[f"_{IS_SUCCESS}"]):
+                successes[index] = bool(infos[IS_SUCCESS][index])
         if segment_steps:
             actions.append(np.array(applied))
             if (len(rewards) + 1) % segment_steps == 0 and not lengths.all():
@@ -89,5 +98,6 @@ def evaluate(
         if all_actions is not None:
             episode_states = [{name: values[i] for name, values in state.items()} for state in states]
             trace = cut(all_actions[: lengths[i], i], episode_rewards, episode_states, segment_steps)
-        rollouts.append(Rollout(int(lengths[i]), math.fsum(episode_rewards), bool(is_terminated[i]), trace))
+        result = (int(lengths[i]), math.fsum(episode_rewards), bool(is_terminated[i]), successes[i])
+        rollouts.append(Rollout(*result, trace))
     return rollouts

@@ -67,7 +67,7 @@ class Evaluator:
             if rollout.trace is not None:
                 name = trace_name(job.protocol, job.run, stage, task.name, episode)
                 write_bytes(self._traces / name, trace_bytes(rollout.trace))
-            result = (rollout.length, rollout.return_, rollout.terminated)
+            result = (rollout.length, rollout.return_, rollout.terminated, rollout.success)
             rows.append(Episode(job.run, stage, task.id, episode, seed, *result, fingerprint_of(task)))
         return rows
 

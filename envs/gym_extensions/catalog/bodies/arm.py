@@ -12,9 +12,12 @@ from gym_extensions.catalog.bodies.body import (
     Segments,
     gymnasium_source,
 )
+from gym_extensions.catalog.bodies.success import Distance
 
 MAX_STEPS = 100
 SEGMENTS = Segments(steps=5)
+SUCCESS_DISTANCE = 0.05
+"""In m: the ``distance_threshold`` of Gymnasium-Robotics' FetchPush, and the radius of object and ball."""
 
 ARMS = (
     Body(
@@ -37,6 +40,11 @@ ARMS = (
         max_steps=MAX_STEPS,
         has_gravity=False,
         goal_area=Rectangle((-0.2, -0.1), (0.0, 0.3)),  # slide offsets (y, x)
+        success=Distance(
+            ("object", "goal"),
+            SUCCESS_DISTANCE,
+            "At the last step, the centers of object and goal are at most 0.05 m apart on the table.",
+        ),
     ),
     Body(
         name="Striker",
@@ -60,5 +68,10 @@ ARMS = (
         max_steps=MAX_STEPS,
         has_gravity=False,
         goal_area=Rectangle((0.15, 0.1), (0.7, 1.0)),  # world (x, y)
+        success=Distance(
+            ("object", "goal"),
+            SUCCESS_DISTANCE,
+            "At the last step, the centers of ball and goal are at most 0.05 m apart on the table.",
+        ),
     ),
 )

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
+from gym_extensions.catalog.bodies.success import Success
+
 Family = Literal["planar", "humanoid", "arm", "navigation"]
 """Bodies of one family share the layout of their observations."""
 Frame = Literal["pitch", "torso", "world"]
@@ -113,6 +115,7 @@ class Body:
         wall_width: width of the published wall in m; None without a wall task.
         velocity_limit: Gymnasium clips observed velocities to this magnitude; None for no limit.
         goal_area: the rectangle within which a moving goal stays; None without a goal.
+        success: when an episode is a success; None if its tasks define no success.
     """
 
     name: str
@@ -131,6 +134,7 @@ class Body:
     wall_width: float | None = None
     velocity_limit: float | None = None
     goal_area: Rectangle | None = None
+    success: Success | None = None
 
 
 def gymnasium_source(file: str) -> str:

@@ -12,11 +12,17 @@ from gym_extensions.catalog.bodies.body import (
     gymnasium_source,
     uniform_start,
 )
+from gym_extensions.catalog.bodies.success import Height
 
 COSTS = "0.1·Σ ctrl² − min(5e-7·Σ cfrc_ext², 10)"
 WALL_WIDTH = 10.0
 """In m: a humanoid would walk around a narrower wall."""
 LYING_CAMERA = Camera(0.4, 0.2, 3.0, 110, -20)
+STANDING = Height(
+    1.0,
+    2.0,
+    "At the last step, the height of the torso is in (1, 2) m, where Humanoid counts as healthy.",
+)
 FEET = Feet(("right_foot", "left_foot"), distance=0.18)
 PARTS = {
     "Torso": ("torso1", "uwaist", "lwaist"),
@@ -62,6 +68,7 @@ HUMANOIDS = (
         ),
         rewards=RewardBounds(-100.0, 1500.0, terminates=False),  # height / 0.003 s: 1 m gives 333
         camera=LYING_CAMERA,
+        success=STANDING,
         parts=PARTS,
         feet=FEET,
         beams="world",
@@ -82,6 +89,7 @@ HUMANOIDS = (
         ),
         rewards=RewardBounds(-200.0, 1600.0, terminates=False),  # the sum of the two above
         camera=LYING_CAMERA,
+        success=STANDING,
         parts=PARTS,
         feet=FEET,
         beams="world",

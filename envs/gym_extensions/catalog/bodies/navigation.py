@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from gym_extensions.catalog.bodies.body import Body, Prose, RewardBounds
+from gym_extensions.catalog.bodies.success import Arrival
 
 NAVIGATION = (
     Body(
@@ -19,5 +20,6 @@ NAVIGATION = (
         ),
         rewards=RewardBounds(-6.0, -1.0, end=10.0),  # −1 per step, −5 per collision, +10 at the goal
         has_gravity=False,
+        success=Arrival("The episode ends at the goal."),
     ),
 )

@@ -153,6 +153,8 @@ def _play(base: str, row: Task) -> list[str]:
         "End": prose.end,
         "Time limit": f"{row.max_steps} steps.",
     }
+    if row.body.success is not None:
+        facts["Success"] = row.body.success.text
     return [*(f"* **{name}**: {text}" for name, text in facts.items()), ""]
 
 

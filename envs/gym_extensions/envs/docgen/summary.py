@@ -28,6 +28,7 @@ def summary(task: Task) -> str:
         "start": prose.start,
         "end": prose.end,
         "time limit": f"{task.max_steps} steps",
+        "success": task.body.success.text if task.body.success else "not defined",
         "source": prose.source,
         "groups": ", ".join(groups) or "none",
         "versions": "; ".join(f"v{number}: {VERSIONS[number]}" for number in range(task.version + 1)),

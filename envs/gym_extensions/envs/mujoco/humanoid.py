@@ -65,7 +65,10 @@ class Humanoid(_Agent, HumanoidEnv):
 
 
 class HumanoidStandup(_Agent, HumanoidStandupEnv):
-    """Gymnasium's HumanoidStandup-v5 with the task's model."""
+    """Gymnasium's HumanoidStandup-v5 with the task's model.
+
+    ``info["is_success"]``: the height of the torso is in (1, 2) m.
+    """
 
     def _get_rew(self, pos_after: float, action: Any) -> tuple[Any, dict[str, Any]]:
         upward = pos_after / self.model.opt.timestep
@@ -79,6 +82,8 @@ class HumanoidStandupAndRun(Humanoid):
     """Humanoid-v5's observation, reset and forward reward on the lying model, and a reward for height.
 
     Reward: 1.25·Δx/dt + z/timestep − .1·Σctrl² − contact cost + (5 if 1 < z < 2 else 1). Never terminates.
+
+    ``info["is_success"]``: the height of the torso is in (1, 2) m.
     """
 
     FALLEN_REWARD: ClassVar[float] = 1.0

@@ -43,6 +43,8 @@ class Striker(TaskEnv, PusherEnv):
     Task state: ``best_distance``, the smallest distance of ball and goal so far in the episode, including
     reset; ``struck``, 1 once the tip has come within 0.1 m of the ball; ``strike_place`` (3,), the tip's
     position when it was last within 0.1 m.
+
+    ``info["is_success"]``: the centers of ball and goal are at most 0.05 m apart on the table.
     """
 
     def __init__(self, task: Task, **rendering: Any) -> None:

@@ -11,12 +11,14 @@ import numpy as np
 from gymnasium.envs.mujoco import MujocoEnv
 from gymnasium.spaces import Box
 
+from gym_extensions.catalog.bodies.success import IS_SUCCESS
 from gym_extensions.catalog.task import Task
 from gym_extensions.envs import state
 from gym_extensions.envs.actions import check_actions
 from gym_extensions.envs.effects.registry import effects_of
 from gym_extensions.envs.mujoco.compile import compile_model
 from gym_extensions.envs.protocols import Array
+from gym_extensions.envs.success import success_test
 
 
 class TaskEnv(MujocoEnv):
@@ -40,6 +42,7 @@ class TaskEnv(MujocoEnv):
         # The body class has set these to its own arguments.
         self._ezpickle_args: tuple[object, ...] = (task,)
         self._ezpickle_kwargs: dict[str, object] = rendering
+        self._success = success_test(task.body.success, self.model)
         body = self.body_observation().size
         appended = sum(effect.observation(self).size for effect in self._effects)
         low, high = np.full(body + appended, -np.inf), np.full(body + appended, np.inf)
@@ -66,9 +69,14 @@ class TaskEnv(MujocoEnv):
         return 0.0 if free else float(self.model.body_pos[torso, 2] - self.model.qpos0[joint + 1])
 
     def step(self, action: Any) -> tuple[Array, Any, bool, bool, dict[str, Any]]:
-        """The base body's step, after a check of the action. Raises ``BenchError`` for a bad action."""
+        """The base body's step, after a check of the action. Raises ``BenchError`` for a bad action.
+
+        The info has ``is_success``, a bool, if the task defines success.
+        """
         checked = check_actions(action, (self.model.nu,), self.task.id)
         transition: tuple[Array, Any, bool, bool, dict[str, Any]] = super().step(checked)
+        if self._success is not None:
+            transition[4][IS_SUCCESS] = bool(self._success(getattr(self.data, self._success.field)))
         return transition
 
     def do_simulation(self, ctrl: Any, n_frames: int) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 from gymnasium.utils import EzPickle
 from numpy.typing import NDArray
 
+from gym_extensions.catalog.bodies.success import IS_SUCCESS
 from gym_extensions.catalog.task import Task
 from gym_extensions.catalog.variations.maps import Course
 from gym_extensions.envs import state
@@ -98,6 +99,8 @@ class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], EzPickle):
     **End**: terminated when the new position is within 20 units of the goal (distance ≤ 20); truncated after
     1000 steps by the time limit.
 
+    **Success**: the step ends at the goal; ``info["is_success"]`` equals ``terminated``.
+
     **Versions**: v0 follows the paper's text. The 2017 code differs from the paper: polar actions, obstacles
     without effect, a start outside the map, +20 at the goal.
 
@@ -146,7 +149,7 @@ class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], EzPickle):
         return self._world.observe()[0], {}
 
     def step(self, action: NDArray[np.float32]) -> tuple[NDArray[Any], float, bool, bool, dict[str, Any]]:
-        """Returns observation, reward, whether the goal is reached, False, and an empty dictionary.
+        """Returns observation, reward, whether the goal is reached, False, and ``is_success`` as info.
 
         Raises:
             BenchError: the action's shape is not (2,), or a value is not finite.
@@ -154,7 +157,8 @@ class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], EzPickle):
         checked = check_actions(action, (2,), self.task.id)
         rewards, reached = self._world.advance(checked[None], self._moving)
         self._steps += 1
-        return self._world.observe()[0], float(rewards[0]), bool(reached[0]), False, {}
+        arrived = bool(reached[0])
+        return self._world.observe()[0], float(rewards[0]), arrived, False, {IS_SUCCESS: arrived}
 
     def save_state(self) -> state.State:
         """Returns ``position`` (2,) in units and ``steps`` () since reset, as float64 arrays."""

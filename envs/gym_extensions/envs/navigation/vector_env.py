@@ -20,13 +20,14 @@ from gym_extensions.envs.navigation.observations import action_space, observatio
 from gym_extensions.envs.navigation.simulation import World
 from gym_extensions.envs.protocols import Array, Flags, Indices, States
 from gym_extensions.envs.seeding import WHERE, reset_mask, seed_of_each
+from gym_extensions.envs.success import success_infos
 from gym_extensions.errors import BenchError
 
 
 class NavigationVectorEnv(gym.vector.VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
     """Navigation environments of one family, bit for bit the single environments.
 
-    Infos are empty.
+    Infos of steps have ``is_success``, as SyncVectorEnv's do.
 
     An environment whose episode ended is reset by the next step, which ignores its action and returns
     reward 0 (autoreset NEXT_STEP).
@@ -82,7 +83,7 @@ class NavigationVectorEnv(gym.vector.VectorEnv[NDArray[Any], NDArray[Any], NDArr
         return self._world.observe(), {}
 
     def step(self, actions: NDArray[Any]) -> tuple[NDArray[Any], Array, Flags, Flags, dict[str, Any]]:
-        """Returns observations, rewards, terminations, truncations and empty infos of one step.
+        """Returns observations, rewards, terminations, truncations and infos of one step.
 
         Args:
             actions: ``(num_envs, 2)``, displacements in units, clipped to ±5.
@@ -99,7 +100,8 @@ class NavigationVectorEnv(gym.vector.VectorEnv[NDArray[Any], NDArray[Any], NDArr
             self._begin(starting, {})
         truncations = self._elapsed >= self._limits
         self._ended = terminations | truncations
-        return self._world.observe(), rewards, terminations, truncations, {}
+        infos = success_infos(terminations, ~starting)
+        return self._world.observe(), rewards, terminations, truncations, infos
 
     def save_states(self) -> dict[str, Array]:
         """Returns the states, ``(num_envs, …)`` by the names of the single environment's ``save_state``."""

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from gym_extensions.envs.effects.registry import vector_effects_of
 from gym_extensions.envs.protocols import Array, Flags, Generators, Indices, Physics, States
+from gym_extensions.envs.success import success_test
 from gym_extensions.envs.vector.layout import rules_of
 from gym_extensions.envs.vector.physics import BatchPhysics
 from gym_extensions.envs.vector.template import TaskTemplate
@@ -35,6 +36,8 @@ class Shard:
         self._physics = physics(templates, num_threads)
         self._rules = rules_of(templates[0])(self._physics, templates)
         self._effects = vector_effects_of(self._physics, templates)
+        self._success = success_test(templates[0].task.body.success, templates[0].model)
+        self._success_field = None if self._success is None else self._physics.field(self._success.field)
 
     def reset(self, indices: Indices, generators: Generators) -> None:
         """Starts episodes in some environments.
@@ -60,6 +63,12 @@ class Shard:
         self._physics.step(ctrl, indices)
         self._steps += 1
         return self._rules.reward_and_termination(actions, ctrl)
+
+    def success(self) -> Flags | None:
+        """Returns whether each environment is in a state of success, or None if their tasks define none."""
+        if self._success is None or self._success_field is None:
+            return None
+        return self._success(self._success_field)
 
     def observe(self) -> Array:
         """Returns a new array of observations."""

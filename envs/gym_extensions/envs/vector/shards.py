@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gym_extensions.envs.protocols import Array, Flags, Indices, States
+from gym_extensions.envs.success import success_infos
 from gym_extensions.envs.vector.layout import layout
 from gym_extensions.envs.vector.saved_state import check_names, rows_for
 from gym_extensions.envs.vector.shard import Shard
@@ -31,6 +32,8 @@ class Shards:
             Shard(np.array(indices), [templates[index] for index in indices], num_threads)
             for indices in members.values()
         ]
+        defining = [template.task.body.success is not None for template in templates]
+        self._defines_success = np.array(defining) if any(defining) else None
 
     def reset(self, starting: Flags, generators: Sequence[np.random.Generator | None]) -> None:
         """Starts episodes in the flagged environments, which need a generator."""
@@ -49,6 +52,19 @@ class Shards:
             rows = None if resting is None else np.flatnonzero(~resting[shard.members])
             rewards[shard.members], terminations[shard.members] = shard.step(actions[shard.members], rows)
         return rewards, terminations
+
+    def infos(self, resting: Flags | None) -> dict[str, Any]:
+        """Returns the infos of one step: ``is_success`` of tasks that define it, without resting ones."""
+        if self._defines_success is None:
+            return {}
+        flags = np.zeros(self._num_envs, np.bool_)
+        for shard in self._shards:
+            success = shard.success()
+            if success is not None:
+                flags[shard.members] = success
+        return success_infos(
+            flags, self._defines_success if resting is None else self._defines_success & ~resting
+        )
 
     def observe(self) -> Array:
         """Returns a new array of observations, ``(num_envs, …)``."""

@@ -26,8 +26,9 @@ class MujocoVectorEnv(gym.vector.VectorEnv[Array, NDArray[Any], NDArray[Any]]):
 
     Every number is bit for bit the single environment's.
 
-    Infos are empty. An environment whose episode ended is reset by the next step, which ignores its action
-    and returns reward 0 (autoreset NEXT_STEP).
+    Infos of steps have ``is_success`` where tasks define success, as SyncVectorEnv's do. An environment whose
+    episode ended is reset by the next step, which ignores its action and returns reward 0 (autoreset
+    NEXT_STEP).
     """
 
     def __init__(self, templates: Sequence[TaskTemplate], num_threads: int) -> None:
@@ -68,7 +69,7 @@ class MujocoVectorEnv(gym.vector.VectorEnv[Array, NDArray[Any], NDArray[Any]]):
         return self._shards.observe(), {}
 
     def step(self, actions: NDArray[Any]) -> tuple[Array, Array, Flags, Flags, dict[str, Any]]:
-        """Returns observations, rewards, terminations, truncations and empty infos of one step.
+        """Returns observations, rewards, terminations, truncations and infos of one step.
 
         Args:
             actions: ``(num_envs, act)``; not clipped; action costs are computed in their precision.
@@ -86,7 +87,8 @@ class MujocoVectorEnv(gym.vector.VectorEnv[Array, NDArray[Any], NDArray[Any]]):
             terminations[starting] = False
         truncations = self._elapsed >= self._limits
         self._ended = terminations | truncations
-        return self._shards.observe(), rewards, terminations, truncations, {}
+        infos = self._shards.infos(starting)
+        return self._shards.observe(), rewards, terminations, truncations, infos
 
     def _begin(self, starting: Flags) -> None:
         self._elapsed[starting] = 0

@@ -8,9 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gym_extensions.rollouts.episodes import SUCCESS
+
 COMMA, LINE_END = b",\n"
 BOM = b"\xef\xbb\xbf"
 BLOCK_BYTES = 2**20
+OPTIONAL = SUCCESS
+"""The column whose cells may be empty."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +32,7 @@ class Lines:
 
     ``first`` is the index of the first line in the file, from 0; ``starts`` and ``ends`` are offsets in
     ``data`` (an end is after the line end). ``wrong`` marks lines with another number of cells than the
-    header, or with an empty cell.
+    header, or with an empty cell outside ``OPTIONAL``.
     """
 
     first: int
@@ -53,6 +57,7 @@ def plain(data: bytes) -> bytes:
 def lines(text: Text) -> Iterator[Lines]:
     """All lines of a file in blocks of about ``BLOCK_BYTES``, to bound the memory for files of many lines."""
     data, width, first, start = text.data, len(text.header), 0, 0
+    optional = text.header.index(OPTIONAL) if OPTIONAL in text.header else -1
     while start < len(data):
         stop = data.find(b"\n", start + BLOCK_BYTES) + 1 or len(data)
         block = data[start:stop] if data[stop - 1] == LINE_END else data[start:stop] + b"\n"
@@ -60,9 +65,11 @@ def lines(text: Text) -> Iterator[Lines]:
         cuts = np.flatnonzero((values == COMMA) | (values == LINE_END))
         ending = values[cuts] == LINE_END
         wrong = np.diff(np.flatnonzero(ending), prepend=-1) != width
-        empty = np.diff(cuts, prepend=-1) == 1
-        if empty.any():
-            wrong[(np.cumsum(ending) - ending)[empty]] = True
+        empty = np.flatnonzero(np.diff(cuts, prepend=-1) == 1)
+        if empty.size:
+            rows = (np.cumsum(ending) - ending)[empty]
+            columns_before = empty - np.concatenate([[-1], np.flatnonzero(ending)])[rows] - 1
+            wrong[rows[columns_before != optional]] = True
         ends = cuts[ending] + 1
         yield Lines(first, block, np.concatenate([[0], ends[:-1]]), ends, wrong)
         first, start = first + ends.size, stop

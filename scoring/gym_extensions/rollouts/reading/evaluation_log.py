@@ -18,6 +18,8 @@ from gym_extensions.errors import BenchError
 Integers = NDArray[np.int64]
 INTEGER_COLUMNS = ("run", "stage", "episode", "seed", "length")
 FLAGS = {"true": True, "false": False}
+SUCCESSES = {"true": 1, "false": 0, "": -1}
+"""The number of each cell of the column ``success``: -1 where the task defines none."""
 MAX_DIGITS = 15
 
 Runs = dict[str, tuple[int, ...] | None]
@@ -42,8 +44,8 @@ class Cells:
 class Log:
     """The rows of an evaluation log by column, in the order of the file.
 
-    ``position`` is the index of each row's task in the group, -1 for a task of another group. ``numbers`` and
-    ``unread`` are as in ``Cells``.
+    ``position`` is the index of each row's task in the group, -1 for a task of another group. ``success`` is
+    1, 0, or -1 where the cell is empty. ``numbers`` and ``unread`` are as in ``Cells``.
     """
 
     path: str
@@ -59,6 +61,7 @@ class Log:
     length: Integers
     return_: NDArray[np.float64]
     terminated: NDArray[np.bool_]
+    success: NDArray[np.int8]
     fingerprint: list[str]
     numbers: Integers | None = None
     unread: int = 0
@@ -95,6 +98,7 @@ KINDS: dict[str, tuple[Callable[[str], bool], str]] = {
     **dict.fromkeys((*INTEGER_COLUMNS, "step"), (is_integer, "an integer")),
     "return": (is_number, "a number"),
     "terminated": (FLAGS.__contains__, "true or false"),
+    "success": (SUCCESSES.__contains__, "true, false or nothing"),
 }
 """By column: the test of a cell, and what it must be, in words."""
 
@@ -120,6 +124,7 @@ def log(cells: Cells, protocol: str, group: TaskGroup) -> Log:
         position=np.array([positions.get(name, -1) for name in columns["task"]], dtype=np.int64),
         return_=np.array(list(map(float, columns["return"])), dtype=np.float64),
         terminated=np.array([FLAGS[cell] for cell in columns["terminated"]], dtype=np.bool_),
+        success=np.array([SUCCESSES[cell] for cell in columns["success"]], dtype=np.int8),
         fingerprint=columns["fingerprint"],
         numbers=cells.numbers,
         unread=cells.unread,

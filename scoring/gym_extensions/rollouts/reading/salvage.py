@@ -16,7 +16,7 @@ from gym_extensions.rollouts.reading.evaluation_log import KINDS, Cells
 
 ALLOWED = np.isin(np.arange(256), list((ascii_letters + digits + ",./_\n+-").encode()))
 KEYS = ("run", "stage", "episode", "seed")
-BLANK = {"length": "1", "return": "0.0", "terminated": "false"}
+BLANK = {"length": "1", "return": "0.0", "terminated": "false", "success": ""}
 """Placeholders for measured cells that are not read."""
 
 

@@ -13,6 +13,7 @@ from gym_extensions.rollouts.rules import (
     measurements,
     npz,
     runs,
+    success,
     unicode,
 )
 from gym_extensions.rollouts.rules.rule import RULES, problems
@@ -29,5 +30,6 @@ __all__ = [
     "npz",
     "problems",
     "runs",
+    "success",
     "unicode",
 ]

@@ -11,7 +11,7 @@ import numpy as np
 from gym_extensions.catalog.task import NAMESPACE
 from gym_extensions.errors import did_you_mean
 from gym_extensions.rollouts.problem import MAX_QUOTE, ROWS_LISTED, Finding, row_findings
-from gym_extensions.rollouts.reading.csv_lines import BOM, Text, lines
+from gym_extensions.rollouts.reading.csv_lines import BOM, OPTIONAL, Text, lines
 from gym_extensions.rollouts.rules.rule import rule
 
 ALLOWED = (ascii_letters + digits + ",./\n\r+-").encode()
@@ -90,7 +90,7 @@ def odd_character(text: Text) -> Iterator[Finding]:
 
 @rule("text")
 def cell_count(text: Text) -> Iterator[Finding]:
-    """Every row has as many cells as the header, and no cell is empty."""
+    """Every row has as many cells as the header, and no cell is empty, except in `success`."""
     first: dict[int, str] = {}
     count = 0
     for block in lines(text):
@@ -105,7 +105,8 @@ def cell_count(text: Text) -> Iterator[Finding]:
         commas = first[row].count(",")
         if commas != len(text.header) - 1:
             return f"The row has {commas + 1} cell{'s' if commas else ''}; expected {len(text.header)}."
-        return f"Column `{text.header[first[row].split(',').index('')]}` is empty."
+        names = (name for name, cell in zip(text.header, first[row].split(","), strict=True) if not cell)
+        return f"Column `{next(name for name in names if name != OPTIONAL)}` is empty."
 
     hint = "Write every cell of every row."
     yield from row_findings(text.path, list(first), message, hint, more=count - len(first))

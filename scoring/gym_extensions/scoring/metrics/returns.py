@@ -19,6 +19,8 @@ from gym_extensions.rollouts.submission import SubmittedGroup
 Returns = NDArray[np.float64]
 Cells = list[list[list[list[float]]]]
 Means = list[list[list[float]]]
+Rates = tuple[tuple[tuple[float | None, ...], ...], ...]
+Successes = NDArray[np.int8]
 Curve = tuple[list[int], list[float]]
 """A training curve: steps, and the mean return of the training episodes that ended since the point before."""
 
@@ -35,6 +37,7 @@ class Results:
         single: returns [run, task, episode], or None without the log.
         joint: returns [run, task, episode], or None without the log.
         curves: training curves by (protocol, run, task id).
+        successes: [run, stage, task, episode] by protocol: 1, 0, or -1 where the task defines no success.
     """
 
     group: TaskGroup
@@ -44,6 +47,7 @@ class Results:
     single: Returns | None = None
     joint: Returns | None = None
     curves: dict[Key, Curve] = field(default_factory=dict)
+    successes: dict[str, Successes] = field(default_factory=dict)
 
     @functools.cached_property
     def returns(self) -> dict[str, Cells]:
@@ -64,15 +68,36 @@ class Results:
         }
 
 
+def _shape(log: Log) -> tuple[int, int, int, int]:
+    """Runs, stages, tasks and episodes of a log."""
+    tasks = len(log.group.tasks)
+    return len(log.runs), len(stages(log.protocol, tasks)), tasks, EVALUATION_EPISODES
+
+
 def _array(log: Log | None) -> Returns | None:
     if log is None:
         return None
-    tasks = len(log.group.tasks)
-    shape = (len(log.runs), len(stages(log.protocol, tasks)), tasks, EVALUATION_EPISODES)
+    shape = _shape(log)
     if log.return_.size != np.prod(shape):
         raise ValueError(f"{log.path} is not a complete log.")
     cells = log.return_.reshape(shape)
     return cells if log.protocol == "sequential" else cells[:, 0]
+
+
+def success_rates(successes: Successes) -> Rates:
+    """The share of episodes that succeeded, [run][stage][task].
+
+    None where the task defines no success; empty if no task does.
+
+    Args:
+        successes: [run, stage, task, episode]; 1, 0, or -1 where the task defines none.
+    """
+    if (successes < 0).all():
+        return ()
+    return tuple(
+        tuple(tuple(None if min(cell) < 0 else sum(cell) / len(cell) for cell in row) for row in run)
+        for run in successes.tolist()
+    )
 
 
 def _curves(curves: Curves | None) -> dict[Key, Curve]:
@@ -92,4 +117,5 @@ def results(entry: SubmittedGroup, budget: str) -> Results:
         single=_array(entry.logs.get("single")),
         joint=_array(entry.logs.get("joint")),
         curves=_curves(entry.curves),
+        successes={protocol: log.success.reshape(_shape(log)) for protocol, log in entry.logs.items()},
     )

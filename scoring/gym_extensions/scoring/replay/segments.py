@@ -13,12 +13,14 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from gym_extensions.catalog.bodies.success import IS_SUCCESS
 from gym_extensions.catalog.task import Task
 from gym_extensions.envs import make_vec
 from gym_extensions.rollouts.problem import Problem
 from gym_extensions.rollouts.trace_reader import Array, RecordedEpisode
 from gym_extensions.scoring.replay.compatibility import misfits, restored
 
+SUCCESSES = {1: True, 0: False, -1: None}
 MAX_ENVIRONMENTS = 256
 """Segments that are replayed side by side."""
 
@@ -112,16 +114,25 @@ def _faults(env: Any, parts: Sequence[Segment]) -> Iterator[str]:
         env.step(actions[0])  # derived quantities lag one evaluation behind: this step is discarded
     rewards = np.zeros((steps, len(parts)))
     ends = np.zeros((steps, len(parts)), np.bool_)
+    successes = np.full((steps, len(parts)), -1, np.int8)
     seam: dict[str, Array] = {}
     for step in range(steps):
-        _, rewards[step], ends[step], _, _ = env.step(actions[step + 1])
+        _, rewards[step], ends[step], _, infos = env.step(actions[step + 1])
+        if IS_SUCCESS in infos:
+            successes[step] = np.where(infos[f"_{IS_SUCCESS}"], infos[IS_SUCCESS], -1)
         if step == steps - 2:
             seam = env.save_states()
     for index, part in enumerate(parts):
         count = part.end - part.start
         ended = np.flatnonzero(ends[:count, index])
         state = {name: values[index] for name, values in seam.items()}
-        yield _fault(part, math.fsum(rewards[:count, index]), ended.tolist(), state)
+        success = SUCCESSES[int(successes[count - 1, index])]
+        yield _fault(part, math.fsum(rewards[:count, index]), ended.tolist(), success, state)
+
+
+def describe_success(success: bool | None) -> str:
+    """The end of an episode in words."""
+    return {True: "with success", False: "without success", None: "without a definition of success"}[success]
 
 
 def _state(part: Segment) -> dict[str, Array]:
@@ -140,13 +151,16 @@ def _actions(parts: Sequence[Segment], steps: int) -> NDArray[np.float32]:
     return actions
 
 
-def _fault(part: Segment, total: float, ended: list[int], seam: dict[str, Array]) -> str:
+def _fault(
+    part: Segment, total: float, ended: list[int], success: bool | None, seam: dict[str, Array]
+) -> str:
     """A sentence on what differs in one segment, or an empty string.
 
     Args:
         part: the segment.
         total: sum of the replayed rewards.
         ended: steps of the segment, from 0, at which the replayed episode terminated.
+        success: ``is_success`` of the last replayed step; None where the task defines no success.
         seam: the replayed state before the next segment.
     """
     tolerance = part.episode.task.body.segments.tolerance
@@ -159,6 +173,9 @@ def _fault(part: Segment, total: float, ended: list[int], seam: dict[str, Array]
     if not abs(total - claimed_return) <= tolerance * max(1.0, abs(claimed_return)):
         return f"the rewards sum to {total!r}, the trace says {claimed_return!r}."
     if part.last:
+        if success != part.episode.success:
+            replayed, claimed = describe_success(success), describe_success(part.episode.success)
+            return f"the episode ends {replayed}, the log says {claimed}."
         return ""
     for name, states in sorted(part.episode.states.items()):
         claimed_state = states[part.index]

@@ -8,7 +8,7 @@ from gym_extensions.scoring.metrics.aggregates import iqm, profile
 from gym_extensions.scoring.metrics.evaluate import metric_values, no_reference
 from gym_extensions.scoring.metrics.normalization import normalized_runs
 from gym_extensions.scoring.metrics.paper_table import paper_table
-from gym_extensions.scoring.metrics.returns import Results, results
+from gym_extensions.scoring.metrics.returns import Rates, Results, results, success_rates
 from gym_extensions.scoring.references import References
 from gym_extensions.scoring.scorecard.manifest import summarize_manifest
 from gym_extensions.scoring.scorecard.model import (
@@ -30,6 +30,10 @@ def _reference(task: str, references: References) -> ReferenceValue:
     if reference is None:
         return NO_REFERENCE
     return ReferenceValue(reference.floor, reference.ceiling, reference.unsolved)
+
+
+def _success_rates(results: Results, protocol: str) -> Rates:
+    return success_rates(results.successes[protocol]) if protocol in results.successes else ()
 
 
 def missing_for_full_entry(results: Results, protocol: str) -> tuple[str, ...]:
@@ -57,6 +61,7 @@ def score_group(results: Results, references: References, protocol: str, budget:
         iqm=iqm(final),
         reference={task: _reference(task, references) for task in results.group.task_ids},
         return_matrix=tuple(tuple(map(tuple, run)) for run in results.means[protocol]),
+        success_rates=_success_rates(results, protocol),
         curves=tuple(
             Curve(run, task, tuple(zip(steps, values, strict=True)))
             for (name, run, task), (steps, values) in results.curves.items()

@@ -71,6 +71,13 @@ class GroupScore:
             "`single` and `joint`; empty in a reported entry"
         ),
     ]
+    success_rates: Annotated[
+        tuple[tuple[tuple[float | None, ...], ...], ...],
+        about(
+            "share of successful episodes `[run][stage][task]`, as in `return_matrix`; null where the task "
+            "defines no success; empty if no task of the group does, and in a reported entry"
+        ),
+    ] = ()
     curves: Annotated[
         tuple[Curve, ...], about("training curves, one per run and task; empty without `curves.csv`")
     ] = ()

@@ -89,6 +89,15 @@ class Trial:
         return tuple(run[-1] for run in self.detail.return_matrix) if self.detail and not staged else ()
 
     @property
+    def success_rates(self) -> tuple[tuple[float | None, ...], ...]:
+        """Success rates [stage][task], averaged over runs; empty if no task of the group defines success."""
+        runs = self.detail.success_rates if self.detail else ()
+        return tuple(
+            tuple(None if None in cells else _mean(cells) for cells in zip(*stages, strict=True))
+            for stages in zip(*runs, strict=True)
+        )
+
+    @property
     def learned_nothing(self) -> bool:
         """Whether the agent learned nothing that it could forget."""
         return learned_nothing(self.score.metrics)
@@ -105,6 +114,10 @@ class Trial:
         return tuple(
             task for task in self.tasks if (reference := self.reference(task)) and reference.unsolved
         )
+
+
+def _mean(cells: tuple[float | None, ...]) -> float:
+    return math.fsum(cell for cell in cells if cell is not None) / len(cells)
 
 
 def group_order(group_id: str) -> tuple[int, str]:
