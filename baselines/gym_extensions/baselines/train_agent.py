@@ -63,10 +63,10 @@ def train(
         callback: called in this process with every event: :class:`~gym_extensions.baselines.TrainingStarted`,
             ``StageStarted``, ``BatchTrained``, ``TaskEvaluated``, ``JobFinished``. An exception stops the
             training.
-        evaluate_every: after this number of training steps of a stage, at the end of the batch, the agent is
-            evaluated on the tasks that are evaluated after the stage (``evaluations.csv``). None evaluates
-            after each stage only. Neither what is learned nor the logs depend on it if the agent can be saved;
-            see docs/submit.md for other agents.
+        evaluate_every: training steps of a stage between evaluations during training, which are made at the
+            end of a batch, on the tasks that are evaluated after the stage (``evaluations.csv``). None
+            evaluates after each stage only. Neither what is learned nor the logs depend on it if the agent
+            can be saved; docs/submit.md says what is guaranteed for other agents.
         evaluate_episodes: episodes per task of these evaluations, from 1 to 20.
 
     Returns:

@@ -1,4 +1,4 @@
-"""The rows of logs, training curves and evaluations during training, and their writers (docs/rollout-log.md)."""
+"""The rows of a submission's CSV files, and their writers (docs/rollout-log.md)."""
 
 from __future__ import annotations
 
@@ -93,11 +93,9 @@ def write_curves(path: Path, points: Iterable[CurvePoint], task_ids: tuple[str, 
 
 
 def write_evaluations(path: Path, points: Iterable[EvaluationPoint], task_ids: tuple[str, ...]) -> None:
-    """Writes the evaluations during training, sorted by protocol, run, stage, step, task in training order."""
+    """Writes evaluations during training, sorted by protocol, run, stage, step and task in training order."""
     position = {task: index for index, task in enumerate(task_ids)}
-    ordered = sorted(
-        points, key=lambda row: (row.protocol, row.run, row.stage, row.step, position[row.task])
-    )
+    ordered = sorted(points, key=lambda row: (row.protocol, row.run, row.stage, row.step, position[row.task]))
     write_text(path, _text(EVALUATION_COLUMNS, ordered))
 
 

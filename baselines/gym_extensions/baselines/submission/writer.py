@@ -119,7 +119,9 @@ def write_log(
         write_curves(curves, points, ids)
     path_of_evaluations = path.with_name(EVALUATIONS)
     evaluations = [
-        row for row in read_evaluations(path_of_evaluations) if row.protocol != protocol or row.run not in runs
+        row
+        for row in read_evaluations(path_of_evaluations)
+        if row.protocol != protocol or row.run not in runs
     ]
     evaluations += [row for record in records for row in record.evaluations]
     if evaluations:

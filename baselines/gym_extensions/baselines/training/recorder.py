@@ -119,7 +119,7 @@ class Recorder(gym.vector.VectorWrapper):
         return observations, rewards, terminated, truncated, infos
 
     def flush(self) -> None:
-        """Adds a point for every task with newly ended episodes, and reports the steps since the last report."""
+        """Adds a point for every task with newly ended episodes, and reports the new steps."""
         if self.taken == self._reported:
             return
         returns = [each for ended in self._ended.values() for each in ended]

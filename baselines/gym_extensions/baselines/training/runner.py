@@ -43,7 +43,7 @@ class PendingJob:
     def run(self, listen: Listener) -> list[FinishedStage]:
         """Runs the job; see :func:`run_job`."""
         make = algorithms.factory(self.agent)
-        return run_job(self.job, make, self.settings, self.out, listen, self.interim)
+        return run_job(self.job, make, self.settings, self.out, listen, interim=self.interim)
 
 
 class Evaluator:
@@ -99,6 +99,7 @@ def run_job(
     settings: Settings,
     out: Path,
     listen: Listener,
+    *,
     interim: Interim | None = None,
 ) -> list[FinishedStage]:
     """Runs every stage of the job that an earlier attempt did not finish.
@@ -157,9 +158,7 @@ def run_job(
             episodes += rows
         card = card_of(agent, settings.agent)
         parameters = (first_parameters, card.parameters)
-        record = FinishedStage(
-            stage.number, episodes, monitor.curves, card, parameters, monitor.evaluations
-        )
+        record = FinishedStage(stage.number, episodes, monitor.curves, card, parameters, monitor.evaluations)
         progress.finish(record, agent, last=stage is stages[-1])
         done.append(record)
     evaluator.close()
