@@ -31,6 +31,7 @@ from .rules import (
     test_csv,
     test_curves,
     test_episodes,
+    test_evaluations,
     test_folder,
     test_manifest,
     test_measurements,
@@ -49,6 +50,7 @@ TABLES = (
     test_measurements.EXAMPLES,
     test_runs.EXAMPLES,
     test_curves.EXAMPLES,
+    test_evaluations.EXAMPLES,
     test_npz.EXAMPLES,
 )
 

@@ -7,8 +7,8 @@
 >>> episodes.groupby(["group", "run", "stage", "task"])["return"].mean()
 """
 
+from gym_extensions.results.board_plot import plot_board
 from gym_extensions.results.evaluations import evaluations
-from gym_extensions.results.plot_board import plot_board
 from gym_extensions.results.plots import plot_curves, plot_matrix, plot_retention
 from gym_extensions.results.rollouts import curves, episodes
 from gym_extensions.results.scores import board, metrics

@@ -48,7 +48,7 @@ def evaluations(
     return       float64  mean return of the episodes
     ===========  =======  ==========================================================================
 
-    The rows during training are those of ``evaluations.csv``, an optional file (``evaluate_every`` of ``train``).
+    The rows during training are those of ``evaluations.csv``, which ``train(…, evaluate_every=…)`` writes.
     The rows after a stage are the means of the logs. Rows are sorted by group, protocol, run, step and task
     in training order.
 

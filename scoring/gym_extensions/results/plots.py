@@ -78,7 +78,8 @@ def plot_matrix(data: Data, group: str | None = None, *, ax: Axes | None = None)
 def plot_retention(data: Data, group: str | None = None, *, ax: Axes | None = None) -> Axes:
     """Retention in sequential training: the return on every task while the tasks are trained in order.
 
-    One line per task, the mean over runs, over the number of tasks trained so far. A vertical line marks the
+    One line per task, the mean over runs, over the number of tasks trained so far. Runs of one submission
+    are expected to be evaluated at the same steps. A vertical line marks the
     end of a stage. With evaluations during training the lines have points within the stages.
 
     Args:
@@ -92,9 +93,10 @@ def plot_retention(data: Data, group: str | None = None, *, ax: Axes | None = No
     columns = ("run", "stage", "task", "step", "trained", "return")
     frame = _select(_frame(data, evaluations), columns, group, "sequential")
     axes, colors = new_axes(ax), task_colors(frame["task"])
-    # Runs have their points at nearly the same steps: the k-th points of a stage belong together.
-    point = frame.groupby(["run", "stage", "task"]).cumcount()
-    keys = [frame["task"], frame["stage"], point.rename("point")]
+    # Runs have their points at nearly the same steps: the k-th points within a stage belong together.
+    is_end = (frame["trained"] == frame["stage"]).rename("is_end")
+    point = frame.groupby([frame["run"], frame["stage"], frame["task"], is_end]).cumcount()
+    keys = [frame["task"], frame["stage"], is_end, point.rename("point")]
     means = frame.groupby(keys, sort=False)[["trained", "return"]].mean()
     for task, line in means.groupby("task", sort=False):
         ordered = line.sort_values("trained")

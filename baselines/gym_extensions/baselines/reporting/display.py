@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
-from gym_extensions.baselines.reporting.lines import batch_text, line
+from gym_extensions.baselines.reporting.lines import line
 from gym_extensions.baselines.reporting.time_left import TimeLeft, clock_time
 from gym_extensions.baselines.training.events import (
     BatchTrained,
@@ -77,9 +77,10 @@ class Bars:
             self._rows[event.job] = self._progress.add_task(event.job, total=job.total_steps, text="")
         text = "" if isinstance(event, StageStarted) else None
         if isinstance(event, BatchTrained):
-            text = batch_text(event)
+            mean_return = "" if event.mean_return is None else f"return {event.mean_return:.1f}, "
+            text = f"{mean_return}{event.steps_per_second:,.0f} steps/s"
         elif isinstance(event, TaskEvaluated):
-            text = f"{event.task.rpartition('/')[2]} mean return {event.mean_return:.1f}"
+            text = f"{event.task.rpartition('/')[2]} {event.mean_return:.1f}"
         self._progress.update(
             self._rows[event.job],
             description=f"{event.job} stage {event.stage}",
@@ -100,7 +101,7 @@ def open_screen() -> Iterator[Screen]:
         return
     columns = (
         TextColumn("{task.description}"),
-        BarColumn(bar_width=20),
+        BarColumn(bar_width=10),
         TextColumn("{task.percentage:>3.0f}%"),
         TextColumn("{task.fields[text]}"),
         TimeElapsedColumn(),

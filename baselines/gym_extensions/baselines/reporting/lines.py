@@ -34,7 +34,7 @@ def line(event: Event, seconds_left: float | None) -> str:
 
 
 def batch_text(event: BatchTrained) -> str:
-    """The training return and the speed of a batch."""
+    """The training return and speed of a batch."""
     mean_return = "no episode ended" if event.mean_return is None else f"mean return {event.mean_return:.1f}"
     return f"{mean_return}, {event.steps_per_second:,.0f} steps per second"
 

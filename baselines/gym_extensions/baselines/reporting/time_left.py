@@ -92,6 +92,8 @@ class TimeLeft:
         """Seconds until all jobs are finished; None before a kind of work that is left was measured."""
         left = [job.left() for job in self.jobs.values() if not job.is_finished]
         steps, episodes = (sum(work.steps for work in left), sum(work.episodes for work in left))
+        if not self.jobs:
+            return None
         if (steps and not self._done.steps) or (episodes and not (self._done.episodes or self._done.steps)):
             return None
         training = steps * self._training_seconds / max(1, self._done.steps)
