@@ -86,7 +86,8 @@ BAD: list[tuple[dict[str, Any], str]] = [
     ({"log": 3}, "log: There is no log 3. Choose one of: csv, tensorboard."),
     (
         {"callback": "print"},
-        "callback: Expected a function, got a value of type str. Pass a function with one argument, the event.",
+        "callback: Expected a function, got a value of type str. "
+        "Pass a function with one argument, the event.",
     ),
 ]
 
