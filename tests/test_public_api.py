@@ -31,15 +31,31 @@ PUBLIC = {
     ],
     "gym_extensions.baselines": [
         "Agent",
+        "BatchTrained",
         "Card",
         "Context",
         "Factory",
+        "JobFinished",
         "Observes",
         "Resumable",
+        "StageStarted",
+        "TaskEvaluated",
+        "TrainingStarted",
         "sb3",
         "train",
     ],
-    "gym_extensions.results": ["board", "curves", "episodes", "metrics"],
+    "gym_extensions.results": [
+        "board",
+        "curves",
+        "episodes",
+        "evaluations",
+        "metrics",
+        "plot_board",
+        "plot_curves",
+        "plot_matrix",
+        "plot_retention",
+        "unfinished_curves",
+    ],
 }
 NAMES = [(package, name) for package, names in PUBLIC.items() for name in names]
 FUNCTIONS = [(package, name) for package, name in NAMES if name.islower()]

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
+import io
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import pytest
 
+from gym_extensions import results
 from gym_extensions.baselines import train
+from gym_extensions.baselines.training.events import BatchTrained, Event
 
 SHORT_GROUP = "hopper-motor-noise"
 """A group of two tasks: a fifth of the evaluation episodes of a group of five."""
@@ -36,3 +41,36 @@ def random_submission(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("submissions") / "random"
     train("random", "hopper-gravity", "single", "smoke", 0, out=folder)
     return folder
+
+
+@dataclass
+class Watched:
+    """A submission, the events of its training, what was printed, and the curves on disk at each batch."""
+
+    folder: Path
+    events: list[Event] = field(default_factory=list)
+    printed: str = ""
+    points_on_disk: list[int] = field(default_factory=list)
+
+
+@pytest.fixture(scope="session")
+def watched(tmp_path_factory: pytest.TempPathFactory) -> Watched:
+    """The training of ``trpo_submission`` again, with evaluation during training and every log."""
+    seen = Watched(tmp_path_factory.mktemp("watched") / "trpo")
+
+    def callback(event: Event) -> None:
+        seen.events.append(event)
+        if isinstance(event, BatchTrained):
+            seen.points_on_disk.append(len(results.unfinished_curves(seen.folder)))
+
+    with contextlib.redirect_stdout(io.StringIO()) as printed:
+        train(
+            *("trpo", SHORT_GROUP, ["sequential", "joint"], "smoke", 0),
+            out=seen.folder,
+            log=["csv", "tensorboard"],
+            callback=callback,
+            evaluate_every=500,
+            evaluate_episodes=2,
+        )
+    seen.printed = printed.getvalue()
+    return seen

@@ -5,7 +5,7 @@ from __future__ import annotations
 import errno
 import subprocess
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any, NoReturn
@@ -16,6 +16,7 @@ import pytest
 from gym_extensions.__main__ import main
 from gym_extensions.baselines import algorithms, train_agent
 from gym_extensions.baselines.cli import parser
+from gym_extensions.baselines.training.events import JobPlan, TrainingStarted
 
 OPTIONS = {"--groups": "hopper-gravity", "--budget": "smoke", "--out": "out"}
 
@@ -58,6 +59,12 @@ MISTAKES = [
         "--num-envs: With 64 environments, the budget '100k' has fewer than 10 episodes per environment. "
         "Use at most 10 for hopper-gravity.",
     ),
+    (command("trpo", evaluate_every="0"), "--evaluate-every: 0 is too small. Use at least 1."),
+    (
+        command("trpo", evaluate_every="500", evaluate_episodes="21"),
+        "--evaluate-episodes: 21 is too large. Use at most 20, the episodes that have a prescribed seed.",
+    ),
+    (command("trpo", log="csv,tensorbord"), "log: There is no log 'tensorbord'. Did you mean 'tensorboard'?"),
     (
         command("nowhere:make"),
         "Module 'nowhere' was not found. Run the command in the folder of the module, or install the module.",
@@ -102,7 +109,7 @@ def test_an_agent_of_the_user_is_named_by_module_and_factory(tmp_path: Path) -> 
     words = [sys.executable, "-m", "gym_extensions", *command("mine:Full", protocol="single")]
     done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=True)
     lines = done.stdout.splitlines()
-    assert lines[0] == "5 jobs, 5 evaluations"
+    assert lines[0] == "5 jobs: 5,000 training steps, 100 evaluation episodes"
     first = "hopper-gravity single-run0-task0 stage 1: gym_extensions/HopperGravityHalf-v0 mean return"
     assert lines[1].startswith(first)
     assert lines[-1] == "The submission is in out. Score it with: score out"
@@ -185,8 +192,8 @@ def test_stages_of_other_runs_are_not_counted(
     for name in ("stage0.json", "agent0.npz"):
         (folder / name).touch()
 
-    def interrupted(*_: Any, on_plan: Callable[[Mapping[str, int]], None], **__: Any) -> NoReturn:
-        on_plan({f"hopper-gravity sequential-run{run}": 30 for run in runs})
+    def interrupted(*_: Any, callback: Callable[[TrainingStarted], None], **__: Any) -> NoReturn:
+        callback(TrainingStarted(tuple(JobPlan(f"hopper-gravity sequential-run{run}", ()) for run in runs)))
         raise KeyboardInterrupt
 
     replace_train(monkeypatch, interrupted)

@@ -13,7 +13,21 @@ import pytest
 
 from gym_extensions import baselines
 
-NAMES = ["Agent", "Card", "Context", "Factory", "Observes", "Resumable", "sb3", "train"]
+NAMES = [
+    "Agent",
+    "BatchTrained",
+    "Card",
+    "Context",
+    "Factory",
+    "JobFinished",
+    "Observes",
+    "Resumable",
+    "StageStarted",
+    "TaskEvaluated",
+    "TrainingStarted",
+    "sb3",
+    "train",
+]
 
 
 def test_the_public_names_are_listed_and_documented() -> None:
@@ -58,7 +72,8 @@ def test_reference_agents_train_without_torch(tmp_path: Path) -> None:
         "sys.modules['torch'] = sys.modules['stable_baselines3'] = None;"
         "from gym_extensions.baselines import Agent, Card, Factory, Resumable, algorithms, train;"
         "[algorithms.factory(name) for name in algorithms.names()];"
-        f"train('trpo', 'hopper-gravity', 'joint', 'smoke', 0, out={str(tmp_path / 'mine')!r});"
+        f"out = {str(tmp_path / 'mine')!r};"
+        "train('trpo', 'hopper-gravity', 'joint', 'smoke', 0, out=out, progress=False);"
         "del sys.modules['torch'], sys.modules['stable_baselines3']"
     )
     assert loaded(code) == "['mujoco']\n"

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from gym_extensions.catalog.budgets import BUDGETS
 from gym_extensions.rollouts import layout, trace_reader
-from gym_extensions.rollouts.episodes import CURVE_COLUMNS, EPISODE_COLUMNS
+from gym_extensions.rollouts.episodes import CURVE_COLUMNS, EPISODE_COLUMNS, EVALUATION_COLUMNS
 from gym_extensions.rollouts.manifest import SECTIONS
 from gym_extensions.rollouts.rules import RULES
 from gym_extensions.rollouts.rules.table import BEGIN, END, rules_table, with_table
@@ -47,6 +47,7 @@ def test_the_log_page_states_the_limits() -> None:
 def test_the_log_page_has_every_column_and_every_key_of_the_manifest() -> None:
     assert ",".join(EPISODE_COLUMNS) in LOG
     assert ",".join(CURVE_COLUMNS) in LOG
+    assert ",".join(EVALUATION_COLUMNS) in LOG
     assert [section for section in SECTIONS if section and f"[{section}]" not in LOG] == []
     for fields in SECTIONS.values():
         assert [name for name in fields if f"{name} = " not in LOG] == []

@@ -31,6 +31,7 @@ from .rules import (
     test_csv,
     test_curves,
     test_episodes,
+    test_evaluations,
     test_folder,
     test_manifest,
     test_measurements,
@@ -51,6 +52,7 @@ TABLES = (
     test_success.EXAMPLES,
     test_runs.EXAMPLES,
     test_curves.EXAMPLES,
+    test_evaluations.EXAMPLES,
     test_npz.EXAMPLES,
 )
 

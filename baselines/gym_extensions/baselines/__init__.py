@@ -16,10 +16,32 @@ if TYPE_CHECKING:
     from gym_extensions.baselines.adapters.sb3 import sb3
     from gym_extensions.baselines.agent import Agent, Card, Context, Factory, Observes, Resumable
     from gym_extensions.baselines.train_agent import train
+    from gym_extensions.baselines.training.events import (
+        BatchTrained,
+        JobFinished,
+        StageStarted,
+        TaskEvaluated,
+        TrainingStarted,
+    )
 
-__all__ = ["Agent", "Card", "Context", "Factory", "Observes", "Resumable", "sb3", "train"]
+__all__ = [
+    "Agent",
+    "BatchTrained",
+    "Card",
+    "Context",
+    "Factory",
+    "JobFinished",
+    "Observes",
+    "Resumable",
+    "StageStarted",
+    "TaskEvaluated",
+    "TrainingStarted",
+    "sb3",
+    "train",
+]
 
-MODULES = {"sb3": "adapters.sb3", "train": "train_agent"}
+EVENTS = ("BatchTrained", "JobFinished", "StageStarted", "TaskEvaluated", "TrainingStarted")
+MODULES = {"sb3": "adapters.sb3", "train": "train_agent", **dict.fromkeys(EVENTS, "training.events")}
 """The module of each public name; the others are in ``agent``."""
 SB3_PACKAGES = ("torch", "stable_baselines3")
 """Packages of the extra ``sb3``."""

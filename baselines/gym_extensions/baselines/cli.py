@@ -7,13 +7,13 @@ import errno
 import os
 import shlex
 import subprocess
-from collections.abc import Iterable, Mapping
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 
 from gym_extensions.baselines import SB3_HINT, SB3_PACKAGES, algorithms
-from gym_extensions.baselines.training.display import open_screen
-from gym_extensions.baselines.training.progress import reusable_stages
+from gym_extensions.baselines.reporting.listeners import LOGS
+from gym_extensions.baselines.training.events import Event, TrainingStarted
+from gym_extensions.baselines.training.progress import next_step
 from gym_extensions.baselines.training.request import parse_names, parse_runs, require_positive
 from gym_extensions.catalog.budgets import BUDGETS
 from gym_extensions.catalog.protocol import PROTOCOLS
@@ -48,39 +48,44 @@ def parser() -> argparse.ArgumentParser:
     command.add_argument(
         "--num-envs", type=int, help="parallel training environments (default: those of the budget)"
     )
+    command.add_argument(
+        "--evaluate-every",
+        type=int,
+        metavar="STEPS",
+        help="also evaluate during training, after each number of steps (default: after each stage only)",
+    )
+    command.add_argument(
+        "--evaluate-episodes", type=int, default=5, help="episodes per task of these evaluations (default: 5)"
+    )
+    command.add_argument(
+        "--log", help=f"comma-separated: {', '.join(LOGS)}; files in .progress of the submission's folder"
+    )
+    command.add_argument("--quiet", action="store_true", help="do not show the progress")
     return command
-
-
-def next_step(out: Path, titles: Iterable[str]) -> str:
-    """What the same command will do after an interruption of the jobs with these titles."""
-    stages = reusable_stages(out, titles)
-    if not stages:
-        return "No finished stage can be reused; the same command starts the unfinished runs again."
-    finished = "1 finished stage" if stages == 1 else f"{stages} finished stages"
-    return f"The same command continues; it reuses {finished}."
 
 
 def _train(options: argparse.Namespace, titles: list[str]) -> None:
     from gym_extensions.baselines.train_agent import train
 
-    with open_screen() as screen:
+    def remember_titles(event: Event) -> None:
+        if isinstance(event, TrainingStarted):
+            titles.extend(job.title for job in event.jobs)
 
-        def on_plan(evaluations: Mapping[str, int]) -> None:
-            titles.extend(evaluations)
-            screen.plan(evaluations)
-
-        train(
-            options.agent,
-            parse_names(options.groups),
-            parse_names(options.protocol),
-            options.budget,
-            parse_runs(options.runs),
-            out=options.out,
-            jobs=options.jobs,
-            num_envs=options.num_envs,
-            on_event=screen.show,
-            on_plan=on_plan,
-        )
+    train(
+        options.agent,
+        parse_names(options.groups),
+        parse_names(options.protocol),
+        options.budget,
+        parse_runs(options.runs),
+        out=options.out,
+        jobs=options.jobs,
+        num_envs=options.num_envs,
+        progress=not options.quiet,
+        log=options.log and parse_names(options.log),
+        callback=remember_titles,
+        evaluate_every=options.evaluate_every,
+        evaluate_episodes=options.evaluate_episodes,
+    )
 
 
 @reports_mistakes

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,19 +10,20 @@ from gym_extensions.baselines import algorithms
 from gym_extensions.baselines.agent import Factory
 from gym_extensions.baselines.agent_checks import card_of, create_agent
 from gym_extensions.baselines.context_checks import observes_of
+from gym_extensions.baselines.reporting.listeners import check_callback, open_listeners, parse_logs
 from gym_extensions.baselines.submission import folder, manifest
 from gym_extensions.baselines.submission.writer import missing_jobs, write_log
-from gym_extensions.baselines.training.events import Listener
+from gym_extensions.baselines.training.events import Listener, TrainingStarted
 from gym_extensions.baselines.training.jobs import Settings, TrainingJob
 from gym_extensions.baselines.training.progress import FinishedStage
-from gym_extensions.baselines.training.request import Groups, Request, parse_request
+from gym_extensions.baselines.training.request import Groups, Request, parse_interim, parse_request
 from gym_extensions.baselines.training.runner import PendingJob
 from gym_extensions.baselines.training.workers import run_all
 from gym_extensions.envs import make_vec
 from gym_extensions.rollouts.layout import MANIFEST
 
-PlanListener = Callable[[Mapping[str, int]], object]
-"""Called once with the number of evaluations of every job to run, by the job's title."""
+INTERIM_EPISODES = 5
+"""Episodes per task of an evaluation during training."""
 
 
 def train(
@@ -35,8 +36,11 @@ def train(
     out: str | Path,
     jobs: int = 0,
     num_envs: int | None = None,
-    on_event: Listener = lambda _: None,
-    on_plan: PlanListener = lambda _: None,
+    progress: bool = True,
+    log: str | Iterable[str] | None = None,
+    callback: Listener | None = None,
+    evaluate_every: int | None = None,
+    evaluate_episodes: int = INTERIM_EPISODES,
 ) -> list[Path]:
     """Trains and evaluates an agent and writes its submission.
 
@@ -54,21 +58,33 @@ def train(
         jobs: number of worker processes with one thread each; the factory must pickle. 0 trains in this
             process with its number of threads.
         num_envs: number of training environments; the budget's if None.
-        on_event: called with an event after every training batch and every evaluated task.
-        on_plan: called once, before training, with the number of evaluations of each job by its title.
+        progress: whether to show training return, steps per second and time left: bars in a terminal, lines
+            elsewhere. The file ``out/.progress/train.log`` has them in any case.
+        log: ``"csv"`` (``out/.progress/events.csv``), ``"tensorboard"`` (``out/.progress/tensorboard``; needs
+            the extra ``log``), or both.
+        callback: called in this process with every event: :class:`~gym_extensions.baselines.TrainingStarted`,
+            ``StageStarted``, ``BatchTrained``, ``TaskEvaluated``, ``JobFinished``. An exception stops the
+            training.
+        evaluate_every: training steps of a stage between evaluations during training, which are made at the
+            end of a batch, on the tasks that are evaluated after the stage (``evaluations.csv``). None
+            evaluates after each stage only. Neither what is learned nor the logs depend on it if the agent
+            can be saved; docs/submit.md says what is guaranteed for other agents.
+        evaluate_episodes: episodes per task of these evaluations, from 1 to 20.
 
     Returns:
         The paths of the requested logs, including those that were complete before.
 
     Raises:
         BenchError: an unknown name, a number out of range, a folder that cannot become the submission or
-            belongs to another one, an agent without a required method, actions of a wrong shape, or an
-            exceeded budget.
+            belongs to another one, an agent without a required method, actions of a wrong shape, an
+            exceeded budget, a missing extra, or a callback that raised an exception. Finished stages stay.
 
     Example:
         >>> logs = train("random", "hopper-gravity", "single", "smoke", 0, out="mine")  # doctest: +SKIP
     """
     request = parse_request(groups, protocols, budget, runs, num_envs)
+    interim, logs = parse_interim(evaluate_every, evaluate_episodes), parse_logs(log)
+    check_callback(callback)
     path = Path(out)
     settings = Settings(algorithms.name_of(agent), request.budget.name, num_envs)
     settings = _checked(algorithms.factory(agent), settings, path, request)
@@ -79,16 +95,17 @@ def train(
     pending = [job for missing in plan.values() for job in missing]
     if pending:
         folder.prepare(path)
-    on_plan({job.title: job.num_evaluations(request.budget) for job in pending})
     finished: dict[TrainingJob, list[FinishedStage]] = {}
-    runnables = [PendingJob(job, agent, settings, path) for job in pending]
-    for index, stages in run_all(runnables, jobs, on_event):
-        job = pending[index]
-        finished[job] = stages
-        siblings = plan[job.group, job.protocol]
-        if all(sibling in finished for sibling in siblings):
-            results = {sibling: finished.pop(sibling) for sibling in siblings}
-            write_log(path, job.group, job.protocol, results, settings)
+    runnables = [PendingJob(job, agent, settings, path, interim) for job in pending]
+    with open_listeners(path, progress=progress, logs=logs, callback=callback) as listen:
+        listen(TrainingStarted(tuple(job.plan(request.budget, interim) for job in pending), max(1, jobs)))
+        for index, stages in run_all(runnables, jobs, listen):
+            job = pending[index]
+            finished[job] = stages
+            siblings = plan[job.group, job.protocol]
+            if all(sibling in finished for sibling in siblings):
+                results = {sibling: finished.pop(sibling) for sibling in siblings}
+                write_log(path, job.group, job.protocol, results, settings)
     return [path / group.name / f"{protocol}.csv" for group, protocol in plan]
 
 

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 
 import pandas as pd
 
-from gym_extensions.catalog.custom_groups import with_custom
-from gym_extensions.results.columns import check_columns, select_columns
-from gym_extensions.results.submissions import CustomGroups, Paths, find, refuse_problems
-from gym_extensions.rollouts.reader import read
-from gym_extensions.rollouts.submission import Submission
+from gym_extensions.results.columns import CURVE_DTYPES, check_columns, concat, select_columns
+from gym_extensions.results.submissions import CustomGroups, Paths, read_all
 
 EPISODE_DTYPES = {
     "submission": "str",
@@ -26,15 +23,6 @@ EPISODE_DTYPES = {
     "terminated": "bool",
     "success": "boolean",
     "fingerprint": "str",
-}
-CURVE_DTYPES = {
-    "submission": "str",
-    "group": "str",
-    "protocol": "str",
-    "run": "int64",
-    "task": "str",
-    "step": "int64",
-    "return": "float64",
 }
 
 
@@ -92,11 +80,11 @@ def episodes(
                 "fingerprint": log.fingerprint,
             }
         )
-        for submission in _read(submissions, groups)
+        for submission in read_all(submissions, groups)
         for group_id, group in submission.groups.items()
         for protocol, log in group.logs.items()
     ]
-    return select_columns(_concat(frames, EPISODE_DTYPES), columns)
+    return select_columns(concat(frames, EPISODE_DTYPES), columns)
 
 
 def curves(
@@ -116,7 +104,8 @@ def curves(
     return       float64  mean return of the training episodes that ended since the point before
     ===========  =======  ==========================================================================
 
-    Submissions without ``curves.csv`` have no rows.
+    Submissions without ``curves.csv`` have no rows. The curves of unfinished runs are in
+    :func:`unfinished_curves`.
 
     Args:
         submissions: a submission, a folder of submissions, or a list of these.
@@ -140,22 +129,8 @@ def curves(
                 "return": group.curves.return_,
             }
         )
-        for submission in _read(submissions, groups)
+        for submission in read_all(submissions, groups)
         for group_id, group in submission.groups.items()
         if group.curves is not None
     ]
-    return select_columns(_concat(frames, CURVE_DTYPES), columns)
-
-
-def _read(submissions: Paths, groups: CustomGroups) -> Iterator[Submission]:
-    known = with_custom(groups)
-    for folder in find(submissions):
-        submission = read(folder, known)
-        refuse_problems(folder, submission.problems)
-        yield submission
-
-
-def _concat(frames: Sequence[pd.DataFrame], dtypes: Mapping[str, str]) -> pd.DataFrame:
-    empty = pd.DataFrame(columns=list(dtypes))
-    frame = pd.concat(frames, ignore_index=True) if frames else empty
-    return frame.astype(dtypes)
+    return select_columns(concat(frames, CURVE_DTYPES), columns)

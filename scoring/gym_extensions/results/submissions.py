@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
+from gym_extensions.catalog.custom_groups import with_custom
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.problem import Problem
+from gym_extensions.rollouts.reader import read
+from gym_extensions.rollouts.submission import Submission
 from gym_extensions.scoring.pipeline.score import find_submissions
 
 Paths = str | Path | Iterable[str | Path]
@@ -33,3 +36,16 @@ def refuse_problems(folder: Path, problems: Sequence[Problem]) -> None:
         count = f"{len(problems)} problem{'s' if len(problems) > 1 else ''}"
         message = f"The submission has {count}. First: {problems[0].where}: {problems[0].message}"
         raise BenchError("not-valid", message, str(folder), f"Run: score {folder}")
+
+
+def read_all(submissions: Paths, groups: CustomGroups) -> Iterator[Submission]:
+    """The submissions, read in order of their names.
+
+    Raises:
+        BenchError: a path does not exist, a submission has problems, or a group is invalid.
+    """
+    known = with_custom(groups)
+    for folder in find(submissions):
+        submission = read(folder, known)
+        refuse_problems(folder, submission.problems)
+        yield submission

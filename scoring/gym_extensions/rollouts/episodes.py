@@ -1,4 +1,4 @@
-"""The rows of evaluation logs and training curves, and their writers (docs/rollout-log.md)."""
+"""The rows of a submission's CSV files, and their writers (docs/rollout-log.md)."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ EPISODE_COLUMNS = (
     *(SUCCESS, "fingerprint"),
 )
 CURVE_COLUMNS = ("protocol", "run", "task", "step", "return")
+EVALUATION_COLUMNS = ("protocol", "run", "stage", "task", "step", "episodes", "return")
 
 
 @dataclass(frozen=True)
@@ -53,6 +54,23 @@ class CurvePoint:
     return_: float
 
 
+@dataclass(frozen=True)
+class EvaluationPoint:
+    """One row of ``evaluations.csv``, an evaluation of a task while the stage goes on.
+
+    ``step`` counts training steps since the stage began, ``return_`` is the mean over ``episodes`` episodes
+    from the first of the task's prescribed seeds.
+    """
+
+    protocol: str
+    run: int
+    stage: int
+    task: str
+    step: int
+    episodes: int
+    return_: float
+
+
 def _cell(value: object) -> str:
     if value is None:
         return ""
@@ -61,9 +79,12 @@ def _cell(value: object) -> str:
     return repr(value) if isinstance(value, float) else str(value)
 
 
-def _text(header: tuple[str, ...], rows: Iterable[Episode | CurvePoint]) -> str:
-    lines = [",".join(header), *(",".join(map(_cell, astuple(row))) for row in rows)]
-    return "\n".join(lines) + "\n"
+def _lines(rows: Iterable[Episode | CurvePoint | EvaluationPoint]) -> str:
+    return "".join(",".join(map(_cell, astuple(row))) + "\n" for row in rows)
+
+
+def _text(header: tuple[str, ...], rows: Iterable[Episode | CurvePoint | EvaluationPoint]) -> str:
+    return ",".join(header) + "\n" + _lines(rows)
 
 
 def write_episodes(path: Path, episodes: Iterable[Episode], task_ids: tuple[str, ...]) -> None:
@@ -78,3 +99,18 @@ def write_curves(path: Path, points: Iterable[CurvePoint], task_ids: tuple[str, 
     position = {task: index for index, task in enumerate(task_ids)}
     ordered = sorted(points, key=lambda row: (row.protocol, row.run, position[row.task], row.step))
     write_text(path, _text(CURVE_COLUMNS, ordered))
+
+
+def write_evaluations(path: Path, points: Iterable[EvaluationPoint], task_ids: tuple[str, ...]) -> None:
+    """Writes evaluations during training, sorted by protocol, run, stage, step and task in training order."""
+    position = {task: index for index, task in enumerate(task_ids)}
+    ordered = sorted(points, key=lambda row: (row.protocol, row.run, row.stage, row.step, position[row.task]))
+    write_text(path, _text(EVALUATION_COLUMNS, ordered))
+
+
+def append_curves(path: Path, points: Iterable[CurvePoint]) -> None:
+    """Appends points to the curve of an unfinished stage. Without a file, writes the header first."""
+    if not path.exists():
+        write_text(path, _text(CURVE_COLUMNS, ()))
+    with path.open("a", encoding="utf-8", newline="\n") as file:
+        file.write(_lines(points))

@@ -9,12 +9,15 @@ from gym_extensions.catalog.protocol import PROTOCOLS
 MANIFEST = "submission.toml"
 LOGS = tuple(f"{protocol}.csv" for protocol in PROTOCOLS)
 CURVES = "curves.csv"
-CSV_FILES = (*LOGS, CURVES)
+EVALUATIONS = "evaluations.csv"
+CSV_FILES = (*LOGS, CURVES, EVALUATIONS)
 TRACES = "traces"
 POLICIES = "policies"
 ARRAY_FOLDERS = (TRACES, POLICIES)
 PROGRESS = ".progress"
 """The recorder's folder for unfinished runs. It is not part of a submission."""
+UNFINISHED_CURVES = "*/*/curve-stage*.csv"
+"""The curves of unfinished runs in the folder ``PROGRESS``, one file per stage."""
 MAX_DEPTH = 4
 """Folder levels that are listed."""
 
@@ -46,3 +49,8 @@ def max_bytes(path: str) -> int:
 def trace_name(protocol: str, run: int, stage: int, task_name: str, episode: int) -> str:
     """The file name of an episode's trace."""
     return f"{protocol}-run{run}-stage{stage}-{task_name}-episode{episode}.npz"
+
+
+def unfinished_curve_name(stage: int) -> str:
+    """The file name of the curve of a stage in the folder of an unfinished run."""
+    return f"curve-stage{stage}.csv"

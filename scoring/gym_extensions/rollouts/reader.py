@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
+from gym_extensions.catalog.budgets import Budget
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.rollouts import manifest as toml
 from gym_extensions.rollouts import rules
-from gym_extensions.rollouts.episodes import CURVE_COLUMNS, EPISODE_COLUMNS
+from gym_extensions.rollouts.episodes import CURVE_COLUMNS, EPISODE_COLUMNS, EVALUATION_COLUMNS
 from gym_extensions.rollouts.folder import Folder, scan
 from gym_extensions.rollouts.identical_runs import merge_identical_runs
-from gym_extensions.rollouts.layout import CURVES, MANIFEST, max_bytes
+from gym_extensions.rollouts.layout import CURVES, EVALUATIONS, MANIFEST, max_bytes
 from gym_extensions.rollouts.manifest import Manifest
 from gym_extensions.rollouts.problem import Problem, summarize
-from gym_extensions.rollouts.reading import evaluation_log, training_curves
+from gym_extensions.rollouts.reading import evaluation_log, interim_evaluations, training_curves
 from gym_extensions.rollouts.reading.csv_lines import Text, columns
 from gym_extensions.rollouts.reading.evaluation_log import Cells, Log, Runs, has_prescribed_keys
+from gym_extensions.rollouts.reading.interim_evaluations import Evaluations
 from gym_extensions.rollouts.reading.salvage import fully_parsed_rows, key_parsed_rows, readable_rows
 from gym_extensions.rollouts.reading.training_curves import Curves
 from gym_extensions.rollouts.rules.consistency import ManifestInFolder
@@ -28,6 +30,8 @@ from gym_extensions.rollouts.rules.rule import Scope
 from gym_extensions.rollouts.rules.runs import GroupLogs
 from gym_extensions.rollouts.submission import Submission, SubmittedGroup
 
+Rows = TypeVar("Rows", Curves, Evaluations)
+Parse = Callable[[Cells, TaskGroup, Budget | None, Runs], Rows]
 PARSE_ERRORS = (ValueError, KeyError, OverflowError)
 """Raised for a cell of the wrong kind."""
 
@@ -87,8 +91,9 @@ class _Reader:
         is_trainable = toml.declared_trainable(self.tables)
         self._passes("group", GroupLogs(group.name, measured, named_runs, is_trainable))
         curves = self._curves(group, known_runs)
+        evaluations = self._evaluations(group, known_runs)
         self._arrays(group, known_runs)
-        return SubmittedGroup(group, logs, curves)
+        return SubmittedGroup(group, logs, curves, evaluations=evaluations)
 
     def _unknown_runs(self, group: TaskGroup) -> Runs:
         """The logs that curves and traces may belong to: all, if the group's folder has a problem."""
@@ -118,20 +123,34 @@ class _Reader:
         return keys, values
 
     def _curves(self, group: TaskGroup, runs: Runs) -> Curves | None:
-        cells = self._cells(f"{group.name}/{CURVES}", CURVE_COLUMNS)
+        path = f"{group.name}/{CURVES}"
+        curves = self._optional(path, CURVE_COLUMNS, training_curves.curves, group, runs)
+        if curves is not None:
+            self._passes("curves", curves)
+        return curves
+
+    def _evaluations(self, group: TaskGroup, runs: Runs) -> Evaluations | None:
+        path = f"{group.name}/{EVALUATIONS}"
+        evaluations = self._optional(path, EVALUATION_COLUMNS, interim_evaluations.evaluations, group, runs)
+        if evaluations is not None:
+            self._passes("evaluations", evaluations)
+        return evaluations
+
+    def _optional(
+        self, path: str, header: tuple[str, ...], parse: Parse[Rows], group: TaskGroup, runs: Runs
+    ) -> Rows | None:
+        """The rows of a file that a group may have, or those that can be parsed."""
+        cells = self._cells(path, header)
         if cells is None:
             return None
         budget = toml.declared_budget(self.tables)
         try:
-            curves: Curves | None = training_curves.curves(cells, group, budget, runs)
+            return parse(cells, group, budget, runs)
         except PARSE_ERRORS:
             if self._passes("cells", cells):
                 raise
             parsed = fully_parsed_rows(cells)
-            curves = training_curves.curves(parsed, group, budget, runs) if parsed else None
-        if curves is not None:
-            self._passes("curves", curves)
-        return curves
+            return parse(parsed, group, budget, runs) if parsed else None
 
     def _arrays(self, group: TaskGroup, runs: Runs) -> None:
         for path in self.folder.files:

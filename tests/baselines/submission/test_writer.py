@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import shutil
 import tomllib
-from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,7 @@ import pytest
 
 from gym_extensions.baselines import Card, train
 from gym_extensions.baselines.algorithms.random import Random
+from gym_extensions.baselines.training.events import Event, TrainingStarted
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.protocol import evaluation_seed
@@ -114,9 +114,10 @@ def test_adding_a_run_later_writes_the_files_of_training_both_at_once(
 
 def test_a_finished_run_is_not_repeated(random_submission: Path, tmp_path: Path) -> None:
     shutil.copytree(random_submission, tmp_path / "same")
-    plans: list[Mapping[str, int]] = []
-    train("random", "hopper-gravity", "single", "smoke", 0, out=tmp_path / "same", on_plan=plans.append)
-    assert plans == [{}]
+    events: list[Event] = []
+    train("random", "hopper-gravity", "single", "smoke", 0, out=tmp_path / "same", callback=events.append)
+    assert events == [TrainingStarted(())]
+    assert not (tmp_path / "same/.progress/train.log").read_text().count("0 jobs")
 
 
 def test_values_that_the_author_edited_stay(random_submission: Path, tmp_path: Path) -> None:

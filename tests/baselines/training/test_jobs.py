@@ -6,7 +6,8 @@ import pickle
 
 import pytest
 
-from gym_extensions.baselines.training.jobs import Settings, TrainingJob, jobs_of
+from gym_extensions.baselines.training.events import JobPlan, StagePlan
+from gym_extensions.baselines.training.jobs import Interim, Settings, TrainingJob, jobs_of
 from gym_extensions.catalog.budgets import budget
 from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.registry import TASKS
@@ -22,7 +23,21 @@ def test_a_sequential_job_trains_each_task_in_turn_and_evaluates_all_after_each(
     assert [stage.steps for stage in stages] == [0, 1000, 1000, 1000, 1000, 1000]
     assert {stage.evaluated for stage in stages} == {GROUP.tasks}
     assert (job.name, job.title) == ("sequential-run3", "hopper-gravity sequential-run3")
-    assert job.num_evaluations(SMOKE) == 30
+    assert job.plan(SMOKE) == JobPlan(
+        job.title, (StagePlan(0, 0, 100), *(StagePlan(k, 1000, 100) for k in range(1, 6)))
+    )
+
+
+@pytest.mark.parametrize(
+    ("every", "expected"), [(1, 3), (250, 3), (251, 2), (500, 1), (600, 1), (751, 0), (1000, 0), (9999, 0)]
+)
+def test_evaluations_in_a_stage_of_four_batches_are_before_its_end(every: int, expected: int) -> None:
+    assert Interim(every, episodes=5).count(1000, 250) == expected
+
+
+def test_the_plan_contains_the_episodes_of_evaluation_during_training() -> None:
+    (job,) = jobs_of(GROUP, "joint", [0])
+    assert job.plan(SMOKE, Interim(2500, episodes=2)).stages == (StagePlan(1, 5000, 5 * (20 + 2)),)
 
 
 def test_a_joint_job_trains_all_tasks_at_once_with_the_steps_of_all() -> None:

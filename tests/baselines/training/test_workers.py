@@ -9,14 +9,14 @@ from typing import Any
 
 import pytest
 
-from gym_extensions.baselines.training.events import Event
+from gym_extensions.baselines.training.events import Event, JobFinished
 from gym_extensions.baselines.training.workers import run_all
 
 SQUARE = '''
 import os
 from dataclasses import dataclass
 
-from gym_extensions.baselines.training.events import Event
+from gym_extensions.baselines.training.events import JobFinished
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Square:
     def run(self, listen):
         if self.number < 0:
             raise ValueError(self.number)
-        listen(Event(str(self.number), 1, 0))
+        listen(JobFinished(str(self.number)))
         return self.number**2, os.getpid(), os.environ["OPENBLAS_NUM_THREADS"]
 '''
 
@@ -46,7 +46,7 @@ def test_every_result_and_event_arrives(processes: int, square: Any) -> None:
     events: list[Event] = []
     results = dict(run_all([square(2), square(3), square(4)], processes, events.append))
     assert {index: result[0] for index, result in results.items()} == {0: 4, 1: 9, 2: 16}
-    assert sorted(event.job for event in events) == ["2", "3", "4"]
+    assert sorted(event.job for event in events if isinstance(event, JobFinished)) == ["2", "3", "4"]
     assert {pid == os.getpid() for _, pid, _ in results.values()} == {processes == 0}
     assert {threads for _, _, threads in results.values()} == {"1"}
 

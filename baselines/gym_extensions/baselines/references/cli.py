@@ -13,7 +13,8 @@ from gym_extensions.baselines import algorithms
 from gym_extensions.baselines.references.logs import write_ceiling_log, write_floor_log
 from gym_extensions.baselines.references.measure import ORACLE, Measurement, PendingMeasurement
 from gym_extensions.baselines.references.rows import floor_row, task_row
-from gym_extensions.baselines.training.display import Screen, open_screen
+from gym_extensions.baselines.reporting.display import Screen, open_screen
+from gym_extensions.baselines.training.events import JobPlan, StagePlan, TrainingStarted
 from gym_extensions.baselines.training.request import parse_groups, parse_names, parse_runs, require_positive
 from gym_extensions.baselines.training.workers import run_all
 from gym_extensions.catalog.budgets import BUDGETS
@@ -68,7 +69,8 @@ def measure_all(
     floors = {task: floor_measurements(task) for task in budgets}
     measurements = [each for row in ceilings.values() for each in row]
     measurements += [each for row in floors.values() for each in row.values()]
-    screen.plan({each.title: 1 for each in measurements})
+    plans = (JobPlan(each.title, (StagePlan(1, each.steps, each.episodes),)) for each in measurements)
+    screen.show(TrainingStarted(tuple(plans), jobs))
     folder = out.parent / PROGRESS / out.stem
     pending = [PendingMeasurement(each, folder) for each in measurements]
     results: Results = {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -12,9 +13,9 @@ from gym_extensions.atomic import write_text
 from gym_extensions.baselines import algorithms
 from gym_extensions.baselines.agent import Agent, VectorEnv
 from gym_extensions.baselines.training.evaluation import evaluate
-from gym_extensions.baselines.training.events import Event, Listener
+from gym_extensions.baselines.training.events import BatchTrained, Listener, TaskEvaluated
 from gym_extensions.baselines.training.jobs import Settings
-from gym_extensions.baselines.training.recorder import Recorder
+from gym_extensions.baselines.training.recorder import Batch, Recorder
 from gym_extensions.baselines.training.seeding import training_seed
 from gym_extensions.catalog.budgets import budget
 from gym_extensions.catalog.protocol import evaluation_seed
@@ -48,6 +49,11 @@ class Measurement:
         """A readable name."""
         ending = f" run {self.run}" if self.budget else ""
         return f"{self.task.id} {self.agent}{ending}"
+
+    @property
+    def steps(self) -> int:
+        """Training steps."""
+        return budget(self.budget).batches * budget(self.budget).batch_steps if self.budget else 0
 
     @property
     def agent_seed(self) -> int:
@@ -91,9 +97,15 @@ def measure(measurement: Measurement, listen: Listener) -> list[Episode]:
     agent = make(env.single_observation_space, env.single_action_space, measurement.agent_seed)
     if measurement.budget:
         _train(agent, measurement, listen)
+    start = time.perf_counter()
     rows = _evaluate(agent, env, measurement)
-    mean_return = sum(row.return_ for row in rows) / len(rows)
-    listen(Event(measurement.title, 1, 0, measurement.task.id, mean_return))
+    mean_return, seconds = sum(row.return_ for row in rows) / len(rows), time.perf_counter() - start
+    steps = measurement.steps
+    listen(
+        TaskEvaluated(
+            measurement.title, 1, steps, steps, measurement.task.id, len(rows), mean_return, seconds
+        )
+    )
     env.close()
     return rows
 
@@ -116,16 +128,21 @@ def _oracle_episodes(measurement: Measurement) -> list[Episode]:
 
 
 def _train(agent: Agent, measurement: Measurement, listen: Listener) -> None:
-    plan = budget(measurement.budget)
+    plan, steps = budget(measurement.budget), measurement.steps
     env = make_vec(measurement.task, Settings(measurement.agent, plan.name).num_envs_for(1))
-    steps = plan.batches * plan.batch_steps
+
+    def report(batch: Batch) -> None:
+        speed = batch.steps / max(batch.seconds, 1e-9)
+        measured = (batch.step, batch.step, batch.mean_return, speed, batch.seconds)
+        listen(BatchTrained(measurement.title, 1, *measured))
+
     recorder = Recorder(
         env,
         [measurement.task.id],
         steps=steps,
         batch_steps=plan.batch_steps,
         seed=training_seed(measurement.run, REFERENCE, measurement.task.id, "training"),
-        report=lambda taken: listen(Event(measurement.title, 1, taken)),
+        report=report,
     )
     agent.learn(recorder, steps)
     env.close()

@@ -14,8 +14,15 @@ from gym_extensions.baselines.training.runner import traces_folder
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.audit import audit_sample
-from gym_extensions.rollouts.episodes import CurvePoint, Episode, write_curves, write_episodes
-from gym_extensions.rollouts.layout import CURVES, MANIFEST, PROGRESS, trace_name
+from gym_extensions.rollouts.episodes import (
+    CurvePoint,
+    Episode,
+    EvaluationPoint,
+    write_curves,
+    write_episodes,
+    write_evaluations,
+)
+from gym_extensions.rollouts.layout import CURVES, EVALUATIONS, MANIFEST, PROGRESS, trace_name
 
 
 def read_episodes(path: Path) -> list[Episode]:
@@ -40,6 +47,20 @@ def read_curves(path: Path) -> list[CurvePoint]:
     with path.open(newline="", encoding="utf-8") as file:
         return [
             CurvePoint(row["protocol"], int(row["run"]), row["task"], int(row["step"]), float(row["return"]))
+            for row in csv.DictReader(file)
+        ]
+
+
+def read_evaluations(path: Path) -> list[EvaluationPoint]:
+    """The rows of an evaluations file that this module wrote, empty if the file does not exist."""
+    if not path.exists():
+        return []
+    with path.open(newline="", encoding="utf-8") as file:
+        return [
+            EvaluationPoint(
+                *(row["protocol"], int(row["run"]), int(row["stage"]), row["task"], int(row["step"])),
+                *(int(row["episodes"]), float(row["return"])),
+            )
             for row in csv.DictReader(file)
         ]
 
@@ -97,6 +118,15 @@ def write_log(
     points += [point for record in records for point in record.curves]
     if points:
         write_curves(curves, points, ids)
+    path_of_evaluations = path.with_name(EVALUATIONS)
+    evaluations = [
+        row
+        for row in read_evaluations(path_of_evaluations)
+        if row.protocol != protocol or row.run not in runs
+    ]
+    evaluations += [row for record in records for row in record.evaluations]
+    if evaluations:
+        write_evaluations(path_of_evaluations, evaluations, ids)
     _write_manifest(out, records, settings)
     staged.replace(path)
     for job in finished:

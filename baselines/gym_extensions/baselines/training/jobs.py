@@ -6,8 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from gym_extensions.baselines.context import Observes
+from gym_extensions.baselines.training.events import JobPlan, StagePlan
 from gym_extensions.catalog.budgets import Budget, budget
 from gym_extensions.catalog.groups import TaskGroup
+from gym_extensions.catalog.protocol import EVALUATION_EPISODES
 from gym_extensions.catalog.task import Task
 
 
@@ -26,6 +28,19 @@ class Settings:
         """Training environments: a multiple of the number of tasks, so that each task has equally many."""
         requested = self.num_envs or budget(self.budget).num_envs
         return -(-requested // num_tasks) * num_tasks
+
+
+@dataclass(frozen=True)
+class Interim:
+    """Evaluation during training: after every ``every`` steps of a stage, with ``episodes`` episodes."""
+
+    every: int
+    episodes: int
+
+    def count(self, steps: int, batch_steps: int) -> int:
+        """Evaluations in a stage. Each is at the end of a batch, and the end of the stage is not one."""
+        batches = {-(-step // batch_steps) for step in range(self.every, steps, self.every)}
+        return sum(batch * batch_steps < steps for batch in batches)
 
 
 @dataclass(frozen=True)
@@ -75,9 +90,14 @@ class TrainingJob:
         alone = (tasks[self.task],)
         return [Stage(1, alone, steps, alone)]
 
-    def num_evaluations(self, budget: Budget) -> int:
-        """Evaluated tasks, summed over all stages."""
-        return sum(len(stage.evaluated) for stage in self.stages(budget))
+    def plan(self, budget: Budget, interim: Interim | None = None) -> JobPlan:
+        """The work of every stage."""
+        plans = []
+        for stage in self.stages(budget):
+            during = interim.episodes * interim.count(stage.steps, budget.batch_steps) if interim else 0
+            episodes = (EVALUATION_EPISODES + during) * len(stage.evaluated)
+            plans.append(StagePlan(stage.number, stage.steps, episodes))
+        return JobPlan(self.title, tuple(plans))
 
 
 def jobs_of(group: TaskGroup, protocol: str, runs: Sequence[int]) -> list[TrainingJob]:

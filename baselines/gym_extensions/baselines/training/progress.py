@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +13,8 @@ from gym_extensions.atomic import write_text
 from gym_extensions.baselines.agent import Agent, Card, Resumable
 from gym_extensions.baselines.training.jobs import TrainingJob
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.episodes import CurvePoint, Episode
-from gym_extensions.rollouts.layout import PROGRESS
+from gym_extensions.rollouts.episodes import CurvePoint, Episode, EvaluationPoint
+from gym_extensions.rollouts.layout import PROGRESS, UNFINISHED_CURVES, unfinished_curve_name
 
 SETTINGS = "settings.json"
 
@@ -28,6 +28,7 @@ class FinishedStage:
     curves: list[CurvePoint]
     card: Card
     parameters: tuple[int, int]
+    evaluations: list[EvaluationPoint] = field(default_factory=list)
 
 
 class Progress:
@@ -94,9 +95,16 @@ class Progress:
             if older != checkpoint:
                 older.unlink()
 
+    def new_curve(self, stage: int) -> Path:
+        """The file of a stage's curve, which an earlier attempt may have left; that one is deleted."""
+        path = self.folder / unfinished_curve_name(stage)
+        path.unlink(missing_ok=True)
+        return path
+
     def forget(self) -> None:
         """Deletes every finished stage, the records first."""
-        for path in [*reversed(self._records()), *self.folder.glob("agent*.npz")]:
+        curves = self.folder.glob(Path(UNFINISHED_CURVES).name)
+        for path in [*reversed(self._records()), *self.folder.glob("agent*.npz"), *curves]:
             path.unlink()
 
     def remove(self) -> None:
@@ -115,6 +123,15 @@ def reusable_stages(out: Path, titles: Iterable[str]) -> int:
     return sum(Progress(out.joinpath(PROGRESS, *title.split())).reusable() for title in titles)
 
 
+def next_step(out: Path, titles: Iterable[str]) -> str:
+    """What the same command will do after an interruption of the jobs with these titles."""
+    stages = reusable_stages(out, titles)
+    if not stages:
+        return "No finished stage can be reused; the same command starts the unfinished runs again."
+    finished = "1 finished stage" if stages == 1 else f"{stages} finished stages"
+    return f"The same command continues; it reuses {finished}."
+
+
 def _number(record: Path) -> int:
     return int(record.stem.removeprefix("stage"))
 
@@ -127,4 +144,5 @@ def _read(path: Path) -> FinishedStage:
         [CurvePoint(**row) for row in content["curves"]],
         Card(**content["card"]),
         (content["parameters"][0], content["parameters"][1]),
+        [EvaluationPoint(**row) for row in content.get("evaluations", [])],
     )

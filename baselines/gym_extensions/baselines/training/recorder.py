@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -26,6 +27,25 @@ class Point:
     return_: float
 
 
+@dataclass(frozen=True)
+class Batch:
+    """Training since the previous report.
+
+    Args:
+        step: training steps taken so far.
+        points: the new points of the curve.
+        mean_return: of the episodes of all tasks that ended; None if none ended.
+        steps: training steps since the previous report.
+        seconds: since the previous report, without the time that the report took.
+    """
+
+    step: int
+    points: tuple[Point, ...]
+    mean_return: float | None
+    steps: int
+    seconds: float
+
+
 class Recorder(ContextEnv):
     """A vector environment that records training correctly whatever the agent does with it.
 
@@ -35,7 +55,7 @@ class Recorder(ContextEnv):
         steps: the budget: transitions that the agent may take.
         batch_steps: the budget's batch size. It is also the interval between points of the curve.
         seed: of the first reset; seeds that the agent passes are ignored.
-        report: called with the number of transitions after every batch.
+        report: called after every batch, within ``step``; the agent has not yet received the observations.
         context: what the agent asked for, and the stage. By default it asked for nothing.
     """
 
@@ -47,7 +67,7 @@ class Recorder(ContextEnv):
         steps: int,
         batch_steps: int,
         seed: int,
-        report: Callable[[int], object] = lambda _: None,
+        report: Callable[[Batch], object] = lambda _: None,
         context: TrainingContext | None = None,
     ) -> None:
         context = context or TrainingContext()
@@ -59,6 +79,7 @@ class Recorder(ContextEnv):
         self._sums = np.zeros(self.num_envs)
         self._ended: dict[str, list[float]] = {task: [] for task in task_ids}
         self._next_point = batch_steps
+        self._reported, self._since = 0, time.perf_counter()
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
@@ -101,9 +122,19 @@ class Recorder(ContextEnv):
         return observations, rewards, terminated, truncated, infos
 
     def flush(self) -> None:
-        """Adds a point for every task with newly ended episodes and reports the transitions."""
-        for task, returns in self._ended.items():
-            if returns:
-                self.points.append(Point(task, self.taken, float(np.mean(returns))))
-                returns.clear()
-        self._report(self.taken)
+        """Adds a point for every task with newly ended episodes, and reports the new steps."""
+        if self.taken == self._reported:
+            return
+        returns = [each for ended in self._ended.values() for each in ended]
+        points = tuple(
+            Point(task, self.taken, float(np.mean(ended))) for task, ended in self._ended.items() if ended
+        )
+        for ended in self._ended.values():
+            ended.clear()
+        self.points += points
+        mean_return = float(np.mean(returns)) if returns else None
+        seconds = time.perf_counter() - self._since
+        batch = Batch(self.taken, points, mean_return, self.taken - self._reported, seconds)
+        self._reported = self.taken
+        self._report(batch)
+        self._since = time.perf_counter()

@@ -9,11 +9,17 @@ from operator import index
 from pathlib import Path
 from typing import Any
 
+from gym_extensions.baselines.training.jobs import Interim
 from gym_extensions.catalog.budgets import Budget
 from gym_extensions.catalog.budgets import budget as budget_named
 from gym_extensions.catalog.custom_groups import resolve_group, with_custom
 from gym_extensions.catalog.groups import TaskGroup
-from gym_extensions.catalog.protocol import CURVE_POINTS, FIRST_REFERENCE_RUN, PROTOCOLS
+from gym_extensions.catalog.protocol import (
+    CURVE_POINTS,
+    EVALUATION_EPISODES,
+    FIRST_REFERENCE_RUN,
+    PROTOCOLS,
+)
 from gym_extensions.errors import BenchError, did_you_mean
 
 Groups = str | Path | TaskGroup | Iterable[str | Path | TaskGroup]
@@ -60,6 +66,25 @@ def parse_request(
     if num_envs is not None:
         _check_num_envs(num_envs, chosen, unique_groups)
     return Request(unique_groups, unique_protocols, chosen, unique_runs)
+
+
+def parse_interim(every: int | None, episodes: int) -> Interim | None:
+    """The evaluation during training; None if ``every`` is None.
+
+    Raises:
+        BenchError: a number that is not an integer or out of range.
+    """
+    for value, option in ((every, "--evaluate-every"), (episodes, "--evaluate-episodes")):
+        if value is None:
+            continue
+        if not isinstance(value, int) or isinstance(value, bool):
+            raise BenchError(f"bad-{option[2:]}", f"Expected an integer, got {value!r}.", option)
+        require_positive(value, option)
+    if episodes > EVALUATION_EPISODES:
+        message = f"{episodes} is too large."
+        hint = f"Use at most {EVALUATION_EPISODES}, the episodes that have a prescribed seed."
+        raise BenchError("bad-evaluate-episodes", message, "--evaluate-episodes", hint)
+    return None if every is None else Interim(every, episodes)
 
 
 def parse_groups(groups: Groups) -> list[TaskGroup]:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import time
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from statistics import fmean
 
 from gym_extensions.atomic import write_bytes
 from gym_extensions.baselines import algorithms
@@ -12,9 +15,11 @@ from gym_extensions.baselines.agent_checks import card_of
 from gym_extensions.baselines.context import TaskLabel
 from gym_extensions.baselines.context_checks import observes_of
 from gym_extensions.baselines.training.context_env import TrainingContext
-from gym_extensions.baselines.training.evaluation import evaluate
-from gym_extensions.baselines.training.events import Event, Listener
-from gym_extensions.baselines.training.jobs import Settings, Stage, TrainingJob
+from gym_extensions.baselines.training.evaluation import Rollout, evaluate
+from gym_extensions.baselines.training.events import JobFinished, Listener, StageStarted, TaskEvaluated
+from gym_extensions.baselines.training.isolation import isolated
+from gym_extensions.baselines.training.jobs import Interim, Settings, Stage, TrainingJob
+from gym_extensions.baselines.training.monitor import StageMonitor
 from gym_extensions.baselines.training.progress import FinishedStage, Progress
 from gym_extensions.baselines.training.recorder import Recorder
 from gym_extensions.baselines.training.seeding import training_seed
@@ -24,7 +29,7 @@ from gym_extensions.catalog.task import Task
 from gym_extensions.envs import make_vec
 from gym_extensions.envs.fingerprint import fingerprint_of
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.episodes import CurvePoint, Episode
+from gym_extensions.rollouts.episodes import Episode
 from gym_extensions.rollouts.layout import PROGRESS, trace_name
 from gym_extensions.rollouts.traces import trace_bytes
 
@@ -37,10 +42,12 @@ class PendingJob:
     agent: str | Factory
     settings: Settings
     out: Path
+    interim: Interim | None = None
 
     def run(self, listen: Listener) -> list[FinishedStage]:
         """Runs the job; see :func:`run_job`."""
-        return run_job(self.job, algorithms.factory(self.agent), self.settings, self.out, listen)
+        make = algorithms.factory(self.agent)
+        return run_job(self.job, make, self.settings, self.out, listen, interim=self.interim)
 
 
 class Evaluator:
@@ -49,20 +56,18 @@ class Evaluator:
     def __init__(self, job: TrainingJob, settings: Settings, out: Path) -> None:
         self._job, self._traces = job, traces_folder(out, job.group.name)
         self._task_is_observed = settings.observes.task_in_evaluation
-        self._envs: dict[str, VectorEnv] = {}
+        self._envs: dict[tuple[str, int], VectorEnv] = {}
 
-    def envs(self, task: Task) -> VectorEnv:
-        """One environment of the task per evaluation episode."""
-        if task.id not in self._envs:
-            self._envs[task.id] = make_vec(task, EVALUATION_EPISODES)
-        return self._envs[task.id]
+    def envs(self, task: Task, episodes: int = EVALUATION_EPISODES) -> VectorEnv:
+        """One environment of the task per episode."""
+        if (task.id, episodes) not in self._envs:
+            self._envs[task.id, episodes] = make_vec(task, episodes)
+        return self._envs[task.id, episodes]
 
     def evaluate(self, agent: Agent, stage: int, task: Task) -> list[Episode]:
         """Evaluates the agent on a task and stores the trace of every episode."""
         job, rows = self._job, []
-        seeds = [evaluation_seed(job.group.id, task.id, episode) for episode in range(EVALUATION_EPISODES)]
-        label = TaskLabel(task.id, job.group.task_ids.index(task.id)) if self._task_is_observed else None
-        rollouts = evaluate(agent, self.envs(task), seeds, task.body.segments.steps, label)
+        seeds, rollouts = self._rollouts(agent, task, EVALUATION_EPISODES, task.body.segments.steps)
         for episode, (seed, rollout) in enumerate(zip(seeds, rollouts, strict=True)):
             if rollout.trace is not None:
                 name = trace_name(job.protocol, job.run, stage, task.name, episode)
@@ -70,6 +75,19 @@ class Evaluator:
             result = (rollout.length, rollout.return_, rollout.terminated, rollout.success)
             rows.append(Episode(job.run, stage, task.id, episode, seed, *result, fingerprint_of(task)))
         return rows
+
+    def mean_returns(self, agent: Agent, tasks: Sequence[Task], episodes: int) -> Iterator[float]:
+        """The mean return on each task over the first episodes. Nothing is stored."""
+        for task in tasks:
+            yield fmean(rollout.return_ for rollout in self._rollouts(agent, task, episodes)[1])
+
+    def _rollouts(
+        self, agent: Agent, task: Task, episodes: int, segment_steps: int = 0
+    ) -> tuple[list[int], list[Rollout]]:
+        group = self._job.group
+        seeds = [evaluation_seed(group.id, task.id, episode) for episode in range(episodes)]
+        label = TaskLabel(task.id, group.task_ids.index(task.id)) if self._task_is_observed else None
+        return seeds, evaluate(agent, self.envs(task, episodes), seeds, segment_steps, label)
 
     def close(self) -> None:
         """Closes every environment."""
@@ -83,9 +101,23 @@ def traces_folder(out: Path, group_name: str) -> Path:
 
 
 def run_job(
-    job: TrainingJob, make: Factory, settings: Settings, out: Path, listen: Listener
+    job: TrainingJob,
+    make: Factory,
+    settings: Settings,
+    out: Path,
+    listen: Listener,
+    *,
+    interim: Interim | None = None,
 ) -> list[FinishedStage]:
     """Runs every stage of the job that an earlier attempt did not finish.
+
+    Args:
+        job: the job.
+        make: creates its agent.
+        settings: how it runs.
+        out: the submission's folder.
+        listen: receives the events.
+        interim: when to evaluate during training; None evaluates at the end of each stage only.
 
     Returns:
         The records of all stages, those of earlier attempts included.
@@ -97,28 +129,48 @@ def run_job(
     )
     done = progress.finished()
     if len(done) == len(stages):
+        listen(JobFinished(job.title))
         return done
     evaluator = Evaluator(job, settings, out)
     env = evaluator.envs(stages[0].evaluated[0])
     seed = training_seed(job.run, job.group.id, "agent")
-    agent = make(env.single_observation_space, env.single_action_space, seed)
+
+    def create() -> Agent:
+        return make(env.single_observation_space, env.single_action_space, seed)
+
+    agent = create()
     _require_same(observes_of(agent, settings.agent), settings, job)
     first_parameters = done[0].parameters[0] if done else card_of(agent, settings.agent).parameters
     if done and not progress.resume(agent, done):
         done = []
     for stage in stages[len(done) :]:
-        curves = _train(job, stage, agent, settings, listen) if stage.steps else []
+        ids = tuple(task.id for task in stage.trained)
+        listen(StageStarted(job.title, stage.number, ids, stage.steps))
+        job_step = sum(earlier.steps for earlier in stages[: len(done)])
+        monitor = StageMonitor(
+            *(job, stage, job_step),
+            curve=progress.new_curve(stage.number),
+            listen=listen,
+            interim=interim,
+            evaluate=isolated(agent, create, progress.folder / "acting.npz", evaluator.mean_returns),
+        )
+        if stage.steps:
+            _train(job, stage, agent, settings, monitor)
         episodes = []
         for task in stage.evaluated:
+            start = time.perf_counter()
             rows = evaluator.evaluate(agent, stage.number, task)
-            mean_return = sum(row.return_ for row in rows) / len(rows)
-            listen(Event(job.title, stage.number, stage.steps, task.id, mean_return))
+            result = (task.id, len(rows), sum(row.return_ for row in rows) / len(rows))
+            where = (job.title, stage.number, stage.steps, job_step + stage.steps)
+            listen(TaskEvaluated(*where, *result, seconds=time.perf_counter() - start))
             episodes += rows
         card = card_of(agent, settings.agent)
-        record = FinishedStage(stage.number, episodes, curves, card, (first_parameters, card.parameters))
+        parameters = (first_parameters, card.parameters)
+        record = FinishedStage(stage.number, episodes, monitor.curves, card, parameters, monitor.evaluations)
         progress.finish(record, agent, last=stage is stages[-1])
         done.append(record)
     evaluator.close()
+    listen(JobFinished(job.title))
     return done
 
 
@@ -129,9 +181,7 @@ def _require_same(observes: Observes, settings: Settings, job: TrainingJob) -> N
         raise BenchError("bad-agent", message, settings.agent, hint)
 
 
-def _train(
-    job: TrainingJob, stage: Stage, agent: Agent, settings: Settings, listen: Listener
-) -> list[CurvePoint]:
+def _train(job: TrainingJob, stage: Stage, agent: Agent, settings: Settings, monitor: StageMonitor) -> None:
     ids = [task.id for task in stage.trained]
     env = make_vec(stage.trained, settings.num_envs_for(len(ids)))
     recorder = Recorder(
@@ -140,12 +190,9 @@ def _train(
         steps=stage.steps,
         batch_steps=budget(settings.budget).batch_steps,
         seed=training_seed(job.run, job.group.id, *ids, "training"),
-        report=lambda taken: listen(Event(job.title, stage.number, taken)),
+        report=monitor,
         context=TrainingContext(settings.observes, job.group.task_ids, stage.number),
     )
     agent.learn(recorder, stage.steps)
     recorder.flush()
     env.close()
-    return [
-        CurvePoint(job.protocol, job.run, point.task, point.step, point.return_) for point in recorder.points
-    ]

@@ -95,7 +95,7 @@ def is_number(cell: str) -> bool:
 
 
 KINDS: dict[str, tuple[Callable[[str], bool], str]] = {
-    **dict.fromkeys((*INTEGER_COLUMNS, "step"), (is_integer, "an integer")),
+    **dict.fromkeys((*INTEGER_COLUMNS, "step", "episodes"), (is_integer, "an integer")),
     "return": (is_number, "a number"),
     "terminated": (FLAGS.__contains__, "true or false"),
     "success": (SUCCESSES.__contains__, "true, false or nothing"),

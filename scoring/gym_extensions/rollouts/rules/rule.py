@@ -20,6 +20,7 @@ Scope = Literal[
     "log",
     "group",
     "curves",
+    "evaluations",
     "arrays",
 ]
 """What a rule checks. Each scope has one type of subject, the parameter of its rules."""

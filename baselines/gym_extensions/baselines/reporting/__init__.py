@@ -1,0 +1,1 @@
+"""Shows and logs the progress of training, as events arrive."""

@@ -1,0 +1,142 @@
+"""Plots of training curves, returns by stage and task, and retention. They need the extra ``plot``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import pandas as pd
+
+from gym_extensions.errors import BenchError
+from gym_extensions.results.axes import new_axes, short_name, task_colors
+from gym_extensions.results.evaluations import evaluations
+from gym_extensions.results.rollouts import curves
+from gym_extensions.results.submissions import Paths
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Data = pd.DataFrame | Paths
+"""A data frame, or the submissions from which it is read."""
+
+
+def plot_curves(
+    data: Data, group: str | None = None, *, protocol: str | None = None, ax: Axes | None = None
+) -> Axes:
+    """Training curves: the return over the training steps, one line per run, one color per task.
+
+    Args:
+        data: a frame of ``curves`` or ``unfinished_curves``, or a submission.
+        group: group id or name; needed if there are several groups.
+        protocol: needed if there are several protocols.
+        ax: where to draw; a new figure if None.
+
+    Raises:
+        BenchError: matplotlib is missing, or the data are empty, ambiguous or not of this kind.
+    """
+    frame = _select(_frame(data, curves), ("task", "run", "step", "return"), group, protocol)
+    axes, colors = new_axes(ax), task_colors(frame["task"])
+    seen = set[str]()
+    for keys, line in frame.groupby(["submission", "task", "run"], sort=False):
+        task = str(keys[1])
+        label = None if task in seen else short_name(task)
+        axes.plot(line["step"], line["return"], color=colors[task], linewidth=1, label=label)
+        seen.add(task)
+    axes.set(xlabel="training steps", ylabel="training return", title=_title(frame))
+    axes.legend(fontsize="small")
+    return axes
+
+
+def plot_matrix(data: Data, group: str | None = None, *, ax: Axes | None = None) -> Axes:
+    """The matrix of returns: one row per stage of sequential training, one column per task, mean over runs.
+
+    Args:
+        data: a frame of ``episodes`` or ``evaluations``, or a submission.
+        group: group id or name; needed if there are several groups.
+        ax: where to draw; a new figure if None.
+
+    Raises:
+        BenchError: matplotlib is missing, or the data are empty, ambiguous or not of this kind.
+    """
+    frame = _select(_frame(data, evaluations), ("run", "stage", "task", "return"), group, "sequential")
+    if "trained" in frame:
+        frame = frame[frame["trained"] == frame["stage"]]
+    axes, tasks = new_axes(ax), frame["task"].unique()
+    matrix = frame.pivot_table(index="stage", columns="task", values="return", aggfunc="mean")[tasks]
+    image = axes.imshow(matrix.to_numpy(), aspect="auto", origin="upper", cmap="viridis")
+    for row, values in enumerate(matrix.to_numpy()):
+        for column, value in enumerate(values):
+            box = {"boxstyle": "round", "facecolor": "white", "edgecolor": "none", "alpha": 0.7}
+            axes.text(column, row, f"{value:.0f}", ha="center", va="center", fontsize="small", bbox=box)
+    axes.set_xticks(range(len(tasks)), [short_name(task) for task in tasks], rotation=30, ha="right")
+    axes.set_yticks(range(len(matrix)), [str(stage) for stage in matrix.index])
+    axes.set(ylabel="tasks trained", title=_title(frame))
+    axes.figure.colorbar(image, ax=axes, label="mean return")
+    return axes
+
+
+def plot_retention(data: Data, group: str | None = None, *, ax: Axes | None = None) -> Axes:
+    """Retention in sequential training: the return on every task while the tasks are trained in order.
+
+    One line per task, the mean over runs, over the number of tasks trained so far. Runs of one submission
+    are expected to be evaluated at the same steps. A vertical line marks the
+    end of a stage. With evaluations during training the lines have points within the stages.
+
+    Args:
+        data: a frame of ``evaluations``, or a submission.
+        group: group id or name; needed if there are several groups.
+        ax: where to draw; a new figure if None.
+
+    Raises:
+        BenchError: matplotlib is missing, or the data are empty, ambiguous or not of this kind.
+    """
+    columns = ("run", "stage", "task", "step", "trained", "return")
+    frame = _select(_frame(data, evaluations), columns, group, "sequential")
+    axes, colors = new_axes(ax), task_colors(frame["task"])
+    # Runs have their points at nearly the same steps: the k-th points within a stage belong together.
+    is_end = (frame["trained"] == frame["stage"]).rename("is_end")
+    point = frame.groupby([frame["run"], frame["stage"], frame["task"], is_end]).cumcount()
+    keys = [frame["task"], frame["stage"], is_end, point.rename("point")]
+    means = frame.groupby(keys, sort=False)[["trained", "return"]].mean()
+    for task, line in means.groupby("task", sort=False):
+        ordered = line.sort_values("trained")
+        label, color = short_name(str(task)), colors[str(task)]
+        axes.plot(ordered["trained"], ordered["return"], color=color, marker=".", label=label)
+    for stage in sorted(frame["stage"].unique()):
+        axes.axvline(stage, color="0.85", linewidth=0.8, zorder=0)
+    axes.set(xlabel="tasks trained", ylabel="mean return", title=_title(frame))
+    axes.legend(fontsize="small")
+    return axes
+
+
+def _frame(data: Data, read: Callable[[Paths], pd.DataFrame]) -> pd.DataFrame:
+    return data if isinstance(data, pd.DataFrame) else read(data)
+
+
+def _select(
+    frame: pd.DataFrame, columns: tuple[str, ...], group: str | None, protocol: str | None
+) -> pd.DataFrame:
+    """The rows of one submission, group and protocol."""
+    missing = [name for name in ("submission", "group", "protocol", *columns) if name not in frame]
+    if missing:
+        message = f"The frame has no column {missing[0]!r}."
+        raise BenchError("bad-plot", message, "data", "Pass the frame that the docstring names.")
+    if group is not None:
+        ids = [name for name in frame["group"].unique() if name == group or name.rpartition("-v")[0] == group]
+        frame = frame[frame["group"].isin(ids)]
+    if protocol is not None:
+        frame = frame[frame["protocol"] == protocol]
+    if frame.empty:
+        selection = ", ".join(name for name in (group, protocol) if name)
+        message = f"There are no rows of {selection}." if selection else "There are no rows."
+        raise BenchError("bad-plot", message, "data", "Choose another group or protocol.")
+    for name in ("submission", "group", "protocol"):
+        values = [str(value) for value in frame[name].unique()]
+        if len(values) > 1:
+            message = f"The data have several values of {name!r}: {', '.join(values)}."
+            raise BenchError("bad-plot", message, "data", "Choose one of them.")
+    return frame
+
+
+def _title(frame: pd.DataFrame) -> str:
+    return " · ".join(str(frame[name].iloc[0]) for name in ("submission", "group", "protocol"))

@@ -1,0 +1,134 @@
+"""Evaluation during training: when, what is written, and that nothing else changes."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gym_extensions import results
+from gym_extensions.baselines import train
+from gym_extensions.baselines.agent import Agent
+from gym_extensions.baselines.algorithms import trpo_2017
+from gym_extensions.baselines.training.evaluation import evaluate
+from gym_extensions.baselines.training.events import TaskEvaluated
+from gym_extensions.baselines.training.isolation import isolated
+from gym_extensions.baselines.training.recorder import Batch, Recorder
+from gym_extensions.catalog.groups import group
+from gym_extensions.catalog.task import Task
+from gym_extensions.envs import make_vec
+from gym_extensions.errors import BenchError
+
+from ..conftest import SHORT_GROUP, Watched, digests
+
+IDS = group(SHORT_GROUP).task_ids
+ROWS = [
+    *(("joint", 1, task, step) for step in (500, 1000, 1500) for task in IDS),
+    *(("sequential", stage, task, 500) for stage in (1, 2) for task in IDS),
+]
+
+
+def test_every_task_is_evaluated_at_the_chosen_steps(watched: Watched) -> None:
+    lines = (watched.folder / SHORT_GROUP / "evaluations.csv").read_text().splitlines()
+    cells = [line.split(",") for line in lines[1:]]
+    assert [(row[0], int(row[2]), row[3], round(int(row[4]), -1)) for row in cells] == ROWS
+    assert {(row[1], row[5]) for row in cells} == {("0", "2")}
+
+
+def test_the_other_files_are_the_same_bytes_without_evaluation_during_training(
+    watched: Watched, trpo_submission: Path
+) -> None:
+    files = digests(watched.folder)
+    assert files.pop(f"{SHORT_GROUP}/evaluations.csv")
+    assert files == digests(trpo_submission)
+
+
+def test_the_evaluations_are_events_and_rows_of_the_results(watched: Watched) -> None:
+    events = [event for event in watched.events if isinstance(event, TaskEvaluated)]
+    frame = results.evaluations(watched.folder)
+    rows = zip(frame["stage"], frame["task"], frame["step"], frame["return"], strict=True)
+    assert {(event.stage, event.task, event.step, round(event.mean_return, 9)) for event in events} == {
+        (stage, task, step, round(value, 9)) for stage, task, step, value in rows
+    }
+    job_steps = [round(event.job_step, -1) for event in events if event.in_training]
+    assert job_steps == [500, 500, 1500, 1500] + [step for step in (500, 1000, 1500) for _ in IDS]
+
+
+class Sampled:
+    """Mean returns that depend on the agent's generator for acting and on global generators."""
+
+    def __init__(self) -> None:
+        self.env = make_vec("Hopper", 2)
+
+    def __call__(self, agent: Agent, tasks: Sequence[Task], episodes: int) -> Iterator[float]:
+        for _ in tasks:
+            random.random()
+            np.random.random()  # noqa: NPY002
+            yield evaluate(agent, self.env, [1, 2])[0].return_
+
+
+def test_a_sampled_agent_that_can_be_saved_learns_and_acts_the_same(tmp_path: Path) -> None:
+    env: Any = make_vec("Hopper", 2)
+
+    def create() -> Any:
+        return trpo_2017.make(env.single_observation_space, env.single_action_space, 5)
+
+    def learn(report: Any) -> Any:
+        agent = create()
+        agents.append(agent)
+        recorder = Recorder(env, ["Hopper"], steps=200, batch_steps=100, seed=1, report=report)
+        agent.learn(recorder, 200)
+        return agent, random.random(), np.random.random()  # noqa: NPY002
+
+    agents: list[Any] = []
+    sampled, returns = Sampled(), list[float]()
+
+    def report(batch: Batch) -> None:
+        path = tmp_path / "acting.npz"
+        returns.extend(isolated(agents[-1], create, path, sampled)(group(SHORT_GROUP).tasks, 2))
+        assert not path.exists()
+
+    outcomes = []
+    for each in (report, lambda _: None):
+        random.seed(3)
+        np.random.seed(3)  # noqa: NPY002
+        outcomes.append(learn(each))
+    (first, *numbers), (second, *same) = outcomes
+    assert len(set(returns)) == 4, "the evaluations are samples"
+    assert numbers == same
+    assert np.array_equal(first._theta, second._theta)
+    assert np.array_equal(first.act(np.ones((3, 11))), second.act(np.ones((3, 11))))
+
+
+def test_an_agent_that_cannot_be_saved_acts_itself() -> None:
+    def mean_returns(agent: Agent, tasks: Sequence[Task], episodes: int) -> Iterator[float]:
+        yield float(agent is original)
+
+    original: Any = object()
+    assert [*isolated(original, object, Path("unused"), mean_returns)([], 1)] == [1.0]  # type: ignore[arg-type]
+
+
+BAD: list[tuple[dict[str, Any], str]] = [
+    ({"evaluate_every": 0}, "--evaluate-every: 0 is too small. Use at least 1."),
+    ({"evaluate_every": 2.5}, "--evaluate-every: Expected an integer, got 2.5."),
+    ({"evaluate_every": True}, "--evaluate-every: Expected an integer, got True."),
+    ({"evaluate_episodes": 0}, "--evaluate-episodes: 0 is too small. Use at least 1."),
+    (
+        {"evaluate_episodes": 21},
+        "--evaluate-episodes: 21 is too large. Use at most 20, the episodes that have a prescribed seed.",
+    ),
+]
+
+
+@pytest.mark.parametrize(("arguments", "message"), BAD, ids=[message[:40] for _, message in BAD])
+def test_a_wrong_argument_is_rejected_before_training(
+    arguments: dict[str, Any], message: str, tmp_path: Path
+) -> None:
+    with pytest.raises(BenchError) as error:
+        train("zero", SHORT_GROUP, "single", "smoke", 0, out=tmp_path / "mine", **arguments)
+    assert str(error.value) == message
+    assert not (tmp_path / "mine").exists()

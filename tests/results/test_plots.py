@@ -1,0 +1,143 @@
+"""Plots draw the numbers of the frames: of a committed entry, and of evaluations during training."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from gym_extensions import results
+from gym_extensions.errors import BenchError
+
+from .test_evaluations import IDS, with_evaluations
+
+matplotlib = pytest.importorskip("matplotlib")
+ENTRY = Path(__file__).resolve().parents[2] / "submissions" / "trpo-2017"
+GROUP = "hopper-gravity-v0"
+NAMES = ["HopperGravityHalf", "HopperGravityThreeQuarters", "Hopper", "HopperGravityOneAndQuarter"]
+
+
+@pytest.fixture(autouse=True)
+def no_screen() -> Iterator[None]:
+    matplotlib.use("Agg")
+    yield
+    matplotlib.pyplot.close("all")
+
+
+@pytest.fixture(scope="module")
+def entry() -> pd.DataFrame:
+    return results.evaluations(ENTRY)
+
+
+def points(line: Any) -> list[tuple[float, float]]:
+    return [(float(x), float(y)) for x, y in zip(*line.get_data(), strict=True)]
+
+
+def test_curves_are_a_line_per_run_in_the_color_of_the_task() -> None:
+    frame = results.curves(ENTRY)
+    axes = results.plot_curves(frame, "hopper-gravity", protocol="single")
+    rows = frame[(frame["group"] == GROUP) & (frame["protocol"] == "single")]
+    lines = [[*zip(rows["step"], rows["return"], strict=True)] for _, rows in rows.groupby(["task", "run"])]
+    assert sorted(points(line) for line in axes.lines) == sorted(lines)
+    assert len({line.get_color() for line in axes.lines}) == 5
+    legend = axes.get_legend()
+    assert legend is not None
+    assert [text.get_text() for text in legend.get_texts()][:4] == NAMES
+
+
+def test_the_matrix_is_the_mean_return_by_stage_and_task(entry: pd.DataFrame) -> None:
+    axes = results.plot_matrix(entry, GROUP)
+    (image,) = axes.images
+    rows = entry[(entry["group"] == GROUP) & (entry["protocol"] == "sequential")]
+    expected = rows.groupby(["stage", "task"])["return"].mean()
+    drawn = image.get_array()
+    assert drawn is not None
+    assert drawn.shape == (6, 5)
+    tasks = rows["task"].unique()
+    assert np.allclose(drawn, expected.unstack("task")[tasks].to_numpy())
+    assert [label.get_text() for label in axes.get_xticklabels()][:4] == NAMES
+
+
+def test_retention_is_a_line_per_task_over_the_trained_tasks(entry: pd.DataFrame) -> None:
+    axes = results.plot_retention(entry, GROUP)
+    rows = entry[(entry["group"] == GROUP) & (entry["task"] == IDS[0]) & (entry["protocol"] == "sequential")]
+    line = next(line for line in axes.lines if line.get_label() == NAMES[0])
+    means = rows.groupby("stage")["return"].mean()
+    assert [x for x, _ in points(line)] == [*range(6)]
+    assert [y for _, y in points(line)] == pytest.approx(means.tolist())
+
+
+def test_evaluations_during_training_are_points_within_the_stages(
+    submission: Callable[..., Path],
+) -> None:
+    folder = with_evaluations(submission(runs=(0, 1)))
+    _, ax = matplotlib.pyplot.subplots()
+    axes = results.plot_retention(folder, ax=ax)
+    assert axes is ax
+    line = next(line for line in axes.lines if line.get_label() == NAMES[0])
+    assert [x for x, _ in points(line)] == [0, 1, 1.25, 2, 3, 4, 5]
+
+
+def test_a_board_is_a_point_per_entry_with_its_interval() -> None:
+    folder = ENTRY.parent
+    frame = results.board("hopper-gravity", [ENTRY, folder / "random"])
+    axes = results.plot_board(frame, metric="forgetting")
+    (line,) = axes.lines
+    assert points(line) == [(value, i) for i, value in enumerate(frame["forgetting"])]
+    assert [label.get_text() for label in axes.get_yticklabels()] == frame["name"].tolist()
+    (bars,) = axes.collections
+    ends = [(segment[0][0], segment[1][0]) for segment in bars.get_segments()]  # type: ignore[attr-defined]
+    assert ends == [*zip(frame["forgetting_low"], frame["forgetting_high"], strict=True)]
+
+
+MISTAKES: list[tuple[Callable[[pd.DataFrame], object], str]] = [
+    (
+        results.plot_matrix,
+        "data: The data have several values of 'group': hopper-gravity-v0, walker2d-gravity-v0, "
+        "halfcheetah-gravity-v0, humanoid-gravity-v0. Choose one of them.",
+    ),
+    (
+        lambda frame: results.plot_retention(frame, "pusher"),
+        "data: There are no rows of pusher, sequential. Choose another group or protocol.",
+    ),
+    (
+        lambda frame: results.plot_curves(frame.drop(columns="step")),
+        "data: The frame has no column 'step'. Pass the frame that the docstring names.",
+    ),
+    (
+        results.plot_board,
+        "data: The board has no entry with a metric. Use results.board(…).",
+    ),
+    (
+        lambda _: results.plot_board(ENTRY),
+        "group: A board is of one group. Name it: group='hopper-gravity'.",
+    ),
+    (
+        lambda _: results.plot_board(pd.DataFrame(columns=["forgetting_low"]), metric="forgeting"),
+        "metric: The board has no metric 'forgeting'. Did you mean 'forgetting'?",
+    ),
+]
+
+
+@pytest.mark.parametrize(("plot", "message"), MISTAKES, ids=[message[:40] for _, message in MISTAKES])
+def test_a_plot_of_unsuitable_data_is_an_error(
+    plot: Callable[[pd.DataFrame], object], message: str, entry: pd.DataFrame
+) -> None:
+    with pytest.raises(BenchError) as error:
+        plot(entry)
+    assert str(error.value) == message
+
+
+def test_a_missing_matplotlib_is_named_with_the_command_that_installs_it(
+    entry: pd.DataFrame, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    monkeypatch.delitem(sys.modules, "matplotlib.pyplot", raising=False)
+    with pytest.raises(BenchError) as error:
+        results.plot_matrix(entry, GROUP)
+    assert str(error.value) == "Plots need matplotlib. Install it with: pip install 'gym-extensions[plot]'"
