@@ -83,6 +83,8 @@ class Card:
         task_in_training: whether the agent observes the task while it trains.
         task_in_evaluation: whether the agent observes the task while it is evaluated.
         boundaries: whether the agent knows when the task changes.
+        tuning_steps: training steps spent on choosing the hyperparameters, over all trials.
+        tuning_tasks: names of the tasks of these trials.
         stored_steps: the largest number of transitions that the agent stores.
         parameters: the number of the agent's trained parameters.
 
@@ -99,6 +101,8 @@ class Card:
     task_in_training: bool = False
     task_in_evaluation: bool = False
     boundaries: bool = False
+    tuning_steps: int = 0
+    tuning_tasks: tuple[str, ...] = ()
     stored_steps: int = 0
     parameters: int = 0
 
