@@ -45,6 +45,10 @@ task_in_training = false
 task_in_evaluation = false
 boundaries = false
 
+[tuning]
+steps = 0
+tasks = []
+
 [memory]
 stored_steps = 2000
 parameters_first = 100

@@ -141,6 +141,7 @@ def submission(name: str, groups: Document, title: str = "", **manifest: Any) ->
         "protocol": {"budget": "100k", "algorithm": name, "evaluation": "sampled"},
         "hyperparameters": {"step_size": 0.01, "layers": [100, 50, 25]},
         "observes": {"task_in_training": False, "task_in_evaluation": False, "boundaries": True},
+        "tuning": {"steps": 0, "tasks": []},
         "memory": {"stored_steps": 2000, "parameters_first": 12345, "parameters_last": 12345},
         "versions": {"mujoco": "4.0.0", "gymnasium": "1.4.0"},
         "archive": None,

@@ -39,6 +39,10 @@ task_in_training = false
 task_in_evaluation = false
 boundaries = false
 
+[tuning]
+steps = 0
+tasks = []
+
 [memory]
 stored_steps = 0
 parameters_first = 0

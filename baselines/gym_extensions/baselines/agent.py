@@ -96,6 +96,8 @@ class Card:
         description: at most 4000 characters.
         evaluation: how the agent acts in evaluation, ``"sampled"`` or ``"deterministic"``.
         hyperparameters: strings, finite numbers, booleans, or lists of them, by name.
+        tuning_steps: training steps spent on choosing the hyperparameters, over all trials.
+        tuning_tasks: names of the tasks of these trials.
         stored_steps: the largest number of transitions that the agent stores.
         parameters: the number of the agent's trained parameters.
 
@@ -109,6 +111,8 @@ class Card:
     description: str = ""
     evaluation: str = "sampled"
     hyperparameters: Mapping[str, Setting] = field(default_factory=dict)
+    tuning_steps: int = 0
+    tuning_tasks: tuple[str, ...] = ()
     stored_steps: int = 0
     parameters: int = 0
 

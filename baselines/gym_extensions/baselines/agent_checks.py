@@ -22,6 +22,8 @@ KEYS: dict[str, Key] = {
     "title": SECTIONS[""]["title"],
     "description": SECTIONS[""]["description"],
     "evaluation": SECTIONS["protocol"]["evaluation"],
+    "tuning_steps": SECTIONS["tuning"]["steps"],
+    "tuning_tasks": SECTIONS["tuning"]["tasks"],
     "stored_steps": SECTIONS["memory"]["stored_steps"],
     "parameters": SECTIONS["memory"]["parameters_last"],
 }
@@ -93,6 +95,7 @@ def card_of(agent: Agent, name: str) -> Card:
 def _check_fields(card: Card) -> None:
     for name, key in KEYS.items():
         value = getattr(card, name)
+        value = list(value) if isinstance(value, tuple) else value
         if error := value_error(key, value):
             raise BenchError("bad-card", error, f"card().{name}", f"Give {key.kind}.")
         if key.choices and value not in key.choices:

@@ -52,7 +52,7 @@ def train(
         groups: a task group or several: names of published groups, TOML files of custom groups, or
             :class:`gym_extensions.envs.TaskGroup` objects.
         protocols: ``"sequential"``, ``"single"`` or ``"joint"``, or several.
-        budget: ``"smoke"``, ``"100k"``, ``"1M"`` or ``"paper"``: training steps per task.
+        budget: ``"smoke"``, ``"100k"``, ``"300k"``, ``"1M"`` or ``"paper"``: training steps per task.
         runs: a training seed from 0 to 999, or several.
         out: the submission's folder.
         jobs: number of worker processes with one thread each; the factory must pickle. 0 trains in this

@@ -43,6 +43,7 @@ BUDGETS = {
     for budget in (
         Budget("paper", batches=1000, batch_steps=50_000, num_envs=50, body_batches=500),
         Budget("1M", batches=200, batch_steps=5_000, num_envs=20),
+        Budget("300k", batches=150, batch_steps=2_000, num_envs=25),
         Budget("100k", batches=50, batch_steps=2_000, num_envs=8),
         Budget("smoke", batches=4, batch_steps=250, num_envs=1, on_boards=False),
     )

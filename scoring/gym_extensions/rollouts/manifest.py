@@ -65,6 +65,14 @@ class Observes:
 
 
 @dataclass(frozen=True, slots=True)
+class Tuning:
+    """Training steps spent on choosing the settings, over all trials, and the tasks of these trials."""
+
+    steps: Count
+    tasks: Annotated[tuple[str, ...], Key(NAMES)]
+
+
+@dataclass(frozen=True, slots=True)
 class Memory:
     """Most transitions stored at once; parameters at the start and end of training, the largest per group."""
 
@@ -97,7 +105,7 @@ class Archive:
 class Manifest:
     """A submission's manifest. ``reported`` names a published table that replaces logs.
 
-    ``memory`` and ``versions`` are None only if ``reported`` is set.
+    ``tuning``, ``memory`` and ``versions`` are None only if ``reported`` is set.
     """
 
     format: Annotated[Literal[1], Key(COUNT, choices=(FORMAT,))]
@@ -107,6 +115,7 @@ class Manifest:
     code: Code
     protocol: Protocol
     observes: Observes
+    tuning: Tuning | None = None
     memory: Memory | None = None
     versions: Versions | None = None
     archive: Archive | None = None
@@ -118,6 +127,7 @@ SECTION_TYPES = {
     "code": Code,
     "protocol": Protocol,
     "observes": Observes,
+    "tuning": Tuning,
     "memory": Memory,
     "versions": Versions,
     "archive": Archive,
@@ -137,7 +147,7 @@ SECTIONS: dict[str, dict[str, Key]] = {
 }
 """The keys of submission.toml by section; ``""`` is the top level, and ``hyperparameters`` has free keys."""
 OPTIONAL_SECTIONS = ("archive", HYPERPARAMETERS)
-OPTIONAL_IF_REPORTED = ("memory", "versions")
+OPTIONAL_IF_REPORTED = ("tuning", "memory", "versions")
 """Sections that a published table, which has no logs, may leave out."""
 
 
@@ -178,5 +188,11 @@ def declared_trainable(tables: dict[str, Any]) -> bool | None:
 
 def manifest(tables: dict[str, Any]) -> Manifest:
     """The manifest in tables without problems."""
-    sections = {name: section(**tables[name]) for name, section in SECTION_TYPES.items() if name in tables}
+    sections = {
+        name: section(
+            **{key: tuple(value) if isinstance(value, list) else value for key, value in tables[name].items()}
+        )
+        for name, section in SECTION_TYPES.items()
+        if name in tables
+    }
     return Manifest(**{**tables, **sections, "authors": tuple(tables["authors"])})

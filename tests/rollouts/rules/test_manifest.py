@@ -50,6 +50,15 @@ EXAMPLES = (
     ),
     Example(
         "missing-key",
+        "no statement on tuning",
+        edit("[tuning]\nsteps = 0\ntasks = []\n", "", TOML),
+        (
+            (f"{TOML}, [tuning] steps", "The key is missing.", "Add the key steps: an integer from 0."),
+            (f"{TOML}, [tuning] tasks", "The key is missing.", "Add the key tasks: a list of strings."),
+        ),
+    ),
+    Example(
+        "missing-key",
         "a missing key",
         edit("boundaries = false\n", "", TOML),
         (

@@ -19,6 +19,19 @@ EXAMPLES = (
         also=("foreign-curve",),
     ),
     Example(
+        "gaps-in-runs",
+        "runs 0 and 2",
+        lines(lambda rows: rows[:600] + ["2" + line[1:] for line in rows[600:]]),
+        (
+            (
+                LOG,
+                "The runs are [0, 2]; of 0 to 2, these are missing: [1].",
+                "Train the missing runs; no run may be left out.",
+            ),
+        ),
+        also=("different-runs", "foreign-curve"),
+    ),
+    Example(
         "identical-runs",
         "a run copied under another seed",
         lines(lambda rows: rows[:600] + ["1" + line[1:] for line in rows[:600]]),

@@ -18,7 +18,13 @@ from gym_extensions.baselines.trpo.gaussian_policy import (
     mean_and_log_sigma,
 )
 from gym_extensions.baselines.trpo.normalization import Moments, merge, no_moments, standardize
-from gym_extensions.baselines.trpo.settings import REFERENCE, TrpoSettings, manifest_settings
+from gym_extensions.baselines.trpo.settings import (
+    REFERENCE,
+    TUNING_STEPS,
+    TUNING_TASKS,
+    TrpoSettings,
+    manifest_settings,
+)
 from gym_extensions.baselines.trpo.update import updated
 from gym_extensions.baselines.trpo.value_function import ValueFunction
 
@@ -27,6 +33,8 @@ class Trpo:
     """The agent; its policy is one flat vector of parameters and the moments of the observations."""
 
     name, title = "trpo", "TRPO"
+    tuning_steps = TUNING_STEPS
+    tuning_tasks: tuple[str, ...] = TUNING_TASKS
     description = "TRPO with today's usual settings: 64-64 tanh, normalized observations, GAE λ .95."
 
     def __init__(
@@ -115,6 +123,8 @@ class Trpo:
             self.description,
             "deterministic" if self._settings.deterministic_evaluation else "sampled",
             manifest_settings(self._settings),
+            tuning_steps=self.tuning_steps,
+            tuning_tasks=self.tuning_tasks,
             stored_steps=self._batch_steps,
             parameters=len(self._theta) + self._value.parameters,
         )

@@ -16,6 +16,8 @@ class Trpo2017(Trpo):
 
     name, title = "trpo-2017", "TRPO (2017 settings)"
     description = "TRPO with the paper's settings; an MLP value function in place of rllab's linear baseline."
+    tuning_steps = 0
+    tuning_tasks = ()
 
     def __init__(self, observation_space: gym.spaces.Box, action_space: gym.spaces.Box, seed: int) -> None:
         super().__init__(observation_space, action_space, seed, HENDERSON_2017)

@@ -107,6 +107,7 @@ def merge(existing: Tables, card: Card, new: Tables, first: int, last: int) -> d
         "protocol": new["protocol"],
         "hyperparameters": new["hyperparameters"],
         "observes": new["observes"],
+        "tuning": existing.get("tuning", {"steps": card.tuning_steps, "tasks": list(card.tuning_tasks)}),
         "memory": {
             "stored_steps": max(memory.get("stored_steps", 0), card.stored_steps),
             "parameters_first": max(memory.get("parameters_first", 0), first),

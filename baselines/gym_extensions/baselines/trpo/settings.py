@@ -62,6 +62,10 @@ REFERENCE = TrpoSettings(
 )
 """``trpo``: the reference agent."""
 
+TUNING_STEPS = 20_400_000
+TUNING_TASKS = ("HalfCheetah", "Hopper", "Walker2d", "Hopper at 0.9 gravity", "Walker2d at 0.9 gravity")
+"""The trials that chose the settings of ``trpo``: docs/learners.md lists them."""
+
 HENDERSON_2017 = TrpoSettings(
     hidden=(100, 50, 25),  # Henderson et al. 2017
     activation="relu",  # the same

@@ -40,6 +40,17 @@ def different_runs(group: GroupLogs) -> Iterator[Finding]:
 
 
 @rule("group")
+def gaps_in_runs(group: GroupLogs) -> Iterator[Finding]:
+    """The runs of a log are 0 to N − 1 without gaps, so that no runs can be selected by their results."""
+    for protocol, runs in group.runs.items():
+        if runs and list(runs) != list(range(len(runs))):
+            missing = sorted(set(range(max(runs))) - set(runs))
+            message = f"The runs are {list(runs)}; of 0 to {max(runs)}, these are missing: {missing}."
+            hint = "Train the missing runs; no run may be left out."
+            yield Finding(f"{group.name}/{protocol}.csv", message, hint)
+
+
+@rule("group")
 def identical_runs(group: GroupLogs) -> Iterator[Finding]:
     """No two runs of a trainable agent are identical in every episode. (Runs of an agent without parameters
     may be, in both sequential.csv and single.csv: they count as one, and the scorecard says so.)"""

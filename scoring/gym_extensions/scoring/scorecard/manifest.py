@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import Annotated
 
-from gym_extensions.rollouts.manifest import Archive, Code, Manifest, Memory, Observes, Protocol
+from gym_extensions.rollouts.manifest import Archive, Code, Manifest, Memory, Observes, Protocol, Tuning
 from gym_extensions.scoring.documents import about
 
 Scalar = str | int | float | bool
@@ -22,6 +22,7 @@ class ManifestSummary:
     protocol: Protocol
     hyperparameters: Annotated[dict[str, Hyperparameter], about("free keys")]
     observes: Observes
+    tuning: Annotated[Tuning | None, about("null in a reported entry")]
     memory: Annotated[Memory | None, about("null in a reported entry")]
     versions: Annotated[dict[str, str], about("versions of the packages; empty in a reported entry")]
     archive: Annotated[Archive | None, about("null without the section")]
@@ -39,6 +40,7 @@ def summarize_manifest(manifest: Manifest) -> ManifestSummary:
             for name, value in manifest.hyperparameters.items()
         },
         observes=manifest.observes,
+        tuning=manifest.tuning,
         memory=manifest.memory,
         versions=asdict(manifest.versions) if manifest.versions else {},
         archive=manifest.archive,

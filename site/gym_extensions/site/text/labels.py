@@ -23,7 +23,7 @@ PROTOCOLS = {
         "One policy is trained on all tasks of the group together, with the budget of the whole group.",
     ),
 }
-BUDGET_KINDS = {"1M": "standard", "100k": "quick", "smoke": "tests"}
+BUDGET_KINDS = {"1M": "long", "300k": "standard", "100k": "quick", "smoke": "tests"}
 """What a budget is for, where its name does not say it."""
 TRUST = {
     REPORTED: "Published elsewhere without logs, so nothing can be checked.",
@@ -87,6 +87,16 @@ def stored(card: Scorecard) -> str:
     return NOT_STATED if memory is None else grouped(memory.stored_steps)
 
 
+def tuning(card: Scorecard) -> str:
+    """The training steps that were spent on choosing the settings."""
+    spent = card.manifest.tuning if card.manifest else None
+    if spent is None:
+        return NOT_STATED
+    if not spent.steps:
+        return "none declared"
+    return f"{grouped(spent.steps)} steps" + (f" on {', '.join(spent.tasks)}" if spent.tasks else "")
+
+
 def better(name: str) -> str:
     """Which direction of a metric is better."""
     return {"higher": "higher is better", "lower": "lower is better"}.get(BY_NAME[name].better, "not ranked")
@@ -138,6 +148,7 @@ def facts(card: Scorecard) -> list[tuple[str, str]]:
         ("Task information", observed(card)),
         ("Stored transitions", stored(card)),
         ("Parameters", parameters(card)),
+        ("Tuning", tuning(card)),
     ]
     return [(label, value) for label, value in rows if value]
 
