@@ -153,6 +153,7 @@ EXAMPLES = (
                 ),
             )
         ),
+        also=("gaps-in-runs",),
     ),
 )
 

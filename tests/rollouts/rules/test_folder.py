@@ -119,7 +119,7 @@ EXAMPLES = (
         (
             (
                 TOML,
-                "The file has 262664 bytes; the limit is 262144.",
+                "The file has 262695 bytes; the limit is 262144.",
                 "Leave out everything that the format does not need.",
             ),
         ),

@@ -12,7 +12,7 @@ from gym_extensions.scoring.output.docs import main, tables, updated
 
 DOCS = Path(__file__).parents[3] / "docs"
 PAGES = ("metrics.md", "scorecard.md")
-MANIFEST = {"keys Archive", "keys Code", "keys Memory", "keys Observes", "keys Protocol"}
+MANIFEST = {"keys Archive", "keys Code", "keys Memory", "keys Observes", "keys Protocol", "keys Tuning"}
 """Sections of submission.toml, which docs/rollout-log.md documents."""
 HAND_WRITTEN = {"keys Problem", "keys PaperColumns", *MANIFEST}
 """Types that docs/scorecard.md describes in a sentence."""
