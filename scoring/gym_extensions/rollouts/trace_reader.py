@@ -40,13 +40,13 @@ class TraceRequest:
     """
 
     path: str
-    policy: str
     task: Task
-    task_index: int
     seed: int
     length: int
     return_: float
     terminated: bool
+    policy: str = ""
+    task_index: int = 0
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class RecordedEpisode:
     """An episode to replay.
 
     ``actions`` (L, …) float32; ``returns`` (S,) the recorded return of each segment of K steps; ``states`` by
-    name, (S − 1, …): the state one step before each segment but the first. ``policy`` is the one of its stage,
+    name, (S − 1, …): the state one step before each segment but the first. ``policy`` is that of its stage,
     None if the submission has none, and ``task_index`` the task's index in the group.
     """
 
@@ -91,13 +91,13 @@ def trace_requests(log: Log, data: bytes) -> Iterator[TraceRequest]:
         policy = policy_name(log.protocol, audited.run, audited.stage, task.name)
         yield TraceRequest(
             f"{log.group.name}/{TRACES}/{name}",
-            f"{log.group.name}/{POLICIES}/{policy}",
             task,
-            log.group.tasks.index(task),
             int(log.seed[index]),
             int(log.length[index]),
             float(log.return_[index]),
             bool(log.terminated[index]),
+            f"{log.group.name}/{POLICIES}/{policy}",
+            log.group.tasks.index(task),
         )
 
 

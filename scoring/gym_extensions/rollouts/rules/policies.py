@@ -80,7 +80,7 @@ def foreign_policy(file: ArrayFile) -> Iterator[Finding]:
 
 @rule("policy")
 def malformed_policy(file: PolicyFile) -> Iterator[Finding]:
-    """A policy file contains the arrays listed below, with shapes that fit together and finite values."""
+    """A policy file has the arrays that the section Policies lists, of fitting shapes and finite values."""
     if file.arrays is None:
         yield Finding(file.path, "The file cannot be read.", WRITE)
         return

@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -18,27 +18,11 @@ from gym_extensions.envs import make_vec
 from gym_extensions.rollouts.problem import Problem
 from gym_extensions.rollouts.trace_reader import Array, RecordedEpisode
 from gym_extensions.scoring.replay.compatibility import misfits, restored
+from gym_extensions.scoring.replay.faults import ACTIONS_DIFFER, HINTS, REPLAY_DIFFERS, Fault
 from gym_extensions.scoring.replay.policy_actions import action_fault
 
 MAX_ENVIRONMENTS = 256
 """Segments that are replayed side by side."""
-
-REPLAY_DIFFERS, ACTIONS_DIFFER = "replay-differs", "actions-differ"
-HINTS = {
-    REPLAY_DIFFERS: (
-        "Record it with the pinned versions; if it was, tell the maintainers the platform that it was made on."
-    ),
-    ACTIONS_DIFFER: "Store the policy that recorded the actions, after the stage that its name states.",
-}
-"""By rule."""
-
-
-class Fault(NamedTuple):
-    """What differs in a segment, and the step from which it does."""
-
-    rule: str
-    step: int
-    message: str
 
 
 @dataclass(frozen=True)

@@ -47,8 +47,8 @@ def _task_id(episode: RecordedEpisode) -> str:
 def verify(path: Path, groups: Mapping[str, TaskGroup] = GROUPS) -> Verification:
     """Replays the audit sample of a submission; one with problems is not replayed.
 
-    Where the submission has the policy of an episode's stage, the recorded actions are compared with it. Traces
-    are optional: without any, nothing is replayed and there is no problem.
+    Where the submission has the policy of an episode's stage, the recorded actions are compared with it.
+    Traces are optional: without any, nothing is replayed and there is no problem.
     """
     submission = read(path, groups)
     if submission.problems:
