@@ -308,7 +308,10 @@ def test_recorded_actions_are_those_of_the_policy(with_policies: Path, tmp_path:
     assert problem.message.startswith(
         "Steps 0 and following: the recorded action differs from the policy's by "
     )
-    assert problem.hint == "Store the policy that recorded the actions, after the stage that its name states."
+    assert problem.hint == (
+        "Store the policy of the stage that its name states; "
+        "if it was, tell the maintainers the platform that it was made on."
+    )
 
 
 def test_a_policy_of_other_observations_or_actions_is_reported(with_policies: Path, tmp_path: Path) -> None:

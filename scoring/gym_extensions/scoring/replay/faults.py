@@ -5,12 +5,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 REPLAY_DIFFERS, ACTIONS_DIFFER = "replay-differs", "actions-differ"
+PLATFORM = "if it was, tell the maintainers the platform that it was made on."
 HINTS = {
-    REPLAY_DIFFERS: (
-        "Record it with the pinned versions; "
-        "if it was, tell the maintainers the platform that it was made on."
-    ),
-    ACTIONS_DIFFER: "Store the policy that recorded the actions, after the stage that its name states.",
+    REPLAY_DIFFERS: f"Record it with the pinned versions; {PLATFORM}",
+    ACTIONS_DIFFER: f"Store the policy of the stage that its name states; {PLATFORM}",
 }
 """By rule."""
 
