@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,9 @@ import pytest
 from gym_extensions.baselines import Card, Resumable, algorithms
 from gym_extensions.baselines.agent import Described
 from gym_extensions.baselines.agent_checks import card_of
+from gym_extensions.baselines.training.recorder import Recorder
 from gym_extensions.envs import make_vec
+from gym_extensions.rollouts.policies import Policy
 
 NAMES = ("random", "trpo", "trpo-2017", "zero")
 Spaces = tuple[Any, Any]
@@ -82,3 +85,24 @@ def make(observation_space: Any, action_space: Any, seed: int) -> Any:
 )
 def test_an_agent_without_a_card_is_named_after_its_factory_or_module(agent: Any, name: str) -> None:
     assert algorithms.name_of(agent) == name
+
+
+@pytest.mark.parametrize("name", ["trpo", "trpo-2017", "zero"])
+def test_the_stored_policy_acts_like_the_agent_to_the_last_bit(name: str, spaces: Spaces) -> None:
+    agent: Any = algorithms.factory(name)(*spaces, 3)
+    states = np.random.default_rng(0).standard_normal((20, *spaces[0].shape))
+    for steps in (0, 250):  # untrained, and with normalized observations
+        if steps:
+            agent.learn(
+                Recorder(make_vec("Pusher", 2), ["Pusher"], steps=steps, batch_steps=250, seed=0), steps
+            )
+        policy = Policy.from_bytes(agent.policy().to_bytes())
+        noise = copy.deepcopy(getattr(agent, "_acting", None))
+        assert np.array_equal(policy.act(states, noise), agent.act(states))
+        assert policy.act(states, np.random.default_rng()).dtype == np.float32
+
+
+def test_the_stored_policy_of_random_has_its_range(spaces: Spaces) -> None:
+    agent: Any = algorithms.factory("random")(*spaces, 0)
+    low, high = agent.policy().interval(np.zeros((1, 23)))
+    assert (low[0].tolist(), high[0].tolist()) == (spaces[1].low.tolist(), spaces[1].high.tolist())

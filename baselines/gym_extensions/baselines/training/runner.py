@@ -20,6 +20,7 @@ from gym_extensions.baselines.training.events import JobFinished, Listener, Stag
 from gym_extensions.baselines.training.isolation import isolated
 from gym_extensions.baselines.training.jobs import Interim, Settings, Stage, TrainingJob
 from gym_extensions.baselines.training.monitor import StageMonitor
+from gym_extensions.baselines.training.policies import policy_of, require_agreement, store_policy
 from gym_extensions.baselines.training.progress import FinishedStage, Progress
 from gym_extensions.baselines.training.recorder import Recorder
 from gym_extensions.baselines.training.seeding import training_seed
@@ -31,6 +32,7 @@ from gym_extensions.envs.fingerprint import fingerprint_of
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.episodes import Episode
 from gym_extensions.rollouts.layout import PROGRESS, trace_name
+from gym_extensions.rollouts.policies import Policy
 from gym_extensions.rollouts.traces import trace_bytes
 
 
@@ -64,8 +66,8 @@ class Evaluator:
             self._envs[task.id, episodes] = make_vec(task, episodes)
         return self._envs[task.id, episodes]
 
-    def evaluate(self, agent: Agent, stage: int, task: Task) -> list[Episode]:
-        """Evaluates the agent on a task and stores the trace of every episode."""
+    def evaluate(self, agent: Agent, stage: int, task: Task, policy: Policy | None) -> list[Episode]:
+        """Evaluates the agent on a task, stores the traces, and compares them with the policy."""
         job, rows = self._job, []
         seeds, rollouts = self._rollouts(agent, task, EVALUATION_EPISODES, task.body.segments.steps)
         for episode, (seed, rollout) in enumerate(zip(seeds, rollouts, strict=True)):
@@ -74,6 +76,9 @@ class Evaluator:
                 write_bytes(self._traces / name, trace_bytes(rollout.trace))
             result = (rollout.length, rollout.return_, rollout.terminated, rollout.success)
             rows.append(Episode(job.run, stage, task.id, episode, seed, *result, fingerprint_of(task)))
+        if policy is not None:
+            actions = [rollout.trace.actions[0] for rollout in rollouts if rollout.trace is not None]
+            require_agreement(policy, self.envs(task), seeds, actions, job.group.tasks.index(task))
         return rows
 
     def mean_returns(self, agent: Agent, tasks: Sequence[Task], episodes: int) -> Iterator[float]:
@@ -156,14 +161,16 @@ def run_job(
         )
         if stage.steps:
             _train(job, stage, agent, settings, monitor)
-        episodes = []
+        episodes, policy = [], policy_of(agent)
         for task in stage.evaluated:
             start = time.perf_counter()
-            rows = evaluator.evaluate(agent, stage.number, task)
+            rows = evaluator.evaluate(agent, stage.number, task, policy)
             result = (task.id, len(rows), sum(row.return_ for row in rows) / len(rows))
             where = (job.title, stage.number, stage.steps, job_step + stage.steps)
             listen(TaskEvaluated(*where, *result, seconds=time.perf_counter() - start))
             episodes += rows
+        if policy is not None:
+            store_policy(out, job, stage.number, policy)
         card = card_of(agent, settings.agent)
         parameters = (first_parameters, card.parameters)
         record = FinishedStage(stage.number, episodes, monitor.curves, card, parameters, monitor.evaluations)

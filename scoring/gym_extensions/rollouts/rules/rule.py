@@ -22,6 +22,8 @@ Scope = Literal[
     "curves",
     "evaluations",
     "arrays",
+    "policy",
+    "policies",
 ]
 """What a rule checks. Each scope has one type of subject, the parameter of its rules."""
 Check = Callable[[Any], Iterator[Finding]]
