@@ -58,7 +58,7 @@ def verify(path: Path, groups: Mapping[str, TaskGroup] = GROUPS) -> Verification
     episodes: list[RecordedEpisode] = []
     problems: list[Problem] = []
     for log in logs:
-        for request in trace_requests(log, folder.read(log.path)):
+        for request in trace_requests(log, folder.read(log.path), folder.files):
             trace = read_trace(folder, request)
             if isinstance(trace, Problem):
                 problems.append(trace)
