@@ -1,4 +1,4 @@
-"""Train agents through the protocols of a task group and write their submissions.
+"""Train agents, or record policies, through the protocols of a task group and write their submissions.
 
 Importing this package loads neither a simulator nor torch; each name is imported on first use.
 
@@ -15,11 +15,18 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from gym_extensions.baselines.adapters.sb3 import sb3
     from gym_extensions.baselines.agent import Agent, Card, Factory, Resumable
+    from gym_extensions.baselines.recording.record import record
+    from gym_extensions.baselines.submission.merge import merge
     from gym_extensions.baselines.train_agent import train
 
-__all__ = ["Agent", "Card", "Factory", "Resumable", "sb3", "train"]
+__all__ = ["Agent", "Card", "Factory", "Resumable", "merge", "record", "sb3", "train"]
 
-MODULES = {"sb3": "adapters.sb3", "train": "train_agent"}
+MODULES = {
+    "merge": "submission.merge",
+    "record": "recording.record",
+    "sb3": "adapters.sb3",
+    "train": "train_agent",
+}
 """The module of each public name; the others are in ``agent``."""
 SB3_PACKAGES = ("torch", "stable_baselines3")
 """Packages of the extra ``sb3``."""

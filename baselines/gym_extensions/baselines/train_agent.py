@@ -9,6 +9,7 @@ from gym_extensions.baselines import algorithms
 from gym_extensions.baselines.agent import Factory
 from gym_extensions.baselines.agent_checks import card_of, create_agent
 from gym_extensions.baselines.submission import folder, manifest
+from gym_extensions.baselines.submission.lock import lock_all
 from gym_extensions.baselines.submission.writer import missing_jobs, write_log
 from gym_extensions.baselines.training.events import Listener
 from gym_extensions.baselines.training.jobs import Settings, TrainingJob
@@ -16,6 +17,7 @@ from gym_extensions.baselines.training.progress import FinishedStage
 from gym_extensions.baselines.training.request import Groups, Request, parse_request
 from gym_extensions.baselines.training.runner import PendingJob
 from gym_extensions.baselines.training.workers import run_all
+from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.envs import make_vec
 from gym_extensions.rollouts.layout import MANIFEST
 
@@ -60,8 +62,8 @@ def train(
 
     Raises:
         BenchError: an unknown name, a number out of range, a folder that cannot become the submission or
-            belongs to another one, an agent without a required method, actions of a wrong shape, or an
-            exceeded budget.
+            belongs to another one or is being written by another process, an agent without a required method,
+            actions of a wrong shape, or an exceeded budget.
 
     Example:
         >>> logs = train("random", "hopper-gravity", "single", "smoke", 0, out="mine")  # doctest: +SKIP
@@ -70,24 +72,31 @@ def train(
     path = Path(out)
     settings = Settings(algorithms.name_of(agent), request.budget.name, num_envs)
     _check(algorithms.factory(agent), settings, path, request)
-    plan = {
-        (group, protocol): missing_jobs(path, group, protocol, request.runs)
+    titles = [job.title for missing in _plan(path, request).values() for job in missing]
+    if titles:
+        folder.prepare(path)
+    with lock_all(path, titles):
+        plan = _plan(path, request)  # another process may have finished a run before the locks were held
+        pending = [job for missing in plan.values() for job in missing]
+        on_plan({job.title: job.num_evaluations(request.budget) for job in pending})
+        finished: dict[TrainingJob, list[FinishedStage]] = {}
+        runnables = [PendingJob(job, agent, settings, path) for job in pending]
+        for index, stages in run_all(runnables, jobs, on_event):
+            job = pending[index]
+            finished[job] = stages
+            siblings = plan[job.group, job.protocol]
+            if all(sibling in finished for sibling in siblings):
+                results = {sibling: finished.pop(sibling) for sibling in siblings}
+                write_log(path, job.group, job.protocol, results, settings)
+    return [path / group.name / f"{protocol}.csv" for group, protocol in plan]
+
+
+def _plan(out: Path, request: Request) -> dict[tuple[TaskGroup, str], list[TrainingJob]]:
+    """The jobs to run for every log."""
+    return {
+        (group, protocol): missing_jobs(out, group, protocol, request.runs)
         for group, protocol in request.logs()
     }
-    pending = [job for missing in plan.values() for job in missing]
-    if pending:
-        folder.prepare(path)
-    on_plan({job.title: job.num_evaluations(request.budget) for job in pending})
-    finished: dict[TrainingJob, list[FinishedStage]] = {}
-    runnables = [PendingJob(job, agent, settings, path) for job in pending]
-    for index, stages in run_all(runnables, jobs, on_event):
-        job = pending[index]
-        finished[job] = stages
-        siblings = plan[job.group, job.protocol]
-        if all(sibling in finished for sibling in siblings):
-            results = {sibling: finished.pop(sibling) for sibling in siblings}
-            write_log(path, job.group, job.protocol, results, settings)
-    return [path / group.name / f"{protocol}.csv" for group, protocol in plan]
 
 
 def _check(make: Factory, settings: Settings, out: Path, request: Request) -> None:

@@ -52,12 +52,14 @@ def audit_sample(protocol: str, log: bytes, runs: Sequence[int], tasks: Sequence
     Args:
         protocol: sequential, single or joint.
         log: the bytes of ``<protocol>.csv``.
-        runs: the runs in it.
+        runs: runs in it; identical runs that count as one are left out.
         tasks: the group's tasks, in training order.
     """
     rows: dict[int, list[str]] = {run: [] for run in runs}
     for line in _audited_lines(log)[1:]:
-        rows[int(line.partition(",")[0])].append(line)
+        run = int(line.partition(",")[0])
+        if run in rows:
+            rows[run].append(line)
     return _draw(protocol, {run: _digest(lines) for run, lines in rows.items()}, tasks)
 
 

@@ -54,8 +54,8 @@ class Code:
 class Protocol:
     """The training budget, the algorithm, and how actions are selected during evaluation.
 
-    ``steps`` is ``recorded`` if the training loop counted the training steps, and ``claimed`` if the submitter
-    states them.
+    ``steps`` is ``recorded`` if the training loop counted the training steps, and ``claimed`` if the
+    submitter states them.
     """
 
     budget: Annotated[str, Key(TEXT, choices=tuple(BUDGETS))]
