@@ -1,7 +1,7 @@
 """From torch checkpoints to a submission: `python examples/checkpoints.py FOLDER`.
 
-`pretend_to_train` stands for training code of your own: it writes one checkpoint per run and stage. Everything
-between the two marked lines makes a submission from them that can be scored and replayed.
+`pretend_to_train` stands for training code of your own: it writes a checkpoint per run and stage. The code
+between the marked lines makes a submission from them that can be scored and replayed.
 """
 
 import sys
@@ -9,11 +9,14 @@ from pathlib import Path
 
 import torch
 
-RUNS, STAGES = (0, 1), 6  # the untrained policy, and the policy after each of the five tasks
+from gym_extensions.baselines import Card, record
+
+GROUP, RUNS = "hopper-gravity", (0, 1)
+STAGES = 6  # the policy before training, and after each of the five tasks
 
 
-def network() -> torch.nn.Module:
-    """A policy for Hopper: 11 observations, 3 actions."""
+def network() -> torch.nn.Sequential:
+    """A policy for Hopper, from 11 observations to 3 actions."""
     return torch.nn.Sequential(torch.nn.Linear(11, 32), torch.nn.Tanh(), torch.nn.Linear(32, 3))
 
 
@@ -29,12 +32,11 @@ def pretend_to_train(folder: Path) -> None:
                 policy[2].bias += 0.1
 
 
-# begin: own code
+# --- from checkpoints to a submission ---
 def record_checkpoints(checkpoints: Path, out: Path) -> None:
-    from gym_extensions.baselines import Card, record
-
     policy = network()
-    card = Card("my algorithm", evaluation="deterministic", parameters=sum(p.numel() for p in policy.parameters()))
+    size = sum(parameter.numel() for parameter in policy.parameters())
+    card = Card("my algorithm", evaluation="deterministic", parameters=size)
 
     @torch.no_grad()
     def act(observations):
@@ -43,8 +45,11 @@ def record_checkpoints(checkpoints: Path, out: Path) -> None:
     for run in RUNS:
         for stage in range(STAGES):
             policy.load_state_dict(torch.load(checkpoints / f"run{run}-stage{stage}.pt"))
-            record(act, "hopper-gravity", "sequential", run=run, stage=stage, out=out, budget="smoke", card=card)
-# end: own code
+            options = {"run": run, "stage": stage, "budget": "smoke", "card": card}
+            record(act, GROUP, "sequential", out=out, **options)
+
+
+# --- end ---
 
 
 if __name__ == "__main__":

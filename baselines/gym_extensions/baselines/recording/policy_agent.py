@@ -99,7 +99,7 @@ def _action_function(policy: object, deterministic: bool, seed: int) -> Callable
 
 
 class _Prediction:
-    """The predictions of a Stable-Baselines3 model. The state of a recurrent policy passes from step to step."""
+    """The predictions of a Stable-Baselines3 model, with the state of a recurrent policy between steps."""
 
     def __init__(self, model: Predicts, deterministic: bool) -> None:
         self._model, self._deterministic = model, deterministic
