@@ -13,7 +13,7 @@ import pytest
 
 from gym_extensions import baselines
 
-NAMES = ["Agent", "Card", "Factory", "Resumable", "sb3", "train"]
+NAMES = ["Agent", "Card", "Factory", "Resumable", "merge", "record", "sb3", "train"]
 
 
 def test_the_public_names_are_listed_and_documented() -> None:
@@ -23,10 +23,12 @@ def test_the_public_names_are_listed_and_documented() -> None:
         assert inspect.getdoc(getattr(baselines, name)), name
 
 
-def test_train_documents_every_argument() -> None:
-    text = inspect.getdoc(baselines.train) or ""
-    for name in inspect.signature(baselines.train).parameters:
-        assert f"\n    {name}: " in text
+@pytest.mark.parametrize("name", ["merge", "record", "train"])
+def test_a_function_documents_every_argument(name: str) -> None:
+    function = getattr(baselines, name)
+    text = inspect.getdoc(function) or ""
+    for argument in inspect.signature(function).parameters:
+        assert f"\n    {argument}: " in text
     assert all(section in text for section in ("Args:", "Returns:", "Raises:", "Example:"))
 
 

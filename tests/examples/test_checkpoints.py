@@ -36,6 +36,14 @@ def test_the_marked_code_and_its_import_are_at_most_fifteen_lines() -> None:
     assert 10 < len(lines) <= MAX_LINES
 
 
+def test_the_page_shows_the_code_of_the_example() -> None:
+    page = (EXAMPLE.parents[1] / "docs/checkpoints.md").read_text(encoding="utf-8")
+    imported, function = page.partition("```python\n")[2].partition("```")[0].split("\n\n\n")
+    text = EXAMPLE.read_text(encoding="utf-8")
+    assert imported in text
+    assert function in text
+
+
 def test_the_submission_of_a_run_can_be_replayed(
     example: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -160,7 +160,7 @@ def test_a_model_of_stable_baselines3_keeps_its_state_within_a_task(tmp_path: Pa
 
 
 class Sampling:
-    """A policy with the interface of those in a submission: it samples with the generator that it is given."""
+    """A policy with the interface of those in a submission: it samples with a given generator."""
 
     def act(self, observations: Any, rng: np.random.Generator | None = None, task: int = 0) -> Any:
         assert rng is not None
@@ -177,8 +177,8 @@ SHAPES = "observations of shape (20, 23) and dtype float64"
 BAD_POLICIES: dict[str, tuple[Any, str]] = {
     "wrong actions": (
         lambda observations: np.zeros((len(observations), 2)),
-        "act(): The agent returned an array of shape (20, 2) and dtype float64 as actions. Return an array of "
-        "numbers of shape (20, 7), one row per environment.",
+        "act(): The agent returned an array of shape (20, 2) and dtype float64 as actions. Return an array "
+        "of numbers of shape (20, 7), one row per environment.",
     ),
     "wrong observations": (
         lambda observations: observations @ np.zeros((11, 7)),
@@ -186,8 +186,8 @@ BAD_POLICIES: dict[str, tuple[Any, str]] = {
     ),
     "not a policy": (
         "policy.pt",
-        "policy: A value of type str is not a policy. Use a function from observations (n, …) to actions (n, …), "
-        "or an object with a method act or predict.",
+        "policy: A value of type str is not a policy. Use a function from observations (n, …) to actions (n, "
+        "…), or an object with a method act or predict.",
     ),
 }
 
@@ -204,12 +204,13 @@ def test_a_policy_of_the_wrong_shapes_is_refused_and_nothing_is_lost(name: str, 
 BAD_ARGUMENTS: list[tuple[dict[str, Any], str]] = [
     (
         {"stage": 3},
-        "stage: Stage 3 is out of range. Use the number of tasks of pusher that the policy was trained on, 0 to 2.",
+        "stage: Stage 3 is out of range. Use the number of tasks of pusher that the policy was trained on, 0 "
+        "to 2.",
     ),
     (
         {"stage": True},
-        "stage: Stage True is out of range. Use the number of tasks of pusher that the policy was trained on, "
-        "0 to 2.",
+        "stage: Stage True is out of range. Use the number of tasks of pusher that the policy was trained "
+        "on, 0 to 2.",
     ),
     (
         {},
@@ -270,7 +271,8 @@ def test_a_wrong_argument_is_refused_before_anything_is_written(
 def test_a_policy_of_another_algorithm_is_refused(recorded: Path) -> None:
     text = message(recorded, stage=0, run=1, card=replace(CARD, hyperparameters={"rate": 0.1}))
     assert text.startswith(
-        f"{recorded / 'submission.toml'}: hyperparameters.rate is None in this submission and 0.1 in the new run."
+        f"{recorded / 'submission.toml'}: hyperparameters.rate is None in this submission and 0.1 in the new "
+        "run."
     )
 
 

@@ -36,8 +36,9 @@ def test_a_run_that_another_process_trains_is_refused_until_that_process_ends(tm
             train("zero", "pusher", "joint", "smoke", [0, 1], out=out)
         assert error.value.code == "two-writers"
         assert str(error.value) == (
-            f"{out}: 'pusher joint-run1' is being written by process {process.pid} on {socket.gethostname()}. "
-            "Wait until that process has finished or end it, choose other runs, or choose another --out."
+            f"{out}: 'pusher joint-run1' is being written by process {process.pid} on "
+            f"{socket.gethostname()}. Wait until that process has finished or end it, choose other runs, or "
+            "choose another --out."
         )
         assert not (out / "pusher").exists()
         train("zero", "pusher", "joint", "smoke", 0, out=out)
@@ -48,9 +49,12 @@ def test_a_run_that_another_process_trains_is_refused_until_that_process_ends(tm
 
 
 def test_all_locks_are_released_if_one_is_held(tmp_path: Path) -> None:
-    with lock(tmp_path, "b"), pytest.raises(BenchError, match="'b' is being written by process"):
-        with lock_all(tmp_path, ["a", "b"]):
-            pass
+    with (
+        lock(tmp_path, "b"),
+        pytest.raises(BenchError, match="'b' is being written by process"),
+        lock_all(tmp_path, ["a", "b"]),
+    ):
+        pass
     with lock_all(tmp_path, ["a", "b"]):
         pass
 

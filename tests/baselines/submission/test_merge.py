@@ -104,11 +104,19 @@ def test_the_merged_manifest_has_the_largest_memory_and_all_versions(
 
 
 CHANGES: dict[str, tuple[str, str, str]] = {
-    "agent": ('algorithm = "trpo"', 'algorithm = "ppo"', "protocol.algorithm is 'trpo' in {} and 'ppo' here."),
+    "agent": (
+        'algorithm = "trpo"',
+        'algorithm = "ppo"',
+        "protocol.algorithm is 'trpo' in {} and 'ppo' here.",
+    ),
     "budget": ('budget = "smoke"', 'budget = "100k"', "protocol.budget is 'smoke' in {} and '100k' here."),
     "claimed steps": ('"recorded"', '"claimed"', "protocol.steps is 'recorded' in {} and 'claimed' here."),
     "setting": ("max_kl = 0.0", "max_kl = 0.1", "hyperparameters.max_kl is "),
-    "observes": ("boundaries = false", "boundaries = true", "observes.boundaries is False in {} and True here."),
+    "observes": (
+        "boundaries = false",
+        "boundaries = true",
+        "observes.boundaries is False in {} and True here.",
+    ),
     "code": ('commit = ""', 'commit = "abc"', "code.commit is '' in {} and 'abc' here."),
 }
 
@@ -145,8 +153,8 @@ def lose_a_trace(second: Path) -> str:
     path = sorted((second / GROUP / "traces").iterdir())[0]
     path.unlink()
     return (
-        f"{path.parent}: The audit sample of run 0 in {GROUP}/single.csv needs the trace {path.name}, which is "
-        "missing."
+        f"{path.parent}: The audit sample of run 0 in {GROUP}/single.csv needs the trace {path.name}, which "
+        "is missing."
     )
 
 
