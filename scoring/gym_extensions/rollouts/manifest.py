@@ -52,11 +52,7 @@ class Code:
 
 @dataclass(frozen=True, slots=True)
 class Protocol:
-    """The training budget, the algorithm, and how actions are selected during evaluation.
-
-    ``steps`` is ``recorded`` if the training loop counted the training steps, and ``claimed`` if the
-    submitter states them.
-    """
+    """The training budget, the algorithm, how it selects actions in evaluation, who counted the steps."""
 
     budget: Annotated[str, Key(TEXT, choices=tuple(BUDGETS))]
     algorithm: Text
