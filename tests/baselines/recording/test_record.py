@@ -39,7 +39,7 @@ def push(observations: Any) -> Any:
 def record_stage(
     out: Path, policy: Any = zero, protocol: str = "sequential", **changes: Any
 ) -> dict[str, float]:
-    arguments = {"run": 0, "out": out, "budget": "smoke", "card": CARD} | changes
+    arguments: dict[str, Any] = {"run": 0, "out": out, "budget": "smoke", "card": CARD} | changes
     return record(policy, GROUP, protocol, **arguments)
 
 

@@ -7,6 +7,7 @@ import os
 import socket
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -69,7 +70,7 @@ def test_a_lock_can_be_waited_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
         if len(pauses) == 3:
             held.__exit__(None, None, None)
 
-    monkeypatch.setattr(module.time, "sleep", release)
+    monkeypatch.setattr(time, "sleep", release)
     with lock(tmp_path, "write", seconds=60):
         assert len(pauses) == 3
 

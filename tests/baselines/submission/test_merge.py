@@ -83,6 +83,19 @@ def test_policies_are_copied(pair: list[Path], tmp_path: Path) -> None:
     assert names == ["single-run0-stage1-Pusher.npz", "single-run1-stage1-Pusher.npz"]
 
 
+def test_different_policies_of_one_name_are_refused(pair: list[Path]) -> None:
+    for run, path in zip((1, 0), pair, strict=True):
+        (path / GROUP / "policies").mkdir()
+        np.savez(path / GROUP / "policies/single-run0-stage1-Pusher.npz", weights=np.full(3, run))
+    assert "Another submission has a different policy single-run0-stage1-Pusher.npz." in refusal(pair)
+
+
+def test_policies_are_left_out_if_a_submission_has_none(pair: list[Path], tmp_path: Path) -> None:
+    (pair[0] / GROUP / "policies").mkdir()
+    np.savez(pair[0] / GROUP / "policies/single-run1-stage1-Pusher.npz", weights=np.zeros(3))
+    assert not (merge(pair, tmp_path / "merged") / GROUP / "policies").exists()
+
+
 def test_submissions_without_traces_are_merged_without(pair: list[Path], tmp_path: Path) -> None:
     for path in pair:
         shutil.rmtree(path / GROUP / "traces")

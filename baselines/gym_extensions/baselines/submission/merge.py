@@ -28,6 +28,8 @@ def merge(submissions: Iterable[str | Path], out: str | Path, *, groups: CustomG
     same in all. The audit sample of a run depends on that run alone, so the submissions contain all traces
     that the new one needs.
 
+    Policies are merged if every submission has them.
+
     Args:
         submissions: the folders of two or more submissions.
         out: the folder of the new submission, which does not exist yet or is empty.
@@ -95,12 +97,10 @@ def _merge_group(paths: list[Path], staged: Path, group: TaskGroup) -> None:
         text, owners = merge_log(logs)
         write_bytes(target / f"{protocol}.csv", text)
         copy_traces(_traces(group, protocol, text, owners), target / TRACES, protocol)
+        _copy_policies(logs, target / POLICIES, protocol)
     curves = [source / CURVES for source in sources if (source / CURVES).exists()]
     if curves:
         write_bytes(target / CURVES, merge_curves(curves))
-    for source in sources:
-        for policy in sorted((source / POLICIES).glob("*.npz")):
-            _copy_policy(policy, target / POLICIES / policy.name)
 
 
 def _traces(group: TaskGroup, protocol: str, text: bytes, owners: Mapping[int, Path]) -> dict[str, Path]:
@@ -122,9 +122,14 @@ def _traces(group: TaskGroup, protocol: str, text: bytes, owners: Mapping[int, P
     return paths
 
 
-def _copy_policy(source: Path, target: Path) -> None:
-    content = source.read_bytes()
-    if target.exists() and target.read_bytes() != content:
-        message = f"Another submission has a different policy {source.name}."
-        raise BenchError("different-run", message, str(source), "Leave that run out of one of them.")
-    write_bytes(target, content)
+def _copy_policies(logs: list[Path], target: Path, protocol: str) -> None:
+    """Copies the policies of a protocol. A log has all or none, so none if a submission has none."""
+    policies = [sorted((log.parent / POLICIES).glob(f"{protocol}-*.npz")) for log in logs]
+    if not all(policies):
+        return
+    for path in (path for paths in policies for path in paths):
+        content, copy = path.read_bytes(), target / path.name
+        if copy.exists() and copy.read_bytes() != content:
+            message = f"Another submission has a different policy {path.name}."
+            raise BenchError("different-run", message, str(path), "Leave that run out of one of them.")
+        write_bytes(copy, content)
