@@ -41,6 +41,8 @@ PUBLIC = {
         "StageStarted",
         "TaskEvaluated",
         "TrainingStarted",
+        "merge",
+        "record",
         "sb3",
         "train",
     ],

@@ -12,6 +12,7 @@ from gym_extensions.errors import BenchError, did_you_mean, reports_mistakes
 COMMANDS = {
     "envs": ("gym_extensions.envs.cli", "list, describe and check the environments"),
     "train": ("gym_extensions.baselines.cli", "train an agent through a protocol and write a submission"),
+    "merge": ("gym_extensions.baselines.submission.cli", "join submissions of one agent with other runs"),
     "reference": ("gym_extensions.baselines.references.cli", "measure the floors and ceilings of tasks"),
     "score": ("gym_extensions.scoring.cli", "check and score submissions"),
     "site": ("gym_extensions.site.cli", "build the pages of the leaderboard"),

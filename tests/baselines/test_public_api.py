@@ -25,6 +25,8 @@ NAMES = [
     "StageStarted",
     "TaskEvaluated",
     "TrainingStarted",
+    "merge",
+    "record",
     "sb3",
     "train",
 ]
@@ -37,10 +39,12 @@ def test_the_public_names_are_listed_and_documented() -> None:
         assert inspect.getdoc(getattr(baselines, name)), name
 
 
-def test_train_documents_every_argument() -> None:
-    text = inspect.getdoc(baselines.train) or ""
-    for name in inspect.signature(baselines.train).parameters:
-        assert f"\n    {name}: " in text
+@pytest.mark.parametrize("name", ["merge", "record", "train"])
+def test_a_function_documents_every_argument(name: str) -> None:
+    function = getattr(baselines, name)
+    text = inspect.getdoc(function) or ""
+    for argument in inspect.signature(function).parameters:
+        assert f"\n    {argument}: " in text
     assert all(section in text for section in ("Args:", "Returns:", "Raises:", "Example:"))
 
 

@@ -93,6 +93,7 @@ def test_the_card_is_written_to_the_manifest(tmp_path: Path) -> None:
         "budget": "smoke",
         "algorithm": "hill climbing",
         "evaluation": "deterministic",
+        "steps": "recorded",
     }
     assert manifest["memory"]["parameters_last"] == 33
 

@@ -1,4 +1,4 @@
-"""Train agents through the protocols of a task group and write their submissions.
+"""Train agents, or record policies, through the protocols of a task group and write their submissions.
 
 Importing this package loads neither a simulator nor torch; each name is imported on first use.
 
@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from gym_extensions.baselines.adapters.sb3 import sb3
     from gym_extensions.baselines.agent import Agent, Card, Context, Factory, Observes, Resumable
+    from gym_extensions.baselines.recording.record import record
+    from gym_extensions.baselines.submission.merge import merge
     from gym_extensions.baselines.train_agent import train
     from gym_extensions.baselines.training.events import (
         BatchTrained,
@@ -36,12 +38,20 @@ __all__ = [
     "StageStarted",
     "TaskEvaluated",
     "TrainingStarted",
+    "merge",
+    "record",
     "sb3",
     "train",
 ]
 
 EVENTS = ("BatchTrained", "JobFinished", "StageStarted", "TaskEvaluated", "TrainingStarted")
-MODULES = {"sb3": "adapters.sb3", "train": "train_agent", **dict.fromkeys(EVENTS, "training.events")}
+MODULES = {
+    "merge": "submission.merge",
+    "record": "recording.record",
+    "sb3": "adapters.sb3",
+    "train": "train_agent",
+    **dict.fromkeys(EVENTS, "training.events"),
+}
 """The module of each public name; the others are in ``agent``."""
 SB3_PACKAGES = ("torch", "stable_baselines3")
 """Packages of the extra ``sb3``."""

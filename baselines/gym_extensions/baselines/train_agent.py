@@ -12,6 +12,7 @@ from gym_extensions.baselines.agent_checks import card_of, create_agent
 from gym_extensions.baselines.context_checks import observes_of
 from gym_extensions.baselines.reporting.listeners import check_callback, open_listeners, parse_logs
 from gym_extensions.baselines.submission import folder, manifest
+from gym_extensions.baselines.submission.lock import lock_all
 from gym_extensions.baselines.submission.writer import missing_jobs, write_log
 from gym_extensions.baselines.training.events import Listener, TrainingStarted
 from gym_extensions.baselines.training.jobs import Settings, TrainingJob
@@ -19,6 +20,7 @@ from gym_extensions.baselines.training.progress import FinishedStage
 from gym_extensions.baselines.training.request import Groups, Request, parse_interim, parse_request
 from gym_extensions.baselines.training.runner import PendingJob
 from gym_extensions.baselines.training.workers import run_all
+from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.envs import make_vec
 from gym_extensions.rollouts.layout import MANIFEST
 
@@ -76,8 +78,9 @@ def train(
 
     Raises:
         BenchError: an unknown name, a number out of range, a folder that cannot become the submission or
-            belongs to another one, an agent without a required method, actions of a wrong shape, an
-            exceeded budget, a missing extra, or a callback that raised an exception. Finished stages stay.
+            belongs to another one or is being written by another process, an agent without a required method,
+            actions of a wrong shape, an exceeded budget, a missing extra, or a callback that raised an
+            exception. Finished stages stay.
 
     Example:
         >>> logs = train("random", "hopper-gravity", "single", "smoke", 0, out="mine")  # doctest: +SKIP
@@ -88,17 +91,16 @@ def train(
     path = Path(out)
     settings = Settings(algorithms.name_of(agent), request.budget.name, num_envs)
     settings = _checked(algorithms.factory(agent), settings, path, request)
-    plan = {
-        (group, protocol): missing_jobs(path, group, protocol, request.runs)
-        for group, protocol in request.logs()
-    }
-    pending = [job for missing in plan.values() for job in missing]
-    if pending:
+    titles = [job.title for missing in _plan(path, request).values() for job in missing]
+    if titles:
         folder.prepare(path)
-    finished: dict[TrainingJob, list[FinishedStage]] = {}
-    runnables = [PendingJob(job, agent, settings, path, interim) for job in pending]
-    with open_listeners(path, progress=progress, logs=logs, callback=callback) as listen:
+    listeners = open_listeners(path, progress=progress, logs=logs, callback=callback)
+    with lock_all(path, titles), listeners as listen:
+        plan = _plan(path, request)  # another process may have finished a run before the locks were held
+        pending = [job for missing in plan.values() for job in missing]
         listen(TrainingStarted(tuple(job.plan(request.budget, interim) for job in pending), max(1, jobs)))
+        finished: dict[TrainingJob, list[FinishedStage]] = {}
+        runnables = [PendingJob(job, agent, settings, path, interim) for job in pending]
         for index, stages in run_all(runnables, jobs, listen):
             job = pending[index]
             finished[job] = stages
@@ -107,6 +109,14 @@ def train(
                 results = {sibling: finished.pop(sibling) for sibling in siblings}
                 write_log(path, job.group, job.protocol, results, settings)
     return [path / group.name / f"{protocol}.csv" for group, protocol in plan]
+
+
+def _plan(out: Path, request: Request) -> dict[tuple[TaskGroup, str], list[TrainingJob]]:
+    """The jobs to run for every log."""
+    return {
+        (group, protocol): missing_jobs(out, group, protocol, request.runs)
+        for group, protocol in request.logs()
+    }
 
 
 def _checked(make: Factory, settings: Settings, out: Path, request: Request) -> Settings:

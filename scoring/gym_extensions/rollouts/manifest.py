@@ -32,6 +32,10 @@ Evaluation = Literal["sampled", "deterministic"]
 EVALUATIONS: tuple[str, ...] = get_args(Evaluation)
 """How an agent selects actions during evaluation."""
 
+Steps = Literal["recorded", "claimed"]
+RECORDED, CLAIMED = get_args(Steps)
+"""Whether the training loop counted the training steps, or the submitter states them."""
+
 Text = Annotated[str, Key(TEXT)]
 Url = Annotated[str, Key(URL, max_length=500)]
 Count = Annotated[int, Key(COUNT)]
@@ -48,11 +52,12 @@ class Code:
 
 @dataclass(frozen=True, slots=True)
 class Protocol:
-    """The training budget, the algorithm, and how actions are selected during evaluation."""
+    """The training budget, the algorithm, how it selects actions in evaluation, who counted the steps."""
 
     budget: Annotated[str, Key(TEXT, choices=tuple(BUDGETS))]
     algorithm: Text
     evaluation: Annotated[Evaluation, Key(TEXT, choices=EVALUATIONS)]
+    steps: Annotated[Steps, Key(TEXT, choices=(RECORDED, CLAIMED), required=False)] = "recorded"
 
 
 @dataclass(frozen=True, slots=True)

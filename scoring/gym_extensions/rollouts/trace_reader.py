@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Container, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gym_extensions.catalog.task import Task
-from gym_extensions.rollouts.audit import audit_sample
+from gym_extensions.rollouts.audit import Audited, audit_sample, whole_log_sample
 from gym_extensions.rollouts.folder import Folder
 from gym_extensions.rollouts.layout import POLICIES, TRACES, policy_name, trace_name
 from gym_extensions.rollouts.policies import Policy
@@ -77,30 +77,49 @@ class RecordedEpisode:
         return self.task.body.segments.steps
 
 
-def trace_requests(log: Log, data: bytes) -> Iterator[TraceRequest]:
-    """The episodes of a log's audit sample.
+def trace_path(log: Log, audited: Audited) -> str:
+    """The path inside the submission of an audited episode's trace."""
+    names = {task.id: task.name for task in log.group.tasks}
+    name = trace_name(log.protocol, audited.run, audited.stage, names[audited.task], audited.episode)
+    return f"{log.group.name}/{TRACES}/{name}"
+
+
+def sample_of(log: Log, data: bytes, files: Container[str]) -> list[Audited]:
+    """The audit sample of a log.
+
+    A log that was recorded before ADR 67 has the traces of the sample that the whole log selected. That
+    sample is accepted if it is complete and the present one is not.
 
     Args:
         log: a log without problems.
         data: the bytes of its file, which select the sample.
+        files: the paths of the submission's files.
     """
+    arguments = (log.protocol, data, log.runs, log.group.tasks)
+    sample = audit_sample(*arguments)
+    if all(trace_path(log, audited) in files for audited in sample):
+        return sample
+    former = whole_log_sample(*arguments)
+    return former if all(trace_path(log, audited) in files for audited in former) else sample
+
+
+def trace_requests(log: Log, data: bytes, files: Container[str]) -> Iterator[TraceRequest]:
+    """The episodes of a log's audit sample; the arguments are those of :func:`sample_of`."""
     tasks = {task.id: task for task in log.group.tasks}
     indices = {key: index for index, key in enumerate(log.episode_keys)}
-    for audited in audit_sample(log.protocol, data, log.runs, log.group.tasks):
-        task = tasks[audited.task]
+    for audited in sample_of(log, data, files):
         index = indices[audited.run, audited.stage, audited.task, audited.episode]
-        name = trace_name(log.protocol, audited.run, audited.stage, task.name, audited.episode)
-        policy = policy_name(log.protocol, audited.run, audited.stage, task.name)
+        policy = policy_name(log.protocol, audited.run, audited.stage, tasks[audited.task].name)
         yield TraceRequest(
-            f"{log.group.name}/{TRACES}/{name}",
-            task,
+            trace_path(log, audited),
+            tasks[audited.task],
             int(log.seed[index]),
             int(log.length[index]),
             float(log.return_[index]),
             bool(log.terminated[index]),
             None if log.success[index] < 0 else bool(log.success[index]),
             f"{log.group.name}/{POLICIES}/{policy}",
-            log.group.tasks.index(task),
+            log.group.task_ids.index(audited.task),
         )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import hashlib
 import shutil
 import tomllib
 from dataclasses import replace
@@ -19,7 +20,7 @@ from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.protocol import evaluation_seed
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.audit import audit_sample, audited_cells
+from gym_extensions.rollouts.audit import Audited, audit_sample, audited_cells, whole_log_sample
 from gym_extensions.rollouts.layout import trace_name
 
 from ..conftest import SHORT_GROUP, digests
@@ -77,16 +78,59 @@ def test_the_sample_has_an_episode_of_each_column_of_the_table() -> None:
     cells = audited_cells("sequential", tasks)
     assert len(cells) == 10
     assert cells.count((5, tasks[4])) == 2
-    sample = audit_sample("sequential", b"0,1,,f\n", [0, 3], tasks)
+    log = made_up_log({0: "1.5", 3: "2.5"})
+    sample = audit_sample("sequential", log, [0, 3], tasks)
     assert len(set(sample)) == len(sample) == 20
-    assert audit_sample("sequential", b"0,2,,f\n", [0, 3], tasks) != sample
-    assert audit_sample("sequential", b"0,1,true,f\n", [0, 3], tasks) == sample
-    assert len(audit_sample("single", b"0,1,,f\n", [0], tasks)) == 5
+    assert len(audit_sample("single", log, [0], tasks)) == 5
+
+
+def made_up_log(returns: dict[int, str], column: str = "", cell: str = "") -> bytes:
+    """A log with one row per run; ``column`` is an additional one."""
+    header = f"run,stage,task,episode,seed,length,return,terminated,{column}fingerprint\n"
+    rows = [f"{run},1,Hopper-v0,0,7,10,{value},true,{cell}0f\n" for run, value in returns.items()]
+    return "".join([header, *rows]).encode()
+
+
+def test_the_rows_of_a_run_select_its_sample_and_no_other() -> None:
+    tasks = group("hopper-gravity").tasks
+
+    def sample(returns: dict[int, str], run: int) -> list[Audited]:
+        return [
+            row
+            for row in audit_sample("single", made_up_log(returns), list(returns), tasks)
+            if row.run == run
+        ]
+
+    alone = sample({3: "2.5"}, 3)
+    assert sample({0: "1.5", 3: "2.5"}, 3) == alone
+    assert sample({0: "1.5", 3: "2.25"}, 3) != alone
+
+
+def test_the_sample_of_a_run_by_hand() -> None:
+    digest = hashlib.sha256(b"3,1,Hopper-v0,0,7,10,2.5,true,0f\n").hexdigest()
+    tasks = group("hopper-gravity").tasks
+    ranks = [
+        hashlib.sha256(f"{digest}/3/1/{tasks[0].id}/{episode}".encode()).hexdigest() for episode in range(20)
+    ]
+    sample = audit_sample("single", made_up_log({0: "1.5", 3: "2.5"}), [0, 3], tasks)
+    assert Audited(3, 1, tasks[0].id, ranks.index(min(ranks))) in sample
+
+
+def test_a_further_column_leaves_the_samples_as_they_are() -> None:
+    tasks = group("hopper-gravity").tasks
+    log, wider = made_up_log({0: "1.5"}), made_up_log({0: "1.5"}, "success,", "true,")
+    for select in (audit_sample, whole_log_sample):
+        assert select("single", wider, [0], tasks) == select("single", log, [0], tasks)
 
 
 def test_the_manifest_describes_the_run(trpo_submission: Path) -> None:
     manifest = tomllib.loads((trpo_submission / "submission.toml").read_text())
-    assert manifest["protocol"] == {"budget": "smoke", "algorithm": "trpo", "evaluation": "deterministic"}
+    assert manifest["protocol"] == {
+        "budget": "smoke",
+        "algorithm": "trpo",
+        "evaluation": "deterministic",
+        "steps": "recorded",
+    }
     assert manifest["hyperparameters"]["hidden"] == [64, 64]
     # Policy 11-64-64-3 and three log σ; value function 11-64-64-1.
     policy, value = 12 * 64 + 65 * 64 + 65 * 3 + 3, 12 * 64 + 65 * 64 + 65
@@ -135,14 +179,25 @@ def test_values_that_the_author_edited_stay(random_submission: Path, tmp_path: P
     assert manifest["code"]["url"] == "https://example.org"
 
 
+def test_a_run_is_added_to_the_files_of_a_submission_alone(random_submission: Path, tmp_path: Path) -> None:
+    ignore = shutil.ignore_patterns(".progress")
+    for name, add in (("cloned", ignore), ("original", None)):
+        shutil.copytree(random_submission, tmp_path / name, ignore=add)
+        train("random", "hopper-gravity", "single", "smoke", 1, out=tmp_path / name)
+    assert digests(tmp_path / "cloned") == digests(tmp_path / "original")
+
+
 def test_a_run_cannot_be_added_if_traces_are_missing(random_submission: Path, tmp_path: Path) -> None:
     out = tmp_path / "cloned"
     shutil.copytree(random_submission, out, ignore=shutil.ignore_patterns(".progress"))
+    trace = sorted((out / "hopper-gravity/traces").iterdir())[0]
+    trace.unlink()
     with pytest.raises(BenchError) as error:
         train("random", "hopper-gravity", "single", "smoke", 1, out=out)
     assert str(error.value) == (
-        f"{out / '.progress/hopper-gravity/traces'}: No run can be added to hopper-gravity/single.csv: run 0 "
-        "lacks traces. Restore all its traces, or train all runs in another --out."
+        f"{trace.parent}: The audit sample of run 0 in hopper-gravity/single.csv needs the trace "
+        f"{trace.name}, which is missing. Restore it or the traces of all episodes in .progress, or train "
+        "all runs in another --out."
     )
 
 

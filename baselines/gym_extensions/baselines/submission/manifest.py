@@ -15,10 +15,12 @@ import tomli_w
 from gym_extensions.atomic import write_text
 from gym_extensions.baselines.agent import Card, Observes
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.manifest import FORMAT
+from gym_extensions.rollouts.manifest import FORMAT, RECORDED, Steps
 
 SHARED_SECTIONS = ("protocol", "hyperparameters", "observes")
 """Sections that are the same in every run of a submission."""
+DEFAULTS = {"protocol": {"steps": RECORDED}}
+"""Values of keys that a manifest may leave out."""
 PHYSICS_PACKAGES = ("gymnasium", "mujoco")
 """Packages whose versions are the same in every run of a submission."""
 ONE_SETTING = (
@@ -49,14 +51,21 @@ def read(path: Path) -> dict[str, Any]:
         raise BenchError("bad-manifest", f"The file is not valid TOML: {error}.", str(path), hint) from error
 
 
-def run_sections(card: Card, budget: str, num_envs: int | None, observes: Observes) -> dict[str, Any]:
+def run_sections(
+    card: Card, budget: str, num_envs: int | None, observes: Observes, *, steps: Steps = "recorded"
+) -> dict[str, Any]:
     """The sections that follow from a run: ``protocol``, ``hyperparameters``, ``observes`` and ``versions``.
 
     Hyperparameters are as TOML reads them back (tuples as lists), so that a later run compares equal.
     """
     settings = dict(card.hyperparameters) | ({} if num_envs is None else {"num_envs": num_envs})
     return {
-        "protocol": {"budget": budget, "algorithm": card.algorithm, "evaluation": card.evaluation},
+        "protocol": {
+            "budget": budget,
+            "algorithm": card.algorithm,
+            "evaluation": card.evaluation,
+            "steps": steps,
+        },
         "hyperparameters": tomllib.loads(tomli_w.dumps(settings)),
         "observes": asdict(observes),
         "versions": versions(),
@@ -67,8 +76,9 @@ def require_same(path: Path, existing: Tables, new: Tables) -> None:
     """Raises ``BenchError`` if the existing manifest differs in what must be the same in every run."""
     for section in SHARED_SECTIONS:
         old = existing.get(section)
-        if old is None or old == new[section]:
+        if old is None:
             continue
+        old = DEFAULTS.get(section, {}) | old
         for key in sorted(old.keys() | new[section].keys()):
             previous, current = old.get(key), new[section].get(key)
             if previous != current:

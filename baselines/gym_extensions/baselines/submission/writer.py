@@ -6,15 +6,13 @@ import csv
 from collections.abc import Sequence
 from pathlib import Path
 
-from gym_extensions.atomic import write_bytes
 from gym_extensions.baselines.submission import manifest
+from gym_extensions.baselines.submission.lock import write_lock
+from gym_extensions.baselines.submission.sample import copy_traces, find_traces, sample_names, trace_folders
 from gym_extensions.baselines.training.jobs import Settings, TrainingJob, jobs_of
 from gym_extensions.baselines.training.policies import policies_folder
 from gym_extensions.baselines.training.progress import FinishedStage, Progress
-from gym_extensions.baselines.training.runner import traces_folder
 from gym_extensions.catalog.groups import TaskGroup
-from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.audit import audit_sample
 from gym_extensions.rollouts.episodes import (
     CurvePoint,
     Episode,
@@ -29,8 +27,8 @@ from gym_extensions.rollouts.layout import (
     MANIFEST,
     POLICIES,
     PROGRESS,
+    TRACES,
     policy_names,
-    trace_name,
 )
 
 
@@ -86,20 +84,10 @@ def missing_jobs(out: Path, group: TaskGroup, protocol: str, runs: Sequence[int]
 
 
 def require_traces(out: Path, group: TaskGroup, protocol: str) -> None:
-    """Raises ``BenchError`` if a trace of a logged episode is missing.
-
-    A log with more runs has another digest, which selects other episodes of the existing runs too.
-    """
-    folder = traces_folder(out, group.name)
-    names = {task.id: task.name for task in group.tasks}
-    for row in read_episodes(_log(out, group, protocol)):
-        if not (folder / trace_name(protocol, row.run, row.stage, names[row.task], row.episode)).exists():
-            raise BenchError(
-                "traces-lost",
-                f"No run can be added to {group.name}/{protocol}.csv: run {row.run} lacks traces.",
-                where=str(folder),
-                hint="Restore all its traces, or train all runs in another --out.",
-            )
+    """Raises ``BenchError`` if a trace of the audit sample of a logged run is missing."""
+    path = _log(out, group, protocol)
+    if path.exists():
+        _traces(out, group, protocol, path)
 
 
 def write_log(
@@ -111,8 +99,20 @@ def write_log(
 ) -> None:
     """Writes one log and its curves, traces and manifest, then deletes the folders of its jobs.
 
-    The log itself is written last, so that an interrupted call can be repeated.
+    The log itself is written last, so that an interrupted call can be repeated. Waits for another process
+    that writes files of the submission.
     """
+    with write_lock(out):
+        _write_log(out, group, protocol, finished, settings)
+
+
+def _write_log(
+    out: Path,
+    group: TaskGroup,
+    protocol: str,
+    finished: dict[TrainingJob, list[FinishedStage]],
+    settings: Settings,
+) -> None:
     runs = {job.run for job in finished}
     path, ids = _log(out, group, protocol), group.task_ids
     records = [record for stages in finished.values() for record in stages]
@@ -120,7 +120,7 @@ def write_log(
     rows += [row for record in records for row in record.episodes]
     staged = out / PROGRESS / group.name / path.name
     write_episodes(staged, rows, ids)
-    _write_sample(out, group, protocol, staged.read_bytes(), sorted({row.run for row in rows}))
+    copy_traces(_traces(out, group, protocol, staged), out / group.name / TRACES, protocol)
 
     curves = path.with_name(CURVES)
     points = [row for row in read_curves(curves) if row.protocol != protocol or row.run not in runs]
@@ -147,16 +147,11 @@ def _log(out: Path, group: TaskGroup, protocol: str) -> Path:
     return out / group.name / f"{protocol}.csv"
 
 
-def _write_sample(out: Path, group: TaskGroup, protocol: str, log: bytes, runs: Sequence[int]) -> None:
-    names = {task.id: task.name for task in group.tasks}
-    sample = audit_sample(protocol, log, runs, group.tasks)
-    selected = {trace_name(protocol, row.run, row.stage, names[row.task], row.episode) for row in sample}
-    source, target = traces_folder(out, group.name), out / group.name / "traces"
-    for name in sorted(selected):
-        write_bytes(target / name, (source / name).read_bytes())
-    for path in target.glob(f"{protocol}-*.npz"):
-        if path.name not in selected:
-            path.unlink()
+def _traces(out: Path, group: TaskGroup, protocol: str, log: Path) -> dict[str, Path]:
+    """The traces of a log's audit sample by file name."""
+    runs = sorted({row.run for row in read_episodes(log)})
+    names = sample_names(group, protocol, log.read_bytes(), runs)
+    return find_traces(names, trace_folders(out, group.name), f"{group.name}/{protocol}.csv")
 
 
 def _move_policies(out: Path, group: TaskGroup, protocol: str, runs: Sequence[int]) -> None:
@@ -175,7 +170,9 @@ def _write_manifest(out: Path, records: Sequence[FinishedStage], settings: Setti
     path = out / MANIFEST
     existing = manifest.read(path)
     card = max((record.card for record in records), key=lambda card: card.stored_steps)
-    new = manifest.run_sections(card, settings.budget, settings.num_envs, settings.observes)
+    new = manifest.run_sections(
+        card, settings.budget, settings.num_envs, settings.observes, steps=settings.steps
+    )
     manifest.require_same(path, existing, new)
     first, last = (max(record.parameters[end] for record in records) for end in (0, 1))
     manifest.write(path, manifest.merge(existing, card, new, first, last))

@@ -11,18 +11,22 @@ from gym_extensions.catalog.budgets import Budget, budget
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES
 from gym_extensions.catalog.task import Task
+from gym_extensions.rollouts.manifest import Steps
 
 
 @dataclass(frozen=True)
 class Settings:
     """How jobs run: the agent's and the budget's name, ``num_envs`` if it is not the budget's, and what the
     agent asked to observe.
+
+    ``steps`` is ``recorded`` if the training loop counts the training steps, else ``claimed``.
     """
 
     agent: str
     budget: str
     num_envs: int | None = None
     observes: Observes = field(default_factory=Observes)
+    steps: Steps = "recorded"
 
     def num_envs_for(self, num_tasks: int) -> int:
         """Training environments: a multiple of the number of tasks, so that each task has equally many."""

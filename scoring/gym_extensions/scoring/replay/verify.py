@@ -62,7 +62,7 @@ def verify(path: Path, groups: Mapping[str, TaskGroup] = GROUPS) -> Verification
     problems: list[Problem] = []
     policies = functools.cache(lambda path: Policy.from_bytes(folder.read(path)))
     for log in logs:
-        for request in trace_requests(log, folder.read(log.path)):
+        for request in trace_requests(log, folder.read(log.path), folder.files):
             trace = read_trace(folder, request)
             if isinstance(trace, Problem):
                 problems.append(trace)

@@ -51,6 +51,7 @@ OBSERVED = {
     "task_in_evaluation": "task label in evaluation",
     "boundaries": "task boundaries",
 }
+STEPS = {"recorded": "recorded by the training loop", "claimed": "claimed by the authors"}
 NOT_STATED = "not stated"
 
 
@@ -145,6 +146,7 @@ def facts(card: Scorecard) -> list[tuple[str, str]]:
     rows = [
         ("Algorithm", card.manifest.protocol.algorithm),
         ("Actions in evaluation", card.manifest.protocol.evaluation),
+        ("Training steps", STEPS[card.manifest.protocol.steps]),
         ("Task information", observed(card)),
         ("Stored transitions", stored(card)),
         ("Parameters", parameters(card)),

@@ -1,0 +1,61 @@
+"""The manifest of a submission that is merged from several."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from gym_extensions.baselines.submission.manifest import DEFAULTS, PHYSICS_PACKAGES
+from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.layout import MANIFEST
+from gym_extensions.rollouts.manifest_values import SHORT
+
+SAME_SECTIONS = ("protocol", "hyperparameters", "observes", "code")
+"""Sections that are the same in submissions that can be merged."""
+ONE_AGENT = "Merge only runs of one agent with one budget and one set of hyperparameters."
+
+Tables = Mapping[str, Any]
+
+
+def require_mergeable(manifests: Mapping[Path, Tables]) -> None:
+    """Raises ``BenchError`` if a manifest has another agent, budget, setting or physics than the first."""
+    (first, expected), *others = manifests.items()
+    for path, tables in others:
+        for section in SAME_SECTIONS:
+            old, new = (
+                DEFAULTS.get(section, {}) | dict(item.get(section, {})) for item in (expected, tables)
+            )
+            for key in sorted(old.keys() | new.keys()):
+                if old.get(key) != new.get(key):
+                    difference = f"{section}.{key} is {old.get(key)!r} in {first} and {new.get(key)!r} here."
+                    raise BenchError("mixed-submission", difference, str(path / MANIFEST), ONE_AGENT)
+        for package in PHYSICS_PACKAGES:
+            old_version, new_version = (item["versions"][package] for item in (expected, tables))
+            if old_version != new_version:
+                difference = f"It was made with {package} {new_version}, and {first} with {old_version}."
+                hint = "Train all runs with the same version."
+                raise BenchError("mixed-versions", difference, str(path / MANIFEST), hint)
+
+
+def merged_tables(manifests: Sequence[Tables]) -> dict[str, Any]:
+    """The manifest of all: the first one's texts, the largest memory, and every version.
+
+    The archive stays only if it is the same in all.
+    """
+    tables = dict(manifests[0])
+    tables["memory"] = _columns(manifests, "memory", max)
+    tables["versions"] = _columns(manifests, "versions", _joined)
+    if any(item.get("archive") != tables.get("archive") for item in manifests):
+        tables.pop("archive", None)
+    return tables
+
+
+def _columns(manifests: Sequence[Tables], section: str, combine: Any) -> dict[str, Any]:
+    return {key: combine([item[section][key] for item in manifests]) for key in manifests[0][section]}
+
+
+def _joined(values: Sequence[str]) -> str:
+    """The distinct values, or the first if they are too long for the manifest."""
+    text = ", ".join(dict.fromkeys(values))
+    return text if len(text) <= SHORT else values[0]

@@ -1,0 +1,63 @@
+"""Collects the traces of the audit sample from the folders that may contain them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from gym_extensions.atomic import write_bytes
+from gym_extensions.catalog.groups import TaskGroup
+from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.audit import audit_sample
+from gym_extensions.rollouts.layout import PROGRESS, TRACES, trace_name
+
+
+def trace_folders(out: Path, group_name: str) -> tuple[Path, Path]:
+    """Where a submission's traces can be: those of all episodes, if they are still there, and the sample."""
+    return out / PROGRESS / group_name / TRACES, out / group_name / TRACES
+
+
+def sample_names(group: TaskGroup, protocol: str, log: bytes, runs: Sequence[int]) -> dict[str, int]:
+    """The file names of a log's audit sample, sorted, each with its run."""
+    names = {task.id: task.name for task in group.tasks}
+    sample = audit_sample(protocol, log, runs, group.tasks)
+    files = {
+        trace_name(protocol, row.run, row.stage, names[row.task], row.episode): row.run for row in sample
+    }
+    return dict(sorted(files.items()))
+
+
+def find_traces(names: dict[str, int], folders: Sequence[Path], log: str) -> dict[str, Path]:
+    """The first file of each name in the folders.
+
+    Args:
+        names: file names with their runs.
+        folders: the folders to search, in order.
+        log: the log's path, for the error message.
+
+    Raises:
+        BenchError: a trace is in none of the folders.
+    """
+    paths = {}
+    for name, run in names.items():
+        path = next((folder / name for folder in folders if (folder / name).exists()), None)
+        if path is None:
+            raise BenchError(
+                "traces-lost",
+                f"The audit sample of run {run} in {log} needs the trace {name}, which is missing.",
+                where=str(folders[-1]),
+                hint=f"Restore it or the traces of all episodes in {PROGRESS}, or train all runs in another "
+                "--out.",
+            )
+        paths[name] = path
+    return paths
+
+
+def copy_traces(paths: dict[str, Path], target: Path, protocol: str) -> None:
+    """Makes ``target`` contain these traces of the protocol and no others."""
+    for name, path in paths.items():
+        if path != target / name:
+            write_bytes(target / name, path.read_bytes())
+    for path in target.glob(f"{protocol}-*.npz"):
+        if path.name not in paths:
+            path.unlink()

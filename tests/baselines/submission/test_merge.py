@@ -1,0 +1,220 @@
+"""Merging submissions gives the files of training all runs in one; what does not fit is refused."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gym_extensions.baselines import merge, train
+from gym_extensions.baselines.submission.cli import main
+from gym_extensions.catalog.groups import group
+from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.audit import whole_log_sample
+from gym_extensions.rollouts.layout import trace_name
+from gym_extensions.scoring.replay.verify import verify
+
+from ..conftest import digests
+
+GROUP = "pusher"
+
+
+@pytest.fixture(scope="module")
+def trained(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """Runs of trpo by folder: ``first`` has run 1, ``second`` run 0, ``both`` has both."""
+    root = tmp_path_factory.mktemp("trained")
+    for name, runs in {"first": [1], "second": [0], "both": [0, 1]}.items():
+        train("trpo", GROUP, "single", "smoke", runs, out=root / name)
+    return {name: root / name for name in ("first", "second", "both")}
+
+
+@pytest.fixture
+def pair(trained: dict[str, Path], tmp_path: Path) -> list[Path]:
+    """Copies of the two submissions, as git contains them: without ``.progress``."""
+    ignore = shutil.ignore_patterns(".progress")
+    return [
+        Path(shutil.copytree(trained[name], tmp_path / name, ignore=ignore)) for name in ("first", "second")
+    ]
+
+
+def replace_in(path: Path, old: str, new: str) -> None:
+    text = path.read_text(encoding="utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new), encoding="utf-8", newline="\n")
+
+
+def refusal(pair: list[Path]) -> str:
+    out = pair[0].parent / "merged"
+    before = [digests(path) for path in pair]
+    with pytest.raises(BenchError) as error:
+        merge(pair, out)
+    assert sorted(path.name for path in out.parent.iterdir()) == ["first", "second"]
+    assert [digests(path) for path in pair] == before
+    return str(error.value)
+
+
+def test_the_files_are_those_of_training_all_runs_in_one_submission(
+    trained: dict[str, Path], pair: list[Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = pair[0].parent / "merged"
+    assert main([*map(str, pair), "--out", str(out)]) == 0
+    assert capsys.readouterr().out == f"The submission is in {out}.\n"
+    assert digests(out) == digests(trained["both"])
+    verification = verify(out)
+    assert (verification.problems, verification.replayed) == ((), 4)
+
+
+def test_a_run_that_both_contain_is_merged_once(
+    trained: dict[str, Path], pair: list[Path], tmp_path: Path
+) -> None:
+    merge([trained["both"], *pair], tmp_path / "merged")
+    assert digests(tmp_path / "merged") == digests(trained["both"])
+
+
+def test_policies_are_copied(pair: list[Path], tmp_path: Path) -> None:
+    for run, path in zip((1, 0), pair, strict=True):
+        (path / GROUP / "policies").mkdir()
+        np.savez(path / GROUP / f"policies/single-run{run}-stage1-Pusher.npz", weights=np.full(3, run))
+    out = merge(pair, tmp_path / "merged")
+    names = [path.name for path in sorted((out / GROUP / "policies").iterdir())]
+    assert names == ["single-run0-stage1-Pusher.npz", "single-run1-stage1-Pusher.npz"]
+
+
+def test_different_policies_of_one_name_are_refused(pair: list[Path]) -> None:
+    for run, path in zip((1, 0), pair, strict=True):
+        (path / GROUP / "policies").mkdir()
+        np.savez(path / GROUP / "policies/single-run0-stage1-Pusher.npz", weights=np.full(3, run))
+    assert "Another submission has a different policy single-run0-stage1-Pusher.npz." in refusal(pair)
+
+
+def test_policies_are_left_out_if_a_submission_has_none(pair: list[Path], tmp_path: Path) -> None:
+    (pair[0] / GROUP / "policies").mkdir()
+    np.savez(pair[0] / GROUP / "policies/single-run1-stage1-Pusher.npz", weights=np.zeros(3))
+    assert not (merge(pair, tmp_path / "merged") / GROUP / "policies").exists()
+
+
+def test_submissions_without_traces_are_merged_without(pair: list[Path], tmp_path: Path) -> None:
+    for path in pair:
+        shutil.rmtree(path / GROUP / "traces")
+    assert not (merge(pair, tmp_path / "merged") / GROUP / "traces").exists()
+
+
+def test_the_merged_manifest_has_the_largest_memory_and_all_versions(
+    pair: list[Path], tmp_path: Path
+) -> None:
+    replace_in(pair[1] / "submission.toml", "stored_steps = 250", "stored_steps = 300")
+    replace_in(pair[1] / "submission.toml", 'platform = "', 'platform = "Darwin-arm64 or ')
+    (pair[1] / "submission.toml").write_text(
+        (pair[1] / "submission.toml").read_text() + f'\n[archive]\nurl = ""\nsha256 = "{"0" * 64}"\n'
+    )
+    text = (merge(pair, tmp_path / "merged") / "submission.toml").read_text(encoding="utf-8")
+    assert "stored_steps = 300" in text
+    assert ", Darwin-arm64 or " in text
+    assert "archive" not in text
+
+
+CHANGES: dict[str, tuple[str, str, str]] = {
+    "agent": (
+        'algorithm = "trpo"',
+        'algorithm = "ppo"',
+        "protocol.algorithm is 'trpo' in {} and 'ppo' here.",
+    ),
+    "budget": ('budget = "smoke"', 'budget = "100k"', "protocol.budget is 'smoke' in {} and '100k' here."),
+    "claimed steps": ('"recorded"', '"claimed"', "protocol.steps is 'recorded' in {} and 'claimed' here."),
+    "setting": ("max_kl = 0.0", "max_kl = 0.1", "hyperparameters.max_kl is "),
+    "observes": (
+        "boundaries = false",
+        "boundaries = true",
+        "observes.boundaries is False in {} and True here.",
+    ),
+    "code": ('commit = ""', 'commit = "abc"', "code.commit is '' in {} and 'abc' here."),
+}
+
+
+@pytest.mark.parametrize("name", CHANGES)
+def test_another_agent_budget_or_setting_is_refused(name: str, pair: list[Path]) -> None:
+    old, new, message = CHANGES[name]
+    replace_in(pair[1] / "submission.toml", old, new)
+    text = refusal(pair)
+    assert text.startswith(f"{pair[1] / 'submission.toml'}: {message.format(pair[0])}")
+    assert text.endswith("Merge only runs of one agent with one budget and one set of hyperparameters.")
+
+
+def test_another_version_of_the_physics_is_refused(pair: list[Path]) -> None:
+    replace_in(pair[1] / "submission.toml", 'mujoco = "4.0.0"', 'mujoco = "3.9.0"')
+    assert refusal(pair) == (
+        f"{pair[1] / 'submission.toml'}: It was made with mujoco 3.9.0, and {pair[0]} with 4.0.0. "
+        "Train all runs with the same version."
+    )
+
+
+def test_different_runs_with_one_number_are_refused(pair: list[Path]) -> None:
+    for file in ("single.csv", "curves.csv"):
+        path = pair[1] / GROUP / file
+        path.write_text(path.read_text().replace("\n0,", "\n1,").replace("single,0,", "single,1,"))
+    shutil.rmtree(pair[1] / GROUP / "traces")
+    assert refusal(pair) == (
+        f"{pair[1] / GROUP / 'single.csv'}: Run 1 differs from that in {pair[0] / GROUP / 'single.csv'}. "
+        "Leave it out of one of them."
+    )
+
+
+def lose_a_trace(second: Path) -> str:
+    path = sorted((second / GROUP / "traces").iterdir())[0]
+    path.unlink()
+    return (
+        f"{path.parent}: The audit sample of run 0 in {GROUP}/single.csv needs the trace {path.name}, which "
+        "is missing."
+    )
+
+
+def break_a_rule(second: Path) -> str:
+    replace_in(second / "submission.toml", "format = 1", "format = 2")
+    return f"{second}: The submission breaks the rule bad-value: submission.toml, format: The value is 2."
+
+
+def rename_the_log(second: Path) -> str:
+    (second / GROUP / "single.csv").rename(second / GROUP / "sequential.csv")
+    return f"{second}: The submission breaks the rule "
+
+
+@pytest.mark.parametrize("damage", [lose_a_trace, break_a_rule, rename_the_log])
+def test_a_damaged_submission_is_refused(damage: Callable[[Path], str], pair: list[Path]) -> None:
+    text = damage(pair[1])
+    assert refusal(pair).startswith(text)
+
+
+def test_a_folder_that_is_not_empty_is_refused(pair: list[Path]) -> None:
+    before = digests(pair[0])
+    with pytest.raises(BenchError) as error:
+        merge(pair, pair[0])
+    assert str(error.value) == f"{pair[0]}: The folder is not empty. Choose a folder that does not exist yet."
+    assert digests(pair[0]) == before
+
+
+def test_one_submission_is_refused(pair: list[Path], tmp_path: Path) -> None:
+    with pytest.raises(BenchError, match=r"Expected two or more submissions, got 1\."):
+        merge([pair[0], pair[0]], tmp_path / "merged")
+
+
+def use_the_former_sample(path: Path, all_traces: Path, run: int) -> None:
+    """Replaces the traces by the sample that the whole log selects, as it was before ADR 67."""
+    tasks = group(GROUP).tasks
+    names = {task.id: task.name for task in tasks}
+    shutil.rmtree(path / GROUP / "traces")
+    (path / GROUP / "traces").mkdir()
+    for row in whole_log_sample("single", (path / GROUP / "single.csv").read_bytes(), [run], tasks):
+        name = trace_name("single", row.run, row.stage, names[row.task], row.episode)
+        shutil.copy(all_traces / name, path / GROUP / "traces" / name)
+
+
+def test_a_log_with_the_former_sample_is_verified_and_is_not_joined_with_others(
+    trained: dict[str, Path], pair: list[Path]
+) -> None:
+    use_the_former_sample(pair[0], trained["first"] / ".progress" / GROUP / "traces", run=1)
+    verification = verify(pair[0])
+    assert (verification.problems, verification.replayed) == ((), 2)
+    assert "The audit sample of run 1 in pusher/single.csv needs the trace " in refusal(pair)
