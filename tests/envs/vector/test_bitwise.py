@@ -18,7 +18,7 @@ from gym_extensions.catalog.variations.goals import MovingGoal, MovingStart, Tra
 from gym_extensions.catalog.variations.gravity import Gravity
 from gym_extensions.catalog.variations.morphology import LimbScale
 from gym_extensions.catalog.variations.obstacles import RangeSensor, SensorNoise, Wall
-from gym_extensions.envs.seeding import spawn_seeds
+from gym_extensions.envs.batch.seeding import spawn_seeds
 
 STEPS = 1000
 SEED, SCALE = 5, 1.2

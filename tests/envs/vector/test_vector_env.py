@@ -13,7 +13,7 @@ from gym_extensions.catalog.registry import task
 from gym_extensions.envs import make
 from gym_extensions.envs import make_vec as typed_make_vec
 from gym_extensions.envs.make import construct_mujoco
-from gym_extensions.envs.seeding import spawn_seeds
+from gym_extensions.envs.batch.seeding import spawn_seeds
 
 HOPPERS = ["HopperGravityHalf", "Hopper", "HopperGravityOneAndHalf"]
 

@@ -7,13 +7,13 @@ from typing import Any
 
 import gymnasium as gym
 import numpy as np
-from gymnasium.utils import EzPickle
 from numpy.typing import NDArray
 
 from gym_extensions.catalog.task import Task
 from gym_extensions.catalog.variations.maps import Course
 from gym_extensions.envs import state
 from gym_extensions.envs.actions import check_actions
+from gym_extensions.envs.lifecycle import IndependentCopies, require_reset
 from gym_extensions.envs.navigation.grid import Arena, arena
 from gym_extensions.envs.navigation.observations import action_space, observation_space
 from gym_extensions.envs.navigation.rendering import background, with_agent
@@ -23,6 +23,19 @@ from gym_extensions.errors import BenchError
 RENDER_PIXEL = 1.0
 """Side of a pixel of a rendered frame, in units."""
 WINDOW_HINT = 'For a window: gymnasium.wrappers.HumanRendering(make(..., render_mode="rgb_array")).'
+
+EXPECTED_STATE: state.State = {"position": np.zeros(2), "steps": np.array(0.0)}
+"""Names and shapes of a saved state."""
+MAX_STEPS = 2.0**53
+"""Counts of steps in saved states are exact up to here."""
+
+
+def whole_steps(steps: Any, where: str) -> int:
+    """Returns a saved count of steps. Raises ``BenchError`` if it is not a whole number of at least 0."""
+    if not (0 <= steps <= MAX_STEPS and steps == np.floor(steps)):
+        message = f"The state's 'steps' is {float(steps):g}."
+        raise BenchError("bad-state", message, where, "It is a whole number of at least 0.")
+    return int(steps)
 
 
 def course(task: Task) -> Course:
@@ -48,7 +61,7 @@ def check_render_mode(render_mode: str | None, task: Task) -> None:
         raise BenchError("unknown-render-mode", message, task.id, hint)
 
 
-class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], EzPickle):
+class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], IndependentCopies):
     """A point moves by small displacements over an occupancy grid to a goal.
 
     These are the 2-D navigation tasks of Henderson et al. 2017, "Benchmark Environments for Multitask
@@ -113,7 +126,6 @@ class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], EzPickle):
     metadata = {"render_modes": ["rgb_array"], "render_fps": 30}  # noqa: RUF012
 
     def __init__(self, task: Task, render_mode: str | None = None, custom_arena: Arena | None = None) -> None:
-        EzPickle.__init__(self, task, render_mode, custom_arena)
         check_render_mode(render_mode, task)
         row = course(task)
         self.task, self.render_mode = task, render_mode
@@ -121,7 +133,7 @@ class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], EzPickle):
         self.observation_space = observation_space(row.family)
         self.action_space: gym.spaces.Space[Any] = action_space()
         self._world = World([self.arena], row.family)
-        self._steps = 0
+        self._steps, self._is_set = 0, False
         self._moving = np.zeros(1, dtype=np.bool_)
         self._background: NDArray[np.uint8] | None = None
 
@@ -135,14 +147,17 @@ class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], EzPickle):
             options: ``start``, a free point (x, y) in units, instead of a random one.
 
         Raises:
-            BenchError: the start is not a free point.
+            BenchError: the start is not a free point. Nothing has changed then.
         """
-        super().reset(seed=seed)
+        start = None
         if options and "start" in options:
-            self._world.place(0, options["start"], self.task.id)
-        else:
+            start = self._world.free_point(0, options["start"], self.task.id)
+        super().reset(seed=seed)
+        if start is None:
             self._world.draw_start(0, self.np_random)
-        self._steps = 0
+        else:
+            self._world.positions[0] = start
+        self._steps, self._is_set = 0, True
         return self._world.observe()[0], {}
 
     def step(self, action: NDArray[np.float32]) -> tuple[NDArray[Any], float, bool, bool, dict[str, Any]]:
@@ -150,14 +165,21 @@ class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], EzPickle):
 
         Raises:
             BenchError: the action's shape is not (2,), or a value is not finite.
+            ResetNeededError: the environment was never reset.
         """
+        require_reset(self._is_set, self.task.id)
         checked = check_actions(action, (2,), self.task.id)
         rewards, reached = self._world.advance(checked[None], self._moving)
         self._steps += 1
         return self._world.observe()[0], float(rewards[0]), bool(reached[0]), False, {}
 
     def save_state(self) -> state.State:
-        """Returns ``position`` (2,) in units and ``steps`` () since reset, as float64 arrays."""
+        """Returns ``position`` (2,) in units and ``steps`` () since reset, as float64 arrays.
+
+        Raises:
+            ResetNeededError: the environment was never reset.
+        """
+        require_reset(self._is_set, self.task.id)
         return {"position": self._world.positions[0].copy(), "steps": np.array(float(self._steps))}
 
     def restore_state(self, saved: Mapping[str, NDArray[np.float64]]) -> None:
@@ -166,18 +188,20 @@ class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], EzPickle):
         The continuation is bit for bit the same.
 
         Raises:
-            BenchError: a value is missing, unknown, not finite, or has another shape, or the position is not
-                free.
+            BenchError: a value is missing, unknown, not finite, or has another shape, the position is not
+                free, or the steps are not a whole number. Nothing has changed then.
         """
-        checked = state.check(saved, self.save_state(), self.task.id)
-        self._world.place(0, checked["position"], self.task.id)
-        self._steps = int(checked["steps"])
+        checked = state.check(saved, EXPECTED_STATE, self.task.id)
+        steps = whole_steps(checked["steps"], self.task.id)
+        self._world.positions[0] = self._world.free_point(0, checked["position"], self.task.id)
+        self._steps, self._is_set = steps, True
 
     def render(self) -> NDArray[np.uint8] | None:
         """Returns a frame (480, 640, 3) with one pixel per unit, or None without a render mode."""
         if self.render_mode is None:
             gym.logger.warn(f"{self.task.id} was made without a render mode, so there is nothing to render.")
             return None
+        require_reset(self._is_set, self.task.id)
         if self._background is None:
             self._background = background(self.arena, RENDER_PIXEL)
         return with_agent(self._background, self._world.positions[0], RENDER_PIXEL)

@@ -84,8 +84,8 @@ class World:
                 self.positions[agent] = x, y
                 return
 
-    def place(self, agent: int, point: Any, where: str) -> None:
-        """Places an agent at a point, in units.
+    def free_point(self, agent: int, point: Any, where: str) -> NDArray[np.float64]:
+        """Returns a point on an agent's map as an array (2,), in units.
 
         Raises:
             BenchError: the point is not two finite numbers, or is in an obstacle or outside the map.
@@ -101,7 +101,7 @@ class World:
         if touches(self.arenas[agent].grid.solid, start[0], start[1]):
             message = f"The start ({start[0]:g}, {start[1]:g}) is in an obstacle or outside the map."
             raise BenchError("bad-start", message, where, hint)
-        self.positions[agent] = start
+        return start
 
     def _fixed_numbers(self) -> NDArray[np.float32]:
         """Returns the observations' array with the goals filled in. They never change."""

@@ -40,6 +40,7 @@ class PlanarRules(Stateless):
         self._qpos, self._qvel = physics.field("qpos"), physics.field("qvel")
         self._dt = templates[0].dt
         self._x_before = self._qpos[:, 0].copy()
+        self._terms: dict[str, NDArray[Any]] = {}
 
     def draw(self, indices: Indices, generators: Generators) -> dict[str, Array]:
         """Positions, then velocities, around the rest pose."""
@@ -55,14 +56,27 @@ class PlanarRules(Stateless):
 
     def reward_and_termination(self, actions: NDArray[Any], ctrl: NDArray[Any]) -> tuple[Array, Flags]:
         """Speed + 1 while healthy − cost. The cost keeps the action's own precision, as Gymnasium's does."""
-        reward = (self._qpos[:, 0] - self._x_before) / self._dt
+        speed = (self._qpos[:, 0] - self._x_before) / self._dt
         cost = self.ctrl_cost * np.square(actions).sum(axis=1)
+        self._terms = {"x_velocity": speed, "reward_forward": speed.copy(), "reward_ctrl": -cost}
         if self.health is None:
-            return reward - cost, np.zeros(len(reward), np.bool_)
+            return speed - cost, np.zeros(len(speed), np.bool_)
         healthy = self._is_healthy(self.health)
-        reward += healthy
+        self._terms["reward_survive"] = healthy.astype(np.float64)
+        reward = speed + healthy
         reward -= cost
         return reward, ~healthy
+
+    def step_infos(self) -> dict[str, NDArray[Any]]:
+        """Position, speed and the terms of the reward."""
+        return self.reset_infos() | self._terms
+
+    def reset_infos(self) -> dict[str, NDArray[Any]]:
+        """x of the root, and the height above the rest pose if episodes end by it, m."""
+        infos = {"x_position": self._qpos[:, 0].copy()}
+        if self.health is not None:
+            infos["z_distance_from_origin"] = self._qpos[:, 1] - self._rest_qpos[:, 1]
+        return infos
 
     def _is_healthy(self, health: Health) -> Flags:
         height, angle = self._qpos[:, 1], self._qpos[:, 2]

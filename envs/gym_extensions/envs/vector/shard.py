@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from gym_extensions.envs.batch.infos import Part
 from gym_extensions.envs.effects.registry import vector_effects_of
 from gym_extensions.envs.protocols import Array, Flags, Generators, Indices, Physics, States
 from gym_extensions.envs.vector.layout import rules_of
@@ -30,11 +31,29 @@ class Shard:
 
     def __init__(self, members: Indices, templates: Sequence[TaskTemplate], num_threads: int) -> None:
         self.members = members
+        self._arguments = members, templates, num_threads
         self._dt = templates[0].dt
         self._steps = np.zeros(len(templates), np.int64)
         self._physics = physics(templates, num_threads)
         self._rules = rules_of(templates[0])(self._physics, templates)
         self._effects = vector_effects_of(self._physics, templates)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Returns the arguments, and copies of everything that changes from step to step."""
+        return {
+            "arguments": self._arguments,
+            "steps": self._steps,
+            "physics": self._physics.dump(),
+            "saved": self.save(),
+        }
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Makes the shard again and continues where the copied one was."""
+        Shard.__init__(self, *state["arguments"])
+        everyone = np.arange(len(self.members))
+        self._set_state(everyone, state["saved"])
+        self._physics.undump(state["physics"])
+        self._steps[:] = state["steps"]
 
     def reset(self, indices: Indices, generators: Generators) -> None:
         """Starts episodes in some environments.
@@ -61,6 +80,14 @@ class Shard:
         self._steps += 1
         return self._rules.reward_and_termination(actions, ctrl)
 
+    def step_infos(self) -> Part:
+        """Returns the infos of the last step."""
+        return self.members, self._rules.step_infos()
+
+    def reset_infos(self) -> Part:
+        """Returns the infos of the present states, for environments that have just been reset."""
+        return self.members, self._rules.reset_infos()
+
     def observe(self) -> Array:
         """Returns a new array of observations."""
         seen = [effect.observation() for effect in self._effects]
@@ -79,6 +106,9 @@ class Shard:
         """Restores saved rows in some environments."""
         self._physics.load(indices, state)
         self._steps[indices] = np.rint(np.asarray(state["time"]) / self._dt).astype(np.int64)
+        self._set_state(indices, state)
+
+    def _set_state(self, indices: Indices, state: States) -> None:
         self._rules.set_state(indices, state)
         for effect in self._effects:
             effect.set_state(indices, state)
