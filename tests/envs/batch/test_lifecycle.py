@@ -88,7 +88,8 @@ def test_a_closed_vector_environment_raises_an_error(name: str) -> None:
     env.reset(seed=0)
     env.close()
     env.close()
-    for use in (*VECTOR.values(), lambda env, _: env.reset()):
+    uses: list[Callable[[Any, str], object]] = [*VECTOR.values(), lambda env, _: env.reset()]
+    for use in uses:
         with pytest.raises(gym.error.ClosedEnvironmentError) as caught:
             use(env, name)
         assert str(caught.value) == "make_vec: The environment is closed. Make a new one."

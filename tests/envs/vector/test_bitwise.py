@@ -50,7 +50,7 @@ def assert_bitwise_equal(
         result = vector.step(actions.astype(dtype))
         assert_same(result, singles.step(actions.astype(dtype)), f"step {step}")
         if after and step == steps + BEFORE_LIMIT - 1:
-            assert (result[2] | result[3]).all()
+            assert result[3].any()
         if step % 100 == 7 or step == steps + after - 1:
             for saved, env in zip(vector.call("save_state"), singles.envs, strict=True):
                 assert_same(saved, env.unwrapped.save_state(), f"state after step {step}")
@@ -87,7 +87,7 @@ KINDS = side_by_side()
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_published_task(kind: str) -> None:
-    assert_bitwise_equal(KINDS[kind], num_envs=len(KINDS[kind]), steps=40, after=10)
+    assert_bitwise_equal(KINDS[kind], num_envs=len(KINDS[kind]), steps=30, after=8)
 
 
 @pytest.mark.parametrize(
@@ -95,7 +95,7 @@ def test_every_published_task(kind: str) -> None:
     [["HalfCheetahGravityHalf", "HalfCheetahMotorNoise"], ["HalfCheetahNoisyWall"], ["PusherTrackingGoal"]],
 )
 def test_whole_episodes(tasks: list[str]) -> None:
-    assert_bitwise_equal(tasks, num_envs=len(tasks), steps=1010)
+    assert_bitwise_equal(tasks, num_envs=len(tasks), steps=1005)
 
 
 CUSTOM: dict[str, list[Task]] = {

@@ -14,14 +14,19 @@ Part = tuple[Indices, dict[str, NDArray[Any]]]
 """Environments with the same keys, in order, and their values by key, one row per environment."""
 
 
-def gather(parts: Sequence[Part], num_envs: int) -> dict[str, Any]:
-    """Returns the infos of all environments. The masks of a single part are one array."""
+def gather(parts: Sequence[Part], everyone: Flags) -> dict[str, Any]:
+    """Returns the infos of all environments.
+
+    Args:
+        parts: the environments and their values.
+        everyone: ``(num_envs,)``, all true; it is every mask if there is one part.
+    """
     if len(parts) != 1:
-        return combine(parts, num_envs)
-    everyone: Flags = np.ones(num_envs, np.bool_)
+        return combine(parts, len(everyone))
     infos: dict[str, Any] = {}
     for key, rows in parts[0][1].items():
-        infos[key], infos[f"_{key}"] = rows, everyone
+        infos[key] = rows
+        infos["_" + key] = everyone
     return infos
 
 

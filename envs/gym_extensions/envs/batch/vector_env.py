@@ -49,6 +49,8 @@ class TaskVectorEnv(gym.vector.VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any
         self._limits = np.array([task.max_steps for task in self.tasks])
         self._elapsed = np.zeros(self.num_envs, np.int64)
         self._ended = np.zeros(self.num_envs, np.bool_)
+        self._everyone = np.ones(self.num_envs, np.bool_)
+        self._everyone.flags.writeable = False
         self._generators: list[np.random.Generator | None] = [None] * self.num_envs
         self._seeds: list[int | None] = [None] * self.num_envs
 
@@ -83,7 +85,7 @@ class TaskVectorEnv(gym.vector.VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any
         self._start(indices, options or {})
         self._ended, self._is_set = self._ended & ~mask, True
         parts = self._engine.reset_infos()
-        infos = gather(parts, self.num_envs) if mask.all() else combine(select(parts, mask), self.num_envs)
+        infos = gather(parts, self._everyone) if mask.all() else combine(select(parts, mask), self.num_envs)
         return self._engine.observe(), infos
 
     def step(self, actions: NDArray[Any]) -> tuple[NDArray[Any], Array, Flags, Flags, dict[str, Any]]:
@@ -105,7 +107,7 @@ class TaskVectorEnv(gym.vector.VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any
         parts = self._engine.step_infos()
         self._elapsed += 1
         if starting is None:
-            infos = gather(parts, self.num_envs)
+            infos = gather(parts, self._everyone)
         else:
             self._start(np.flatnonzero(starting), {})
             rewards[starting] = 0.0

@@ -17,25 +17,12 @@ from gym_extensions.envs.lifecycle import IndependentCopies, require_reset
 from gym_extensions.envs.navigation.grid import Arena, arena
 from gym_extensions.envs.navigation.observations import action_space, observation_space
 from gym_extensions.envs.navigation.rendering import background, with_agent
-from gym_extensions.envs.navigation.simulation import World
+from gym_extensions.envs.navigation.simulation import EXPECTED_STATE, World, whole_steps
 from gym_extensions.errors import BenchError
 
 RENDER_PIXEL = 1.0
 """Side of a pixel of a rendered frame, in units."""
 WINDOW_HINT = 'For a window: gymnasium.wrappers.HumanRendering(make(..., render_mode="rgb_array")).'
-
-EXPECTED_STATE: state.State = {"position": np.zeros(2), "steps": np.array(0.0)}
-"""Names and shapes of a saved state."""
-MAX_STEPS = 2.0**53
-"""Counts of steps in saved states are exact up to here."""
-
-
-def whole_steps(steps: Any, where: str) -> int:
-    """Returns a saved count of steps. Raises ``BenchError`` if it is not a whole number of at least 0."""
-    if not (0 <= steps <= MAX_STEPS and steps == np.floor(steps)):
-        message = f"The state's 'steps' is {float(steps):g}."
-        raise BenchError("bad-state", message, where, "It is a whole number of at least 0.")
-    return int(steps)
 
 
 def course(task: Task) -> Course:
@@ -193,7 +180,7 @@ class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], IndependentCopies):
         """
         checked = state.check(saved, EXPECTED_STATE, self.task.id)
         steps = whole_steps(checked["steps"], self.task.id)
-        self._world.positions[0] = self._world.free_point(0, checked["position"], self.task.id)
+        self._world.place(0, checked["position"], self.task.id)
         self._steps, self._is_set = steps, True
 
     def render(self) -> NDArray[np.uint8] | None:

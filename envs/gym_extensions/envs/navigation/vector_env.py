@@ -14,10 +14,10 @@ from gym_extensions.envs.batch.infos import Part
 from gym_extensions.envs.batch.saved_states import check_names, rows_for
 from gym_extensions.envs.batch.seeding import WHERE
 from gym_extensions.envs.batch.vector_env import TaskVectorEnv
-from gym_extensions.envs.navigation.env import EXPECTED_STATE, course, whole_steps
+from gym_extensions.envs.navigation.env import course
 from gym_extensions.envs.navigation.grid import arena
 from gym_extensions.envs.navigation.observations import action_space, observation_space
-from gym_extensions.envs.navigation.simulation import World
+from gym_extensions.envs.navigation.simulation import EXPECTED_STATE, World, whole_steps
 from gym_extensions.envs.protocols import Array, Flags, Indices, States
 from gym_extensions.errors import BenchError
 
