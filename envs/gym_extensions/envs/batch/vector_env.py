@@ -99,8 +99,8 @@ class TaskVectorEnv(gym.vector.VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any
             BenchError: the shape differs, or a value is not a finite number.
             ResetNeededError: the environments were never reset.
         """
-        require_open(self.closed, WHERE)
-        require_reset(self._is_set, WHERE)
+        if self.closed or not self._is_set:
+            self._require_state()
         checked = check_actions(actions, self._actions_shape, WHERE)
         starting = self._ended if self._ended.any() else None
         rewards, terminations = self._engine.step(checked, starting)
@@ -117,6 +117,10 @@ class TaskVectorEnv(gym.vector.VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any
         truncations = self._elapsed >= self._limits
         self._ended = terminations | truncations
         return self._engine.observe(), rewards, terminations, truncations, infos
+
+    def _require_state(self) -> None:
+        require_open(self.closed, WHERE)
+        require_reset(self._is_set, WHERE)
 
     def _start(self, indices: Indices, options: Mapping[str, Any]) -> None:
         self._engine.start(indices, self._generator, options)
@@ -137,8 +141,7 @@ class TaskVectorEnv(gym.vector.VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any
         Raises:
             ResetNeededError: the environments were never reset.
         """
-        require_open(self.closed, WHERE)
-        require_reset(self._is_set, WHERE)
+        self._require_state()
         return self._engine.save()
 
     def restore_states(self, states: States, indices: Sequence[int] | Indices | None = None) -> NDArray[Any]:
@@ -181,8 +184,7 @@ class TaskVectorEnv(gym.vector.VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any
             hint = f"Call one of {', '.join(answers)}, without arguments."
             raise BenchError("unknown-call", f"The environments have no {name!r}.", WHERE, hint)
         if name == "save_state":
-            require_open(self.closed, WHERE)
-            require_reset(self._is_set, WHERE)
+            self._require_state()
         return tuple(answers[name]())
 
     def get_attr(self, name: str) -> tuple[Any, ...]:

@@ -55,7 +55,8 @@ class BatchPhysics:
         """Runs one environment step in some environments, or in all."""
         self._ctrl[...] = ctrl
         self._batch.step(indices, self._frame_skip)
-        self._refresh(slice(None) if indices is None else indices)
+        if self._outputs:
+            self._refresh(slice(None) if indices is None else indices)
 
     def _refresh(self, rows: Indices | slice) -> None:
         for output, copy in self._outputs:
