@@ -33,11 +33,16 @@ def construct(task: str | Task | Mapping[str, Any], **rendering: Any) -> gym.Env
             the time limit of ``gymnasium.make`` would change the task.
     """
     row = resolve(task, request())
+    check_keywords(row, rendering)
+    return build(row, **rendering)
+
+
+def build(row: Task, **rendering: Any) -> gym.Env[Any, Any]:
+    """Returns the environment of exactly this task, whatever its id: fingerprints compare both."""
     if row.body.family != "navigation":
-        return construct_mujoco(row, **rendering)
+        return implementation(row.body.name).env(row, **rendering)
     from gym_extensions.envs.navigation.build import construct as construct_navigation
 
-    check_keywords(row, rendering)
     environment: gym.Env[Any, Any] = construct_navigation(row, **rendering)
     return environment
 
