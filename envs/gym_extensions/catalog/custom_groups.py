@@ -7,18 +7,16 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Iterable, Mapping
-from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 from gym_extensions.catalog.custom import customize
+from gym_extensions.catalog.definitions import check_keys, make_variation
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.catalog.groups import group as published_group
 from gym_extensions.catalog.registry import task as published_task
 from gym_extensions.catalog.task import Task
-from gym_extensions.catalog.variations import KINDS
-from gym_extensions.catalog.variations.base import Variation
-from gym_extensions.errors import BenchError, did_you_mean
+from gym_extensions.errors import BenchError
 
 GROUP_KEYS = ("name", "version", "tasks")
 TASK_KEYS = ("task", "variations", "max_steps")
@@ -57,7 +55,7 @@ def load_group(path: str | Path) -> TaskGroup:
         raise BenchError("unreadable-group", f"{error.strerror or error}.", where) from error
     except ValueError as error:
         raise BenchError("malformed-group", f"The file is not TOML: {error}.", where) from error
-    _check_keys(table, GROUP_KEYS, ("name", "tasks"), where)
+    check_keys(table, GROUP_KEYS, ("name", "tasks"), where)
     rows = table["tasks"]
     if not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
         raise BenchError(
@@ -103,7 +101,7 @@ def with_custom(groups: Iterable[str | Path | TaskGroup]) -> dict[str, TaskGroup
 
 
 def _task(row: Mapping[str, Any], where: str) -> Task:
-    _check_keys(row, TASK_KEYS, ("task",), where)
+    check_keys(row, TASK_KEYS, ("task",), where)
     variations = row.get("variations", [])
     if not isinstance(variations, list):
         hint = 'Write variations = [{kind = "Gravity", factor = 0.5}].'
@@ -111,34 +109,7 @@ def _task(row: Mapping[str, Any], where: str) -> Task:
     try:
         base = published_task(str(row["task"]))
         return customize(
-            base, [_variation(each, where) for each in variations], max_steps=row.get("max_steps")
+            base, [make_variation(each, where) for each in variations], max_steps=row.get("max_steps")
         )
     except BenchError as error:
         raise BenchError(error.code, error.message, error.where or where, error.hint) from error
-
-
-def _variation(row: Any, where: str) -> Variation:
-    if not isinstance(row, dict):
-        hint = 'Write {kind = "Gravity", factor = 0.5}.'
-        raise BenchError("malformed-group", f"The variation {row!r} is not a table.", where, hint)
-    kind = KINDS.get(str(row.get("kind")))
-    if kind is None:
-        hint = did_you_mean(str(row.get("kind", "")), KINDS)
-        raise BenchError("unknown-variation", f"There is no variation {row.get('kind')!r}.", where, hint)
-    parameters = {name: value for name, value in row.items() if name != "kind"}
-    names = [field.name for field in fields(kind)]
-    _check_keys(parameters, names, (), f"{where}, {row['kind']}")
-    try:
-        variation: Variation = kind(**parameters)
-    except TypeError as error:
-        raise BenchError("bad-variation", f"{error}.", f"{where}, {row['kind']}") from error
-    return variation
-
-
-def _check_keys(table: Mapping[str, Any], names: Iterable[str], required: Iterable[str], where: str) -> None:
-    for key in table:
-        if key not in names:
-            raise BenchError("unknown-key", f"There is no key {key!r}.", where, did_you_mean(key, names))
-    for key in required:
-        if key not in table:
-            raise BenchError("missing-key", f"The key {key!r} is missing.", where, f"Add {key}.")

@@ -6,11 +6,9 @@ import functools
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
-from gym_extensions.catalog.task import Task
 from gym_extensions.errors import BenchError, did_you_mean
 
 PATH = Path(__file__).with_name("fingerprints.json")
@@ -43,21 +41,3 @@ def digest(row: Mapping[str, Any]) -> str:
     content = {key: value for key, value in row.items() if key != "fingerprint"}
     text = json.dumps(content, sort_keys=True, separators=(",", ":"), ensure_ascii=True)
     return hashlib.sha256(text.encode()).hexdigest()[:16]
-
-
-def definition(task: Task) -> dict[str, Any]:
-    """The task as plain data, with the kind and the values of every variation."""
-    return {
-        "name": task.name,
-        "version": task.version,
-        "base": task.base,
-        "max_steps": task.max_steps,
-        "variations": [_plain(variation) for variation in task.variations],
-    }
-
-
-def _plain(value: Any) -> Any:
-    if is_dataclass(value):
-        values = {field.name: _plain(getattr(value, field.name)) for field in fields(value)}
-        return {"kind": type(value).__name__} | values
-    return [_plain(entry) for entry in value] if isinstance(value, tuple | list) else value

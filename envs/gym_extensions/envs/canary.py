@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gym_extensions.catalog.task import Task
-from gym_extensions.envs.make import construct
+from gym_extensions.envs.make import build
 
 SEEDS = (0, 1)
 STEPS = 8
@@ -37,7 +37,7 @@ def actions(space: gym.spaces.Box) -> Iterator[NDArray[np.float32]]:
 
 def record(task: Task) -> list[dict[str, Any]]:
     """Returns seed, rewards, last observation and termination of one episode per seed."""
-    env = construct(task)
+    env = build(task)
     try:
         return [_episode(env, seed) for seed in SEEDS]
     finally:

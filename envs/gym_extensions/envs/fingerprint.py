@@ -11,7 +11,8 @@ from importlib.metadata import version
 from typing import Any
 
 from gym_extensions.catalog import fingerprints
-from gym_extensions.catalog.fingerprints import definition, digest
+from gym_extensions.catalog.definitions import definition
+from gym_extensions.catalog.fingerprints import digest
 from gym_extensions.catalog.registry import TASKS
 from gym_extensions.catalog.task import Task
 from gym_extensions.envs import canary

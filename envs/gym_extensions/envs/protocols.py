@@ -99,5 +99,11 @@ class Physics(Protocol):
     def load(self, indices: Indices, state: States) -> None:
         """Writes saved rows of every state field into some environments, and recomputes derived fields."""
 
+    def dump(self) -> dict[str, Array]:
+        """Copies of everything that determines later steps and fields, for ``undump`` of a copy."""
+
+    def undump(self, dumped: dict[str, Array]) -> None:
+        """Writes what ``dump`` of the same simulations returned, bit for bit."""
+
     def close(self) -> None:
         """Frees threads and memory."""

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_extensions.catalog.bodies.success import IS_SUCCESS, Arrival, Distance, Height, Success
+from gym_extensions.catalog.bodies.success import Arrival, Distance, Height, Success
 
 ROOT_HEIGHT = 2
 """Index of a free root's height in ``qpos``."""
@@ -66,15 +64,3 @@ def success_test(rule: Success | None, model: mujoco.MjModel) -> DistanceTest | 
             return HeightTest(rule)
         case Arrival():
             raise ValueError("The bodies with a MuJoCo model have no arrival. Define a distance or a height.")
-
-
-def success_infos(flags: Flags, reporting: Flags) -> dict[str, Any]:
-    """Returns the infos of a vector environment's step, in the form of Gymnasium's ``SyncVectorEnv``.
-
-    Args:
-        flags: (num_envs,), meaningless where not reporting.
-        reporting: (num_envs,), environments that were stepped and whose tasks define success.
-    """
-    if not reporting.any():
-        return {}
-    return {IS_SUCCESS: flags & reporting, f"_{IS_SUCCESS}": reporting.copy()}

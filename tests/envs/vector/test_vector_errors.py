@@ -27,14 +27,29 @@ def restore_edited(edit: Callable[[dict[str, Any]], object]) -> None:
     env.restore_states(states)
 
 
+def reset(name: str = "Hopper", num_envs: int = 2) -> Any:
+    """A vector environment after its reset."""
+    env = make_vec(name, num_envs)
+    env.reset(seed=0)
+    return env
+
+
+COUNT = "Give a whole number from 1 to 100000."
 MISTAKES: list[tuple[Callable[[], object], str]] = [
     (
         lambda: make_vec("Hoper", 2),
         "There is no task 'Hoper'. Did you mean 'Hopper'?",
     ),
-    (lambda: make_vec([], 2), "make_vec: The number of tasks is 0. Give at least 1."),
-    (lambda: make_vec("Hopper", 0), "make_vec: num_envs is 0. Give at least 1."),
-    (lambda: make_vec("Hopper", 1, num_threads=-1), "make_vec: num_threads is -1. Give at least 1."),
+    (lambda: make_vec([], 2), "make_vec: There is no task. Give at least 1."),
+    (lambda: make_vec("Hopper", 0), f"make_vec: num_envs is 0. {COUNT}"),
+    (lambda: make_vec("Hopper", "3"), f"make_vec: num_envs is '3'. {COUNT}"),
+    (lambda: make_vec("Hopper", 2.0), f"make_vec: num_envs is 2.0. {COUNT}"),
+    (lambda: make_vec("Hopper", True), f"make_vec: num_envs is True. {COUNT}"),
+    (lambda: make_vec("Hopper", 10**12), f"make_vec: num_envs is 1000000000000. {COUNT}"),
+    (
+        lambda: make_vec("Hopper", 1, num_threads=-1),
+        "make_vec: num_threads is -1. Give a whole number from 1 to 1024.",
+    ),
     (
         lambda: make_vec(["Hopper", "Walker2d"], 2),
         "make_vec: gym_extensions/Hopper-v0 has the observation_space Box(-inf, inf, (11,), float64), "
@@ -74,11 +89,26 @@ MISTAKES: list[tuple[Callable[[], object], str]] = [
         "make_vec: The states' 'qpos' has a value that is not finite.",
     ),
     (
-        lambda: make_vec("Hopper", 2).step(np.zeros((2, 4), np.float32)),
+        lambda: make_vec("Hopper", 2).reset(seed=1.5),
+        "make_vec: seed is 1.5. Give an int or one seed per environment.",
+    ),
+    (
+        lambda: make_vec("Hopper", 2).reset(seed=[0, -1]),
+        "make_vec: A seed is -1. Give whole numbers of at least 0.",
+    ),
+    *(
+        (
+            lambda indices=indices: reset().restore_states(reset().save_states(), indices),
+            f"make_vec: indices is {indices!r}. Give different whole numbers from 0 to 1.",
+        )
+        for indices in ([0, 2], [-1, 0], [1, 1], [0.0, 1.0], [True, False], [])
+    ),
+    (
+        lambda: reset().step(np.zeros((2, 4), np.float32)),
         "make_vec: The action has shape (2, 4); expected (2, 3). Give one number per actuator.",
     ),
     (
-        lambda: make_vec("Hopper", 2).step(np.array([[0, 0, 0], [0, np.nan, 0]], np.float32)),
+        lambda: reset().step(np.array([[0, 0, 0], [0, np.nan, 0]], np.float32)),
         "make_vec: action[1, 1] is nan. Give finite numbers.",
     ),
 ]

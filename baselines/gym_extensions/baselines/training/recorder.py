@@ -12,6 +12,7 @@ import numpy as np
 from gym_extensions.baselines.agent import Array, VectorEnv
 from gym_extensions.baselines.training.actions import clip_actions
 from gym_extensions.baselines.training.context_env import ContextEnv, TrainingContext
+from gym_extensions.baselines.training.seeding import spawn_seeds
 from gym_extensions.errors import BenchError
 
 EXCESS = 0.02
@@ -92,7 +93,8 @@ class Recorder(ContextEnv):
         if mask is not None:
             return self.env.reset(options=options)
         new_seed = int(self._seeds.spawn(1)[0].generate_state(1)[0])
-        return self.env.reset(seed=new_seed, options=options)
+        seeds: Any = spawn_seeds(new_seed, self.num_envs)  # VectorEnv does not declare lists of seeds
+        return self.env.reset(seed=seeds, options=options)
 
     def step(self, actions: Array) -> tuple[Any, Array, Array, Array, dict[str, Any]]:
         """Steps all environments with clipped actions.

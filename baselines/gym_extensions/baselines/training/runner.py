@@ -11,6 +11,7 @@ from gym_extensions.baselines.agent import Agent, Factory, Observes
 from gym_extensions.baselines.agent_checks import card_of
 from gym_extensions.baselines.context_checks import observes_of
 from gym_extensions.baselines.training.context_env import TrainingContext
+from gym_extensions.baselines.training.evaluator import Evaluator
 from gym_extensions.baselines.training.events import JobFinished, Listener, StageStarted, TaskEvaluated
 from gym_extensions.baselines.training.isolation import isolated
 from gym_extensions.baselines.training.jobs import Interim, Settings, Stage, TrainingJob

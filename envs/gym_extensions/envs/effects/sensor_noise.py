@@ -25,6 +25,7 @@ from gym_extensions.envs.protocols import (
 from gym_extensions.envs.state import DERIVED, State
 
 SEED = DERIVED + "sensor_seed"
+LATCHED = DERIVED + "sensor_readings"
 
 
 @functools.lru_cache(maxsize=CACHED_EPISODES)
@@ -74,13 +75,15 @@ class SensorNoiseEffect(RangeSensorEffect):
         return self._latched.copy()
 
     def get_state(self) -> State:
-        """The seed of the episode's noise."""
-        return {SEED: np.array(float(self._seed))}
+        """The seed of the episode's noise, and the readings that the observation shows."""
+        return {SEED: np.array(float(self._seed)), LATCHED: self._latched.copy()}
 
     def set_state(self, state: Mapping[str, Array]) -> None:
-        """Restores the seed of the episode's noise."""
+        """Restores the seed of the episode's noise, and the readings."""
         if SEED in state:
             self._seed = int(state[SEED])
+        if LATCHED in state:
+            self._latched = np.array(state[LATCHED])
 
 
 class VectorSensorNoiseEffect(VectorRangeSensorEffect):
@@ -120,13 +123,15 @@ class VectorSensorNoiseEffect(VectorRangeSensorEffect):
         return self._latched
 
     def get_state(self) -> dict[str, Array]:
-        """The seeds of the episodes' noise."""
-        return {SEED: self._seeds.copy()}
+        """The seeds of the episodes' noise, and the readings that the observations show."""
+        return {SEED: self._seeds.copy(), LATCHED: self._latched.copy()}
 
     def set_state(self, indices: Indices, state: States) -> None:
-        """Restores the seeds of the episodes' noise."""
+        """Restores the seeds of the episodes' noise, and the readings."""
         if SEED in state:
             self._seed(indices, list(state[SEED]))
+        if LATCHED in state:
+            self._latched[indices] = state[LATCHED]
 
 
 KIND = EffectKind(SensorNoise, SensorNoiseEffect, VectorSensorNoiseEffect, draw_order=3, replaces=RangeSensor)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import functools
 from collections.abc import Mapping
 from typing import Any, ClassVar
@@ -16,17 +17,20 @@ from gym_extensions.catalog.task import Task
 from gym_extensions.envs import state
 from gym_extensions.envs.actions import check_actions
 from gym_extensions.envs.effects.registry import effects_of
+from gym_extensions.envs.lifecycle import IndependentCopies, require_reset
 from gym_extensions.envs.mujoco.compile import compile_model
 from gym_extensions.envs.protocols import Array
 from gym_extensions.envs.success import success_test
 
+REBUILT = ("model", "data", "mujoco_renderer")
+"""Attributes that a copy makes again."""
 
-class TaskEnv(MujocoEnv):
+
+class TaskEnv(IndependentCopies, MujocoEnv):
     """A mixin before a Gymnasium body class.
 
-    It supplies the task's model, checks actions, saves and restores state.
-
-    Pickling keeps the task and the rendering arguments. The copy is a new environment of the same task.
+    It supplies the task's model, checks actions, saves and restores state. Copies and pickles continue
+    exactly where the original is, with their own generator.
     """
 
     observation_space: Box
@@ -37,6 +41,7 @@ class TaskEnv(MujocoEnv):
 
     def __init__(self, task: Task, **rendering: Any) -> None:
         self.task = task
+        self._is_set = False
         self._effects = effects_of(task)
         super().__init__(**rendering)
         # The body class has set these to its own arguments.
@@ -55,6 +60,18 @@ class TaskEnv(MujocoEnv):
         size.offwidth, size.offheight = max(size.offwidth, self.width), max(size.offheight, self.height)
         return model, mujoco.MjData(model)
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Returns a copy of the whole simulation and the other attributes."""
+        others = {name: value for name, value in self.__dict__.items() if name not in REBUILT}
+        return {"attributes": others, "data": copy.copy(self.data)}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Makes the environment again and continues where the copied one was."""
+        attributes = state["attributes"]
+        new = type(self)(*attributes["_ezpickle_args"], **attributes["_ezpickle_kwargs"])
+        self.__dict__.update(new.__dict__ | attributes)
+        mujoco.mj_copyData(self.data, self.model, state["data"])
+
     @property
     def elapsed(self) -> int:
         """Environment steps since reset, by the simulation's clock."""
@@ -69,10 +86,15 @@ class TaskEnv(MujocoEnv):
         return 0.0 if free else float(self.model.body_pos[torso, 2] - self.model.qpos0[joint + 1])
 
     def step(self, action: Any) -> tuple[Array, Any, bool, bool, dict[str, Any]]:
-        """The base body's step, after a check of the action. Raises ``BenchError`` for a bad action.
+        """The base body's step, after a check of the action.
 
         The info has ``is_success``, a bool, if the task defines success.
+
+        Raises:
+            BenchError: the action's shape differs, or a value is not a finite number.
+            ResetNeededError: the environment was never reset.
         """
+        require_reset(self._is_set, self.task.id)
         checked = check_actions(action, (self.model.nu,), self.task.id)
         transition: tuple[Array, Any, bool, bool, dict[str, Any]] = super().step(checked)
         if self._success is not None:
@@ -89,6 +111,7 @@ class TaskEnv(MujocoEnv):
     def set_state(self, qpos: Array, qvel: Array) -> None:
         """Sets positions (nq,) and velocities (nv,) and recomputes derived fields."""
         super().set_state(qpos, qvel)  # type: ignore[no-untyped-call]
+        self._is_set = True
 
     def start_body(self) -> None:
         """Draws and sets the body's own start."""
@@ -131,7 +154,14 @@ class TaskEnv(MujocoEnv):
         It has ``qpos``, ``qvel``, ``qacc_warmstart`` and ``time``, ``mocap_pos`` and ``mocap_quat`` if the
         model has mocap bodies, and the task's own values. Values whose names begin with ``derived_`` follow
         from the others or from the reset seed, up to a lag of one evaluation.
+
+        Raises:
+            ResetNeededError: the environment was never reset.
         """
+        require_reset(self._is_set, self.task.id)
+        return self._take_state()
+
+    def _take_state(self) -> state.State:
         saved = state.take(self.data, self.ONE_STEP_BEHIND) | self.get_task_state()
         for effect in self._effects:
             saved |= effect.get_state()
@@ -148,8 +178,9 @@ class TaskEnv(MujocoEnv):
         Raises:
             BenchError: a value is missing, unknown, not finite, or has another shape.
         """
-        checked = state.check(saved, self.save_state(), self.task.id)
+        checked = state.check(saved, self._take_state(), self.task.id)
         state.put(self.model, self.data, checked, self.ONE_STEP_BEHIND)
         self.set_task_state(checked)
         for effect in self._effects:
             effect.set_state(checked)
+        self._is_set = True

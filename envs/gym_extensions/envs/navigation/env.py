@@ -7,7 +7,6 @@ from typing import Any
 
 import gymnasium as gym
 import numpy as np
-from gymnasium.utils import EzPickle
 from numpy.typing import NDArray
 
 from gym_extensions.catalog.bodies.success import IS_SUCCESS
@@ -15,10 +14,11 @@ from gym_extensions.catalog.task import Task
 from gym_extensions.catalog.variations.maps import Course
 from gym_extensions.envs import state
 from gym_extensions.envs.actions import check_actions
+from gym_extensions.envs.lifecycle import IndependentCopies, require_reset
 from gym_extensions.envs.navigation.grid import Arena, arena
 from gym_extensions.envs.navigation.observations import action_space, observation_space
 from gym_extensions.envs.navigation.rendering import background, with_agent
-from gym_extensions.envs.navigation.simulation import World
+from gym_extensions.envs.navigation.simulation import EXPECTED_STATE, World, whole_steps
 from gym_extensions.errors import BenchError
 
 RENDER_PIXEL = 1.0
@@ -49,7 +49,7 @@ def check_render_mode(render_mode: str | None, task: Task) -> None:
         raise BenchError("unknown-render-mode", message, task.id, hint)
 
 
-class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], EzPickle):
+class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], IndependentCopies):
     """A point moves by small displacements over an occupancy grid to a goal.
 
     These are the 2-D navigation tasks of Henderson et al. 2017, "Benchmark Environments for Multitask
@@ -116,7 +116,6 @@ class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], EzPickle):
     metadata = {"render_modes": ["rgb_array"], "render_fps": 30}  # noqa: RUF012
 
     def __init__(self, task: Task, render_mode: str | None = None, custom_arena: Arena | None = None) -> None:
-        EzPickle.__init__(self, task, render_mode, custom_arena)
         check_render_mode(render_mode, task)
         row = course(task)
         self.task, self.render_mode = task, render_mode
@@ -124,7 +123,7 @@ class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], EzPickle):
         self.observation_space = observation_space(row.family)
         self.action_space: gym.spaces.Space[Any] = action_space()
         self._world = World([self.arena], row.family)
-        self._steps = 0
+        self._steps, self._is_set = 0, False
         self._moving = np.zeros(1, dtype=np.bool_)
         self._background: NDArray[np.uint8] | None = None
 
@@ -138,14 +137,17 @@ class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], EzPickle):
             options: ``start``, a free point (x, y) in units, instead of a random one.
 
         Raises:
-            BenchError: the start is not a free point.
+            BenchError: the start is not a free point. Nothing has changed then.
         """
-        super().reset(seed=seed)
+        start = None
         if options and "start" in options:
-            self._world.place(0, options["start"], self.task.id)
-        else:
+            start = self._world.free_point(0, options["start"], self.task.id)
+        super().reset(seed=seed)
+        if start is None:
             self._world.draw_start(0, self.np_random)
-        self._steps = 0
+        else:
+            self._world.positions[0] = start
+        self._steps, self._is_set = 0, True
         return self._world.observe()[0], {}
 
     def step(self, action: NDArray[np.float32]) -> tuple[NDArray[Any], float, bool, bool, dict[str, Any]]:
@@ -153,7 +155,9 @@ class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], EzPickle):
 
         Raises:
             BenchError: the action's shape is not (2,), or a value is not finite.
+            ResetNeededError: the environment was never reset.
         """
+        require_reset(self._is_set, self.task.id)
         checked = check_actions(action, (2,), self.task.id)
         rewards, reached = self._world.advance(checked[None], self._moving)
         self._steps += 1
@@ -161,7 +165,12 @@ class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], EzPickle):
         return self._world.observe()[0], float(rewards[0]), arrived, False, {IS_SUCCESS: arrived}
 
     def save_state(self) -> state.State:
-        """Returns ``position`` (2,) in units and ``steps`` () since reset, as float64 arrays."""
+        """Returns ``position`` (2,) in units and ``steps`` () since reset, as float64 arrays.
+
+        Raises:
+            ResetNeededError: the environment was never reset.
+        """
+        require_reset(self._is_set, self.task.id)
         return {"position": self._world.positions[0].copy(), "steps": np.array(float(self._steps))}
 
     def restore_state(self, saved: Mapping[str, NDArray[np.float64]]) -> None:
@@ -170,18 +179,20 @@ class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], EzPickle):
         The continuation is bit for bit the same.
 
         Raises:
-            BenchError: a value is missing, unknown, not finite, or has another shape, or the position is not
-                free.
+            BenchError: a value is missing, unknown, not finite, or has another shape, the position is not
+                free, or the steps are not a whole number. Nothing has changed then.
         """
-        checked = state.check(saved, self.save_state(), self.task.id)
+        checked = state.check(saved, EXPECTED_STATE, self.task.id)
+        steps = whole_steps(checked["steps"], self.task.id)
         self._world.place(0, checked["position"], self.task.id)
-        self._steps = int(checked["steps"])
+        self._steps, self._is_set = steps, True
 
     def render(self) -> NDArray[np.uint8] | None:
         """Returns a frame (480, 640, 3) with one pixel per unit, or None without a render mode."""
         if self.render_mode is None:
             gym.logger.warn(f"{self.task.id} was made without a render mode, so there is nothing to render.")
             return None
+        require_reset(self._is_set, self.task.id)
         if self._background is None:
             self._background = background(self.arena, RENDER_PIXEL)
         return with_agent(self._background, self._world.positions[0], RENDER_PIXEL)

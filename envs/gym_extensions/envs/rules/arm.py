@@ -48,9 +48,19 @@ class ArmRules(Stateless):
         self._templates = templates
         self._qpos, self._qvel = physics.field("qpos"), physics.field("qvel")
         positions, model = physics.field("xpos"), templates[0].model
+        self._terms: dict[str, NDArray[Any]] = {}
         self._tip, self._object, self._goal = (
             positions[:, model.body(name).id] for name in ("tips_arm", "object", "goal")
         )
+
+    def _reward(self, far: Array, cost: NDArray[Any], near: Array) -> Array:
+        self._terms = {"reward_dist": far, "reward_ctrl": cost, "reward_near": near}
+        reward: Array = far + cost + near
+        return reward
+
+    def step_infos(self) -> dict[str, NDArray[Any]]:
+        """The terms of the reward."""
+        return self._terms
 
     def observe(self) -> Array:
         """The arm's positions and velocities, then the positions of tip, object and goal."""
@@ -89,7 +99,7 @@ class PusherRules(ArmRules):
         near = -distance(self._object - self._tip) * PUSH_NEAR
         far = -distance(self._object - self._goal)
         cost = -np.square(actions).sum(axis=1) * PUSH_CTRL
-        return far + cost + near, np.zeros(len(near), np.bool_)
+        return self._reward(far, cost, near), np.zeros(len(near), np.bool_)
 
 
 class StrikerRules(ArmRules):
@@ -142,8 +152,8 @@ class StrikerRules(ArmRules):
         self._strike_place[within] = self._tip[within]
         near = distance(self._object - np.where(self._struck[:, None], self._strike_place, self._tip))
         cost = -striker.CTRL_WEIGHT * np.square(actions).sum(axis=1)
-        reward = -striker.DISTANCE_WEIGHT * self._best + cost + -striker.NEAR_WEIGHT * near
-        return reward, np.zeros(len(reward), np.bool_)
+        far, near = -striker.DISTANCE_WEIGHT * self._best, -striker.NEAR_WEIGHT * near
+        return self._reward(far, cost, near), np.zeros(len(near), np.bool_)
 
     def get_state(self) -> dict[str, Array]:
         """Returns ``best_distance``, ``struck`` and ``strike_place``."""

@@ -35,6 +35,12 @@ class Rules(Protocol):
             ctrl: ``(num_envs, nu)`` as the motors received them.
         """
 
+    def step_infos(self) -> dict[str, NDArray[Any]]:
+        """Returns the single environment's infos of the last step by key, as new arrays."""
+
+    def reset_infos(self) -> dict[str, NDArray[Any]]:
+        """Returns the single environment's infos of a reset by key, as new arrays."""
+
     def observe(self) -> Array:
         """Returns a new array of observations."""
 
@@ -53,6 +59,10 @@ class Stateless:
 
     def pre_step(self) -> None:
         """Nothing to store."""
+
+    def reset_infos(self) -> dict[str, NDArray[Any]]:
+        """Nothing."""
+        return {}
 
     def get_state(self) -> dict[str, Array]:
         """Nothing beside the physics."""

@@ -27,7 +27,10 @@ class HumanoidStandupRules(Stateless):
     """
 
     needs_contact_forces: ClassVar[bool] = True
-    fields: ClassVar[tuple[str, ...]] = ("xipos", "cinert", "cvel", "qfrc_actuator", "cfrc_ext")
+    fields: ClassVar[tuple[str, ...]] = (
+        *("xipos", "cinert", "cvel", "qfrc_actuator", "cfrc_ext"),
+        *("ten_length", "ten_velocity"),
+    )
 
     def __init__(self, physics: Physics, templates: Sequence[Template]) -> None:
         self._field = {name: physics.field(name) for name in ("qpos", "qvel", *self.fields)}
@@ -35,6 +38,7 @@ class HumanoidStandupRules(Stateless):
         self._qvel = np.array([template.init_qvel for template in templates])
         self._bodies = int(templates[0].model.nbody - templates[0].model.nmocap)
         self._timestep = float(templates[0].model.opt.timestep)
+        self._terms: dict[str, NDArray[Any]] = {}
 
     def draw(self, indices: Indices, generators: Generators) -> dict[str, Array]:
         """Positions, then velocities, around the rest pose."""
@@ -44,8 +48,27 @@ class HumanoidStandupRules(Stateless):
     def reward_and_termination(self, actions: NDArray[Any], ctrl: NDArray[Any]) -> tuple[Array, Flags]:
         """z / timestep − costs + 1."""
         upward = self._field["qpos"][:, 2] / self._timestep
-        reward = upward - control_cost(ctrl) - self._contact_cost() + 1
-        return reward, np.zeros(len(reward), np.bool_)
+        control, impact = control_cost(ctrl), self._contact_cost()
+        self._terms = {"reward_linup": upward, "reward_quadctrl": -control, "reward_impact": -impact}
+        return upward - control - impact + 1, np.zeros(len(upward), np.bool_)
+
+    def step_infos(self) -> dict[str, NDArray[Any]]:
+        """Positions, tendons and the terms of the reward."""
+        return self.reset_infos() | self._terms
+
+    def reset_infos(self) -> dict[str, NDArray[Any]]:
+        """Position of the torso and height above the rest pose, m; lengths and velocities of tendons."""
+        height = self._field["qpos"][:, 2] - self._qpos[:, 2]
+        return self._placement() | {"z_distance_from_origin": height}
+
+    def _placement(self) -> dict[str, NDArray[Any]]:
+        field = self._field
+        return {
+            "x_position": field["qpos"][:, 0].copy(),
+            "y_position": field["qpos"][:, 1].copy(),
+            "tendon_length": field["ten_length"].copy(),
+            "tendon_velocity": field["ten_velocity"].copy(),
+        }
 
     def _contact_cost(self) -> Array:
         return contact_cost(self._field["cfrc_ext"][:, : self._bodies])
@@ -80,31 +103,53 @@ class HumanoidRules(HumanoidStandupRules):
         self._masses = np.array([template.model.body_mass for template in templates])
         self._total_mass = np.array([template.model.body_mass.sum() for template in templates])
         self._dt = templates[0].dt
-        self._x_before = np.zeros(len(templates))
+        self._before = np.zeros((2, len(templates)))
+        self._velocity = np.zeros((2, len(templates)))
 
     def pre_step(self) -> None:
         """Stores the center of mass."""
-        self._x_before = self._center()
+        self._before = self._center()
 
     def _center(self) -> Array:
-        """x of the center of mass in every environment, m."""
-        weighted: Array = np.einsum("lb,lb->l", self._masses, self._field["xipos"][:, :, 0])
-        center: Array = weighted / self._total_mass
+        """x and y of the center of mass in every environment, m, (2, num_envs)."""
+        positions = self._field["xipos"]
+        weighted = [np.einsum("lb,lb->l", self._masses, positions[:, :, axis]) for axis in (0, 1)]
+        center: Array = np.array(weighted) / self._total_mass
         return center
-
-    def _forward(self) -> Array:
-        return FORWARD_WEIGHT * ((self._center() - self._x_before) / self._dt)
 
     def _healthy(self) -> Flags:
         height = self._field["qpos"][:, 2]
         healthy: Flags = (height > HEALTHY_HEIGHT[0]) & (height < HEALTHY_HEIGHT[1])
         return healthy
 
+    def _start_terms(self, survive: Array, ctrl: NDArray[Any]) -> dict[str, Array]:
+        """Stores and returns the terms of the reward that all humanoids on their feet have."""
+        self._velocity = (self._center() - self._before) / self._dt
+        self._terms = {
+            "reward_survive": survive,
+            "reward_forward": FORWARD_WEIGHT * self._velocity[0],
+            "reward_ctrl": -control_cost(ctrl),
+            "reward_contact": -self._contact_cost(),
+        }
+        return self._terms
+
     def reward_and_termination(self, actions: NDArray[Any], ctrl: NDArray[Any]) -> tuple[Array, Flags]:
         """1.25 × speed + 5 while upright − costs."""
         healthy = self._healthy()
-        gains = self._forward() + healthy * HEALTHY_REWARD
-        return gains - (control_cost(ctrl) + self._contact_cost()), ~healthy
+        terms = self._start_terms(np.where(healthy, HEALTHY_REWARD, 0.0), ctrl)
+        gains = terms["reward_forward"] + terms["reward_survive"]
+        return gains + (terms["reward_ctrl"] + terms["reward_contact"]), ~healthy
+
+    def step_infos(self) -> dict[str, NDArray[Any]]:
+        """Positions, velocities of the center of mass, tendons and the terms of the reward."""
+        x_velocity, y_velocity = self._velocity
+        return self.reset_infos() | {"x_velocity": x_velocity, "y_velocity": y_velocity} | self._terms
+
+    def reset_infos(self) -> dict[str, NDArray[Any]]:
+        """Position of the torso and distance from the origin, m; lengths and velocities of tendons."""
+        position = self._field["qpos"][:, :2]
+        # A dot product, as numpy.linalg.norm of one vector is.
+        return self._placement() | {"distance_from_origin": np.sqrt(np.vecdot(position, position))}
 
     def get_state(self) -> dict[str, Array]:
         """The bodies' centers after the last step, from which the next reward starts."""
@@ -124,10 +169,11 @@ class HumanoidStandupAndRunRules(HumanoidRules):
 
     def reward_and_termination(self, actions: NDArray[Any], ctrl: NDArray[Any]) -> tuple[Array, Flags]:
         """1.25 × speed + z / timestep + (5 if healthy else 1) − costs."""
-        upward = self._field["qpos"][:, 2] / self._timestep
         bonus = np.where(self._healthy(), HEALTHY_REWARD, FALLEN_REWARD)
-        reward = self._forward() + upward + bonus - control_cost(ctrl) - self._contact_cost()
-        return reward, np.zeros(len(reward), np.bool_)
+        terms = self._start_terms(bonus, ctrl)
+        terms["reward_linup"] = self._field["qpos"][:, 2] / self._timestep
+        gains = terms["reward_forward"] + terms["reward_linup"] + terms["reward_survive"]
+        return gains + terms["reward_ctrl"] + terms["reward_contact"], np.zeros(len(gains), np.bool_)
 
 
 def control_cost(ctrl: NDArray[Any]) -> Array:

@@ -38,8 +38,10 @@ class PlanarRules(Stateless):
         self._rest_qpos = np.array([template.init_qpos for template in templates])
         self._rest_qvel = np.array([template.init_qvel for template in templates])
         self._qpos, self._qvel = physics.field("qpos"), physics.field("qvel")
+        self._x, self._z, self._rest_z = self._qpos[:, 0], self._qpos[:, 1], self._rest_qpos[:, 1]
         self._dt = templates[0].dt
-        self._x_before = self._qpos[:, 0].copy()
+        self._x_before = self._x.copy()
+        self._terms: dict[str, NDArray[Any]] = {}
 
     def draw(self, indices: Indices, generators: Generators) -> dict[str, Array]:
         """Positions, then velocities, around the rest pose."""
@@ -51,21 +53,37 @@ class PlanarRules(Stateless):
 
     def pre_step(self) -> None:
         """Stores the root's x."""
-        self._x_before[:] = self._qpos[:, 0]
+        self._x_before[:] = self._x
 
     def reward_and_termination(self, actions: NDArray[Any], ctrl: NDArray[Any]) -> tuple[Array, Flags]:
         """Speed + 1 while healthy − cost. The cost keeps the action's own precision, as Gymnasium's does."""
-        reward = (self._qpos[:, 0] - self._x_before) / self._dt
+        speed = (self._x - self._x_before) / self._dt
         cost = self.ctrl_cost * np.square(actions).sum(axis=1)
+        # The weight of speed is 1: speed and its reward are one array.
+        self._terms = {"x_velocity": speed, "reward_forward": speed, "reward_ctrl": -cost}
         if self.health is None:
-            return reward - cost, np.zeros(len(reward), np.bool_)
+            return speed - cost, np.zeros(len(speed), np.bool_)
         healthy = self._is_healthy(self.health)
-        reward += healthy
+        self._terms["reward_survive"] = healthy.astype(np.float64)
+        reward = speed + healthy
         reward -= cost
         return reward, ~healthy
 
+    def step_infos(self) -> dict[str, NDArray[Any]]:
+        """Position, speed and the terms of the reward."""
+        infos = self.reset_infos()
+        infos.update(self._terms)
+        return infos
+
+    def reset_infos(self) -> dict[str, NDArray[Any]]:
+        """x of the root, and the height above the rest pose if episodes end by it, m."""
+        infos: dict[str, NDArray[Any]] = {"x_position": self._x.copy()}
+        if self.health is not None:
+            infos["z_distance_from_origin"] = self._z - self._rest_z
+        return infos
+
     def _is_healthy(self, health: Health) -> Flags:
-        height, angle = self._qpos[:, 1], self._qpos[:, 2]
+        height, angle = self._z, self._qpos[:, 2]
         healthy: Flags = (height > health.height[0]) & (height < health.height[1])
         healthy &= (angle > health.angle[0]) & (angle < health.angle[1])
         if health.state is not None:

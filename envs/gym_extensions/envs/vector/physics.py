@@ -30,11 +30,11 @@ class BatchPhysics:
             self._batch.set_models(models)
         self._frame_skip = frame_skip
         self._state_fields = state_fields(models[0])
-        self._fields: dict[str, Array] = {
-            name: self._batch.bind(name) for name in (*self._state_fields, *fields)
-        }
+        self._fields: dict[str, Array] = {name: self._batch.bind(name) for name in self._state_fields}
+        # The engine's outputs are read-only. A copy of them can be written when a copy of all this is made.
+        self._outputs = [(self._batch.bind(name), np.zeros_like(self._batch.bind(name))) for name in fields]
+        self._fields |= {name: copy for name, (_, copy) in zip(fields, self._outputs, strict=True)}
         self._ctrl = self._batch.bind("ctrl")
-        self._derives = bool(fields)
         self._batch.reset(stage=mujoco.mjtStage.mjSTAGE_NONE.value)
         self._defaults = self._batch.state.copy()
 
@@ -47,13 +47,20 @@ class BatchPhysics:
         self._batch.state[indices] = self._defaults[indices]
         for name, rows in state.items():
             self._fields[name][indices] = rows
-        if self._derives:
+        if self._outputs:
             self._batch.forward(indices)
+            self._refresh(indices)
 
     def step(self, ctrl: NDArray[Any], indices: Indices | None) -> None:
         """Runs one environment step in some environments, or in all."""
         self._ctrl[...] = ctrl
         self._batch.step(indices, self._frame_skip)
+        if self._outputs:
+            self._refresh(slice(None) if indices is None else indices)
+
+    def _refresh(self, rows: Indices | slice) -> None:
+        for output, copy in self._outputs:
+            copy[rows] = output[rows]
 
     def snapshot(self) -> dict[str, Array]:
         """Returns copies of the physics state of every environment."""
@@ -65,8 +72,20 @@ class BatchPhysics:
             self._fields[name][indices] = state[name]
         self._batch.forward(indices)
         self._fields["qacc_warmstart"][indices] = state["qacc_warmstart"]
+        self._refresh(indices)
+
+    def dump(self) -> dict[str, Array]:
+        """Returns copies of the engine's state and of the derived fields."""
+        names = self._fields.keys() - set(self._state_fields)
+        return {name: self._fields[name].copy() for name in sorted(names)} | {"": self._batch.state.copy()}
+
+    def undump(self, dumped: dict[str, Array]) -> None:
+        """Writes what ``dump`` returned."""
+        for name, rows in dumped.items():
+            (self._fields[name] if name else self._batch.state)[...] = rows
 
     def close(self) -> None:
         """Frees the batch."""
         self._fields.clear()
+        self._outputs.clear()
         del self._batch, self._ctrl

@@ -9,6 +9,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from gym_extensions.catalog.bodies.success import IS_SUCCESS
+from gym_extensions.envs.batch.infos import Part
 from gym_extensions.envs.effects.registry import vector_effects_of
 from gym_extensions.envs.protocols import Array, Flags, Generators, Indices, Physics, States
 from gym_extensions.envs.success import success_test
@@ -31,6 +33,7 @@ class Shard:
 
     def __init__(self, members: Indices, templates: Sequence[TaskTemplate], num_threads: int) -> None:
         self.members = members
+        self._arguments = members, templates, num_threads
         self._dt = templates[0].dt
         self._steps = np.zeros(len(templates), np.int64)
         self._physics = physics(templates, num_threads)
@@ -38,6 +41,23 @@ class Shard:
         self._effects = vector_effects_of(self._physics, templates)
         self._success = success_test(templates[0].task.body.success, templates[0].model)
         self._success_field = None if self._success is None else self._physics.field(self._success.field)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Returns the arguments, and copies of everything that changes from step to step."""
+        return {
+            "arguments": self._arguments,
+            "steps": self._steps,
+            "physics": self._physics.dump(),
+            "saved": self.save(),
+        }
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Makes the shard again and continues where the copied one was."""
+        Shard.__init__(self, *state["arguments"])
+        everyone = np.arange(len(self.members))
+        self._set_state(everyone, state["saved"])
+        self._physics.undump(state["physics"])
+        self._steps[:] = state["steps"]
 
     def reset(self, indices: Indices, generators: Generators) -> None:
         """Starts episodes in some environments.
@@ -64,11 +84,16 @@ class Shard:
         self._steps += 1
         return self._rules.reward_and_termination(actions, ctrl)
 
-    def success(self) -> Flags | None:
-        """Returns whether each environment is in a state of success, or None if their tasks define none."""
-        if self._success is None or self._success_field is None:
-            return None
-        return self._success(self._success_field)
+    def step_infos(self) -> Part:
+        """Returns the infos of the last step, with ``is_success`` if the tasks define success."""
+        infos = self._rules.step_infos()
+        if self._success is not None and self._success_field is not None:
+            infos = infos | {IS_SUCCESS: self._success(self._success_field)}
+        return self.members, infos
+
+    def reset_infos(self) -> Part:
+        """Returns the infos of the present states, for environments that have just been reset."""
+        return self.members, self._rules.reset_infos()
 
     def observe(self) -> Array:
         """Returns a new array of observations."""
@@ -88,6 +113,9 @@ class Shard:
         """Restores saved rows in some environments."""
         self._physics.load(indices, state)
         self._steps[indices] = np.rint(np.asarray(state["time"]) / self._dt).astype(np.int64)
+        self._set_state(indices, state)
+
+    def _set_state(self, indices: Indices, state: States) -> None:
         self._rules.set_state(indices, state)
         for effect in self._effects:
             effect.set_state(indices, state)

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gym_extensions.envs.batch.engine import GeneratorOf
+from gym_extensions.envs.batch.infos import Part
+from gym_extensions.envs.batch.saved_states import check_names, rows_for
 from gym_extensions.envs.protocols import Array, Flags, Indices, States
-from gym_extensions.envs.success import success_infos
 from gym_extensions.envs.vector.layout import layout
-from gym_extensions.envs.vector.saved_state import check_names, rows_for
 from gym_extensions.envs.vector.shard import Shard
 from gym_extensions.envs.vector.template import TaskTemplate
 
@@ -32,16 +33,18 @@ class Shards:
             Shard(np.array(indices), [templates[index] for index in indices], num_threads)
             for indices in members.values()
         ]
-        defining = [template.task.body.success is not None for template in templates]
-        self._defines_success = np.array(defining) if any(defining) else None
 
-    def reset(self, starting: Flags, generators: Sequence[np.random.Generator | None]) -> None:
-        """Starts episodes in the flagged environments, which need a generator."""
+    def check_options(self, options: Mapping[str, Any], indices: Indices) -> None:
+        """All options are accepted and ignored, as by Gymnasium's bodies."""
+
+    def start(self, indices: Indices, generator: GeneratorOf, options: Mapping[str, Any]) -> None:
+        """Starts episodes in some environments."""
+        starting = np.zeros(self._num_envs, np.bool_)
+        starting[indices] = True
         for shard in self._shards:
             rows = np.flatnonzero(starting[shard.members])
-            drawn = [generators[index] for index in shard.members[rows]]
             if len(rows):
-                shard.reset(rows, [generator for generator in drawn if generator is not None])
+                shard.reset(rows, [generator(int(index)) for index in shard.members[rows]])
 
     def step(self, actions: NDArray[Any], resting: Flags | None) -> tuple[Array, Flags]:
         """Returns rewards and terminations of one step. Rows of resting environments are meaningless."""
@@ -53,19 +56,6 @@ class Shards:
             rewards[shard.members], terminations[shard.members] = shard.step(actions[shard.members], rows)
         return rewards, terminations
 
-    def infos(self, resting: Flags | None) -> dict[str, Any]:
-        """Returns the infos of one step: ``is_success`` of tasks that define it, without resting ones."""
-        if self._defines_success is None:
-            return {}
-        flags = np.zeros(self._num_envs, np.bool_)
-        for shard in self._shards:
-            success = shard.success()
-            if success is not None:
-                flags[shard.members] = success
-        return success_infos(
-            flags, self._defines_success if resting is None else self._defines_success & ~resting
-        )
-
     def observe(self) -> Array:
         """Returns a new array of observations, ``(num_envs, …)``."""
         if len(self._shards) == 1:
@@ -74,6 +64,14 @@ class Shards:
         for shard in self._shards:
             observations[shard.members] = shard.observe()
         return observations
+
+    def step_infos(self) -> list[Part]:
+        """Returns the infos of the last step."""
+        return [shard.step_infos() for shard in self._shards]
+
+    def reset_infos(self) -> list[Part]:
+        """Returns the infos of the present states, for environments that have just been reset."""
+        return [shard.reset_infos() for shard in self._shards]
 
     def save(self) -> dict[str, Array]:
         """Returns the states by name. A name that some environments lack has NaN in their rows."""
@@ -103,11 +101,14 @@ class Shards:
         """
         shapes = [shard.save() for shard in self._shards]
         check_names(states, set().union(*shapes))
+        checked = []
         for shard, expected in zip(self._shards, shapes, strict=True):
             rows = np.flatnonzero(np.isin(indices, shard.members))
             if len(rows):
                 members = np.searchsorted(shard.members, indices[rows])
-                shard.load(members, rows_for(states, rows, expected))
+                checked.append((shard, members, rows_for(states, rows, expected)))
+        for shard, members, state in checked:
+            shard.load(members, state)
 
     def close(self) -> None:
         """Frees threads and memory."""

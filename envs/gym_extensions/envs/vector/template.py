@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import mujoco
@@ -25,6 +26,10 @@ class TaskTemplate:
     action_space: Box
     root_lift: float
     """Height of the torso's frame when the root's vertical coordinate is 0, m; 0 for the arms."""
+
+    def __reduce__(self) -> tuple[Callable[[Task], TaskTemplate], tuple[Task]]:
+        """A copy compiles the task's model again."""
+        return template, (self.task,)
 
     @property
     def dt(self) -> float:

@@ -15,6 +15,9 @@ from gym_extensions.envs.protocols import Array, Indices, States
 from gym_extensions.envs.state import MOCAP
 from gym_extensions.envs.vector.physics import state_fields
 
+STATE = mujoco.mjtState.mjSTATE_INTEGRATION.value
+"""The parts of MjData that determine its later steps."""
+
 
 class PooledPhysics:
     """One MjData per environment.
@@ -113,6 +116,20 @@ class PooledPhysics:
             mujoco.mj_forward(self._models[index], data)
             data.qacc_warmstart[...] = state["qacc_warmstart"][row]
             self._gather(index)
+
+    def dump(self) -> dict[str, Array]:
+        """Returns copies of the state of every MjData and of the gathered fields."""
+        states = np.empty((len(self._data), mujoco.mj_stateSize(self._models[0], STATE)))
+        for model, data, row in zip(self._models, self._data, states, strict=True):
+            mujoco.mj_getState(model, data, row, STATE)
+        return {name: rows.copy() for name, rows in self._fields.items()} | {"": states}
+
+    def undump(self, dumped: dict[str, Array]) -> None:
+        """Writes what ``dump`` returned."""
+        for model, data, row in zip(self._models, self._data, dumped[""], strict=True):
+            mujoco.mj_setState(model, data, row, STATE)
+        for name, rows in self._fields.items():
+            rows[...] = dumped[name]
 
     def close(self) -> None:
         """Ends the threads."""

@@ -1,4 +1,4 @@
-"""Checks of saved states before they are restored."""
+"""Checks of saved states of many environments before they are restored."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from gym_extensions.envs.batch.seeding import WHERE
 from gym_extensions.envs.protocols import Array, Indices, States
-from gym_extensions.envs.seeding import WHERE
 from gym_extensions.envs.state import DERIVED
 from gym_extensions.errors import BenchError
 
@@ -20,7 +20,7 @@ def rows_for(states: States, rows: Indices, expected: Mapping[str, Array]) -> di
     Args:
         states: arrays by name, one row per environment.
         rows: which of their rows.
-        expected: what the shard itself saves, for names and shapes.
+        expected: what the environments themselves save, for names and shapes.
 
     Raises:
         BenchError: a name is missing, or a value has another shape or is not finite.
@@ -32,7 +32,7 @@ def rows_for(states: States, rows: Indices, expected: Mapping[str, Array]) -> di
                 continue
             raise BenchError("bad-state", f"The states have no entry {name!r}.", WHERE)
         value = np.asarray(states[name], np.float64)
-        if value.shape[1:] != template.shape[1:] or len(value) <= rows.max():
+        if value.ndim == 0 or value.shape[1:] != template.shape[1:] or len(value) <= rows.max():
             shape = ", ".join(map(str, ("num_envs", *template.shape[1:])))
             message = f"The states' {name!r} has shape {value.shape}; expected ({shape})."
             raise BenchError("bad-state", message, WHERE)

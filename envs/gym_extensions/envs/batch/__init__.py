@@ -1,0 +1,1 @@
+"""What vector environments of all bodies share: seeds, time limits, autoreset, infos, saved states."""
