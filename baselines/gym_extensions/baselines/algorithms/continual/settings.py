@@ -1,0 +1,15 @@
+"""The hyperparameters of the continual-learning methods, in one table. Those of TRPO are the reference's.
+
+Every coefficient multiplies a penalty that does not depend on the scale of rewards or observations, and is the
+same for all groups. docs/learners.md has the measurements behind the chosen values.
+"""
+
+from __future__ import annotations
+
+L2 = 1.0  # docs/learners.md
+L2_INIT = 0.1  # docs/learners.md
+EWC = 1.0  # docs/learners.md
+EWC_DECAY = 0.95  # γ of Schwarz et al. 2018, who leave its value open; this project
+CLONING = 1.0  # docs/learners.md
+STATES_PER_TASK = 1_000  # this project; Wolczyk et al. 2021 use 2,560 for EWC and 10,000 for cloning
+PACKNET_RETRAIN_SHARE = 0.2  # this project; Wolczyk et al. 2021: 100,000 offline updates per 1M steps
