@@ -43,7 +43,6 @@ BAD_CARDS = [
     (changed(evaluation="sample"), ".evaluation: The value is 'sample'. Did you mean 'sampled'?"),
     (changed(title="x" * 101), ".title: The string has 101 characters; the limit is 100. Give a string."),
     (changed(title=3), ".title: 3 is not a string. Give a string."),
-    (changed(boundaries=1), ".boundaries: 1 is not true or false. Give true or false."),
     (changed(parameters=np.int64(3)), f".parameters: np.int64(3) {COUNT}"),
     (changed(stored_steps=-1), f".stored_steps: -1 {COUNT}"),
     (changed([3]), ": hyperparameters is of type list. Use a dict of values by name."),

@@ -7,17 +7,18 @@ from typing import Any
 
 import pytest
 
-from gym_extensions.baselines import Card
+from gym_extensions.baselines import Card, Observes
 from gym_extensions.baselines.submission import manifest
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.rules.manifest import bad_value, missing_key, unknown_key
 
 PATH = Path("mine/submission.toml")
-CARD = Card("climber", hyperparameters={"step": 0.1}, stored_steps=10, task_in_training=True)
+CARD = Card("climber", hyperparameters={"step": 0.1}, stored_steps=10)
+OBSERVES = Observes(task_in_training=True)
 
 
-def run(card: Card = CARD, num_envs: int | None = None) -> dict[str, Any]:
-    return manifest.run_sections(card, "smoke", num_envs)
+def run(card: Card = CARD, num_envs: int | None = None, observes: Observes = OBSERVES) -> dict[str, Any]:
+    return manifest.run_sections(card, "smoke", num_envs, observes)
 
 
 def test_a_new_manifest_passes_the_rules_of_the_format() -> None:

@@ -11,7 +11,8 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 
 from gym_extensions.baselines.adapters.hyperparameters import to_manifest_value
 from gym_extensions.baselines.adapters.sb3_vec_env import BatchVecEnv, SpacesVecEnv
-from gym_extensions.baselines.agent import Array, Card, Factory, Setting, VectorEnv
+from gym_extensions.baselines.agent import Array, Card, Context, Factory, Setting, VectorEnv
+from gym_extensions.errors import BenchError
 
 
 class Sb3Agent:
@@ -34,6 +35,7 @@ class Sb3Agent:
         self._model = self._create_model(1)
         self._learning = torch.get_rng_state()
         self._acting = torch.Generator().manual_seed(self._seed + 1).get_state()
+        self._state: tuple[Array, ...] | None = None
 
     def _create_model(self, num_envs: int) -> BaseAlgorithm:
         # SAC and A2C write into the policy_kwargs that they receive, so dicts are copied.
@@ -43,11 +45,26 @@ class Sb3Agent:
         arguments: dict[str, Any] = {"policy": "MlpPolicy", "device": "cpu", "seed": self._seed} | copies
         return self._algorithm(env=SpacesVecEnv(*self._spaces, num_envs), **arguments)
 
-    def act(self, observations: Array) -> Array:
-        """Actions of the model's policy, sampled or deterministic."""
+    def act(self, observations: Array, context: Context | None = None) -> Array:
+        """Actions of the model's policy, sampled or deterministic.
+
+        A recurrent policy keeps its state from call to call; it starts again where ``context.episode_starts``
+        is True.
+
+        Raises:
+            BenchError: the policy is recurrent, and there is no context.
+        """
+        starts = None if context is None else context.episode_starts
+        if starts is None or starts.all():
+            self._state = None
         torch.set_rng_state(self._acting)
-        actions, _ = self._model.predict(observations, deterministic=self._deterministic)
+        actions, self._state = self._model.predict(
+            observations, state=self._state, episode_start=starts, deterministic=self._deterministic
+        )
         self._acting = torch.get_rng_state()
+        if self._state is not None and context is None:
+            hint = "Pass a gym_extensions.baselines.Context with the starts of the episodes."
+            raise BenchError("needs-context", "The policy is recurrent.", "act()", hint)
         return np.asarray(actions)
 
     def learn(self, env: VectorEnv, steps: int) -> None:
