@@ -1,4 +1,4 @@
-"""TRPO with online elastic weight consolidation (Kirkpatrick et al. 2017; Schwarz et al. 2018, section 3.2)."""
+"""TRPO with online elastic weight consolidation (Kirkpatrick et al. 2017; Schwarz et al. 2018)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""PackNet on TRPO: prune, freeze, retrain (Mallya and Lazebnik 2018; for reinforcement learning Wolczyk et al. 2021)."""
+"""PackNet on TRPO: prune, freeze, retrain (Mallya and Lazebnik 2018; Wolczyk et al. 2021)."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ from gym_extensions.baselines.trpo.settings import REFERENCE, TrpoSettings
 class PackNet(MultiHead):
     """The agent ``packnet``.
 
-    Of N tasks, task k trains the free weights, keeps the largest 1 / (N − k + 1) of them in each hidden layer,
-    sets the others to 0, and trains what it keeps for the last share of its budget. Later tasks use these
-    weights and do not change them, so a task's policy is the same, bit by bit, ever after.
+    Of N tasks, task k trains the free weights, keeps the largest 1 / (N − k + 1) of them in each hidden
+    layer, sets the others to 0, and trains what it keeps for the last share of its budget. Later tasks use
+    these weights and do not change them, so the policy of a finished task never changes.
     """
 
     name, title = "packnet", "TRPO + PackNet"
-    description = "The reference agent with PackNet: a task prunes, freezes its weights, and has its own head."
+    description = "The reference agent with PackNet: tasks own weights and a head; it observes the task."
 
     def __init__(
         self,
@@ -79,9 +79,7 @@ class PackNet(MultiHead):
     def card(self) -> Card:
         """The card of ``multi-head`` with the share of a task's budget after pruning."""
         card = super().card()
-        return replace(
-            card, hyperparameters={**card.hyperparameters, "retrain_share": self._retrain_share}
-        )
+        return replace(card, hyperparameters={**card.hyperparameters, "retrain_share": self._retrain_share})
 
     def _state(self) -> dict[str, Array]:
         return super()._state() | {"owners": self._owners}

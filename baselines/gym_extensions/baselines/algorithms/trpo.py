@@ -17,8 +17,9 @@ from gym_extensions.baselines.trpo.gaussian_policy import (
     Batch,
     initial_policy,
     mean_and_log_sigma,
+    sampled,
 )
-from gym_extensions.baselines.trpo.normalization import Moments, merge, no_moments, standardize
+from gym_extensions.baselines.trpo.normalization import Moments, merge, network_inputs, no_moments
 from gym_extensions.baselines.trpo.penalty import Penalty
 from gym_extensions.baselines.trpo.settings import REFERENCE, TrpoSettings, manifest_settings
 from gym_extensions.baselines.trpo.update import updated
@@ -101,8 +102,14 @@ class Trpo:
         scaled = ((chosen - chosen.mean()) / (chosen.std() + 1e-8)).astype(np.float32)
         observations = self._observations_of(transitions)
         batch = Batch(self._policy_inputs(observations), transitions.actions[valid], scaled)
-        limits = (settings.trust_region, self._penalty(), self._trainable())
-        self._theta = updated(self._architecture, self._theta, batch, *limits)
+        self._theta = updated(
+            self._architecture,
+            self._theta,
+            batch,
+            settings.trust_region,
+            penalty=self._penalty(),
+            trainable=self._trainable(),
+        )
         # After the update, so that the actions and the update of a batch use the same moments.
         if settings.normalize_observations:
             self._moments = merge(self._moments, observations)
@@ -125,9 +132,7 @@ class Trpo:
         """The inputs of the policy network (n, o); raw observations until the first batch is complete."""
         return network_inputs(self._moments, observations)
 
-    def _mean_and_log_sigma(
-        self, observations: Array, theta: Array, moments: Moments
-    ) -> tuple[Array, Array]:
+    def _mean_and_log_sigma(self, observations: Array, theta: Array, moments: Moments) -> tuple[Array, Array]:
         inputs = network_inputs(moments, observations.reshape(len(observations), -1))
         return mean_and_log_sigma(self._architecture, theta, inputs)
 
@@ -177,17 +182,6 @@ class Trpo:
         self._value.state = {name: arrays[f"value_{name}"] for name in self._value.state}
         restore_generator(self._acting, arrays["acting"])
         restore_generator(self._learning, arrays["learning"])
-
-
-def network_inputs(moments: Moments, observations: Array) -> Array:
-    """Standardized observations (n, o); raw ones while the moments are those of no observations."""
-    return standardize(moments, observations) if moments.count else observations
-
-
-def sampled(mean: Array, log_sigma: Array, generator: np.random.Generator) -> Array:
-    """Actions (n, a) of a Gaussian with means (n, a) and log σ (a,)."""
-    actions: Array = mean + np.exp(log_sigma) * generator.standard_normal(mean.shape, np.float32)
-    return actions
 
 
 make = Trpo

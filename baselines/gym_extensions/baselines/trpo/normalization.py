@@ -44,3 +44,8 @@ def standardize(moments: Moments, observations: Array) -> Array:
     """Observations (n, o) minus the mean, over the standard deviation, clipped; float32."""
     deviation = np.sqrt(moments.squares / max(moments.count, 1.0)) + EPSILON
     return np.clip((observations - moments.mean) / deviation, -CLIP, CLIP).astype(np.float32)
+
+
+def network_inputs(moments: Moments, observations: Array) -> Array:
+    """Standardized observations (n, o); raw ones while the moments are those of no observations."""
+    return standardize(moments, observations) if moments.count else observations

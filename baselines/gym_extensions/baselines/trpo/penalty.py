@@ -5,10 +5,10 @@ largest KL, the step s of an update is meant to
 
     maximize gᵀs − ½ sᵀHs  subject to  ½ sᵀFs ≤ δ.
 
-Its solution is s = (H + βF)⁻¹ g for a multiplier β ≥ 0. Without a penalty β = √(gᵀF⁻¹g / 2δ), which makes s the
-step of plain TRPO. :func:`penalized_step` takes this β, which needs a second conjugate gradient and no search:
-the direction is d = (F + H/β)⁻¹ g, and the step is the best multiple of d within the trust region. A stiff
-parameter, with a large curvature, then makes a small step instead of one that the line search has to reject.
+Its solution is s = (H + βF)⁻¹ g for a multiplier β ≥ 0. Without a penalty β = √(gᵀF⁻¹g / 2δ), which makes s
+the step of plain TRPO. :func:`penalized_step` takes this β, which needs a second conjugate gradient and no
+search: the direction is d = (F + H/β)⁻¹ g, and the step is the best multiple of d within the trust region. A
+parameter with a large curvature then makes a small step, instead of one that the line search has to reject.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ def natural_step(product: Product, slope: Array, max_kl: float, iterations: int)
 
 
 def penalized_step(
-    product: Product, slope: Array, curvature: Curvature, max_kl: float, damping: float, iterations: int
+    product: Product, slope: Array, curvature: Curvature, *, max_kl: float, damping: float, iterations: int
 ) -> Array | None:
     """The step of an update with a penalty, or None if it is not finite or not uphill.
 

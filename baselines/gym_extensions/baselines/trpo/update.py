@@ -44,6 +44,7 @@ def updated(
     theta: Array,
     batch: Batch,
     region: TrustRegion,
+    *,
     penalty: Penalty | None = None,
     trainable: Array | None = None,
 ) -> Array:
@@ -69,8 +70,14 @@ def updated(
         curvature = penalty.curvature(theta)
         if trainable is not None:
             curvature = replace(curvature, product=_restricted(curvature.product, trainable))
-        limits = (region.max_kl, region.damping, region.iterations)
-        full_step = penalized_step(product, slope, curvature, *limits)
+        full_step = penalized_step(
+            product,
+            slope,
+            curvature,
+            max_kl=region.max_kl,
+            damping=region.damping,
+            iterations=region.iterations,
+        )
     else:
         full_step = natural_step(product, slope, region.max_kl, region.iterations)
     if full_step is None:

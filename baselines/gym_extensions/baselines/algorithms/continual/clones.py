@@ -1,4 +1,4 @@
-"""Stored states with the actions of the policies that learned them, and the divergence from these policies."""
+"""Stored states with the actions of earlier policies, and the divergence from these policies."""
 
 from __future__ import annotations
 
@@ -66,8 +66,8 @@ class Divergence:
 class Clones:
     """A regularizer that holds the policy to what earlier policies did in the states of their tasks.
 
-    The observations are stored raw, with the old means and log σ, so the target of a state stays the same when
-    the moments of the observations change.
+    The observations are stored raw, with the old means and log σ. So a state keeps its target when the
+    moments of the observations change.
     """
 
     def __init__(self, coefficient: float, states_per_task: int) -> None:

@@ -1,7 +1,7 @@
 """PackNet's masks: which task owns a weight of the hidden layers (Mallya and Lazebnik 2018).
 
-As in Wolczyk et al. 2021 the masks cover the hidden layers' weight matrices, layer by layer. Biases are shared
-and frozen after the first task; the output layer and log σ belong to one task each.
+As in Wolczyk et al. 2021 the masks cover the hidden layers' weight matrices, layer by layer. Biases are
+shared and frozen after the first task. The output layer and log σ belong to one task each.
 """
 
 from __future__ import annotations
@@ -56,14 +56,15 @@ def trainable(owners: Array, number: int, pruned: bool) -> Array:
     Before it prunes, a task trains the free weights; after, its own. The first task trains the biases until
     it prunes.
     """
-    if pruned:
-        return owners == number
-    return (owners == FREE) | ((owners == BIAS) & (number == 1))
+    before = (owners == FREE) | ((owners == BIAS) & (number == 1))
+    mask: Array = owners == number if pruned else before
+    return mask
 
 
 def visible(owners: Array, number: int) -> Array:
-    """True for the hidden layers' parameters that a finished task uses (h,): its own and those of earlier tasks.
+    """True for the hidden layers' parameters that a finished task uses (h,). The others count as 0.
 
-    The others count as 0.
+    It uses the biases, its own weights and those of earlier tasks.
     """
-    return (owners != FREE) & (owners <= number)
+    mask: Array = (owners != FREE) & (owners <= number)
+    return mask

@@ -34,7 +34,8 @@ class Quadratic:
 
     def gradient(self, theta: Array) -> Array:
         """c ω (θ − θ*), of shape (p,)."""
-        return self._diagonal() * (theta - self.anchor)
+        slope: Array = self._diagonal() * (theta - self.anchor)
+        return slope
 
     def curvature(self, theta: Array) -> Curvature:
         """c diag(ω), exact."""

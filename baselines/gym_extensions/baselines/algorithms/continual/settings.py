@@ -1,7 +1,7 @@
 """The hyperparameters of the continual-learning methods, in one table. Those of TRPO are the reference's.
 
-Every coefficient multiplies a penalty that does not depend on the scale of rewards or observations, and is the
-same for all groups. docs/learners.md has the measurements behind the chosen values.
+No penalty depends on the scale of rewards or observations. Its coefficient is the same for all groups;
+docs/learners.md has the measurements.
 """
 
 from __future__ import annotations
