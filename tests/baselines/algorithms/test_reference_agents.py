@@ -12,7 +12,19 @@ from gym_extensions.baselines.agent import Described
 from gym_extensions.baselines.agent_checks import card_of
 from gym_extensions.envs import make_vec
 
-NAMES = ("random", "trpo", "trpo-2017", "zero")
+NAMES = (
+    "cloning",
+    "l2",
+    "l2-init",
+    "multi-head",
+    "online-ewc",
+    "packnet",
+    "random",
+    "reset",
+    "trpo",
+    "trpo-2017",
+    "zero",
+)
 Spaces = tuple[Any, Any]
 
 

@@ -48,6 +48,7 @@ def test_without_curvature_the_step_is_the_natural_step() -> None:
     root, slope = rng.standard_normal((6, 6)), rng.standard_normal(6)
     fisher = root @ root.T + np.eye(6)
     natural = natural_step(lambda vector: fisher @ vector, slope, 0.04, 50)
+    assert natural is not None
     np.testing.assert_allclose(step(fisher, slope, np.zeros((6, 6)), 0.04), natural, rtol=1e-8)
 
 

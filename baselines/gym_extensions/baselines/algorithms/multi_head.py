@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import gymnasium as gym
 import numpy as np
 
 from gym_extensions.baselines.agent import Array, Card, Context, Observes, VectorEnv
+from gym_extensions.baselines.algorithms.continual.export import exported_heads, head_rows
 from gym_extensions.baselines.algorithms.continual.heads import (
     Head,
     Heads,
@@ -19,6 +20,7 @@ from gym_extensions.baselines.algorithms.continual.heads import (
 )
 from gym_extensions.baselines.algorithms.trpo import Trpo
 from gym_extensions.baselines.trpo.settings import REFERENCE, TrpoSettings
+from gym_extensions.rollouts.policies import Policy
 
 
 class MultiHead(Trpo):
@@ -43,7 +45,7 @@ class MultiHead(Trpo):
         super().__init__(observation_space, action_space, seed, settings)
         self._hidden = hidden_count(self._architecture.sizes)
         self._heads: Heads = {}
-        self._number = 0
+        self._task = self._number = 0
 
     def act(self, observations: Array, context: Context | None = None) -> Array:
         """Acts as in the context's task; without a context, as in the present one."""
@@ -54,10 +56,10 @@ class MultiHead(Trpo):
 
     def learn(self, env: VectorEnv, steps: int) -> None:
         """Learns one task. Raises ``BenchError`` if the environments run several tasks."""
-        task = trained_task(env, self.name)
-        self._begin(task)
+        self._task = trained_task(env, self.name)
+        self._begin(self._task)
         super().learn(env, steps)
-        self._heads[task] = Head(self._theta[self._hidden :].copy(), self._moments, self._number)
+        self._heads[self._task] = Head(self._theta[self._hidden :].copy(), self._moments, self._number)
 
     def _begin(self, task: int) -> None:
         self._number += 1
@@ -74,6 +76,24 @@ class MultiHead(Trpo):
         """The policy's parameters in a finished task (p,)."""
         return np.concatenate([self._theta[: self._hidden], head.parameters])
 
+    def policy(self) -> Policy:
+        """The policy as plain arrays, with a row per task."""
+        if not self._heads:
+            return super().policy()
+        rows = head_rows(self._heads, self._task)
+        return exported_heads(
+            self._architecture,
+            self._theta[: self._hidden],
+            rows,
+            (self._middle, self._half),
+            deterministic=self._settings.deterministic_evaluation,
+            masks=self._masks(rows),
+        )
+
+    def _masks(self, rows: Sequence[Head]) -> list[Array] | None:
+        """True for the hidden parameters that each row uses; None if it uses all."""
+        return None
+
     def card(self) -> Card:
         """The card of ``trpo`` with the parameters of all heads."""
         card = super().card()
@@ -81,11 +101,12 @@ class MultiHead(Trpo):
         return replace(card, parameters=card.parameters + more)
 
     def _state(self) -> dict[str, Array]:
-        return super()._state() | to_arrays(self._heads) | {"number": np.array(self._number)}
+        return super()._state() | to_arrays(self._heads) | {"progress": np.array([self._task, self._number])}
 
     def _restore(self, arrays: Mapping[str, Array]) -> None:
         super()._restore(arrays)
-        self._heads, self._number = from_arrays(arrays), int(arrays["number"])
+        self._heads = from_arrays(arrays)
+        self._task, self._number = map(int, arrays["progress"])
 
 
 make = MultiHead

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import gymnasium as gym
@@ -75,6 +75,9 @@ class PackNet(MultiHead):
     def _parameters_of(self, head: Head) -> Array:
         hidden = np.where(visible(self._owners, head.number), self._theta[: self._hidden], 0)
         return np.concatenate([hidden.astype(self._theta.dtype), head.parameters])
+
+    def _masks(self, rows: Sequence[Head]) -> list[Array]:
+        return [visible(self._owners, row.number) for row in rows]
 
     def card(self) -> Card:
         """The card of ``multi-head`` with the share of a task's budget after pruning."""

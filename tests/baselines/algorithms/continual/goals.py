@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import gymnasium as gym
@@ -10,9 +11,13 @@ import numpy as np
 from gym_extensions.baselines import algorithms
 from gym_extensions.baselines.agent import Array
 from gym_extensions.baselines.context import Context, TaskLabel
+from gym_extensions.baselines.trpo.settings import REFERENCE
+from gym_extensions.baselines.trpo.value_function import ValueFit
 
 OBSERVATIONS = gym.spaces.Box(-10, 10, (3,), np.float32)
 ACTIONS = gym.spaces.Box(-1, 1, (2,), np.float32)
+SMALL = replace(REFERENCE, hidden=(8, 8), value=ValueFit(hidden=(8,), epochs=2))
+"""The settings of ``trpo`` with small networks."""
 GOALS = np.array([[0.5, -0.5], [-0.5, 0.5], [0.8, 0.8]])
 
 
@@ -37,13 +42,14 @@ class Goals(gym.vector.VectorEnv[Any, Any, Any]):
 
     def _observations(self) -> Array:
         noise = self._rng.standard_normal((self.num_envs, 3))
-        return (noise + self.env_tasks[:, None]).astype(np.float32)
+        observations: Array = (noise + self.env_tasks[:, None]).astype(np.float32)
+        return observations
 
 
 def make(name: str, seed: int = 0, **arguments: Any) -> Any:
     """An agent of that name."""
     factory: Any = algorithms.factory(name)
-    return factory(OBSERVATIONS, ACTIONS, seed, **arguments)
+    return factory(OBSERVATIONS, ACTIONS, seed, SMALL, **arguments)
 
 
 def learned(name: str, tasks: int, steps: int = 1_200, **arguments: Any) -> Any:

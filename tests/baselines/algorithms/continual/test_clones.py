@@ -60,7 +60,7 @@ def test_the_states_of_all_tasks_are_stored_with_the_policy_that_learned_them() 
     assert clones.stored_states == 3
     np.testing.assert_allclose(clones.state["observations"], [[1], [3], [5]])
     np.testing.assert_allclose(clones.state["means"], [[2], [6], [7]])
-    np.testing.assert_allclose(clones.state["log_sigmas"], [[0.5], [0.5], [-1]])
+    np.testing.assert_allclose(clones.state["log_sigmas"], [[0.5], [0.5], [-1.0]])
 
 
 def test_stored_states_are_seen_through_the_present_moments() -> None:

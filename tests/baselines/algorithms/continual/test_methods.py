@@ -7,10 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gym_extensions.baselines import train
 from gym_extensions.baselines.agent import Array, Observes
+from gym_extensions.baselines.training.context_env import ContextEnv, TrainingContext
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts import manifest
 
 from .goals import GOALS, Goals, in_task, learned, make
 
@@ -74,19 +73,17 @@ def test_reset_starts_every_task_with_fresh_networks_and_moments() -> None:
     agent = learned("reset", 2)
     assert agent._moments.count == 1_200
     np.testing.assert_allclose(agent._moments.mean, 1, atol=0.2)
-    other = learned("reset", 1)
-    other.learn(Goals(1), 400)
-    assert not np.array_equal(other._theta, learned("trpo", 1)._theta)
-    assert np.linalg.norm(other._theta - make("reset")._theta) > 5
+    assert agent._value.state["updates"] == learned("trpo", 1)._value.state["updates"]
+    assert learned("trpo", 2)._moments.count == 2_400
 
 
 @pytest.mark.parametrize("name", TASK_AWARE)
 def test_each_task_has_its_output_layer_log_sigma_and_moments(name: str) -> None:
-    agent = learned(name, 3, steps=8_000)
-    errors = [np.abs(agent.act(SEEN + k, in_task(k)).mean(axis=0) - GOALS[k]).max() for k in range(3)]
-    assert errors[2] < 0.25
-    counts = [agent._heads[task].moments.count for task in range(3)]
-    assert counts == [8_000, 16_000, 24_000]
+    agent = learned(name, 3, steps=4_000)
+    for task, goal in enumerate(GOALS):
+        chosen = agent.act(SEEN + task, in_task(task)).mean(axis=0)
+        assert np.abs(chosen - goal).max() < np.abs(goal).max()
+        assert agent._heads[task].moments.count == 4_000 * (task + 1)
 
 
 def test_packnet_acts_in_a_finished_task_as_before_bit_by_bit() -> None:
@@ -100,9 +97,9 @@ def test_packnet_acts_in_a_finished_task_as_before_bit_by_bit() -> None:
 
 def test_packnet_gives_every_task_a_third_of_the_hidden_weights() -> None:
     agent = learned("packnet", 3)
-    weights = 3 * 64 + 64 * 64
+    weights = 3 * 8 + 8 * 8
     shares = [np.count_nonzero(agent._owners == number) / weights for number in (1, 2, 3)]
-    np.testing.assert_allclose(shares, 1 / 3, atol=1e-3)
+    np.testing.assert_allclose(shares, 1 / 3, atol=0.02)
 
 
 @pytest.mark.parametrize("name", TASK_AWARE)
@@ -124,20 +121,41 @@ def test_the_agents_ask_for_what_they_use(name: str) -> None:
 
 
 def test_the_card_states_coefficient_stored_states_and_heads() -> None:
-    cards = {name: learned(name, 2).card() for name in ("trpo", *METHODS)}
+    cards = {name: learned(name, 2, steps=800).card() for name in ("trpo", *METHODS)}
     assert [cards[name].hyperparameters["coefficient"] for name in PENALTIES] == [
         make(name).published_coefficient for name in PENALTIES
     ]
     stored = {name: card.stored_steps - cards["trpo"].stored_steps for name, card in cards.items()}
-    # 600 of the 1,200 observations of a task; cloning stores those of the first task during the second.
-    assert stored == dict.fromkeys(cards, 0) | {"online-ewc": 600, "cloning": 1_200}
-    head = 64 * 2 + 2 + 2
+    # 400 of the 800 observations of a task; cloning stores those of the first task during the second.
+    assert stored == dict.fromkeys(cards, 0) | {"online-ewc": 400, "cloning": 800}
+    head = 8 * 2 + 2 + 2
     assert {name: card.parameters - cards["trpo"].parameters for name, card in cards.items()} == (
         dict.fromkeys(cards, 0) | dict.fromkeys(TASK_AWARE, head)
     )
 
 
-def test_packnet_trains_in_the_sequential_protocol(tmp_path: Path) -> None:
-    train("packnet", "hopper-motor-noise", "sequential", "smoke", 0, out=tmp_path / "entry")
-    text = (tmp_path / "entry" / manifest.MANIFEST).read_text() if hasattr(manifest, "MANIFEST") else ""
-    assert text
+@pytest.mark.parametrize("name", METHODS)
+def test_the_policy_as_arrays_acts_as_the_agent_in_every_task(name: str) -> None:
+    agent = learned(name, 2)
+    policy = agent.policy()
+    for task in range(3):
+        acted = agent.act(SEEN, in_task(task)) if name in TASK_AWARE else agent.act(SEEN)
+        np.testing.assert_allclose(policy.act(SEEN, task=task), acted, rtol=1e-6, atol=1e-6)
+
+
+@pytest.mark.parametrize("name", TASK_AWARE)
+def test_the_policy_of_a_single_later_task_has_a_row_for_every_earlier_one(name: str) -> None:
+    agent = make(name)
+    agent.learn(Goals(1), 400)
+    assert agent.policy().num_tasks == 2
+    assert np.array_equal(agent.policy().act(SEEN, task=0), agent.policy().act(SEEN, task=1))
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_each_learns_from_the_training_context_of_a_run(name: str) -> None:
+    agent, ids = make(name), ("first", "second")
+    for stage, task in enumerate(ids, start=1):
+        context = TrainingContext(agent.observes, ids, stage)
+        env = ContextEnv(Goals(stage - 1), [task], budget_steps=400, batch_steps=200, context=context)
+        agent.learn(env, 400)
+    assert agent.card().stored_steps >= 200
