@@ -9,7 +9,7 @@ from __future__ import annotations
 L2 = 1.0  # docs/learners.md
 L2_INIT = 0.1  # docs/learners.md
 EWC = 1.0  # docs/learners.md
-EWC_DECAY = 0.95  # γ of Schwarz et al. 2018, who leave its value open; this project
+EWC_DECAY = 0.95  # this project, for γ of Schwarz et al. 2018
 CLONING = 1.0  # docs/learners.md
-STATES_PER_TASK = 1_000  # this project; Wolczyk et al. 2021 use 2,560 for EWC and 10,000 for cloning
-PACKNET_RETRAIN_SHARE = 0.2  # this project; Wolczyk et al. 2021: 100,000 offline updates per 1M steps
+STATES_PER_TASK = 1_000  # this project; the code of Wolczyk et al. 2021 uses 2,560 for EWC
+PACKNET_RETRAIN_SHARE = 0.2  # this project; Wolczyk et al. 2021 retrain on stored transitions instead
