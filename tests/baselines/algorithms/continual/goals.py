@@ -22,7 +22,7 @@ GOALS = np.array([[0.5, -0.5], [-0.5, 0.5], [0.8, 0.8]])
 
 
 class Goals(gym.vector.VectorEnv[Any, Any, Any]):
-    """Twenty environments of one task, or of the tasks in turn; the observations of task k have the mean k."""
+    """Twenty environments of one task, or of the tasks in turn. Observations of task k have the mean k."""
 
     num_envs, batch_steps, num_tasks = 20, 400, len(GOALS)
     single_observation_space, single_action_space = OBSERVATIONS, ACTIONS
