@@ -3,10 +3,12 @@
     python tests/benchmarks/measure_learners.py --tasks HalfCheetah,Hopper,Walker2d --seeds 0 1 2 --jobs 2
     python tests/benchmarks/measure_learners.py --tasks Hopper@0.9,Walker2d@1.1 --set discount=0.99
     python tests/benchmarks/measure_learners.py --tasks Hopper@0.7,Hopper@0.9,Hopper@1.1 --sequential
+    python tests/benchmarks/measure_learners.py --agent l2 --argument coefficient=0.1 --sequential
 
 ``Hopper@0.9`` is Hopper under .9 of the earth's gravity. With ``--sequential`` one agent per seed learns the
 tasks in order, and every task is evaluated after each. ``--set`` changes rows of the agent's table in
 ``gym_extensions.baselines.trpo.settings``, as in ``--set discount=0.99 --set trust_region.max_kl=0.02``.
+``--argument`` sets a keyword argument of the agent's factory. ``--agent`` is any name of ``train``.
 """
 
 from __future__ import annotations
@@ -23,7 +25,10 @@ from functools import partial
 from multiprocessing import get_context
 from typing import Any
 
-from gym_extensions.baselines.algorithms.trpo import Trpo
+from gym_extensions.baselines import algorithms
+from gym_extensions.baselines.context import TaskLabel
+from gym_extensions.baselines.context_checks import observes_of
+from gym_extensions.baselines.training.context_env import TrainingContext
 from gym_extensions.baselines.training.evaluation import evaluate
 from gym_extensions.baselines.training.recorder import Recorder
 from gym_extensions.baselines.trpo.settings import HENDERSON_2017, REFERENCE, TrpoSettings
@@ -41,9 +46,10 @@ EVALUATION_SEEDS = range(20)
 class Run:
     """One seed of one agent: the tasks that it learns in order, and the steps per task."""
 
+    agent: str
+    arguments: tuple[tuple[str, Any], ...]
     tasks: tuple[str, ...]
     seed: int
-    settings: TrpoSettings
     steps: int
     batch_steps: int
     num_envs: int
@@ -68,16 +74,33 @@ def with_setting(settings: Any, assignment: str) -> Any:
     return replace(settings, **{name: tuple(value) if isinstance(value, list) else value})
 
 
+def trpo_settings(agent: str, assignments: Sequence[str]) -> dict[str, TrpoSettings]:
+    """The keyword argument ``settings`` of the agent, empty for the defaults of its factory."""
+    if not assignments and agent not in TABLES:
+        return {}
+    settings = TABLES.get(agent, REFERENCE)
+    for assignment in assignments:
+        settings = with_setting(settings, assignment)
+    return {"settings": settings}
+
+
 def measure(run: Run) -> list[dict[str, object]]:
     """Trains and evaluates one run: one row per learned task, with the returns on all tasks after it."""
     tasks = [task_named(name) for name in run.tasks]
     evaluation = [make_vec(each, len(EVALUATION_SEEDS)) for each in tasks]
     spaces = (evaluation[0].single_observation_space, evaluation[0].single_action_space)
-    agent, rows = Trpo(*spaces, run.seed, run.settings), []  # type: ignore[arg-type]
-    for each in tasks:
+    make: Any = algorithms.factory("trpo" if run.agent in TABLES else run.agent)
+    agent, rows = make(*spaces, run.seed, **dict(run.arguments)), []
+    observes, ids = observes_of(agent, run.agent), tuple(each.id for each in tasks)
+    for number, each in enumerate(tasks, start=1):
         env = make_vec(each, run.num_envs)
         recorder = Recorder(
-            env, [each.id], steps=run.steps, batch_steps=run.batch_steps, seed=1000 + run.seed
+            env,
+            [each.id],
+            steps=run.steps,
+            batch_steps=run.batch_steps,
+            seed=1000 + run.seed,
+            context=TrainingContext(observes, ids, number),
         )
         start = time.process_time()
         agent.learn(recorder, run.steps)
@@ -85,8 +108,9 @@ def measure(run: Run) -> list[dict[str, object]]:
         recorder.flush()
         env.close()
         returns = {}
-        for name, evaluation_env in zip(run.tasks, evaluation, strict=True):
-            episodes = evaluate(agent, evaluation_env, list(EVALUATION_SEEDS))
+        for index, (name, evaluation_env) in enumerate(zip(run.tasks, evaluation, strict=True)):
+            label = TaskLabel(ids[index], index) if observes.task_in_evaluation else None
+            episodes = evaluate(agent, evaluation_env, list(EVALUATION_SEEDS), label=label)
             returns[name] = round(sum(row.return_ for row in episodes) / len(episodes), 1)
         curve = [round(point.return_) for point in recorder.points]
         rows.append(
@@ -105,13 +129,14 @@ def measure(run: Run) -> list[dict[str, object]]:
 
 def runs(options: argparse.Namespace) -> Iterator[Run]:
     """The runs that the options name."""
-    settings = TABLES[options.agent]
-    for assignment in options.set:
-        settings = with_setting(settings, assignment)
+    pairs = [assignment.partition("=") for assignment in options.argument]
+    arguments = {name: json.loads(value) for name, _, value in pairs}
+    arguments |= trpo_settings(options.agent, options.set)
     names = tuple(options.tasks.split(","))
     for tasks in [names] if options.sequential else [(name,) for name in names]:
         for seed in options.seeds:
-            yield Run(tasks, seed, settings, options.steps, options.batch_steps, options.num_envs)
+            sizes = (options.steps, options.batch_steps, options.num_envs)
+            yield Run(options.agent, tuple(arguments.items()), tasks, seed, *sizes)
 
 
 def main(argv: Sequence[str] | None = None) -> None:
@@ -119,7 +144,8 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--agent", choices=TABLES, default="trpo")
+    parser.add_argument("--agent", choices=algorithms.names(), default="trpo")
+    parser.add_argument("--argument", action="append", default=[], metavar="NAME=VALUE")
     parser.add_argument("--tasks", default="HalfCheetah,Hopper,Walker2d")
     parser.add_argument("--seeds", type=int, nargs="+", default=[0, 1, 2, 3, 4])
     parser.add_argument("--steps", type=int, default=300_000, help="per task")
@@ -134,7 +160,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     with ProcessPoolExecutor(options.jobs, mp_context=get_context("spawn")) as pool:
         for future in as_completed([pool.submit(measure, run) for run in runs(options)]):
             for row in future.result():
-                write(json.dumps(row | {"agent": options.agent, "set": options.set}))
+                write(json.dumps(row | {"agent": options.agent, "set": options.set + options.argument}))
 
 
 if __name__ == "__main__":

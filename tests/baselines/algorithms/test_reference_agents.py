@@ -15,7 +15,19 @@ from gym_extensions.baselines.training.recorder import Recorder
 from gym_extensions.envs import make_vec
 from gym_extensions.rollouts.policies import Policy
 
-NAMES = ("random", "trpo", "trpo-2017", "zero")
+NAMES = (
+    "cloning",
+    "l2",
+    "l2-init",
+    "multi-head",
+    "online-ewc",
+    "packnet",
+    "random",
+    "reset",
+    "trpo",
+    "trpo-2017",
+    "zero",
+)
 Spaces = tuple[Any, Any]
 
 

@@ -13,7 +13,8 @@ from gym_extensions.errors import BenchError, did_you_mean
 
 def names() -> list[str]:
     """The names of the reference agents: the modules' names, with dashes for underscores."""
-    return sorted(module.name.replace("_", "-") for module in pkgutil.iter_modules(__path__))
+    modules = (module for module in pkgutil.iter_modules(__path__) if not module.ispkg)
+    return sorted(module.name.replace("_", "-") for module in modules)
 
 
 def factory(agent: str | Factory) -> Factory:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import gymnasium as gym
@@ -17,8 +18,10 @@ from gym_extensions.baselines.trpo.gaussian_policy import (
     Batch,
     initial_policy,
     mean_and_log_sigma,
+    sampled,
 )
-from gym_extensions.baselines.trpo.normalization import Moments, merge, no_moments, standardize
+from gym_extensions.baselines.trpo.normalization import Moments, merge, network_inputs, no_moments
+from gym_extensions.baselines.trpo.penalty import Penalty
 from gym_extensions.baselines.trpo.settings import (
     REFERENCE,
     TUNING_STEPS,
@@ -53,23 +56,38 @@ class Trpo:
         inputs, outputs = int(np.prod(observation_space.shape)), int(np.prod(action_space.shape))
         sizes = (inputs, *settings.hidden, outputs)
         self._architecture = Architecture(sizes, settings.activation, settings.tanh_mean)
-        start = (settings.last_layer_scale, settings.initial_log_sigma)
-        self._theta = initial_policy(self._architecture, self._learning, *start)
-        self._moments = no_moments(inputs)
-        self._value = ValueFunction(inputs, self._learning, settings.value)
         self._batch_steps = 0
+        self._initialize()
+
+    def _initialize(self) -> None:
+        """Fresh networks and no moments."""
+        inputs = self._architecture.sizes[0]
+        self._theta = self._initial_policy()
+        self._moments = no_moments(inputs)
+        self._value = ValueFunction(inputs, self._learning, self._settings.value)
+
+    def _initial_policy(self) -> Array:
+        start = (self._settings.last_layer_scale, self._settings.initial_log_sigma)
+        return initial_policy(self._architecture, self._learning, *start)
 
     def act(self, observations: Array) -> Array:
         """Mean or sampled actions (num_envs, a), depending on the settings. The moments do not change."""
+        return self._act(observations, self._theta, self._moments)
+
+    def _act(self, observations: Array, theta: Array, moments: Moments) -> Array:
         observations = np.asarray(observations, np.float32)
+        mean, log_sigma = self._mean_and_log_sigma(observations, theta, moments)
         if self._settings.deterministic_evaluation:
-            return self._to_env(self._mean_and_log_sigma(observations)[0])
-        return self._to_env(self._sample(observations, self._acting))
+            return self._to_env(mean)
+        return self._to_env(sampled(mean, log_sigma, self._acting))
 
     def learn(self, env: VectorEnv, steps: int) -> None:
         """One update per batch until ``steps`` transitions are taken; episodes continue across batches."""
         self._batch_steps = int(getattr(env, "batch_steps", self._settings.default_batch))
-        collector, taken, target = Collector(env), 0, 0
+        self._train(Collector(env), steps)
+
+    def _train(self, collector: Collector, steps: int) -> None:
+        taken, target = 0, 0
         while target < steps:
             target = min(target + self._batch_steps, steps)
             transitions = collector.collect(
@@ -92,26 +110,44 @@ class Trpo:
         )
         targets, chosen = (estimates + values[:-1])[valid], estimates[valid]
         scaled = ((chosen - chosen.mean()) / (chosen.std() + 1e-8)).astype(np.float32)
-        observations = transitions.observations[:-1][valid].reshape(-1, self._architecture.sizes[0])
+        observations = self._observations_of(transitions)
         batch = Batch(self._policy_inputs(observations), transitions.actions[valid], scaled)
-        self._theta = updated(self._architecture, self._theta, batch, settings.trust_region)
+        self._theta = updated(
+            self._architecture,
+            self._theta,
+            batch,
+            settings.trust_region,
+            penalty=self._penalty(),
+            trainable=self._trainable(),
+        )
         # After the update, so that the actions and the update of a batch use the same moments.
         if settings.normalize_observations:
             self._moments = merge(self._moments, observations)
         self._value.fit(observations, targets, self._learning)
 
+    def _penalty(self) -> Penalty | None:
+        """A penalty on the parameters in the next update; a continual-learning method has one."""
+        return None
+
+    def _trainable(self) -> Array | None:
+        """1 for the parameters that the next update may change, 0 for the others (p,); by default all may."""
+        return None
+
+    def _observations_of(self, transitions: Transitions) -> Array:
+        """The observations of the transitions, (n, o)."""
+        valid = transitions.observations[:-1][transitions.valid]
+        return valid.reshape(-1, self._architecture.sizes[0])
+
     def _policy_inputs(self, observations: Array) -> Array:
         """The inputs of the policy network (n, o); raw observations until the first batch is complete."""
-        return standardize(self._moments, observations) if self._moments.count else observations
+        return network_inputs(self._moments, observations)
 
-    def _mean_and_log_sigma(self, observations: Array) -> tuple[Array, Array]:
-        inputs = self._policy_inputs(observations.reshape(len(observations), -1))
-        return mean_and_log_sigma(self._architecture, self._theta, inputs)
+    def _mean_and_log_sigma(self, observations: Array, theta: Array, moments: Moments) -> tuple[Array, Array]:
+        inputs = network_inputs(moments, observations.reshape(len(observations), -1))
+        return mean_and_log_sigma(self._architecture, theta, inputs)
 
     def _sample(self, observations: Array, generator: np.random.Generator) -> Array:
-        mean, log_sigma = self._mean_and_log_sigma(observations)
-        actions: Array = mean + np.exp(log_sigma) * generator.standard_normal(mean.shape, np.float32)
-        return actions
+        return sampled(*self._mean_and_log_sigma(observations, self._theta, self._moments), generator)
 
     def _to_env(self, actions: Array) -> Array:
         scaled: Array = self._middle + self._half * actions
@@ -139,22 +175,26 @@ class Trpo:
 
     def save(self, path: Path) -> None:
         """Writes the policy, the moments, the value function and both random generators."""
-        moments = self._moments
-        save_arrays(
-            path,
-            policy=self._theta,
-            count=np.array(moments.count),
-            mean=moments.mean,
-            squares=moments.squares,
-            batch_steps=np.array(self._batch_steps),
-            acting=saved_generator(self._acting),
-            learning=saved_generator(self._learning),
-            **{f"value_{name}": values for name, values in self._value.state.items()},
-        )
+        save_arrays(path, **self._state())
 
     def load(self, path: Path) -> None:
         """Restores a saved agent."""
-        arrays = load_arrays(path)
+        self._restore(load_arrays(path))
+
+    def _state(self) -> dict[str, Array]:
+        moments = self._moments
+        return {
+            "policy": self._theta,
+            "count": np.array(moments.count),
+            "mean": moments.mean,
+            "squares": moments.squares,
+            "batch_steps": np.array(self._batch_steps),
+            "acting": saved_generator(self._acting),
+            "learning": saved_generator(self._learning),
+            **{f"value_{name}": values for name, values in self._value.state.items()},
+        }
+
+    def _restore(self, arrays: Mapping[str, Array]) -> None:
         self._theta, self._batch_steps = arrays["policy"], int(arrays["batch_steps"])
         self._moments = Moments(float(arrays["count"]), arrays["mean"], arrays["squares"])
         self._value.state = {name: arrays[f"value_{name}"] for name in self._value.state}

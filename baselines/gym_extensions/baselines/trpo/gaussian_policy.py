@@ -68,6 +68,12 @@ def mean_and_log_sigma(architecture: Architecture, theta: Array, observations: A
     return np.tanh(output, out=output) if architecture.tanh_mean else output, theta[-sizes[-1] :]
 
 
+def sampled(mean: Array, log_sigma: Array, generator: np.random.Generator) -> Array:
+    """Actions (n, a) of a Gaussian with means (n, a) and log σ (a,)."""
+    actions: Array = mean + np.exp(log_sigma) * generator.standard_normal(mean.shape, np.float32)
+    return actions
+
+
 def blocks(rows: int) -> list[slice]:
     """Slices of at most ``BLOCK`` rows."""
     return [slice(start, start + BLOCK) for start in range(0, rows, BLOCK)]

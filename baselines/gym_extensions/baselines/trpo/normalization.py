@@ -49,3 +49,8 @@ def scale(moments: Moments) -> Array:
 def standardize(moments: Moments, observations: Array) -> Array:
     """Observations (n, o) minus the mean, over the standard deviation, clipped; float32."""
     return np.clip((observations - moments.mean) / scale(moments), -CLIP, CLIP).astype(np.float32)
+
+
+def network_inputs(moments: Moments, observations: Array) -> Array:
+    """Standardized observations (n, o); raw ones while the moments are those of no observations."""
+    return standardize(moments, observations) if moments.count else observations

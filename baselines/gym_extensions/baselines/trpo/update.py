@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,7 +17,8 @@ from gym_extensions.baselines.trpo.gaussian_policy import (
     mean_and_log_sigma,
     surrogate_gradient,
 )
-from gym_extensions.baselines.trpo.optimize import conjugate_gradient, dot, line_search
+from gym_extensions.baselines.trpo.optimize import line_search
+from gym_extensions.baselines.trpo.penalty import Penalty, Product, natural_step, penalized_step
 
 
 @dataclass(frozen=True)
@@ -38,26 +39,62 @@ class TrustRegion:
     curvature_states: int = 5_000
 
 
-def updated(architecture: Architecture, theta: Array, batch: Batch, region: TrustRegion) -> Array:
-    """Parameters with a higher surrogate within ``max_kl`` of the old ones, or the old ones if none do."""
+def updated(
+    architecture: Architecture,
+    theta: Array,
+    batch: Batch,
+    region: TrustRegion,
+    *,
+    penalty: Penalty | None = None,
+    trainable: Array | None = None,
+) -> Array:
+    """Parameters with a higher surrogate within ``max_kl`` of the old ones, or the old ones if none do.
+
+    Args:
+        architecture: the policy's network.
+        theta: the old parameters (p,).
+        batch: observations, actions and advantages.
+        region: the limits of the update.
+        penalty: subtracted from the surrogate.
+        trainable: 1 for the parameters that may change, 0 for the others (p,); by default all may.
+    """
     slope = surrogate_gradient(architecture, theta, batch)
     stride = max(1, len(batch.observations) // region.curvature_states)
     states = np.ascontiguousarray(batch.observations[::stride])
     product = fisher_product(architecture, theta, states, region.damping)
-    direction = conjugate_gradient(product, slope, region.iterations)
-    length = dot(direction, product(direction))
-    if not (np.isfinite(length) and length > 0):
+    if penalty:
+        slope = slope - penalty.gradient(theta)
+    if trainable is not None:
+        slope, product = trainable * slope, _restricted(product, trainable)
+    if penalty:
+        curvature = penalty.curvature(theta)
+        if trainable is not None:
+            curvature = replace(curvature, product=_restricted(curvature.product, trainable))
+        full_step = penalized_step(
+            product,
+            slope,
+            curvature,
+            max_kl=region.max_kl,
+            damping=region.damping,
+            iterations=region.iterations,
+        )
+    else:
+        full_step = natural_step(product, slope, region.max_kl, region.iterations)
+    if full_step is None:
         return theta
-    full_step = theta.dtype.type(np.sqrt(2 * region.max_kl / length)) * direction
 
     old_mean, old_log_sigma = mean_and_log_sigma(architecture, theta, batch.observations)
     old = log_density(old_mean, old_log_sigma, batch.actions)
-    before = gain(old_mean, old_log_sigma, batch, old)
+    before = gain(old_mean, old_log_sigma, batch, old) - (penalty.value(theta) if penalty else 0.0)
 
     def accepts(candidate: Array) -> bool:
         mean, log_sigma = mean_and_log_sigma(architecture, candidate, batch.observations)
         kl = divergence(old_mean, old_log_sigma, mean, log_sigma)
-        after = gain(mean, log_sigma, batch, old)
+        after = gain(mean, log_sigma, batch, old) - (penalty.value(candidate) if penalty else 0.0)
         return bool(np.isfinite(after) and after > before and kl <= region.max_kl)
 
     return line_search(accepts, theta, full_step)[0]
+
+
+def _restricted(product: Product, trainable: Array) -> Product:
+    return lambda vector: trainable * product(vector)

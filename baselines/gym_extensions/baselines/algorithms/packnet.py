@@ -1,0 +1,95 @@
+"""PackNet on TRPO: prune, freeze, retrain (Mallya and Lazebnik 2018; Wolczyk et al. 2021)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import gymnasium as gym
+import numpy as np
+
+from gym_extensions.baselines.agent import Array, Card, VectorEnv
+from gym_extensions.baselines.algorithms.continual import settings as table
+from gym_extensions.baselines.algorithms.continual.heads import Head
+from gym_extensions.baselines.algorithms.continual.pruning import (
+    FREE,
+    claimed,
+    no_owners,
+    trainable,
+    visible,
+)
+from gym_extensions.baselines.algorithms.multi_head import MultiHead
+from gym_extensions.baselines.trpo.batch import Collector
+from gym_extensions.baselines.trpo.settings import REFERENCE, TrpoSettings
+
+
+class PackNet(MultiHead):
+    """The agent ``packnet``.
+
+    Of N tasks, task k trains the free weights, keeps the largest 1 / (N − k + 1) of them in each hidden
+    layer, sets the others to 0, and trains what it keeps for the last share of its budget. Later tasks use
+    these weights and do not change them, so the policy of a finished task never changes.
+    """
+
+    name, title = "packnet", "TRPO + PackNet"
+    description = "The reference agent with PackNet: tasks own weights and a head; it observes the task."
+
+    def __init__(
+        self,
+        observation_space: gym.spaces.Box,
+        action_space: gym.spaces.Box,
+        seed: int,
+        settings: TrpoSettings = REFERENCE,
+        retrain_share: float = table.PACKNET_RETRAIN_SHARE,
+    ) -> None:
+        super().__init__(observation_space, action_space, seed, settings)
+        self._retrain_share = retrain_share
+        self._owners = no_owners(self._architecture.sizes)
+        self._num_tasks, self._pruned = 1, False
+
+    def learn(self, env: VectorEnv, steps: int) -> None:
+        """Learns one task. Raises ``BenchError`` if the environments run several tasks."""
+        self._num_tasks = int(env.num_tasks)  # type: ignore[attr-defined]  # of the training environments
+        super().learn(env, steps)
+
+    def _train(self, collector: Collector, steps: int) -> None:
+        self._pruned = False
+        left = max(self._num_tasks - self._number, 0)
+        retrain = self._retrain_share * steps if left else 0
+        first = steps - min(round(retrain / self._batch_steps) * self._batch_steps, steps - self._batch_steps)
+        super()._train(collector, first)
+        self._prune(1 / (left + 1))
+        super()._train(collector, steps - first)
+
+    def _prune(self, share: float) -> None:
+        hidden = self._theta[: self._hidden]
+        self._owners = claimed(self._architecture.sizes, self._owners, hidden, self._number, share)
+        self._theta = np.concatenate([np.where(self._owners == FREE, 0, hidden), self._theta[self._hidden :]])
+        self._pruned = True
+
+    def _trainable(self) -> Array:
+        mask = np.ones_like(self._theta)
+        mask[: self._hidden] = trainable(self._owners, self._number, self._pruned)
+        return mask
+
+    def _parameters_of(self, head: Head) -> Array:
+        hidden = np.where(visible(self._owners, head.number), self._theta[: self._hidden], 0)
+        return np.concatenate([hidden.astype(self._theta.dtype), head.parameters])
+
+    def _masks(self, rows: Sequence[Head]) -> list[Array]:
+        return [visible(self._owners, row.number) for row in rows]
+
+    def card(self) -> Card:
+        """The card of ``multi-head`` with the share of a task's budget after pruning."""
+        card = super().card()
+        return replace(card, hyperparameters={**card.hyperparameters, "retrain_share": self._retrain_share})
+
+    def _state(self) -> dict[str, Array]:
+        return super()._state() | {"owners": self._owners}
+
+    def _restore(self, arrays: Mapping[str, Array]) -> None:
+        super()._restore(arrays)
+        self._owners = arrays["owners"]
+
+
+make = PackNet
