@@ -1,0 +1,158 @@
+"""What a Stable-Baselines3 or SBX model has learned, as named values that a checkpoint can store."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable
+from operator import attrgetter
+from typing import Any
+
+import numpy as np
+import torch
+from stable_baselines3.common.base_class import BaseAlgorithm
+
+from gym_extensions.baselines.agent import Array
+
+CLOCK = ("start_time",)
+"""Numbers of a model that depend on the clock. They are not stored, so that equal runs have equal bytes."""
+
+
+def model_state(model: BaseAlgorithm) -> dict[str, Any]:
+    """Networks, optimizers, JAX arrays, counters and the replay buffer of a model, by kind."""
+    modules, variables = model._get_torch_save_params()
+    return {
+        "modules": {name: attrgetter(name)(model).state_dict() for name in modules},
+        "variables": {name: attrgetter(name)(model) for name in variables},
+        "jax": {name: [np.asarray(leaf) for leaf in leaves] for name, leaves in _jax_leaves(model).items()},
+        "counters": {
+            name: value
+            for name, value in sorted(vars(model).items())
+            if isinstance(value, bool | int | float) and name not in CLOCK
+        },
+        "replay_buffer": _buffer_state(getattr(model, "replay_buffer", None)),
+    }
+
+
+def restore_model(model: BaseAlgorithm, state: dict[str, Any]) -> None:
+    """Sets a model with the same settings and number of environments to a state of :func:`model_state`."""
+    for name, values in state["modules"].items():
+        attrgetter(name)(model).load_state_dict(values)
+    for name, values in state["variables"].items():
+        attrgetter(name)(model).data = values
+    _restore_jax(model, state["jax"])
+    vars(model).update(state["counters"])
+    if state["replay_buffer"] is not None:
+        _restore_buffer(model.replay_buffer, state["replay_buffer"])
+
+
+def num_parameters(model: BaseAlgorithm) -> int:
+    """The number of a model's network parameters, target networks included."""
+    from_torch = sum(values.numel() for values in model.policy.parameters())
+    states = [value for _, _, value in _jax_holders(model) if hasattr(value, "params")]
+    if not states:
+        return from_torch
+    from jax.tree_util import tree_leaves
+
+    trees = [tree_leaves((state.params, getattr(state, "target_params", ()))) for state in states]
+    return from_torch + sum(leaf.size for leaves in trees for leaf in leaves)
+
+
+def _jax_holders(model: BaseAlgorithm) -> list[tuple[Any, str, Any]]:
+    """The attributes of a model and its policy that hold JAX arrays: object, attribute and value."""
+    if "jax" not in sys.modules:
+        return []
+    import jax
+    from flax.training.train_state import TrainState
+
+    return [
+        (owner, name, value)
+        for owner in (model, model.policy)
+        for name, value in sorted(vars(owner).items())
+        if isinstance(value, jax.Array | TrainState)
+    ]
+
+
+def _jax_leaves(model: BaseAlgorithm) -> dict[str, list[Any]]:
+    holders = _jax_holders(model)
+    if not holders:
+        return {}
+    from jax.tree_util import tree_leaves
+
+    return {f"{type(owner).__name__}.{name}": tree_leaves(value) for owner, name, value in holders}
+
+
+def _restore_jax(model: BaseAlgorithm, leaves: dict[str, list[Array]]) -> None:
+    holders = _jax_holders(model)
+    if not holders:
+        return
+    import jax.numpy as jnp
+    from jax.tree_util import tree_structure, tree_unflatten
+
+    for owner, name, value in holders:
+        arrays = [jnp.asarray(leaf) for leaf in leaves[f"{type(owner).__name__}.{name}"]]
+        setattr(owner, name, tree_unflatten(tree_structure(value), arrays))
+
+
+def _buffer_state(buffer: Any) -> dict[str, Any] | None:
+    """The filled rows of a replay buffer's arrays, and its position."""
+    if buffer is None:
+        return None
+    rows = buffer.buffer_size if buffer.full else buffer.pos
+    arrays = {name: values[:rows] for name, values in _buffer_arrays(buffer).items()}
+    return {"arrays": arrays, "pos": buffer.pos, "full": buffer.full}
+
+
+def _restore_buffer(buffer: Any, state: dict[str, Any]) -> None:
+    for name, values in _buffer_arrays(buffer).items():
+        values[: len(state["arrays"][name])] = state["arrays"][name]
+    buffer.pos, buffer.full = state["pos"], state["full"]
+
+
+def _buffer_arrays(buffer: Any) -> dict[str, Array]:
+    return {
+        name: values
+        for name, values in sorted(vars(buffer).items())
+        if isinstance(values, np.ndarray) and values.shape[:1] == (buffer.buffer_size,)
+    }
+
+
+def to_arrays(value: Any) -> dict[str, Array]:
+    """A tree of dicts, lists, tuples, tensors, arrays and plain values as flat arrays without pickle.
+
+    The array ``tree`` is the tree as JSON text, in which a number stands for each array.
+    """
+    arrays: list[Array] = []
+
+    def encode(value: Any) -> Any:
+        if isinstance(value, torch.Tensor | np.ndarray | np.generic):
+            is_tensor = isinstance(value, torch.Tensor)
+            arrays.append(value.detach().numpy() if is_tensor else np.asarray(value))
+            return {"tensor" if is_tensor else "array": len(arrays) - 1}
+        if isinstance(value, dict):
+            return {"dict": [[key, encode(item)] for key, item in value.items()]}
+        if isinstance(value, list | tuple):
+            return {type(value).__name__: [encode(item) for item in value]}
+        return value
+
+    tree = json.dumps(encode(value))
+    return {"tree": np.array(tree), **{f"array{i}": array for i, array in enumerate(arrays)}}
+
+
+def from_arrays(arrays: dict[str, Array]) -> Any:
+    """The tree of :func:`to_arrays`."""
+    decoders: dict[str, Callable[[Any], Any]] = {
+        "tensor": lambda i: torch.from_numpy(arrays[f"array{i}"].copy()),
+        "array": lambda i: arrays[f"array{i}"],
+        "dict": lambda items: {key: decode(item) for key, item in items},
+        "list": lambda items: [decode(item) for item in items],
+        "tuple": lambda items: tuple(decode(item) for item in items),
+    }
+
+    def decode(value: Any) -> Any:
+        if not isinstance(value, dict):
+            return value
+        ((kind, content),) = value.items()
+        return decoders[kind](content)
+
+    return decode(json.loads(str(arrays["tree"])))
