@@ -11,6 +11,8 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
+from gym_extensions.rollouts.policies import Policy
+
 Array = NDArray[Any]
 VectorEnv = gym.vector.VectorEnv[Any, Any, Any]
 Setting = str | int | float | bool | list[str] | list[int] | list[float] | list[bool]
@@ -18,7 +20,7 @@ Setting = str | int | float | bool | list[str] | list[int] | list[float] | list[
 
 
 class Agent(Protocol):
-    """A learning algorithm. :class:`Resumable` and :class:`Described` are optional.
+    """A learning algorithm. :class:`Resumable`, :class:`Described` and :class:`HasPolicy` are optional.
 
     An agent that samples should use separate random generators for acting and learning, so that evaluation
     does not change what is learned.
@@ -68,6 +70,23 @@ class Resumable(Protocol):
 
     def load(self, path: Path) -> object:
         """Restores the agent that was saved to ``path``."""
+
+
+@runtime_checkable
+class HasPolicy(Protocol):
+    """An agent whose policy is stored after every stage, and published in the submission.
+
+    Example:
+        >>> from gym_extensions.rollouts.policies import Policy
+        >>> class Constant:
+        ...     def policy(self):
+        ...         return Policy(action_offset=np.ones(3), action_scale=np.ones(3))
+        >>> isinstance(Constant(), HasPolicy)
+        True
+    """
+
+    def policy(self) -> Policy | None:
+        """The policy as plain arrays, which acts as ``act`` does; None if it cannot be expressed so."""
 
 
 @dataclass(frozen=True)

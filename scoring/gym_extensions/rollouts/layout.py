@@ -25,7 +25,8 @@ TRACE = re.compile(
     rf"({'|'.join(PROTOCOLS)})-run{NUMBER}-stage{NUMBER}-([A-Za-z0-9._-]+)-episode{NUMBER}\.npz"
 )
 """A trace's file name; its groups are protocol, run, stage, task name and episode."""
-POLICY = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,127}\.npz")
+POLICY = re.compile(rf"({'|'.join(PROTOCOLS)})-run{NUMBER}-stage{NUMBER}(?:-([A-Za-z0-9._-]+))?\.npz")
+"""A policy's file name; its groups are protocol, run, stage and, in the single protocol, the task name."""
 
 MEBIBYTE = 2**20
 MAX_FILE_BYTES = {".toml": MEBIBYTE // 4, ".csv": 64 * MEBIBYTE, ".npz": 16 * MEBIBYTE}
@@ -34,13 +35,29 @@ MAX_SUBMISSION_BYTES = 2048 * MEBIBYTE
 MAX_FILES = 50_000
 MAX_UNPACKED_BYTES = 256 * MEBIBYTE
 """Largest uncompressed size of one .npz file."""
+MAX_POLICY_BYTES = 2 * MEBIBYTE
+MAX_UNPACKED_POLICY_BYTES = 16 * MEBIBYTE
+"""Largest policy file, and its largest uncompressed size."""
 MAX_ARRAYS = 256
 """Most arrays in one .npz file."""
 
 
 def max_bytes(path: str) -> int:
-    """The size limit of a file, by its suffix."""
+    """The size limit of a file, by its folder and suffix."""
+    if f"/{POLICIES}/" in path:
+        return MAX_POLICY_BYTES
     return MAX_FILE_BYTES.get(path[path.rfind(".") :], MEBIBYTE)
+
+
+def max_unpacked_bytes(path: str) -> int:
+    """The limit on the uncompressed size of an .npz file, by its folder."""
+    return MAX_UNPACKED_POLICY_BYTES if f"/{POLICIES}/" in path else MAX_UNPACKED_BYTES
+
+
+def policy_name(protocol: str, run: int, stage: int, task_name: str) -> str:
+    """The file name of the policy after a stage. Only the single protocol has one per task."""
+    ending = f"-{task_name}" if protocol == "single" else ""
+    return f"{protocol}-run{run}-stage{stage}{ending}.npz"
 
 
 def trace_name(protocol: str, run: int, stage: int, task_name: str, episode: int) -> str:

@@ -1,4 +1,4 @@
-"""Reads arrays of numbers from .npz files of untrusted sources.
+"""Writes arrays of numbers as .npz files, and reads them from untrusted sources.
 
 Refuses pickles and checks sizes before reading.
 
@@ -15,6 +15,7 @@ import tokenize
 import warnings
 import zipfile
 import zlib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -124,10 +125,15 @@ def members(data: bytes) -> tuple[list[Member], int] | None:
         return None
 
 
-def read(data: bytes) -> dict[str, NDArray[Any]] | None:
-    """The arrays of an .npz file by name, or None unless all are arrays of numbers within the limits."""
+def read(data: bytes, max_bytes: int = MAX_UNPACKED_BYTES) -> dict[str, NDArray[Any]] | None:
+    """The arrays of an .npz file by name, or None unless all are arrays of numbers within the limits.
+
+    Args:
+        data: the content of the file.
+        max_bytes: the largest uncompressed size.
+    """
     listing, count = members(data) or ([], MAX_ARRAYS + 1)
-    if count > MAX_ARRAYS or sum(member.size for member in listing) > MAX_UNPACKED_BYTES:
+    if count > MAX_ARRAYS or sum(member.size for member in listing) > max_bytes:
         return None
     arrays = {}
     try:
@@ -141,3 +147,10 @@ def read(data: bytes) -> dict[str, NDArray[Any]] | None:
     except ERRORS:
         return None
     return arrays
+
+
+def npz_bytes(arrays: Mapping[str, NDArray[Any]]) -> bytes:
+    """The content of the .npz file. Equal arrays give equal bytes (numpy dates every member 1980-01-01)."""
+    content = io.BytesIO()
+    np.savez_compressed(content, allow_pickle=False, **arrays)
+    return content.getvalue()

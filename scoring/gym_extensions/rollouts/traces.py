@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -10,6 +9,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from gym_extensions.rollouts.safe_npz import npz_bytes
 
 Array = NDArray[Any]
 
@@ -76,13 +77,11 @@ def cut(actions: Array, rewards: Array, states: Sequence[Mapping[str, Array]], s
 
 
 def trace_bytes(trace: Trace) -> bytes:
-    """The content of the .npz file. Equal traces give equal bytes (numpy dates every member 1980-01-01)."""
+    """The content of the .npz file. Equal traces give equal bytes."""
     arrays = {
         ACTIONS: trace.actions,
         SEGMENT_STEPS: np.array(trace.segment_steps, DTYPES[SEGMENT_STEPS]),
         SEGMENT_RETURNS: trace.segment_returns,
         **{f"{STATE}{name}": values for name, values in trace.states.items()},
     }
-    content = io.BytesIO()
-    np.savez_compressed(content, allow_pickle=False, **arrays)
-    return content.getvalue()
+    return npz_bytes(arrays)

@@ -9,6 +9,7 @@ import numpy as np
 
 from gym_extensions.baselines.agent import Array, Card, VectorEnv, acting_and_learning
 from gym_extensions.baselines.checkpoint import load_arrays, restore_generator, save_arrays, saved_generator
+from gym_extensions.rollouts.policies import Policy
 
 
 class Random:
@@ -25,6 +26,11 @@ class Random:
 
     def learn(self, env: VectorEnv, steps: int) -> None:
         """Does nothing and takes no steps."""
+
+    def policy(self) -> Policy:
+        """A uniform policy without a network."""
+        middle, half = (self._high + self._low) / 2, (self._high - self._low) / 2
+        return Policy(middle.ravel(), half.ravel(), head="uniform")
 
     def card(self) -> Card:
         """The agent's description in the manifest."""

@@ -10,6 +10,7 @@ import numpy as np
 from gym_extensions.baselines.agent import Array, Card, VectorEnv, acting_and_learning
 from gym_extensions.baselines.checkpoint import load_arrays, restore_generator, save_arrays, saved_generator
 from gym_extensions.baselines.trpo.batch import Collector, Transitions
+from gym_extensions.baselines.trpo.export import exported
 from gym_extensions.baselines.trpo.gae import advantages
 from gym_extensions.baselines.trpo.gaussian_policy import (
     Architecture,
@@ -21,6 +22,7 @@ from gym_extensions.baselines.trpo.normalization import Moments, merge, no_momen
 from gym_extensions.baselines.trpo.settings import REFERENCE, TrpoSettings, manifest_settings
 from gym_extensions.baselines.trpo.update import updated
 from gym_extensions.baselines.trpo.value_function import ValueFunction
+from gym_extensions.rollouts.policies import Policy
 
 
 class Trpo:
@@ -106,6 +108,12 @@ class Trpo:
     def _to_env(self, actions: Array) -> Array:
         scaled: Array = self._middle + self._half * actions
         return scaled
+
+    def policy(self) -> Policy:
+        """The policy as plain arrays."""
+        is_deterministic = self._settings.deterministic_evaluation
+        box = (self._middle, self._half)
+        return exported(self._architecture, self._theta, self._moments, box, deterministic=is_deterministic)
 
     def card(self) -> Card:
         """The agent's description in the manifest."""

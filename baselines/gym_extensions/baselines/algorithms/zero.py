@@ -9,6 +9,7 @@ import numpy as np
 
 from gym_extensions.baselines.agent import Array, Card, VectorEnv
 from gym_extensions.baselines.checkpoint import save_arrays
+from gym_extensions.rollouts.policies import Policy
 
 
 class Zero:
@@ -23,6 +24,11 @@ class Zero:
 
     def learn(self, env: VectorEnv, steps: int) -> None:
         """Does nothing and takes no steps."""
+
+    def policy(self) -> Policy:
+        """A constant policy without a network."""
+        size = int(np.prod(self._shape))
+        return Policy(np.zeros(size, np.float32), np.ones(size, np.float32))
 
     def card(self) -> Card:
         """The agent's description in the manifest."""

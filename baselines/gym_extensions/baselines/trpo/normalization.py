@@ -40,7 +40,12 @@ def merge(moments: Moments, observations: Array) -> Moments:
     return Moments(seen + count, mean, moments.squares + (inside + between))
 
 
+def scale(moments: Moments) -> Array:
+    """What observations are divided by (o,): the standard deviation plus ``EPSILON``."""
+    deviation: Array = np.sqrt(moments.squares / max(moments.count, 1.0)) + EPSILON
+    return deviation
+
+
 def standardize(moments: Moments, observations: Array) -> Array:
     """Observations (n, o) minus the mean, over the standard deviation, clipped; float32."""
-    deviation = np.sqrt(moments.squares / max(moments.count, 1.0)) + EPSILON
-    return np.clip((observations - moments.mean) / deviation, -CLIP, CLIP).astype(np.float32)
+    return np.clip((observations - moments.mean) / scale(moments), -CLIP, CLIP).astype(np.float32)
