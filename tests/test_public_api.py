@@ -29,7 +29,16 @@ PUBLIC = {
         "make",
         "make_vec",
     ],
-    "gym_extensions.baselines": ["Agent", "Card", "Factory", "Resumable", "sb3", "train"],
+    "gym_extensions.baselines": [
+        "Agent",
+        "Card",
+        "Context",
+        "Factory",
+        "Observes",
+        "Resumable",
+        "sb3",
+        "train",
+    ],
     "gym_extensions.results": ["board", "curves", "episodes", "metrics"],
 }
 NAMES = [(package, name) for package, names in PUBLIC.items() for name in names]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -43,7 +44,6 @@ BAD_CARDS = [
     (changed(evaluation="sample"), ".evaluation: The value is 'sample'. Did you mean 'sampled'?"),
     (changed(title="x" * 101), ".title: The string has 101 characters; the limit is 100. Give a string."),
     (changed(title=3), ".title: 3 is not a string. Give a string."),
-    (changed(boundaries=1), ".boundaries: 1 is not true or false. Give true or false."),
     (changed(parameters=np.int64(3)), f".parameters: np.int64(3) {COUNT}"),
     (changed(stored_steps=-1), f".stored_steps: -1 {COUNT}"),
     (changed([3]), ": hyperparameters is of type list. Use a dict of values by name."),
@@ -67,6 +67,22 @@ def test_a_card_that_the_manifest_cannot_store_is_rejected(card: Any, message: s
     with pytest.raises(BenchError) as error:
         card_of(AgentWithCard(card), "mine")
     assert str(error.value) == f"card(){message}"
+
+
+@pytest.mark.parametrize("name", ["task_in_training", "task_in_evaluation", "boundaries"])
+def test_a_card_does_not_declare_what_the_agent_observes(name: str) -> None:
+    values: dict[str, Any] = {name: True}
+    with pytest.raises(BenchError) as error:
+        Card("mine", **values)
+    assert str(error.value) == (
+        f"Card(): A card does not have the field {name!r}. "
+        f"If the agent observes it, give its class the attribute observes = Observes({name}=True)."
+    )
+
+
+def test_a_card_pickles() -> None:
+    card = changed({"rate": 0.1}, title="Mine")
+    assert pickle.loads(pickle.dumps(card)) == card  # noqa: S301
 
 
 class Greedy(Zero):

@@ -13,7 +13,7 @@ import pytest
 
 from gym_extensions import baselines
 
-NAMES = ["Agent", "Card", "Factory", "Resumable", "sb3", "train"]
+NAMES = ["Agent", "Card", "Context", "Factory", "Observes", "Resumable", "sb3", "train"]
 
 
 def test_the_public_names_are_listed_and_documented() -> None:
@@ -65,7 +65,9 @@ def test_reference_agents_train_without_torch(tmp_path: Path) -> None:
     assert (tmp_path / "mine/hopper-gravity/joint.csv").exists()
 
 
-@pytest.mark.parametrize(("module", "package"), [("agent", ""), ("adapters.sb3", "stable_baselines3")])
+@pytest.mark.parametrize(
+    ("module", "package"), [("agent", ""), ("context", ""), ("adapters.sb3", "stable_baselines3")]
+)
 def test_the_examples_of_the_docstrings_run(module: str, package: str) -> None:
     if package:
         pytest.importorskip(package)

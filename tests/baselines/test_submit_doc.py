@@ -8,14 +8,20 @@ import shlex
 import statistics
 import subprocess
 import sys
+import textwrap
 import tomllib
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
+import numpy as np
 import pytest
+
+from gym_extensions.baselines import Context
 
 PAGE = Path(__file__).parents[2] / "docs/submit.md"
 TEXT = PAGE.read_text(encoding="utf-8")
-AGENT, CARD, SB3 = re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL)
+AGENT, CARD, MULTI_HEAD, RECURRENT, SB3 = re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL)
 SHORT = "pusher"
 """A group of two tasks of 100 steps, which takes a fraction of the time of hopper-gravity."""
 COMMANDS = re.findall(r"^gym-extensions (train .*)$", TEXT.replace("\\\n", " "), re.MULTILINE)
@@ -99,3 +105,46 @@ def test_the_example_of_stable_baselines3_runs(tmp_path: Path) -> None:
     (tmp_path / "ppo.py").write_text(quick, encoding="utf-8")
     run("ppo.py", folder=tmp_path)
     assert len(episodes(tmp_path / "submissions/ppo" / SHORT / "single.csv")) == 2 * 20
+
+
+@pytest.fixture(scope="module")
+def multi_head(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The submission of the multi-head agent on a group of two tasks."""
+    folder = tmp_path_factory.mktemp("multi-head")
+    quick = MULTI_HEAD.replace("hopper-gravity", "hopper-motor-noise")
+    (folder / "multi_head.py").write_text(quick, encoding="utf-8")
+    run("multi_head.py", folder=folder)
+    return folder / "submissions/multi-head"
+
+
+def test_the_multi_head_agent_is_short() -> None:
+    assert len([line for line in MULTI_HEAD.splitlines() if line.strip()]) <= 40
+
+
+def test_the_manifest_declares_what_the_multi_head_agent_asks_for(multi_head: Path) -> None:
+    manifest = tomllib.loads((multi_head / "submission.toml").read_text(encoding="utf-8"))
+    declared = {"task_in_training": True, "task_in_evaluation": True, "boundaries": False}
+    assert manifest["observes"] == declared
+
+
+def test_the_multi_head_agent_learns_each_task_and_forgets_none(multi_head: Path) -> None:
+    returns: dict[tuple[str, str], list[str]] = {}
+    for row in episodes(multi_head / "hopper-motor-noise/sequential.csv"):
+        returns.setdefault((row["task"], row["stage"]), []).append(row["return"])
+    (first, second) = dict.fromkeys(task for task, _ in returns)
+    means = {key: statistics.mean(map(float, values)) for key, values in returns.items()}
+    assert returns[first, "1"] == returns[first, "2"]
+    assert returns[second, "1"] == returns[second, "0"]
+    assert means[first, "1"] > 5 * means[first, "0"] > 0
+    assert means[second, "2"] > 5 * means[second, "0"] > 0
+
+
+def test_the_recurrent_agent_clears_its_state_where_an_episode_starts() -> None:
+    names: dict[str, Any] = {"np": np}
+    exec(textwrap.dedent(RECURRENT), names)
+    ones = np.ones((2, 2))
+    agent = SimpleNamespace(state_size=2, inputs=ones, recurrent=ones, outputs=ones)
+    act, observations = names["act"], np.ones((3, 2))
+    first = act(agent, observations, Context(np.ones(3, bool)))
+    second = act(agent, observations, Context(np.array([False, True, False])))
+    assert (first == second).all(axis=1).tolist() == [False, True, False]

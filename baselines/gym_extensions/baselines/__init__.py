@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from gym_extensions.baselines.adapters.sb3 import sb3
-    from gym_extensions.baselines.agent import Agent, Card, Factory, Resumable
+    from gym_extensions.baselines.agent import Agent, Card, Context, Factory, Observes, Resumable
     from gym_extensions.baselines.train_agent import train
 
-__all__ = ["Agent", "Card", "Factory", "Resumable", "sb3", "train"]
+__all__ = ["Agent", "Card", "Context", "Factory", "Observes", "Resumable", "sb3", "train"]
 
 MODULES = {"sb3": "adapters.sb3", "train": "train_agent"}
 """The module of each public name; the others are in ``agent``."""

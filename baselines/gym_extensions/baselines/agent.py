@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
@@ -11,6 +11,9 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
+from gym_extensions.baselines.context import Context as Context  # noqa: PLC0414  (exported)
+from gym_extensions.baselines.context import Observes as Observes  # noqa: PLC0414  (exported)
+from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.policies import Policy
 
 Array = NDArray[Any]
@@ -21,6 +24,9 @@ Setting = str | int | float | bool | list[str] | list[int] | list[float] | list[
 
 class Agent(Protocol):
     """A learning algorithm. :class:`Resumable`, :class:`Described` and :class:`HasPolicy` are optional.
+
+    An agent that observes more than observations and rewards has an attribute ``observes``, an
+    :class:`Observes`. What it does not ask for there is refused.
 
     An agent that samples should use separate random generators for acting and learning, so that evaluation
     does not change what is learned.
@@ -37,11 +43,16 @@ class Agent(Protocol):
         ...         pass
     """
 
-    def act(self, observations: Array) -> Array:
+    def act(self, observations: Array, *args: Any, **kwargs: Any) -> Array:
         """Chooses one action per environment. It must not change what the agent has learned.
+
+        An agent defines ``act(observations)`` or ``act(observations, context)``. The second form receives a
+        :class:`Context` in each call.
 
         Args:
             observations: (num_envs, …).
+            args: the context, if the agent has a parameter of that name.
+            kwargs: empty.
 
         Returns:
             Actions (num_envs, …). Actions outside the action space are clipped.
@@ -54,6 +65,10 @@ class Agent(Protocol):
             env: a Gymnasium vector environment in autoreset mode NEXT_STEP: the step after the end of an
                 episode resets that environment, ignores its action and is not a transition.
                 ``env.batch_steps`` is the batch size of the reference agents; other agents may ignore it.
+                ``env.budget_steps`` equals ``steps``. Agents that ask for ``task_in_training`` can read
+                ``env.task_ids`` (the tasks that are trained, in order), ``env.env_task_ids`` (one per
+                environment) and ``env.env_tasks``, their indices in the training order of the group. Agents
+                that ask for ``boundaries`` can read ``env.stage``, from 1, and ``env.num_tasks``.
             steps: transitions to take, summed over all environments; at most 2 % more are allowed.
         """
 
@@ -99,9 +114,6 @@ class Card:
         description: at most 4000 characters.
         evaluation: how the agent acts in evaluation, ``"sampled"`` or ``"deterministic"``.
         hyperparameters: strings, finite numbers, booleans, or lists of them, by name.
-        task_in_training: whether the agent observes the task while it trains.
-        task_in_evaluation: whether the agent observes the task while it is evaluated.
-        boundaries: whether the agent knows when the task changes.
         stored_steps: the largest number of transitions that the agent stores.
         parameters: the number of the agent's trained parameters.
 
@@ -115,11 +127,15 @@ class Card:
     description: str = ""
     evaluation: str = "sampled"
     hyperparameters: Mapping[str, Setting] = field(default_factory=dict)
-    task_in_training: bool = False
-    task_in_evaluation: bool = False
-    boundaries: bool = False
     stored_steps: int = 0
     parameters: int = 0
+
+    def __new__(cls, *_: object, **values: object) -> Card:
+        """Raises ``BenchError`` for fields that are now in the agent's attribute ``observes``."""
+        for name in (item.name for item in fields(Observes) if item.name in values):
+            hint = f"If the agent observes it, give its class the attribute observes = Observes({name}=True)."
+            raise BenchError("bad-card", f"A card does not have the field {name!r}.", "Card()", hint)
+        return super().__new__(cls)
 
 
 @runtime_checkable

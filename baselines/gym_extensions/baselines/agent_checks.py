@@ -9,6 +9,7 @@ from typing import Any
 import gymnasium as gym
 
 from gym_extensions.baselines.agent import Agent, Card, Described, Factory
+from gym_extensions.baselines.context_checks import check_context
 from gym_extensions.errors import BenchError, did_you_mean
 from gym_extensions.rollouts.manifest import SECTIONS
 from gym_extensions.rollouts.manifest_values import HYPERPARAMETER, Key, hyperparameter_error, value_error
@@ -21,7 +22,6 @@ KEYS: dict[str, Key] = {
     "title": SECTIONS[""]["title"],
     "description": SECTIONS[""]["description"],
     "evaluation": SECTIONS["protocol"]["evaluation"],
-    **SECTIONS["observes"],
     "stored_steps": SECTIONS["memory"]["stored_steps"],
     "parameters": SECTIONS["memory"]["parameters_last"],
 }
@@ -37,7 +37,8 @@ def create_agent(make: Factory, spaces: tuple[gym.Space[Any], gym.Space[Any]], n
         name: the agent's name, for error messages.
 
     Raises:
-        BenchError: ``make`` is not a factory, or the agent lacks a method.
+        BenchError: ``make`` is not a factory, the agent lacks a method, ``act`` needs other arguments, or
+            ``observes`` is not valid.
     """
     _check_factory(make, name)
     agent = make(*spaces, 0)
@@ -46,6 +47,7 @@ def create_agent(make: Factory, spaces: tuple[gym.Space[Any], gym.Space[Any]], n
             message = f"The agent, of type {_type(agent)}, has no method {method}()."
             hint = f"Add a method {signature}; docs/submit.md has an example."
             raise BenchError("bad-agent", message, name, hint)
+    check_context(agent, name)
     return agent
 
 

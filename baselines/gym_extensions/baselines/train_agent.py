@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from gym_extensions.baselines import algorithms
 from gym_extensions.baselines.agent import Factory
 from gym_extensions.baselines.agent_checks import card_of, create_agent
+from gym_extensions.baselines.context_checks import observes_of
 from gym_extensions.baselines.submission import folder, manifest
 from gym_extensions.baselines.submission.writer import missing_jobs, write_log
 from gym_extensions.baselines.training.events import Listener
@@ -69,7 +71,7 @@ def train(
     request = parse_request(groups, protocols, budget, runs, num_envs)
     path = Path(out)
     settings = Settings(algorithms.name_of(agent), request.budget.name, num_envs)
-    _check(algorithms.factory(agent), settings, path, request)
+    settings = _checked(algorithms.factory(agent), settings, path, request)
     plan = {
         (group, protocol): missing_jobs(path, group, protocol, request.runs)
         for group, protocol in request.logs()
@@ -90,8 +92,11 @@ def train(
     return [path / group.name / f"{protocol}.csv" for group, protocol in plan]
 
 
-def _check(make: Factory, settings: Settings, out: Path, request: Request) -> None:
-    """Raises ``BenchError`` before training for anything that cannot become a submission after it."""
+def _checked(make: Factory, settings: Settings, out: Path, request: Request) -> Settings:
+    """The settings with what the agent asks to observe.
+
+    Raises ``BenchError`` before training for anything that cannot become a submission after it.
+    """
     folder.validate(out, request.groups)
     path = out / MANIFEST
     existing = manifest.read(path)
@@ -99,4 +104,7 @@ def _check(make: Factory, settings: Settings, out: Path, request: Request) -> No
     agent = create_agent(make, (env.single_observation_space, env.single_action_space), settings.agent)
     card = card_of(agent, settings.agent)
     env.close()
-    manifest.require_same(path, existing, manifest.run_sections(card, settings.budget, settings.num_envs))
+    settings = replace(settings, observes=observes_of(agent, settings.agent))
+    new = manifest.run_sections(card, settings.budget, settings.num_envs, settings.observes)
+    manifest.require_same(path, existing, new)
+    return settings

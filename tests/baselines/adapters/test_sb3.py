@@ -7,12 +7,13 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 torch = pytest.importorskip("torch")
 stable_baselines3 = pytest.importorskip("stable_baselines3")
 
-from gym_extensions.baselines import Factory, sb3, train  # noqa: E402
+from gym_extensions.baselines import Context, Factory, sb3, train  # noqa: E402
 from gym_extensions.baselines.agent import Described  # noqa: E402
 from gym_extensions.baselines.training.evaluation import evaluate  # noqa: E402
 from gym_extensions.baselines.training.recorder import Recorder  # noqa: E402
@@ -88,3 +89,49 @@ def trained_parameters(with_evaluation: bool) -> list[float]:
 
 def test_evaluation_does_not_change_what_an_sb3_agent_learns() -> None:
     assert trained_parameters(with_evaluation=True) == trained_parameters(with_evaluation=False)
+
+
+@pytest.fixture(scope="module")
+def recurrent() -> Any:
+    """A RecurrentPPO agent after one batch of training."""
+    algorithm = pytest.importorskip("sb3_contrib").RecurrentPPO
+    env = make_vec("Hopper", 2)
+    make = sb3(algorithm, n_steps=64, batch_size=64, n_epochs=1, policy_kwargs={"lstm_hidden_size": 8})
+    agent = make(env.single_observation_space, env.single_action_space, 3)
+    agent.learn(Recorder(env, ["Hopper"], steps=128, batch_steps=128, seed=0), 128)
+    return agent
+
+
+def test_a_recurrent_policy_keeps_its_state_until_an_episode_starts(recurrent: Any) -> None:
+    observations = np.random.default_rng(0).normal(size=(6, 3, 11)).astype(np.float32)
+    starts = np.zeros((6, 3), bool)
+    starts[0], starts[4, 1] = True, True
+    actions, state = [], None
+    for seen, start in zip(observations, starts, strict=True):
+        chosen, state = recurrent._model.predict(seen, state, start, deterministic=True)
+        actions.append(chosen)
+    for _ in range(2):  # a second evaluation starts again
+        acted = [
+            recurrent.act(seen, Context(start)) for seen, start in zip(observations, starts, strict=True)
+        ]
+        assert np.array_equal(np.stack(acted), np.stack(actions))
+    stateless = np.stack([recurrent._model.predict(seen, deterministic=True)[0] for seen in observations])
+    assert np.array_equal(acted[0], stateless[0])
+    assert np.array_equal(acted[4] == stateless[4], [[False] * 3, [True] * 3, [False] * 3])
+
+
+def test_an_evaluation_gives_a_recurrent_policy_the_starts_of_its_episodes(recurrent: Any) -> None:
+    env = make_vec("Hopper", 3)
+    first, second = evaluate(recurrent, env, [1, 2, 3]), evaluate(recurrent, env, [1, 2, 3])
+    assert first == second
+    assert recurrent._state[0].shape[1] == 3
+    assert evaluate(recurrent, make_vec("Hopper", 2), [1, 2]) == first[:2]
+
+
+def test_a_recurrent_policy_without_a_context_is_an_error(recurrent: Any) -> None:
+    with pytest.raises(BenchError) as error:
+        recurrent.act(np.zeros((2, 11), np.float32))
+    assert str(error.value) == (
+        "act(): The policy is recurrent. "
+        "Pass a gym_extensions.baselines.Context with the starts of the episodes."
+    )

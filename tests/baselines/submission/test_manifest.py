@@ -7,17 +7,18 @@ from typing import Any
 
 import pytest
 
-from gym_extensions.baselines import Card
+from gym_extensions.baselines import Card, Observes
 from gym_extensions.baselines.submission import manifest
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.rules.manifest import bad_value, missing_key, unknown_key
 
 PATH = Path("mine/submission.toml")
-CARD = Card("climber", hyperparameters={"step": 0.1}, stored_steps=10, task_in_training=True)
+CARD = Card("climber", hyperparameters={"step": 0.1}, stored_steps=10)
+OBSERVES = Observes(task_in_training=True)
 
 
-def run(card: Card = CARD, num_envs: int | None = None) -> dict[str, Any]:
-    return manifest.run_sections(card, "smoke", num_envs)
+def run(card: Card = CARD, num_envs: int | None = None, observes: Observes = OBSERVES) -> dict[str, Any]:
+    return manifest.run_sections(card, "smoke", num_envs, observes)
 
 
 def test_a_new_manifest_passes_the_rules_of_the_format() -> None:
@@ -25,6 +26,23 @@ def test_a_new_manifest_passes_the_rules_of_the_format() -> None:
     assert [*unknown_key(tables), *missing_key(tables), *bad_value(tables)] == []
     assert (tables["title"], tables["hyperparameters"]) == ("climber", {"step": 0.1})
     assert tables["memory"] == {"stored_steps": 10, "parameters_first": 3, "parameters_last": 5}
+
+
+def test_what_the_agent_observes_follows_from_what_it_asks_for() -> None:
+    declared = {"task_in_training": True, "task_in_evaluation": False, "boundaries": False}
+    assert manifest.merge({}, CARD, run(), 3, 5)["observes"] == declared
+
+
+@pytest.mark.parametrize("declared", [True, False])
+def test_a_manifest_that_declares_otherwise_is_rejected(declared: bool) -> None:
+    existing = run(observes=Observes(task_in_training=True, boundaries=declared))
+    with pytest.raises(BenchError) as error:
+        manifest.require_same(PATH, existing, run(observes=Observes(True, False, not declared)))
+    assert error.value.code == "mixed-submission"
+    assert str(error.value) == (
+        f"{PATH}: observes.boundaries is {declared} in this submission and {not declared} in the new run. "
+        "This section follows from the agent's attribute observes. Change that, or choose another --out."
+    )
 
 
 def test_a_manifest_is_unchanged_by_writing_and_reading(tmp_path: Path) -> None:

@@ -8,12 +8,16 @@ from typing import Any
 import numpy as np
 import pytest
 
+from gym_extensions.baselines import Context
 from gym_extensions.baselines.algorithms import trpo
 from gym_extensions.baselines.algorithms.random import Random
+from gym_extensions.baselines.context import TaskLabel
 from gym_extensions.baselines.training.evaluation import evaluate
 from gym_extensions.baselines.training.recorder import Recorder
 from gym_extensions.envs import make, make_vec
 from gym_extensions.rollouts.traces import cut, trace_bytes
+
+from .test_recorder import Counting
 
 SEEDS = [11, 12, 13, 14]
 
@@ -93,6 +97,40 @@ def test_a_segment_replays_from_its_recorded_state_after_one_warm_up_step(task: 
         env.step(trace.actions[5 * segment - 1])
         rewards = [float(env.step(action)[1]) for action in trace.actions[5 * segment : 5 * segment + 5]]
         assert math.fsum(rewards) == pytest.approx(trace.segment_returns[segment], abs=1e-12)
+
+
+class Listening(Loud):
+    """Stores the context of each call."""
+
+    def __init__(self) -> None:
+        self.contexts: list[Context] = []
+
+    def act(self, observations: Any, context: Context) -> Any:  # type: ignore[override]
+        self.contexts.append(context)
+        return super().act(observations)
+
+
+class ListeningAlone(Listening):
+    """The same for environments with one action."""
+
+    def act(self, observations: Any, context: Context) -> Any:
+        return super().act(observations, context)[:, :1]
+
+
+def test_an_episode_starts_at_the_first_step_and_after_each_autoreset() -> None:
+    agent = ListeningAlone()
+    evaluate(agent, Counting([2, 5]), SEEDS[:2])
+    starts = np.array([context.episode_starts for context in agent.contexts]).T
+    # The first environment's third observation is the last one of its episode. The step from there resets it.
+    assert starts.tolist() == [[True, False, False, True, False], [True, False, False, False, False]]
+
+
+def test_the_context_has_the_task_only_if_it_is_passed() -> None:
+    agent, envs = Listening(), make_vec("Hopper", 2)
+    evaluate(agent, envs, SEEDS[:2])
+    assert not hasattr(agent.contexts[0], "task")
+    evaluate(agent, envs, SEEDS[:2], label=TaskLabel("gym_extensions/Hopper-v0", 2))
+    assert (agent.contexts[-1].task_id, agent.contexts[-1].task) == ("gym_extensions/Hopper-v0", 2)
 
 
 CUTS = [

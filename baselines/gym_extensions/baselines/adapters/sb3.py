@@ -59,7 +59,8 @@ def sb3(
         log_interval: as in SB3's ``learn``.
         tensorboard_log: folder of TensorBoard logs, with one subfolder per run and stage. It needs the
             package ``tensorboard``.
-        settings: keyword arguments of ``algorithm``; ``policy`` defaults to ``"MlpPolicy"``.
+        settings: keyword arguments of ``algorithm``; ``policy`` defaults to ``"MlpPolicy"``, and to
+            ``"MlpLstmPolicy"`` for algorithms with recurrent policies.
 
     Returns:
         A factory for :func:`gym_extensions.baselines.train`.

@@ -15,6 +15,7 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from gym_extensions.baselines.adapters.sb3_callback import with_named_errors
 from gym_extensions.baselines.adapters.sb3_normalization import Normalization
 from gym_extensions.baselines.adapters.sb3_options import Options
+from gym_extensions.baselines.adapters.sb3_policy import exported, unsupported
 from gym_extensions.baselines.adapters.sb3_random import Generators, PolicyKeys
 from gym_extensions.baselines.adapters.sb3_state import (
     from_arrays,
@@ -24,9 +25,10 @@ from gym_extensions.baselines.adapters.sb3_state import (
     to_arrays,
 )
 from gym_extensions.baselines.adapters.sb3_vec_env import BatchVecEnv, SpacesVecEnv
-from gym_extensions.baselines.agent import Array, Card, VectorEnv
+from gym_extensions.baselines.agent import Array, Card, Context, Observes, VectorEnv
 from gym_extensions.baselines.checkpoint import load_arrays, save_arrays
 from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.policies import Policy
 
 
 PLACEHOLDER = (1, 2_000)
@@ -49,6 +51,8 @@ class Sb3Agent:
         self._learning, self._acting = Generators(self._seed), Generators(self._seed + 1)
         self._normalization = Normalization(options.normalize_observations, options.normalize_rewards)
         self._size = (0, 0)
+        self._state: tuple[Array, ...] | None = None
+        self.observes = Observes(boundaries=options.fresh_buffer)
         self._model = self._create_model(*PLACEHOLDER)
         self._keys = PolicyKeys(self._model.policy, self._seed + 1)
 
@@ -62,7 +66,8 @@ class Sb3Agent:
         }
         if options.tensorboard_log:
             copies["tensorboard_log"] = options.tensorboard_log
-        arguments: dict[str, Any] = {"policy": "MlpPolicy", "device": "cpu", "seed": self._seed} | copies
+        policy = "MlpPolicy" if "MlpPolicy" in options.algorithm.policy_aliases else "MlpLstmPolicy"
+        arguments: dict[str, Any] = {"policy": policy, "device": "cpu", "seed": self._seed} | copies
         env = SpacesVecEnv(*self._spaces, num_envs)
         self._learning = Generators(self._seed)
         with self._learning.active(), warnings.catch_warnings():
@@ -72,12 +77,37 @@ class Sb3Agent:
         self._normalization.wrap(env, getattr(model, "gamma", 1.0))
         return model
 
-    def act(self, observations: Array) -> Array:
-        """Actions of the model's policy, sampled or deterministic."""
+    def act(self, observations: Array, context: Context | None = None) -> Array:
+        """Actions of the model's policy, sampled or deterministic.
+
+        A recurrent policy keeps its state from call to call; it starts again where ``context.episode_starts``
+        is True.
+
+        Raises:
+            BenchError: the policy is recurrent, and there is no context.
+        """
+        starts = None if context is None else context.episode_starts
+        if starts is None or starts.all():
+            self._state = None
         seen = self._normalization.normalize(np.asarray(observations, self._model.observation_space.dtype))
         with self._acting.active(), self._keys.active(self._model.policy):
-            actions, _ = self._model.predict(seen, deterministic=self._options.deterministic)
+            actions, self._state = self._model.predict(
+                seen, state=self._state, episode_start=starts, deterministic=self._options.deterministic
+            )
+        if self._state is not None and context is None:
+            hint = "Pass a gym_extensions.baselines.Context with the starts of the episodes."
+            raise BenchError("needs-context", "The policy is recurrent.", "act()", hint)
         return np.asarray(actions)
+
+    def policy(self) -> Policy | None:
+        """The policy as plain arrays; None if it is not a multilayer perceptron of a supported kind."""
+        if unsupported(self._model):
+            return None
+        return exported(
+            self._model,
+            deterministic=self._options.deterministic,
+            statistics=self._normalization.observation_statistics(),
+        )
 
     def learn(self, env: VectorEnv, steps: int) -> None:
         """Calls the model's ``learn``, which continues from the current state.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import platform
 import tomllib
 from collections.abc import Mapping
+from dataclasses import asdict
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -12,17 +13,18 @@ from typing import Any
 import tomli_w
 
 from gym_extensions.atomic import write_text
-from gym_extensions.baselines.agent import Card
+from gym_extensions.baselines.agent import Card, Observes
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.manifest import FORMAT, SECTIONS
+from gym_extensions.rollouts.manifest import FORMAT
 
-SHARED_SECTIONS = ("protocol", "hyperparameters")
+SHARED_SECTIONS = ("protocol", "hyperparameters", "observes")
 """Sections that are the same in every run of a submission."""
 PHYSICS_PACKAGES = ("gymnasium", "mujoco")
 """Packages whose versions are the same in every run of a submission."""
 ONE_SETTING = (
     "A submission has one algorithm, one budget and one set of hyperparameters; choose another --out."
 )
+DERIVED = "This section follows from the agent's attribute observes. Change that, or choose another --out."
 
 Tables = Mapping[str, Any]
 
@@ -47,8 +49,8 @@ def read(path: Path) -> dict[str, Any]:
         raise BenchError("bad-manifest", f"The file is not valid TOML: {error}.", str(path), hint) from error
 
 
-def run_sections(card: Card, budget: str, num_envs: int | None) -> dict[str, Any]:
-    """The sections that follow from a run, ``protocol``, ``hyperparameters`` and ``versions``.
+def run_sections(card: Card, budget: str, num_envs: int | None, observes: Observes) -> dict[str, Any]:
+    """The sections that follow from a run: ``protocol``, ``hyperparameters``, ``observes`` and ``versions``.
 
     Hyperparameters are as TOML reads them back (tuples as lists), so that a later run compares equal.
     """
@@ -56,12 +58,13 @@ def run_sections(card: Card, budget: str, num_envs: int | None) -> dict[str, Any
     return {
         "protocol": {"budget": budget, "algorithm": card.algorithm, "evaluation": card.evaluation},
         "hyperparameters": tomllib.loads(tomli_w.dumps(settings)),
+        "observes": asdict(observes),
         "versions": versions(),
     }
 
 
 def require_same(path: Path, existing: Tables, new: Tables) -> None:
-    """Raises ``BenchError`` if the existing manifest has another algorithm, budget, setting or physics."""
+    """Raises ``BenchError`` if the existing manifest differs in what must be the same in every run."""
     for section in SHARED_SECTIONS:
         old = existing.get(section)
         if old is None or old == new[section]:
@@ -72,7 +75,8 @@ def require_same(path: Path, existing: Tables, new: Tables) -> None:
                 message = (
                     f"{section}.{key} is {previous!r} in this submission and {current!r} in the new run."
                 )
-                raise BenchError("mixed-submission", message, str(path), ONE_SETTING)
+                hint = DERIVED if section == "observes" else ONE_SETTING
+                raise BenchError("mixed-submission", message, str(path), hint)
     for package in PHYSICS_PACKAGES:
         previous, current = existing.get("versions", {}).get(package), new["versions"][package]
         if previous not in (None, current):
@@ -94,7 +98,6 @@ def merge(existing: Tables, card: Card, new: Tables, first: int, last: int) -> d
         last: the agent's parameters after training.
     """
     memory = existing.get("memory", {})
-    observes = {key: getattr(card, key) for key in SECTIONS["observes"]}
     tables = {
         "format": FORMAT,
         "title": existing.get("title", card.title or card.algorithm),
@@ -103,7 +106,7 @@ def merge(existing: Tables, card: Card, new: Tables, first: int, last: int) -> d
         "code": existing.get("code", {"url": "", "commit": ""}),
         "protocol": new["protocol"],
         "hyperparameters": new["hyperparameters"],
-        "observes": existing.get("observes", observes),
+        "observes": new["observes"],
         "memory": {
             "stored_steps": max(memory.get("stored_steps", 0), card.stored_steps),
             "parameters_first": max(memory.get("parameters_first", 0), first),

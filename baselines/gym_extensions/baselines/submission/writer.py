@@ -122,7 +122,7 @@ def _write_manifest(out: Path, records: Sequence[FinishedStage], settings: Setti
     path = out / MANIFEST
     existing = manifest.read(path)
     card = max((record.card for record in records), key=lambda card: card.stored_steps)
-    new = manifest.run_sections(card, settings.budget, settings.num_envs)
+    new = manifest.run_sections(card, settings.budget, settings.num_envs, settings.observes)
     manifest.require_same(path, existing, new)
     first, last = (max(record.parameters[end] for record in records) for end in (0, 1))
     manifest.write(path, manifest.merge(existing, card, new, first, last))

@@ -9,7 +9,9 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from gym_extensions.baselines.agent import Agent, Array, VectorEnv
+from gym_extensions.baselines.agent import Agent, Array, Context, VectorEnv
+from gym_extensions.baselines.context import TaskLabel
+from gym_extensions.baselines.context_checks import action_function
 from gym_extensions.baselines.training.actions import clip_actions
 from gym_extensions.rollouts.traces import Trace, cut
 
@@ -40,7 +42,13 @@ def saved_states(env: VectorEnv) -> dict[str, Array]:
     return {name: np.stack([state[name] for state in states]) for name in states[0]}
 
 
-def evaluate(agent: Agent, env: VectorEnv, seeds: Sequence[int], segment_steps: int = 0) -> list[Rollout]:
+def evaluate(
+    agent: Agent,
+    env: VectorEnv,
+    seeds: Sequence[int],
+    segment_steps: int = 0,
+    label: TaskLabel | None = None,
+) -> list[Rollout]:
     """Runs the first episode of every environment.
 
     An environment whose episode ended is stepped on, so that no action depends on when another episode ended.
@@ -50,19 +58,22 @@ def evaluate(agent: Agent, env: VectorEnv, seeds: Sequence[int], segment_steps: 
         env: ``len(seeds)`` environments of one task.
         seeds: the reset seed of each environment.
         segment_steps: steps per segment of a trace; 0 records no traces.
+        label: the task, only for an agent that asked for ``task_in_evaluation``.
 
     Returns:
         One rollout per seed, in the order of ``seeds``.
     """
-    num_envs = len(seeds)
+    num_envs, act = len(seeds), action_function(agent)
     observations, _ = env.reset(seed=list(seeds))  # type: ignore[arg-type]
     rewards, actions, states = [], [], []
     lengths, is_terminated = np.zeros(num_envs, int), np.zeros(num_envs, bool)
+    starts, resetting = np.ones(num_envs, bool), np.zeros(num_envs, bool)
     while not lengths.all():
-        applied = clip_actions(agent.act(observations), env, "act()")
+        applied = clip_actions(act(observations, Context(starts, label)), env, "act()")
         observations, reward, terminated, truncated, _ = env.step(applied)
         rewards.append(np.array(reward, np.float64))
-        ended = (terminated | truncated) & (lengths == 0)
+        starts, resetting = resetting, terminated | truncated
+        ended = resetting & (lengths == 0)
         is_terminated[ended] = terminated[ended]
         lengths[ended] = len(rewards)
         if segment_steps:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
+from gym_extensions.baselines.context import Observes
 from gym_extensions.catalog.budgets import Budget, budget
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.task import Task
@@ -12,11 +13,14 @@ from gym_extensions.catalog.task import Task
 
 @dataclass(frozen=True)
 class Settings:
-    """How jobs run: the agent's and the budget's name, and ``num_envs`` if it is not the budget's."""
+    """How jobs run: the agent's and the budget's name, ``num_envs`` if it is not the budget's, and what the
+    agent asked to observe.
+    """
 
     agent: str
     budget: str
     num_envs: int | None = None
+    observes: Observes = field(default_factory=Observes)
 
     def num_envs_for(self, num_tasks: int) -> int:
         """Training environments: a multiple of the number of tasks, so that each task has equally many."""

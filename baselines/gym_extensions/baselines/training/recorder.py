@@ -6,11 +6,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import gymnasium as gym
 import numpy as np
 
 from gym_extensions.baselines.agent import Array, VectorEnv
 from gym_extensions.baselines.training.actions import clip_actions
+from gym_extensions.baselines.training.context_env import ContextEnv, TrainingContext
 from gym_extensions.errors import BenchError
 
 EXCESS = 0.02
@@ -26,7 +26,7 @@ class Point:
     return_: float
 
 
-class Recorder(gym.vector.VectorWrapper):
+class Recorder(ContextEnv):
     """A vector environment that records training correctly whatever the agent does with it.
 
     Args:
@@ -36,6 +36,7 @@ class Recorder(gym.vector.VectorWrapper):
         batch_steps: the budget's batch size. It is also the interval between points of the curve.
         seed: of the first reset; seeds that the agent passes are ignored.
         report: called with the number of transitions after every batch.
+        context: what the agent asked for, and the stage. By default it asked for nothing.
     """
 
     def __init__(
@@ -47,10 +48,12 @@ class Recorder(gym.vector.VectorWrapper):
         batch_steps: int,
         seed: int,
         report: Callable[[int], object] = lambda _: None,
+        context: TrainingContext | None = None,
     ) -> None:
-        super().__init__(env)
-        self.batch_steps, self.taken, self.points = batch_steps, 0, list[Point]()
-        self._tasks, self._budget, self._report = task_ids, steps, report
+        context = context or TrainingContext()
+        super().__init__(env, task_ids, budget_steps=steps, batch_steps=batch_steps, context=context)
+        self.taken, self.points = 0, list[Point]()
+        self._budget, self._report = steps, report
         self._seeds = np.random.SeedSequence(seed)
         self._resetting = np.ones(self.num_envs, bool)
         self._sums = np.zeros(self.num_envs)
@@ -83,7 +86,7 @@ class Recorder(gym.vector.VectorWrapper):
         self._sums += np.where(is_transition, rewards, 0.0)
         self._resetting = (terminated | truncated) & is_transition
         for i in map(int, np.flatnonzero(self._resetting)):
-            self._ended[self._tasks[i % len(self._tasks)]].append(float(self._sums[i]))
+            self._ended[self._trained[i % len(self._trained)]].append(float(self._sums[i]))
             self._sums[i] = 0.0
         if self.taken >= self._next_point:
             self._next_point += self.batch_steps * (1 + (self.taken - self._next_point) // self.batch_steps)

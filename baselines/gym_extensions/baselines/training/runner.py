@@ -7,8 +7,11 @@ from pathlib import Path
 
 from gym_extensions.atomic import write_bytes
 from gym_extensions.baselines import algorithms
-from gym_extensions.baselines.agent import Agent, Factory, VectorEnv
+from gym_extensions.baselines.agent import Agent, Factory, Observes, VectorEnv
 from gym_extensions.baselines.agent_checks import card_of
+from gym_extensions.baselines.context import TaskLabel
+from gym_extensions.baselines.context_checks import observes_of
+from gym_extensions.baselines.training.context_env import TrainingContext
 from gym_extensions.baselines.training.evaluation import evaluate
 from gym_extensions.baselines.training.events import Event, Listener
 from gym_extensions.baselines.training.jobs import Settings, Stage, TrainingJob
@@ -20,6 +23,7 @@ from gym_extensions.catalog.protocol import EVALUATION_EPISODES, evaluation_seed
 from gym_extensions.catalog.task import Task
 from gym_extensions.envs import make_vec
 from gym_extensions.envs.fingerprint import fingerprint_of
+from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.episodes import CurvePoint, Episode
 from gym_extensions.rollouts.layout import PROGRESS, trace_name
 from gym_extensions.rollouts.traces import trace_bytes
@@ -42,8 +46,9 @@ class PendingJob:
 class Evaluator:
     """The evaluation environments of every task, created on first use and reused in every stage."""
 
-    def __init__(self, job: TrainingJob, out: Path) -> None:
+    def __init__(self, job: TrainingJob, settings: Settings, out: Path) -> None:
         self._job, self._traces = job, traces_folder(out, job.group.name)
+        self._task_is_observed = settings.observes.task_in_evaluation
         self._envs: dict[str, VectorEnv] = {}
 
     def envs(self, task: Task) -> VectorEnv:
@@ -56,7 +61,8 @@ class Evaluator:
         """Evaluates the agent on a task and stores the trace of every episode."""
         job, rows = self._job, []
         seeds = [evaluation_seed(job.group.id, task.id, episode) for episode in range(EVALUATION_EPISODES)]
-        rollouts = evaluate(agent, self.envs(task), seeds, task.body.segments.steps)
+        label = TaskLabel(task.id, job.group.task_ids.index(task.id)) if self._task_is_observed else None
+        rollouts = evaluate(agent, self.envs(task), seeds, task.body.segments.steps, label)
         for episode, (seed, rollout) in enumerate(zip(seeds, rollouts, strict=True)):
             if rollout.trace is not None:
                 name = trace_name(job.protocol, job.run, stage, task.name, episode)
@@ -92,10 +98,11 @@ def run_job(
     done = progress.finished()
     if len(done) == len(stages):
         return done
-    evaluator = Evaluator(job, out)
+    evaluator = Evaluator(job, settings, out)
     env = evaluator.envs(stages[0].evaluated[0])
     seed = training_seed(job.run, job.group.id, "agent")
     agent = make(env.single_observation_space, env.single_action_space, seed)
+    _require_same(observes_of(agent, settings.agent), settings, job)
     first_parameters = done[0].parameters[0] if done else card_of(agent, settings.agent).parameters
     if done and not progress.resume(agent, done):
         done = []
@@ -115,6 +122,13 @@ def run_job(
     return done
 
 
+def _require_same(observes: Observes, settings: Settings, job: TrainingJob) -> None:
+    if observes != settings.observes:
+        message = f"The agent of {job.title} asks for {observes}, another agent for {settings.observes}."
+        hint = "Give all agents of a factory the same attribute observes."
+        raise BenchError("bad-agent", message, settings.agent, hint)
+
+
 def _train(
     job: TrainingJob, stage: Stage, agent: Agent, settings: Settings, listen: Listener
 ) -> list[CurvePoint]:
@@ -127,6 +141,7 @@ def _train(
         batch_steps=budget(settings.budget).batch_steps,
         seed=training_seed(job.run, job.group.id, *ids, "training"),
         report=lambda taken: listen(Event(job.title, stage.number, taken)),
+        context=TrainingContext(settings.observes, job.group.task_ids, stage.number),
     )
     agent.learn(recorder, stage.steps)
     recorder.flush()

@@ -1,0 +1,141 @@
+"""The policy of a Stable-Baselines3 or SBX model as plain arrays.
+
+Supported are multilayer perceptrons with flat observations: Gaussian (PPO, A2C, TRPO), squashed Gaussian (SAC,
+TQC, CrossQ without batch renormalization) and squashed deterministic (TD3, DDPG) actors of SB3 and SB3-Contrib,
+and the actors of SBX's PPO and SAC.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from stable_baselines3.common.base_class import BaseAlgorithm
+
+from gym_extensions.baselines.adapters.sb3_networks import flax_layers, torch_layers
+from gym_extensions.baselines.agent import Array
+from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.policies import Policy
+
+LOG_SIGMA_CLIP = np.array([-20.0, 2.0], np.float32)
+"""Bounds of log σ of a squashed Gaussian actor, in SB3 and SBX."""
+Statistics = tuple[Array, Array, float]
+"""Mean and standard deviation of the observations, and the limit of standardized observations."""
+Parts = dict[str, Any]
+
+
+def exported(model: BaseAlgorithm, *, deterministic: bool = True, statistics: Statistics | None = None) -> Policy:
+    """The policy of a model, trained by this package or loaded with ``PPO.load``.
+
+    Args:
+        model: of Stable-Baselines3, SB3-Contrib or SBX.
+        deterministic: whether the policy takes the mean action or samples.
+        statistics: of the observations, if the model was trained with normalized ones.
+
+    Raises:
+        BenchError: the model's network has no such form.
+    """
+    if reason := unsupported(model):
+        hint = "Use an MlpPolicy without use_sde, or train without storing the policy."
+        raise BenchError("unsupported-policy", reason, "policy()", hint)
+    parts = _actor_parts(model)(model)
+    if deterministic or "log_sigma" not in parts:
+        parts["head"] = "deterministic"
+    else:
+        parts["head"] = "gaussian"
+    if statistics is not None:
+        names = ("observation_mean", "observation_scale", "observation_clip")
+        parts |= dict(zip(names, statistics, strict=True))
+    return Policy(**parts)
+
+
+def unsupported(model: BaseAlgorithm) -> str:
+    """Why the policy of a model cannot be expressed as plain arrays; empty if it can."""
+    policy: Any = model.policy
+    name = f"The policy of {type(model).__name__}, {type(policy).__name__},"
+    space = model.observation_space
+    extractor = getattr(policy, "features_extractor", None) or getattr(
+        getattr(policy, "actor", None), "features_extractor", None
+    )
+    if len(space.shape or ()) != 1 or (extractor is not None and type(extractor).__name__ != "FlattenExtractor"):
+        return f"{name} has a features extractor."
+    if getattr(model, "use_sde", False):
+        return f"{name} uses state-dependent exploration (use_sde)."
+    if getattr(policy, "squash_output", False) and _actor_parts(model) is _gaussian:
+        return f"{name} squashes its actions in a way that is not supported."
+    try:
+        _actor_parts(model)(model)
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
+        return f"{name} is not a multilayer perceptron of a supported kind: {error}."
+    return ""
+
+
+def _actor_parts(model: BaseAlgorithm) -> Callable[[BaseAlgorithm], Parts]:
+    """The function that reads the actor of a model."""
+    policy: Any = model.policy
+    if hasattr(policy, "actor_state"):
+        return _flax
+    if hasattr(policy, "mlp_extractor"):
+        return _gaussian
+    return _squashed_gaussian if hasattr(getattr(policy, "actor", None), "latent_pi") else _squashed
+
+
+def _gaussian(model: BaseAlgorithm) -> Parts:
+    policy: Any = model.policy
+    size = int(np.prod(model.action_space.shape))
+    return torch_layers([*policy.mlp_extractor.policy_net, policy.action_net]) | {
+        "log_sigma": policy.log_std.detach().numpy(),
+        "action_offset": np.zeros(size, np.float32),
+        "action_scale": np.ones(size, np.float32),
+    }
+
+
+def _squashed_gaussian(model: BaseAlgorithm) -> Parts:
+    actor: Any = model.policy.actor
+    log_sigma = torch_layers([actor.log_std])
+    return torch_layers([*actor.latent_pi, actor.mu]) | _squashing(model) | {
+        "log_sigma": log_sigma["biases"][0],
+        "log_sigma_weight": log_sigma["weights"][0],
+        "log_sigma_clip": LOG_SIGMA_CLIP,
+    }
+
+
+def _squashed(model: BaseAlgorithm) -> Parts:
+    *layers, squash = model.policy.actor.mu
+    if type(squash).__name__ != "Tanh":
+        raise TypeError("its last layer is not a tanh")
+    return torch_layers(layers) | _squashing(model)
+
+
+def _flax(model: BaseAlgorithm) -> Parts:
+    policy: Any = model.policy
+    parameters = policy.actor_state.params["params"]
+    name = type(policy.actor).__name__
+    if name == "SquashedGaussianActor":
+        *names, last = _dense(parameters)
+        return flax_layers(parameters, names, policy.actor.activation_fn) | _squashing(model) | {
+            "log_sigma": np.asarray(parameters[last]["bias"]),
+            "log_sigma_weight": np.asarray(parameters[last]["kernel"]),
+            "log_sigma_clip": LOG_SIGMA_CLIP,
+        }
+    size = int(np.prod(model.action_space.shape))
+    return flax_layers(parameters, _dense(parameters), policy.actor.activation_fn) | {
+        "log_sigma": np.asarray(parameters["log_std"]),
+        "action_offset": np.zeros(size, np.float32),
+        "action_scale": np.ones(size, np.float32),
+    }
+
+
+def _dense(parameters: Parts) -> list[str]:
+    """The names of the dense layers, first to last. Raises ``ValueError`` if there are others."""
+    others = [name for name in parameters if not name.startswith("Dense_") and name != "log_std"]
+    if others:
+        raise ValueError(f"it has a layer {others[0]}")
+    return sorted((name for name in parameters if name != "log_std"), key=lambda name: int(name[6:]))
+
+
+def _squashing(model: BaseAlgorithm) -> Parts:
+    """The tanh and the box of the actions, as in SB3's ``unscale_action``."""
+    low, high = model.action_space.low.ravel(), model.action_space.high.ravel()
+    return {"squash": "tanh", "action_offset": (low + high) / 2, "action_scale": (high - low) / 2}
