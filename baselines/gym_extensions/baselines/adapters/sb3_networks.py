@@ -43,10 +43,8 @@ def torch_layers(modules: Sequence[nn.Module]) -> Parts:
 
 def _torch_activation(module: nn.Module) -> str:
     name = TORCH_ACTIVATIONS.get(type(module))
-    is_default = (
-        getattr(module, "alpha", 1.0) == 1.0 and getattr(module, "negative_slope", nn.LeakyReLU().negative_slope)
-    ) == nn.LeakyReLU().negative_slope
-    if name is None or not is_default:
+    # The text of an activation shows its arguments, such as the slope of a LeakyReLU.
+    if name is None or repr(module) != repr(type(module)()):
         raise TypeError(f"it contains {module}")
     return name
 

@@ -1,8 +1,7 @@
 """The policy of a Stable-Baselines3 or SBX model as plain arrays.
 
-Supported are multilayer perceptrons with flat observations: Gaussian (PPO, A2C, TRPO), squashed Gaussian (SAC,
-TQC, CrossQ without batch renormalization) and squashed deterministic (TD3, DDPG) actors of SB3 and SB3-Contrib,
-and the actors of SBX's PPO and SAC.
+Supported are multilayer perceptrons of flat observations: the Gaussian actors of PPO, A2C and TRPO, the squashed
+Gaussian actors of SAC and TQC, the deterministic actors of TD3 and DDPG, and the actors of SBX's PPO and SAC.
 """
 
 from __future__ import annotations
@@ -40,10 +39,7 @@ def exported(model: BaseAlgorithm, *, deterministic: bool = True, statistics: St
         hint = "Use an MlpPolicy without use_sde, or train without storing the policy."
         raise BenchError("unsupported-policy", reason, "policy()", hint)
     parts = _actor_parts(model)(model)
-    if deterministic or "log_sigma" not in parts:
-        parts["head"] = "deterministic"
-    else:
-        parts["head"] = "gaussian"
+    parts["head"] = "deterministic" if deterministic or "log_sigma" not in parts else "gaussian"
     if statistics is not None:
         names = ("observation_mean", "observation_scale", "observation_clip")
         parts |= dict(zip(names, statistics, strict=True))
@@ -52,22 +48,18 @@ def exported(model: BaseAlgorithm, *, deterministic: bool = True, statistics: St
 
 def unsupported(model: BaseAlgorithm) -> str:
     """Why the policy of a model cannot be expressed as plain arrays; empty if it can."""
-    policy: Any = model.policy
-    name = f"The policy of {type(model).__name__}, {type(policy).__name__},"
-    space = model.observation_space
-    extractor = getattr(policy, "features_extractor", None) or getattr(
-        getattr(policy, "actor", None), "features_extractor", None
-    )
-    if len(space.shape or ()) != 1 or (extractor is not None and type(extractor).__name__ != "FlattenExtractor"):
-        return f"{name} has a features extractor."
+    name = f"The policy of {type(model).__name__}, {type(model.policy).__name__},"
+    shape = model.observation_space.shape or ()
+    if len(shape) != 1:
+        return f"{name} does not have flat observations, but observations of shape {shape}."
     if getattr(model, "use_sde", False):
         return f"{name} uses state-dependent exploration (use_sde)."
-    if getattr(policy, "squash_output", False) and _actor_parts(model) is _gaussian:
-        return f"{name} squashes its actions in a way that is not supported."
     try:
-        _actor_parts(model)(model)
-    except (AttributeError, KeyError, TypeError, ValueError) as error:
+        inputs = _actor_parts(model)(model)["weights"][0].shape[0]
+    except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
         return f"{name} is not a multilayer perceptron of a supported kind: {error}."
+    if hasattr(model.policy, "lstm_actor") or inputs != shape[0]:
+        return f"{name} is recurrent or has a features extractor."
     return ""
 
 
