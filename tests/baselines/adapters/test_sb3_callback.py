@@ -96,7 +96,9 @@ def test_tensorboard_logs_have_a_folder_per_run(env: Any, tmp_path: Path) -> Non
     assert b"rollout/ep_rew_mean" in events.read_bytes()
 
 
-def test_tensorboard_that_is_not_installed_is_an_error_before_training(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_tensorboard_that_is_not_installed_is_an_error_before_training(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setattr(sb3_options, "find_spec", lambda name: None)
     with pytest.raises(BenchError) as error:
         sb3(PPO, tensorboard_log="logs")

@@ -8,9 +8,9 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-torch = pytest.importorskip("torch")
 pytest.importorskip("stable_baselines3")
 
+import torch
 from stable_baselines3 import A2C, PPO, SAC, TD3
 
 from gym_extensions.baselines import sb3
@@ -19,7 +19,7 @@ from gym_extensions.baselines.adapters.sb3_vec_env import SpacesVecEnv
 from gym_extensions.errors import BenchError
 
 OBSERVATIONS = gym.spaces.Box(-np.inf, np.inf, (5,), np.float64)
-ACTIONS = gym.spaces.Box(np.float32([-1, -3]), np.float32([1, 5]))
+ACTIONS = gym.spaces.Box(np.array([-1, -3], np.float32), np.array([1, 5], np.float32))
 NETWORK: dict[str, Any] = {"net_arch": [8, 6]}
 MODELS: dict[str, tuple[Any, dict[str, Any]]] = {
     "PPO": (PPO, {}),
@@ -35,7 +35,7 @@ def model(name: str) -> Any:
     created = algorithm("MlpPolicy", SpacesVecEnv(OBSERVATIONS, ACTIONS, 1), policy_kwargs=NETWORK | network)
     with torch.no_grad():
         for values in created.policy.parameters():
-            values += 0.1 * torch.randn(values.shape)
+            values.add_(0.1 * torch.randn(values.shape))
     return created
 
 
@@ -69,7 +69,7 @@ def test_the_statistics_of_the_observations_belong_to_the_policy() -> None:
     np.testing.assert_allclose(actions, agent.act(observations), rtol=1e-5, atol=1e-5)
 
 
-class Features(torch.nn.Module):  # type: ignore[misc,name-defined]
+class Features(torch.nn.Module):
     """A features extractor, as a user writes one for images."""
 
     def __init__(self, space: Any) -> None:
@@ -80,7 +80,7 @@ class Features(torch.nn.Module):  # type: ignore[misc,name-defined]
         return self.layer(observations)
 
 
-UNSUPPORTED = {
+UNSUPPORTED: dict[str, tuple[dict[str, Any], str]] = {
     "features": (
         {"policy_kwargs": {"features_extractor_class": Features}},
         "is recurrent or has a features extractor.",

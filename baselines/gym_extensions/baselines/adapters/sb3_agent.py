@@ -12,24 +12,18 @@ import numpy as np
 import torch
 from stable_baselines3.common.base_class import BaseAlgorithm
 
+from gym_extensions.baselines.adapters.array_tree import from_arrays, to_arrays
 from gym_extensions.baselines.adapters.sb3_callback import with_named_errors
 from gym_extensions.baselines.adapters.sb3_normalization import Normalization
 from gym_extensions.baselines.adapters.sb3_options import Options
 from gym_extensions.baselines.adapters.sb3_policy import exported, unsupported
 from gym_extensions.baselines.adapters.sb3_random import Generators, PolicyKeys
-from gym_extensions.baselines.adapters.sb3_state import (
-    from_arrays,
-    model_state,
-    num_parameters,
-    restore_model,
-    to_arrays,
-)
+from gym_extensions.baselines.adapters.sb3_state import model_state, num_parameters, restore_model
 from gym_extensions.baselines.adapters.sb3_vec_env import BatchVecEnv, SpacesVecEnv
 from gym_extensions.baselines.agent import Array, Card, Context, Observes, VectorEnv
 from gym_extensions.baselines.checkpoint import load_arrays, save_arrays
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.policies import Policy
-
 
 PLACEHOLDER = (1, 2_000)
 """Environments and batch size, of the budget ``100k``, of a model before its first training."""
@@ -41,9 +35,7 @@ class Sb3Agent:
     The model is created again if the number of environments or the batch size changes before training starts.
     """
 
-    def __init__(
-        self, spaces: tuple[gym.Space[Any], gym.Space[Any]], seed: int, options: Options
-    ) -> None:
+    def __init__(self, spaces: tuple[gym.Space[Any], gym.Space[Any]], seed: int, options: Options) -> None:
         # A model seeds its action space, so it has a copy.
         self._spaces, self._options = copy.deepcopy(spaces), options
         self._seed, self._trained = seed % 2**31, False
@@ -118,7 +110,8 @@ class Sb3Agent:
         self._fit_model_to(env.num_envs, int(getattr(env, "batch_steps", PLACEHOLDER[1])))
         model, options = self._model, self._options
         if options.fresh_buffer:
-            model.replay_buffer.reset()
+            buffer: Any = model.replay_buffer  # type: ignore[attr-defined]
+            buffer.reset()
         wrapped = self._normalization.wrap(BatchVecEnv(env), getattr(model, "gamma", 1.0))
         self._trained = True
         with self._learning.active():
@@ -135,8 +128,8 @@ class Sb3Agent:
         if self._trained:
             raise BenchError(
                 "other-environments",
-                f"The model was trained with {self._size[0]} environments and batches of {self._size[1]} steps, "
-                f"not {num_envs} and {batch_steps}.",
+                f"The model was trained with {self._size[0]} environments and batches of {self._size[1]} "
+                f"steps, not {num_envs} and {batch_steps}.",
                 where="learn()",
                 hint="Train all stages of a run with the same number of environments and the same budget.",
             )

@@ -50,7 +50,11 @@ def _torch_activation(module: nn.Module) -> str:
 
 
 def flax_layers(parameters: Mapping[str, Any], names: Sequence[str], activation: Callable[..., Any]) -> Parts:
-    """The dense layers of these names, as arguments of a ``Policy``. Raises ``TypeError`` for other activations."""
+    """The dense layers of these names, as arguments of a ``Policy``.
+
+    Raises:
+        TypeError: an activation of another kind.
+    """
     name = getattr(activation, "__name__", type(activation).__name__)
     if name not in FLAX_ACTIVATIONS:
         raise TypeError(f"its activation is {name}")

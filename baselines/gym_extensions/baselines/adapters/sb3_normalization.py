@@ -43,7 +43,9 @@ class Normalization:
 
     def normalize(self, observations: Array) -> Array:
         """Observations (num_envs, …) as the model expects them. The statistics do not change."""
-        return observations if self._wrapper is None else np.asarray(self._wrapper.normalize_obs(observations))
+        return (
+            observations if self._wrapper is None else np.asarray(self._wrapper.normalize_obs(observations))
+        )
 
     def observation_statistics(self) -> tuple[Array, Array, float] | None:
         """Mean, standard deviation and limit of standardized observations; None if they are not changed."""

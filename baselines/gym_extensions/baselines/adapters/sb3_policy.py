@@ -1,7 +1,8 @@
 """The policy of a Stable-Baselines3 or SBX model as plain arrays.
 
-Supported are multilayer perceptrons of flat observations: the Gaussian actors of PPO, A2C and TRPO, the squashed
-Gaussian actors of SAC and TQC, the deterministic actors of TD3 and DDPG, and the actors of SBX's PPO and SAC.
+Supported are multilayer perceptrons of flat observations: the Gaussian actors of PPO, A2C and TRPO, the
+squashed Gaussian actors of SAC and TQC, the deterministic actors of TD3 and DDPG, and the actors of SBX's PPO
+and SAC.
 """
 
 from __future__ import annotations
@@ -24,7 +25,9 @@ Statistics = tuple[Array, Array, float]
 Parts = dict[str, Any]
 
 
-def exported(model: BaseAlgorithm, *, deterministic: bool = True, statistics: Statistics | None = None) -> Policy:
+def exported(
+    model: BaseAlgorithm, *, deterministic: bool = True, statistics: Statistics | None = None
+) -> Policy:
     """The policy of a model, trained by this package or loaded with ``PPO.load``.
 
     Args:
@@ -75,26 +78,27 @@ def _actor_parts(model: BaseAlgorithm) -> Callable[[BaseAlgorithm], Parts]:
 
 def _gaussian(model: BaseAlgorithm) -> Parts:
     policy: Any = model.policy
-    size = int(np.prod(model.action_space.shape))
-    return torch_layers([*policy.mlp_extractor.policy_net, policy.action_net]) | {
-        "log_sigma": policy.log_std.detach().numpy(),
-        "action_offset": np.zeros(size, np.float32),
-        "action_scale": np.ones(size, np.float32),
-    }
+    layers = torch_layers([*policy.mlp_extractor.policy_net, policy.action_net])
+    return layers | _unscaled(policy.log_std.detach().numpy())
 
 
 def _squashed_gaussian(model: BaseAlgorithm) -> Parts:
     actor: Any = model.policy.actor
     log_sigma = torch_layers([actor.log_std])
-    return torch_layers([*actor.latent_pi, actor.mu]) | _squashing(model) | {
-        "log_sigma": log_sigma["biases"][0],
-        "log_sigma_weight": log_sigma["weights"][0],
-        "log_sigma_clip": LOG_SIGMA_CLIP,
-    }
+    return (
+        torch_layers([*actor.latent_pi, actor.mu])
+        | _squashing(model)
+        | {
+            "log_sigma": log_sigma["biases"][0],
+            "log_sigma_weight": log_sigma["weights"][0],
+            "log_sigma_clip": LOG_SIGMA_CLIP,
+        }
+    )
 
 
 def _squashed(model: BaseAlgorithm) -> Parts:
-    *layers, squash = model.policy.actor.mu
+    policy: Any = model.policy
+    *layers, squash = policy.actor.mu
     if type(squash).__name__ != "Tanh":
         raise TypeError("its last layer is not a tanh")
     return torch_layers(layers) | _squashing(model)
@@ -106,17 +110,17 @@ def _flax(model: BaseAlgorithm) -> Parts:
     name = type(policy.actor).__name__
     if name == "SquashedGaussianActor":
         *names, last = _dense(parameters)
-        return flax_layers(parameters, names, policy.actor.activation_fn) | _squashing(model) | {
-            "log_sigma": np.asarray(parameters[last]["bias"]),
-            "log_sigma_weight": np.asarray(parameters[last]["kernel"]),
-            "log_sigma_clip": LOG_SIGMA_CLIP,
-        }
-    size = int(np.prod(model.action_space.shape))
-    return flax_layers(parameters, _dense(parameters), policy.actor.activation_fn) | {
-        "log_sigma": np.asarray(parameters["log_std"]),
-        "action_offset": np.zeros(size, np.float32),
-        "action_scale": np.ones(size, np.float32),
-    }
+        return (
+            flax_layers(parameters, names, policy.actor.activation_fn)
+            | _squashing(model)
+            | {
+                "log_sigma": np.asarray(parameters[last]["bias"]),
+                "log_sigma_weight": np.asarray(parameters[last]["kernel"]),
+                "log_sigma_clip": LOG_SIGMA_CLIP,
+            }
+        )
+    layers = flax_layers(parameters, _dense(parameters), policy.actor.activation_fn)
+    return layers | _unscaled(np.asarray(parameters["log_std"]))
 
 
 def _dense(parameters: Parts) -> list[str]:
@@ -127,7 +131,17 @@ def _dense(parameters: Parts) -> list[str]:
     return sorted((name for name in parameters if name != "log_std"), key=lambda name: int(name[6:]))
 
 
+def _unscaled(log_sigma: Array) -> Parts:
+    """log σ (a,) of actions that are neither squashed nor scaled."""
+    return {
+        "log_sigma": log_sigma,
+        "action_offset": np.zeros_like(log_sigma),
+        "action_scale": np.ones_like(log_sigma),
+    }
+
+
 def _squashing(model: BaseAlgorithm) -> Parts:
     """The tanh and the box of the actions, as in SB3's ``unscale_action``."""
-    low, high = model.action_space.low.ravel(), model.action_space.high.ravel()
+    box: Any = model.action_space
+    low, high = box.low.ravel(), box.high.ravel()
     return {"squash": "tanh", "action_offset": (low + high) / 2, "action_scale": (high - low) / 2}

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import json
 import sys
-from collections.abc import Callable
 from operator import attrgetter
 from typing import Any
 
 import numpy as np
-import torch
 from stable_baselines3.common.base_class import BaseAlgorithm
 
 from gym_extensions.baselines.agent import Array
@@ -43,7 +40,7 @@ def restore_model(model: BaseAlgorithm, state: dict[str, Any]) -> None:
     _restore_jax(model, state["jax"])
     vars(model).update(state["counters"])
     if state["replay_buffer"] is not None:
-        _restore_buffer(model.replay_buffer, state["replay_buffer"])
+        _restore_buffer(getattr(model, "replay_buffer", None), state["replay_buffer"])
 
 
 def num_parameters(model: BaseAlgorithm) -> int:
@@ -55,7 +52,7 @@ def num_parameters(model: BaseAlgorithm) -> int:
     from jax.tree_util import tree_leaves
 
     trees = [tree_leaves((state.params, getattr(state, "target_params", ()))) for state in states]
-    return from_torch + sum(leaf.size for leaves in trees for leaf in leaves)
+    return int(from_torch + sum(leaf.size for leaves in trees for leaf in leaves))
 
 
 def _jax_holders(model: BaseAlgorithm) -> list[tuple[Any, str, Any]]:
@@ -115,44 +112,3 @@ def _buffer_arrays(buffer: Any) -> dict[str, Array]:
         for name, values in sorted(vars(buffer).items())
         if isinstance(values, np.ndarray) and values.shape[:1] == (buffer.buffer_size,)
     }
-
-
-def to_arrays(value: Any) -> dict[str, Array]:
-    """A tree of dicts, lists, tuples, tensors, arrays and plain values as flat arrays without pickle.
-
-    The array ``tree`` is the tree as JSON text, in which a number stands for each array.
-    """
-    arrays: list[Array] = []
-
-    def encode(value: Any) -> Any:
-        if isinstance(value, torch.Tensor | np.ndarray | np.generic):
-            is_tensor = isinstance(value, torch.Tensor)
-            arrays.append(value.detach().numpy() if is_tensor else np.asarray(value))
-            return {"tensor" if is_tensor else "array": len(arrays) - 1}
-        if isinstance(value, dict):
-            return {"dict": [[key, encode(item)] for key, item in value.items()]}
-        if isinstance(value, list | tuple):
-            return {type(value).__name__: [encode(item) for item in value]}
-        return value
-
-    tree = json.dumps(encode(value))
-    return {"tree": np.array(tree), **{f"array{i}": array for i, array in enumerate(arrays)}}
-
-
-def from_arrays(arrays: dict[str, Array]) -> Any:
-    """The tree of :func:`to_arrays`."""
-    decoders: dict[str, Callable[[Any], Any]] = {
-        "tensor": lambda i: torch.from_numpy(arrays[f"array{i}"].copy()),
-        "array": lambda i: arrays[f"array{i}"],
-        "dict": lambda items: {key: decode(item) for key, item in items},
-        "list": lambda items: [decode(item) for item in items],
-        "tuple": lambda items: tuple(decode(item) for item in items),
-    }
-
-    def decode(value: Any) -> Any:
-        if not isinstance(value, dict):
-            return value
-        ((kind, content),) = value.items()
-        return decoders[kind](content)
-
-    return decode(json.loads(str(arrays["tree"])))

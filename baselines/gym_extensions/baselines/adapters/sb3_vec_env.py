@@ -26,8 +26,8 @@ class BatchVecEnv(VecEnv):
     """An SB3 ``VecEnv`` over a Gymnasium vector environment in autoreset mode NEXT_STEP.
 
     SB3 expects the first observation of the next episode together with the last reward of the old one.
-    Environments whose episode ended are therefore reset at once, by ``reset_mask``. Floating-point observations
-    are float32. ``seed(seed)`` seeds the next reset, as in SB3's own environments.
+    Environments whose episode ended are therefore reset at once, by ``reset_mask``. Floating-point
+    observations are float32. ``seed(seed)`` seeds the next reset, as in SB3's own environments.
     """
 
     def __init__(self, env: VectorEnv) -> None:
@@ -41,7 +41,7 @@ class BatchVecEnv(VecEnv):
 
     def reset(self) -> Array:
         """The first observations of all environments."""
-        seeds = None if self._seeds[0] is None else self._seeds
+        seeds: Any = None if self._seeds[0] is None else self._seeds
         observations, _ = self.env.reset(seed=seeds)
         self._reset_seeds()
         self._returns[:], self._lengths[:] = 0.0, 0
@@ -55,8 +55,8 @@ class BatchVecEnv(VecEnv):
         """Steps all environments and resets those whose episode ended.
 
         Returns:
-            Observations, rewards, dones and infos. The info of an ended episode holds its last observation and
-            what SB3 logs: return ``r``, length ``l`` and, where the task defines it, ``is_success``.
+            Observations, rewards, dones and infos. The info of an ended episode holds its last observation
+            and what SB3 logs: return ``r``, length ``l`` and, where the task defines it, ``is_success``.
         """
         result, rewards, terminated, truncated, info = self.env.step(self._actions)
         observations, dones = np.array(result, self._dtype), np.asarray(terminated | truncated)

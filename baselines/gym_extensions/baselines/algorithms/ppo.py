@@ -25,7 +25,7 @@ SETTINGS: dict[str, Any] = {
         "log_std_init": -1.0,  # as for trpo: docs/learners.md
     },
 }
-"""The hyperparameters. A rollout is one batch of the budget; observations are standardized as for ``trpo``."""
+"""The hyperparameters. A rollout is one batch of the budget, and observations are standardized."""
 
 
 def one_rollout_per_batch(num_envs: int, batch_steps: int) -> dict[str, Any]:

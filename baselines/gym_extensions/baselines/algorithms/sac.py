@@ -9,10 +9,10 @@ from typing import Any
 os.environ.setdefault("XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1")
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
 
-from sbx import SAC  # noqa: E402
+from sbx import SAC
 
-from gym_extensions.baselines.adapters.sb3 import Sb3Factory  # noqa: E402
-from gym_extensions.baselines.adapters.sb3_options import Options  # noqa: E402
+from gym_extensions.baselines.adapters.sb3 import Sb3Factory
+from gym_extensions.baselines.adapters.sb3_options import Options
 
 SETTINGS: dict[str, Any] = {
     "learning_rate": 1e-3,
