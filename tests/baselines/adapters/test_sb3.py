@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import hashlib
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,17 @@ from gym_extensions.errors import BenchError  # noqa: E402
 
 GROUP = "hopper-motor-noise"
 """A group of two tasks."""
+
+
+def digests(folder: Path) -> dict[str, str]:
+    """The sha256 of every finished file, by its path in the folder."""
+    return {
+        str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file() and ".progress" not in path.parts
+    }
+
+
 SMALL: dict[str, Any] = {"n_steps": 125, "batch_size": 25, "n_epochs": 2}
 
 
@@ -65,6 +77,35 @@ def test_a_run_with_other_settings_is_rejected(ppo_submission: Path) -> None:
         "\"{'net_arch': [16], 'activation_fn': ReLU}\" in the new run. "
         "A submission has one algorithm, one budget and one set of hyperparameters; choose another --out."
     )
+
+
+class FailsInTheSecondStage(stable_baselines3.common.callbacks.BaseCallback):  # type: ignore[misc,name-defined]
+    """Raises at step 500 of the second stage."""
+
+    stages = 0
+
+    def _on_training_start(self) -> None:
+        self.stages += 1
+
+    def _on_step(self) -> bool:
+        if self.stages == 2 and self.num_timesteps == 500:
+            raise ValueError("disk full")
+        return True
+
+
+@pytest.mark.slow
+def test_a_run_whose_callback_raised_resumes_with_the_same_files(tmp_path: Path) -> None:
+    def run(name: str, **options: Any) -> Path:
+        make = sb3(stable_baselines3.PPO, normalize_observations=True, **SMALL, **options)
+        train(make, GROUP, "sequential", "smoke", 0, out=tmp_path / name)
+        return tmp_path / name
+
+    with pytest.raises(BenchError, match="FailsInTheSecondStage raised ValueError: disk full"):
+        run("interrupted", callback=FailsInTheSecondStage())
+    assert list((tmp_path / "interrupted").rglob("stage1.json"))
+    assert not list((tmp_path / "interrupted").rglob("stage2.json"))
+    folder = run("interrupted")
+    assert digests(folder) == digests(run("complete"))
 
 
 def test_the_card_has_the_settings_as_passed_even_if_the_model_changes_them() -> None:

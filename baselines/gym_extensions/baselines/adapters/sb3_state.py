@@ -21,7 +21,7 @@ def model_state(model: BaseAlgorithm) -> dict[str, Any]:
     return {
         "modules": {name: attrgetter(name)(model).state_dict() for name in modules},
         "variables": {name: attrgetter(name)(model) for name in variables},
-        "jax": {name: [np.asarray(leaf) for leaf in leaves] for name, leaves in _jax_leaves(model).items()},
+        "jax": _jax_leaves(model),
         "counters": {
             name: value
             for name, value in sorted(vars(model).items())
@@ -70,13 +70,18 @@ def _jax_holders(model: BaseAlgorithm) -> list[tuple[Any, str, Any]]:
     ]
 
 
-def _jax_leaves(model: BaseAlgorithm) -> dict[str, list[Any]]:
+def _jax_leaves(model: BaseAlgorithm) -> dict[str, list[Array]]:
+    """The arrays of each attribute. Python's numbers among them have JAX's types, as after a restoration."""
     holders = _jax_holders(model)
     if not holders:
         return {}
+    from jax.numpy import asarray
     from jax.tree_util import tree_leaves
 
-    return {f"{type(owner).__name__}.{name}": tree_leaves(value) for owner, name, value in holders}
+    return {
+        f"{type(owner).__name__}.{name}": [np.asarray(asarray(leaf)) for leaf in tree_leaves(value)]
+        for owner, name, value in holders
+    }
 
 
 def _restore_jax(model: BaseAlgorithm, leaves: dict[str, list[Array]]) -> None:
