@@ -12,6 +12,8 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from gym_extensions.baselines.extras import missing_extra
+
 if TYPE_CHECKING:
     from gym_extensions.baselines.adapters.sb3 import sb3
     from gym_extensions.baselines.agent import Agent, Card, Context, Factory, Observes, Resumable
@@ -53,9 +55,6 @@ MODULES = {
     **dict.fromkeys(EVENTS, "training.events"),
 }
 """The module of each public name; the others are in ``agent``."""
-SB3_PACKAGES = ("torch", "stable_baselines3")
-"""Packages of the extra ``sb3``."""
-SB3_HINT = "Install it with: pip install 'gym-extensions[sb3]'"
 
 
 def __getattr__(name: str) -> Any:
@@ -64,11 +63,10 @@ def __getattr__(name: str) -> Any:
     try:
         module = importlib.import_module(f"{__name__}.{MODULES.get(name, 'agent')}")
     except ModuleNotFoundError as missing:
-        package = (missing.name or "").partition(".")[0]
-        if package not in SB3_PACKAGES:
+        extra = missing_extra(missing)
+        if extra is None:
             raise
-        message = f"{name} needs {package}. {SB3_HINT}"
-        raise ModuleNotFoundError(message, name=package) from missing
+        raise ModuleNotFoundError(f"{name} needs {extra[0]}. {extra[1]}", name=extra[0]) from missing
     return getattr(module, name)
 
 

@@ -26,6 +26,7 @@ def test_an_environment_whose_episode_ended_is_reset_and_its_info_has_the_last_o
     assert rewards.dtype == np.float32
     assert not np.array_equal(infos[i]["terminal_observation"], observations[i])
     assert infos[i]["TimeLimit.truncated"] is False
+    assert infos[i]["episode"]["l"] > 0
     assert 1.2 < observations[i][0] < 1.3, "a hopper starts 1.25 m above the ground"
 
 
@@ -42,3 +43,15 @@ def test_a_vec_env_of_spaces_cannot_be_stepped() -> None:
     assert env.num_envs == 2
     with pytest.raises(NotImplementedError, match="no environment"):
         env.reset()
+
+
+def test_one_seed_of_an_sb3_model_gives_the_same_weights_each_time() -> None:
+    from stable_baselines3 import PPO
+
+    settings = {"n_steps": 20, "batch_size": 20, "n_epochs": 1, "policy_kwargs": {"net_arch": [8]}}
+    sums = []
+    for seed in (1, 1, 2):
+        model = PPO("MlpPolicy", BatchVecEnv(make_vec("Hopper", 2)), seed=seed, device="cpu", **settings)
+        model.learn(40)
+        sums.append([float(values.detach().sum()) for values in model.policy.parameters()])
+    assert sums[0] == sums[1] != sums[2]

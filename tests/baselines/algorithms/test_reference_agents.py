@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import copy
+import sys
 from typing import Any
 
 import numpy as np
 import pytest
 
-from gym_extensions.baselines import Card, Resumable, algorithms
+from gym_extensions.baselines import Card, Factory, Resumable, algorithms
 from gym_extensions.baselines.agent import Described
 from gym_extensions.baselines.agent_checks import card_of
 from gym_extensions.baselines.training.recorder import Recorder
 from gym_extensions.envs import make_vec
+from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.policies import Policy
 
 NAMES = (
@@ -22,12 +24,17 @@ NAMES = (
     "multi-head",
     "online-ewc",
     "packnet",
+    "ppo",
     "random",
     "reset",
+    "sac",
+    "sac-fresh-buffer",
     "trpo",
     "trpo-2017",
     "zero",
 )
+PACKAGES = {"ppo": "stable_baselines3", "sac": "sbx", "sac-fresh-buffer": "sbx"}
+"""The optional package of each agent that needs one."""
 Spaces = tuple[Any, Any]
 
 
@@ -37,13 +44,19 @@ def spaces() -> Spaces:
     return env.single_observation_space, env.single_action_space
 
 
+def factory(name: str) -> Factory:
+    if name in PACKAGES:
+        pytest.importorskip(PACKAGES[name])
+    return algorithms.factory(name)
+
+
 def test_the_modules_of_algorithms_are_the_reference_agents() -> None:
     assert algorithms.names() == list(NAMES)
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_each_describes_itself_and_can_be_saved(name: str, spaces: Spaces) -> None:
-    agent = algorithms.factory(name)(*spaces, 0)
+    agent = factory(name)(*spaces, 0)
     assert isinstance(agent, Described)
     assert isinstance(agent, Resumable)
     card = card_of(agent, "other")
@@ -56,7 +69,7 @@ def test_each_returns_one_action_per_environment_and_repeats_itself_with_the_sam
     name: str, spaces: Spaces
 ) -> None:
     observations = np.zeros((4, *spaces[0].shape))
-    first, second = (algorithms.factory(name)(*spaces, 7).act(observations) for _ in range(2))
+    first, second = (factory(name)(*spaces, 7).act(observations) for _ in range(2))
     assert first.shape == (4, *spaces[1].shape)
     assert np.array_equal(first, second)
 
@@ -118,3 +131,21 @@ def test_the_stored_policy_of_random_has_its_range(spaces: Spaces) -> None:
     agent: Any = algorithms.factory("random")(*spaces, 0)
     low, high = agent.policy().interval(np.zeros((1, 23)))
     assert (low[0].tolist(), high[0].tolist()) == (spaces[1].low.tolist(), spaces[1].high.tolist())
+
+
+@pytest.mark.parametrize(("name", "package", "extra"), [("ppo", "torch", "sb3"), ("sac", "sbx", "sbx")])
+def test_a_missing_package_is_named_with_the_command_that_installs_it(
+    name: str, package: str, extra: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delitem(sys.modules, f"gym_extensions.baselines.algorithms.{name}", raising=False)
+    for module in [each for each in sys.modules if each.startswith("gym_extensions.baselines.adapters.sb3")]:
+        monkeypatch.delitem(sys.modules, module)
+    monkeypatch.setitem(sys.modules, package, None)
+    if package == "torch":
+        monkeypatch.setitem(sys.modules, "stable_baselines3", None)
+    with pytest.raises(BenchError) as error:
+        algorithms.factory(name)
+    missing = "stable_baselines3" if package == "torch" else package
+    assert str(error.value) == (
+        f"{name} needs {missing}. Install it with: pip install 'gym-extensions[{extra}]'"
+    )

@@ -2,126 +2,64 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
-import numpy as np
-import torch
 from stable_baselines3.common.base_class import BaseAlgorithm
 
-from gym_extensions.baselines.adapters.hyperparameters import to_manifest_value
-from gym_extensions.baselines.adapters.sb3_vec_env import BatchVecEnv, SpacesVecEnv
-from gym_extensions.baselines.agent import Array, Card, Context, Factory, Setting, VectorEnv
-from gym_extensions.errors import BenchError
-
-
-class Sb3Agent:
-    """An SB3 model as an agent. Acting and learning use separate states of torch's global generator."""
-
-    def __init__(
-        self,
-        algorithm: type[BaseAlgorithm],
-        spaces: tuple[gym.Space[Any], gym.Space[Any]],
-        seed: int,
-        deterministic: bool,
-        settings: dict[str, Any],
-        *,
-        hyperparameters: dict[str, Setting],
-    ) -> None:
-        self._algorithm, self._spaces, self._settings = algorithm, spaces, settings
-        self._hyperparameters = hyperparameters
-        self._seed, self._deterministic = seed % 2**31, deterministic
-        torch.set_num_threads(1)
-        self._model = self._create_model(1)
-        self._learning = torch.get_rng_state()
-        self._acting = torch.Generator().manual_seed(self._seed + 1).get_state()
-        self._state: tuple[Array, ...] | None = None
-
-    def _create_model(self, num_envs: int) -> BaseAlgorithm:
-        # SAC and A2C write into the policy_kwargs that they receive, so dicts are copied.
-        copies = {
-            name: dict(value) if isinstance(value, dict) else value for name, value in self._settings.items()
-        }
-        policy = "MlpPolicy" if "MlpPolicy" in self._algorithm.policy_aliases else "MlpLstmPolicy"
-        arguments: dict[str, Any] = {"policy": policy, "device": "cpu", "seed": self._seed} | copies
-        return self._algorithm(env=SpacesVecEnv(*self._spaces, num_envs), **arguments)
-
-    def act(self, observations: Array, context: Context | None = None) -> Array:
-        """Actions of the model's policy, sampled or deterministic.
-
-        A recurrent policy keeps its state from call to call; it starts again where ``context.episode_starts``
-        is True.
-
-        Raises:
-            BenchError: the policy is recurrent, and there is no context.
-        """
-        starts = None if context is None else context.episode_starts
-        if starts is None or starts.all():
-            self._state = None
-        torch.set_rng_state(self._acting)
-        actions, self._state = self._model.predict(
-            observations, state=self._state, episode_start=starts, deterministic=self._deterministic
-        )
-        self._acting = torch.get_rng_state()
-        if self._state is not None and context is None:
-            hint = "Pass a gym_extensions.baselines.Context with the starts of the episodes."
-            raise BenchError("needs-context", "The policy is recurrent.", "act()", hint)
-        return np.asarray(actions)
-
-    def learn(self, env: VectorEnv, steps: int) -> None:
-        """Calls the model's ``learn``, which continues from the current parameters."""
-        if self._model.n_envs != env.num_envs:
-            parameters: Any = self._model.get_parameters()
-            self._model = self._create_model(env.num_envs)
-            self._model.set_parameters(parameters)
-        torch.set_rng_state(self._learning)
-        self._model.set_env(BatchVecEnv(env))
-        self._model.learn(steps)
-        self._learning = torch.get_rng_state()
-
-    def card(self) -> Card:
-        """The agent's description in the manifest, with the name of its class and its settings."""
-        model, name = self._model, self._algorithm.__name__
-        rollout_steps = getattr(model, "n_steps", 0) * model.n_envs
-        return Card(
-            name.lower(),
-            title=name,
-            description=f"Stable-Baselines3's {name}.",
-            evaluation="deterministic" if self._deterministic else "sampled",
-            hyperparameters=self._hyperparameters,
-            stored_steps=int(getattr(model, "buffer_size", None) or rollout_steps),
-            parameters=sum(values.numel() for values in model.policy.parameters()),
-        )
+from gym_extensions.baselines.adapters.sb3_agent import Sb3Agent
+from gym_extensions.baselines.adapters.sb3_callback import Callback
+from gym_extensions.baselines.adapters.sb3_options import Options, check_options
+from gym_extensions.baselines.agent import Factory
 
 
 class Sb3Factory:
-    """Creates agents of one SB3 class with its settings. It pickles, so worker processes can use it."""
+    """Creates agents of one SB3 class with its options. It pickles, so worker processes can use it."""
 
-    def __init__(self, algorithm: type[BaseAlgorithm], deterministic: bool, settings: dict[str, Any]) -> None:
-        self._algorithm, self._deterministic, self._settings = algorithm, deterministic, settings
-        self._hyperparameters = {name: to_manifest_value(value) for name, value in settings.items()}
-        self.__name__ = algorithm.__name__.lower()
+    def __init__(self, options: Options) -> None:
+        check_options(options)
+        self._options = options
+        self.__name__ = options.name
 
     def __call__(
         self, observation_space: gym.Space[Any], action_space: gym.Space[Any], seed: int, /
     ) -> Sb3Agent:
         """Creates an untrained agent."""
-        return Sb3Agent(
-            self._algorithm,
-            (observation_space, action_space),
-            seed,
-            self._deterministic,
-            self._settings,
-            hyperparameters=self._hyperparameters,
-        )
+        return Sb3Agent((observation_space, action_space), seed, self._options)
 
 
-def sb3(algorithm: type[BaseAlgorithm], *, deterministic: bool = True, **settings: Any) -> Factory:
-    """A factory of agents that train a Stable-Baselines3 model. It needs the extra ``sb3``.
+def sb3(
+    algorithm: type[BaseAlgorithm],
+    *,
+    deterministic: bool = True,
+    normalize_observations: bool = False,
+    normalize_rewards: bool = False,
+    callback: Callback = None,
+    log_interval: int | None = None,
+    tensorboard_log: str | Path = "",
+    **settings: Any,
+) -> Factory:
+    """A factory of agents that train a Stable-Baselines3 or SBX model. It needs the extra ``sb3`` or ``sbx``.
+
+    An interrupted run resumes after its last finished stage and writes the same files. Each stage is one
+    call of the model's ``learn``, which starts its schedules and warm-up steps again. A rollout of the model,
+    ``n_steps`` times the number of environments, should divide the budget: at most 2 % more steps are
+    allowed.
 
     Args:
         algorithm: ``PPO``, ``SAC``, or any other class built on SB3's ``BaseAlgorithm``.
         deterministic: whether evaluation uses the policy's best action instead of a sample.
+        normalize_observations: whether observations are standardized by their running mean and standard
+            deviation (SB3's ``VecNormalize``). The statistics persist across stages and do not change in
+            evaluation.
+        normalize_rewards: whether the model's rewards are divided by the running standard deviation of the
+            discounted return. The log has the rewards of the task.
+        callback: SB3 callbacks, as in ``learn(callback=…)``: one, a list, or a function. They are shared by
+            all runs in this process and must pickle for worker processes.
+        log_interval: as in SB3's ``learn``.
+        tensorboard_log: folder of TensorBoard logs, with one subfolder per run and stage. It needs the
+            package ``tensorboard``.
         settings: keyword arguments of ``algorithm``; ``policy`` defaults to ``"MlpPolicy"``, and to
             ``"MlpLstmPolicy"`` for algorithms with recurrent policies.
 
@@ -130,9 +68,29 @@ def sb3(algorithm: type[BaseAlgorithm], *, deterministic: bool = True, **setting
 
     Raises:
         ModuleNotFoundError: torch or Stable-Baselines3 is not installed.
+        BenchError: ``seed`` or ``env`` is set, or ``tensorboard`` is not installed.
 
     Example:
         >>> from stable_baselines3 import PPO
-        >>> make = sb3(PPO, n_steps=250)
+        >>> make = sb3(PPO, n_steps=250, normalize_observations=True)
     """
-    return Sb3Factory(algorithm, deterministic, settings)
+    return Sb3Factory(
+        Options(
+            algorithm,
+            settings,
+            deterministic=deterministic,
+            normalize_observations=normalize_observations,
+            normalize_rewards=normalize_rewards,
+            callback=callback,
+            log_interval=log_interval,
+            tensorboard_log=str(tensorboard_log),
+            name=algorithm.__name__.lower(),
+            title=algorithm.__name__,
+            description=f"{_library(algorithm)}'s {algorithm.__name__}.",
+        )
+    )
+
+
+def _library(algorithm: type[BaseAlgorithm]) -> str:
+    libraries = {"sb3_contrib": "SB3-Contrib", "sbx": "SBX"}
+    return libraries.get(algorithm.__module__.partition(".")[0], "Stable-Baselines3")

@@ -15,23 +15,37 @@ Indices = int | Iterable[int] | None
 Infos = list[dict[str, Any]]
 
 
+def float32_space(space: gym.Space[Any]) -> gym.Space[Any]:
+    """A box as a box of float32, in which SB3's networks compute; any other space unchanged."""
+    if not isinstance(space, gym.spaces.Box) or not np.issubdtype(space.dtype, np.floating):
+        return space
+    return gym.spaces.Box(space.low.astype(np.float32), space.high.astype(np.float32), dtype=np.float32)
+
+
 class BatchVecEnv(VecEnv):
     """An SB3 ``VecEnv`` over a Gymnasium vector environment in autoreset mode NEXT_STEP.
 
     SB3 expects the first observation of the next episode together with the last reward of the old one.
-    Environments whose episode ended are therefore reset at once, by ``reset_mask``.
+    Environments whose episode ended are therefore reset at once, by ``reset_mask``. Floating-point
+    observations are float32. ``seed(seed)`` seeds the next reset, as in SB3's own environments.
     """
 
     def __init__(self, env: VectorEnv) -> None:
         self.env = env
         self._actions: Array = np.zeros(0)
+        self._returns, self._lengths = np.zeros(env.num_envs), np.zeros(env.num_envs, int)
         self.render_mode = None
-        super().__init__(env.num_envs, env.single_observation_space, env.single_action_space)
+        space = float32_space(env.single_observation_space)
+        self._dtype = space.dtype
+        super().__init__(env.num_envs, space, env.single_action_space)
 
     def reset(self) -> Array:
         """The first observations of all environments."""
-        observations, _ = self.env.reset()
-        return np.array(observations)
+        seeds: Any = None if self._seeds[0] is None else self._seeds
+        observations, _ = self.env.reset(seed=seeds)
+        self._reset_seeds()
+        self._returns[:], self._lengths[:] = 0.0, 0
+        return np.array(observations, self._dtype)
 
     def step_async(self, actions: Array) -> None:
         """Stores the actions for ``step_wait``."""
@@ -41,17 +55,24 @@ class BatchVecEnv(VecEnv):
         """Steps all environments and resets those whose episode ended.
 
         Returns:
-            Observations, rewards, dones and infos; the info of an ended episode holds its last observation.
+            Observations, rewards, dones and infos. The info of an ended episode holds its last observation
+            and what SB3 logs: return ``r``, length ``l`` and, where the task defines it, ``is_success``.
         """
-        result, rewards, terminated, truncated, _ = self.env.step(self._actions)
-        observations, dones = np.array(result), np.asarray(terminated | truncated)
+        result, rewards, terminated, truncated, info = self.env.step(self._actions)
+        observations, dones = np.array(result, self._dtype), np.asarray(terminated | truncated)
+        self._returns += rewards
+        self._lengths += 1
         infos: Infos = [{} for _ in range(self.num_envs)]
         if dones.any():
             for i in map(int, np.flatnonzero(dones)):
                 infos[i] = {
                     "terminal_observation": observations[i].copy(),
                     "TimeLimit.truncated": bool(truncated[i] and not terminated[i]),
+                    "episode": {"r": float(self._returns[i]), "l": int(self._lengths[i])},
                 }
+                if "is_success" in info:
+                    infos[i]["is_success"] = bool(info["is_success"][i])
+            self._returns[dones], self._lengths[dones] = 0.0, 0
             first, _ = self.env.reset(options={"reset_mask": dones})
             observations[dones] = np.asarray(first)[dones]
         return observations, np.array(rewards, np.float32), dones, infos
@@ -89,7 +110,7 @@ class SpacesVecEnv(VecEnv):
         self, observation_space: gym.Space[Any], action_space: gym.Space[Any], num_envs: int
     ) -> None:
         self.render_mode = None
-        super().__init__(num_envs, observation_space, action_space)
+        super().__init__(num_envs, float32_space(observation_space), action_space)
 
     def get_attr(self, attr_name: str, indices: Indices = None) -> list[Any]:
         """None per environment."""
@@ -100,6 +121,10 @@ class SpacesVecEnv(VecEnv):
     ) -> list[bool]:
         """False per environment."""
         return [False for _ in self._get_indices(indices)]
+
+    def seed(self, seed: int | None = None) -> list[int | None]:
+        """Does nothing: there is no environment to seed."""
+        return [seed] * self.num_envs
 
     def _unavailable(self, *_: Any, **__: Any) -> Any:
         raise NotImplementedError("this VecEnv has spaces and no environment")

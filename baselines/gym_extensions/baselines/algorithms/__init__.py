@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 from gym_extensions.baselines.agent import Factory
+from gym_extensions.baselines.extras import missing_extra
 from gym_extensions.errors import BenchError, did_you_mean
 
 
@@ -24,7 +25,7 @@ def factory(agent: str | Factory) -> Factory:
         agent: the name of a reference agent (``"trpo"``), ``"module:attribute"``, or a factory.
 
     Raises:
-        BenchError: an unknown agent, module or attribute.
+        BenchError: an unknown agent, module or attribute, or the agent needs an extra that is not installed.
     """
     if not isinstance(agent, str):
         return agent
@@ -39,6 +40,9 @@ def factory(agent: str | Factory) -> Factory:
     try:
         module = importlib.import_module(module_name)
     except ModuleNotFoundError as missing:
+        extra = missing_extra(missing)
+        if extra is not None:
+            raise BenchError("missing-package", f"{agent} needs {extra[0]}.", hint=extra[1]) from missing
         if missing.name is None or not module_name.startswith(missing.name):
             raise
         hint = "Run the command in the folder of the module, or install the module."

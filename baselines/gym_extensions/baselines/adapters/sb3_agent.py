@@ -1,0 +1,187 @@
+"""A Stable-Baselines3 model as an agent that can be saved."""
+
+from __future__ import annotations
+
+import copy
+import warnings
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import torch
+from stable_baselines3.common.base_class import BaseAlgorithm
+
+from gym_extensions.baselines.adapters.array_tree import from_arrays, to_arrays
+from gym_extensions.baselines.adapters.sb3_callback import with_named_errors
+from gym_extensions.baselines.adapters.sb3_normalization import Normalization
+from gym_extensions.baselines.adapters.sb3_options import Options
+from gym_extensions.baselines.adapters.sb3_policy import exported, unsupported
+from gym_extensions.baselines.adapters.sb3_random import Generators, PolicyKeys
+from gym_extensions.baselines.adapters.sb3_state import model_state, num_parameters, restore_model
+from gym_extensions.baselines.adapters.sb3_vec_env import BatchVecEnv, SpacesVecEnv
+from gym_extensions.baselines.agent import Array, Card, Context, Observes, VectorEnv
+from gym_extensions.baselines.checkpoint import load_arrays, save_arrays
+from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.policies import Policy
+
+PLACEHOLDER = (1, 2_000)
+"""Environments and batch size, of the budget ``100k``, of a model before its first training."""
+
+
+class Sb3Agent:
+    """An SB3 model as an agent. Acting and learning use separate states of the global random generators.
+
+    The model is created again if the number of environments or the batch size changes before training starts.
+    """
+
+    def __init__(self, spaces: tuple[gym.Space[Any], gym.Space[Any]], seed: int, options: Options) -> None:
+        # A model seeds its action space, so it has a copy.
+        self._spaces, self._options = copy.deepcopy(spaces), options
+        self._seed, self._trained = seed % 2**31, False
+        torch.set_num_threads(1)
+        self._learning, self._acting = Generators(self._seed), Generators(self._seed + 1)
+        self._normalization = Normalization(options.normalize_observations, options.normalize_rewards)
+        self._size = (0, 0)
+        self._state: tuple[Array, ...] | None = None
+        self.observes = Observes(boundaries=options.fresh_buffer)
+        self._model = self._create_model(*PLACEHOLDER)
+        self._keys = PolicyKeys(self._model.policy, self._seed + 1)
+
+    def _create_model(self, num_envs: int, batch_steps: int) -> BaseAlgorithm:
+        self._size = (num_envs, batch_steps)
+        options = self._options
+        # SAC and A2C write into the policy_kwargs that they receive, so dicts are copied.
+        copies = {
+            name: dict(value) if isinstance(value, dict) else value
+            for name, value in {**options.settings, **options.batch_settings(num_envs, batch_steps)}.items()
+        }
+        if options.tensorboard_log:
+            copies["tensorboard_log"] = options.tensorboard_log
+        policy = "MlpPolicy" if "MlpPolicy" in options.algorithm.policy_aliases else "MlpLstmPolicy"
+        arguments: dict[str, Any] = {"policy": policy, "device": "cpu", "seed": self._seed} | copies
+        env = SpacesVecEnv(*self._spaces, num_envs)
+        self._learning = Generators(self._seed)
+        with self._learning.active(), warnings.catch_warnings():
+            # The number of environments is not final, and a smaller last minibatch is allowed.
+            warnings.filterwarnings("ignore", "You have specified a mini-batch size")
+            model = options.algorithm(env=env, **arguments)
+        self._normalization.wrap(env, getattr(model, "gamma", 1.0))
+        return model
+
+    def act(self, observations: Array, context: Context | None = None) -> Array:
+        """Actions of the model's policy, sampled or deterministic.
+
+        A recurrent policy keeps its state from call to call; it starts again where ``context.episode_starts``
+        is True.
+
+        Raises:
+            BenchError: the policy is recurrent, and there is no context.
+        """
+        starts = None if context is None else context.episode_starts
+        if starts is None or starts.all():
+            self._state = None
+        seen = self._normalization.normalize(np.asarray(observations, self._model.observation_space.dtype))
+        with self._acting.active(), self._keys.active(self._model.policy):
+            actions, self._state = self._model.predict(
+                seen, state=self._state, episode_start=starts, deterministic=self._options.deterministic
+            )
+        if self._state is not None and context is None:
+            hint = "Pass a gym_extensions.baselines.Context with the starts of the episodes."
+            raise BenchError("needs-context", "The policy is recurrent.", "act()", hint)
+        return np.asarray(actions)
+
+    def policy(self) -> Policy | None:
+        """The policy as plain arrays; None if it is not a multilayer perceptron of a supported kind."""
+        if unsupported(self._model):
+            return None
+        return exported(
+            self._model,
+            deterministic=self._options.deterministic,
+            statistics=self._normalization.observation_statistics(),
+        )
+
+    def learn(self, env: VectorEnv, steps: int) -> None:
+        """Calls the model's ``learn``, which continues from the current state.
+
+        Raises:
+            BenchError: a callback raised, or the number of environments changed after training started.
+        """
+        self._fit_model_to(env.num_envs, int(getattr(env, "batch_steps", PLACEHOLDER[1])))
+        model, options = self._model, self._options
+        if options.fresh_buffer:
+            buffer: Any = model.replay_buffer  # type: ignore[attr-defined]
+            buffer.reset()
+        wrapped = self._normalization.wrap(BatchVecEnv(env), getattr(model, "gamma", 1.0))
+        self._trained = True
+        with self._learning.active():
+            model.set_env(wrapped)
+            model.learn(
+                steps,
+                callback=with_named_errors(options.callback),
+                **options.learn_arguments(f"{options.name}-seed{self._seed}"),
+            )
+
+    def _fit_model_to(self, num_envs: int, batch_steps: int) -> None:
+        if self._size == (num_envs, batch_steps):
+            return
+        if self._trained:
+            raise BenchError(
+                "other-environments",
+                f"The model was trained with {self._size[0]} environments and batches of {self._size[1]} "
+                f"steps, not {num_envs} and {batch_steps}.",
+                where="learn()",
+                hint="Train all stages of a run with the same number of environments and the same budget.",
+            )
+        self._model = self._create_model(num_envs, batch_steps)
+
+    def card(self) -> Card:
+        """The agent's description in the manifest, with the name of its class and its settings."""
+        model, options = self._model, self._options
+        rollout_steps = getattr(model, "n_steps", 0) * model.n_envs
+        return Card(
+            options.name,
+            title=options.title,
+            description=options.description,
+            evaluation="deterministic" if options.deterministic else "sampled",
+            hyperparameters=options.manifest_settings(),
+            stored_steps=int(getattr(model, "buffer_size", None) or rollout_steps),
+            parameters=num_parameters(model),
+        )
+
+    def save(self, path: Path) -> None:
+        """Writes networks, optimizers, replay buffer, statistics and random generators, without pickle."""
+        state = {
+            "size": list(self._size),
+            "trained": self._trained,
+            "model": model_state(self._model),
+            "normalization": self._normalization.state(),
+            "learning": self._learning.state,
+            "acting": self._acting.state,
+            "keys": self._keys.state(),
+            "action_space": self._spaces[1].np_random.bit_generator.state,
+        }
+        save_arrays(path, **to_arrays(state))
+
+    def load(self, path: Path) -> None:
+        """Restores a saved agent.
+
+        Raises:
+            BenchError: the file belongs to a model with other settings, or is not a checkpoint.
+        """
+        try:
+            state = from_arrays(load_arrays(path))
+            self._model = self._create_model(*state["size"])
+            restore_model(self._model, state["model"])
+            self._normalization.restore(state["normalization"])
+            self._learning.state, self._acting.state = state["learning"], state["acting"]
+            self._keys.restore(state["keys"])
+            self._spaces[1].np_random.bit_generator.state = state["action_space"]
+            self._trained = state["trained"]
+        except (KeyError, ValueError, RuntimeError) as error:
+            raise BenchError(
+                "bad-checkpoint",
+                f"The checkpoint does not fit this {self._options.title}: {error}",
+                where=str(path),
+                hint="Repeat the command with the settings and versions of the run, or delete its folder.",
+            ) from error

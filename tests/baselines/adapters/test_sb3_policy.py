@@ -1,0 +1,112 @@
+"""Policies of Stable-Baselines3 and SBX models as plain arrays."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+pytest.importorskip("stable_baselines3")
+
+import torch
+from stable_baselines3 import A2C, PPO, SAC, TD3
+
+from gym_extensions.baselines import sb3
+from gym_extensions.baselines.adapters.sb3_policy import exported
+from gym_extensions.baselines.adapters.sb3_vec_env import SpacesVecEnv
+from gym_extensions.errors import BenchError
+
+OBSERVATIONS = gym.spaces.Box(-np.inf, np.inf, (5,), np.float64)
+ACTIONS = gym.spaces.Box(np.array([-1, -3], np.float32), np.array([1, 5], np.float32))
+NETWORK: dict[str, Any] = {"net_arch": [8, 6]}
+MODELS: dict[str, tuple[Any, dict[str, Any]]] = {
+    "PPO": (PPO, {}),
+    "A2C with ELU": (A2C, {"activation_fn": torch.nn.ELU}),
+    "SAC": (SAC, {}),
+    "TD3": (TD3, {"activation_fn": torch.nn.LeakyReLU}),
+}
+
+
+def model(name: str) -> Any:
+    """A model whose initial parameters are all different from 0."""
+    algorithm, network = MODELS[name]
+    created = algorithm("MlpPolicy", SpacesVecEnv(OBSERVATIONS, ACTIONS, 1), policy_kwargs=NETWORK | network)
+    with torch.no_grad():
+        for values in created.policy.parameters():
+            values.add_(0.1 * torch.randn(values.shape))
+    return created
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_the_policy_acts_as_the_model(name: str) -> None:
+    trained = model(name)
+    observations = np.random.default_rng(0).normal(size=(20, 5)).astype(np.float32)
+    expected, _ = trained.predict(observations, deterministic=True)
+    actions = np.clip(exported(trained).act(observations), ACTIONS.low, ACTIONS.high)
+    np.testing.assert_allclose(actions, expected, rtol=1e-5, atol=1e-5)
+
+
+@pytest.mark.parametrize("name", ["PPO", "SAC"])
+def test_samples_have_the_model_s_distribution(name: str) -> None:
+    trained = model(name)
+    observations = np.tile(np.random.default_rng(0).normal(size=5).astype(np.float32), (4000, 1))
+    expected, _ = trained.predict(observations, deterministic=False)
+    actions = exported(trained, deterministic=False).act(observations, np.random.default_rng(1))
+    actions = np.clip(actions, ACTIONS.low, ACTIONS.high)
+    np.testing.assert_allclose(actions.mean(axis=0), expected.mean(axis=0), atol=0.15)
+    np.testing.assert_allclose(actions.std(axis=0), expected.std(axis=0), rtol=0.08)
+
+
+def test_the_statistics_of_the_observations_belong_to_the_policy() -> None:
+    make = sb3(PPO, normalize_observations=True, policy_kwargs=NETWORK, n_steps=16, batch_size=16)
+    agent: Any = make(OBSERVATIONS, ACTIONS, 0)
+    statistics = agent._normalization._wrapper.obs_rms
+    statistics.mean, statistics.var = np.arange(5.0), np.arange(1.0, 6.0)
+    observations = np.random.default_rng(0).normal(scale=30, size=(20, 5))
+    actions = np.clip(agent.policy().act(observations), ACTIONS.low, ACTIONS.high)
+    np.testing.assert_allclose(actions, agent.act(observations), rtol=1e-5, atol=1e-5)
+
+
+class Features(torch.nn.Module):
+    """A features extractor, as a user writes one for images."""
+
+    def __init__(self, space: Any) -> None:
+        super().__init__()
+        self.features_dim, self.layer = 4, torch.nn.Linear(5, 4)
+
+    def forward(self, observations: Any) -> Any:
+        return self.layer(observations)
+
+
+UNSUPPORTED: dict[str, tuple[dict[str, Any], str]] = {
+    "features": (
+        {"policy_kwargs": {"features_extractor_class": Features}},
+        "is recurrent or has a features extractor.",
+    ),
+    "use_sde": ({"use_sde": True}, "uses state-dependent exploration (use_sde)."),
+    "GELU": (
+        {"policy_kwargs": {"activation_fn": torch.nn.GELU}},
+        "is not a multilayer perceptron of a supported kind: it contains GELU(approximate='none').",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", UNSUPPORTED)
+def test_an_unsupported_network_trains_without_a_policy_and_is_named_on_export(case: str) -> None:
+    settings, reason = UNSUPPORTED[case]
+    agent: Any = sb3(PPO, **settings)(OBSERVATIONS, ACTIONS, 0)
+    assert agent.policy() is None
+    with pytest.raises(BenchError) as error:
+        exported(agent._model)
+    assert str(error.value) == (
+        f"policy(): The policy of PPO, ActorCriticPolicy, {reason} "
+        "Use an MlpPolicy without use_sde, or train without storing the policy."
+    )
+
+
+def test_a_cnn_is_not_supported() -> None:
+    images = gym.spaces.Box(0, 255, (3, 36, 36), np.uint8)
+    agent: Any = sb3(PPO, policy="CnnPolicy", n_steps=2, batch_size=2)(images, ACTIONS, 0)
+    assert agent.policy() is None

@@ -1,0 +1,112 @@
+"""The reference agents that train models of Stable-Baselines3 and SBX."""
+
+from __future__ import annotations
+
+import pickle
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("stable_baselines3")
+
+from gym_extensions.baselines import algorithms
+from gym_extensions.baselines.adapters.sb3 import Sb3Factory
+from gym_extensions.baselines.training.recorder import Recorder
+from gym_extensions.catalog.budgets import BUDGETS
+from gym_extensions.envs import make_vec
+
+STEPS = 80
+
+
+@pytest.fixture(scope="module")
+def env() -> Any:
+    return make_vec("Hopper", 2)
+
+
+def small(name: str, warm_up: int) -> Any:
+    """The factory of the agent ``sac`` or ``sac-fresh-buffer``, with another warm-up.
+
+    The first update takes seconds, because JAX compiles it.
+    """
+    pytest.importorskip("sbx")
+    options = algorithms.factory(name)._options  # type: ignore[attr-defined]
+    settings = {**options.settings, "learning_starts": warm_up, "buffer_size": 1000}
+    return Sb3Factory(replace(options, settings=settings))
+
+
+def create(make: Any, env: Any, seed: int = 3) -> Any:
+    return make(env.single_observation_space, env.single_action_space, seed)
+
+
+def learn(agent: Any, env: Any, seed: int) -> None:
+    agent.learn(Recorder(env, ["Hopper"], steps=STEPS, batch_steps=STEPS, seed=seed), STEPS)
+
+
+def saved(agent: Any, path: Path) -> bytes:
+    agent.save(path)
+    return path.read_bytes()
+
+
+def test_a_stage_of_ppo_has_one_rollout_per_batch_of_the_budget() -> None:
+    options = algorithms.factory("ppo")._options  # type: ignore[attr-defined]
+    for budget in filter(lambda budget: budget.on_boards, BUDGETS.values()):
+        for num_envs in (1, 3, 9, budget.num_envs):
+            rollout = options.batch_settings(num_envs, budget.batch_steps)["n_steps"] * num_envs
+            assert budget.batch_steps <= rollout <= 1.02 * budget.batch_steps
+
+
+def test_ppo_learns_and_its_policy_acts_as_it_does(env: Any) -> None:
+    agent = create(algorithms.factory("ppo"), env)
+    before = agent._model.policy.log_std.detach().numpy().copy()
+    learn(agent, env, 1)
+    assert (before == -1.0).all()
+    assert not np.array_equal(agent._model.policy.log_std.detach().numpy(), before)
+    observations = np.random.default_rng(0).normal(size=(5, 11))
+    actions = np.clip(agent.policy().act(observations), -1, 1)
+    np.testing.assert_allclose(actions, agent.act(observations), rtol=1e-5, atol=1e-5)
+
+
+@pytest.mark.parametrize(("name", "stored"), [("sac", 2 * STEPS), ("sac-fresh-buffer", STEPS)])
+def test_sac_keeps_its_replay_buffer_and_sac_fresh_buffer_empties_it(
+    name: str, stored: int, env: Any
+) -> None:
+    agent = create(small(name, warm_up=1000), env)
+    for stage in (1, 2):
+        learn(agent, env, stage)
+    assert agent._model.replay_buffer.pos * env.num_envs == stored
+    assert agent._model.num_timesteps == stored, "the warm-up starts again with an empty buffer only"
+    assert agent.observes.boundaries == (name == "sac-fresh-buffer")
+
+
+def test_sac_s_policy_acts_as_it_does(env: Any) -> None:
+    agent = create(small("sac", warm_up=1000), env)
+    observations = np.random.default_rng(0).normal(size=(5, 11))
+    np.testing.assert_allclose(
+        agent.policy().act(observations), agent.act(observations), rtol=1e-4, atol=1e-5
+    )
+
+
+def test_a_loaded_sac_has_the_bytes_of_the_saved_one(env: Any, tmp_path: Path) -> None:
+    make = pickle.loads(pickle.dumps(small("sac", warm_up=1000)))  # noqa: S301  (as for a worker process)
+    agent, loaded = create(make, env), create(make, env, seed=9)
+    learn(agent, env, 1)
+    state = saved(agent, tmp_path / "agent.npz")
+    loaded.load(tmp_path / "agent.npz")
+    assert saved(loaded, tmp_path / "loaded.npz") == state
+
+
+@pytest.mark.slow
+def test_a_resumed_sac_learns_the_same_with_a_quarter_of_an_update_per_step(env: Any, tmp_path: Path) -> None:
+    make, warm_up = small("sac", warm_up=40), 40
+    agent, resumed = create(make, env), create(make, env, seed=9)
+    learn(agent, env, 1)
+    agent.save(tmp_path / "stage1.npz")
+    resumed.load(tmp_path / "stage1.npz")
+    for each in (agent, resumed):
+        learn(each, env, 2)
+    # 4 steps of both environments that end above the warm-up are followed by 2 updates.
+    assert agent._model._n_updates == (2 * STEPS - warm_up) / 4
+    assert saved(agent, tmp_path / "agent.npz") == saved(resumed, tmp_path / "resumed.npz")
