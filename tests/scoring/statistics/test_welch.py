@@ -75,7 +75,7 @@ def test_significant_pairs_are_those_of_scipy_stats_with_holms_correction(spread
     rng = random.Random(2)
     for entries in (2, 3, 10, 40):
         runs = random_board(rng, entries, spread)
-        samples = [(np.mean(values), np.std(values, ddof=1), len(values)) for values in runs]
+        samples = [(float(np.mean(row)), float(np.std(row, ddof=1)), float(len(row))) for row in runs]
         pairs = [(*a, *b) for a, b in combinations(samples, 2)]
         p_values = stats.ttest_ind_from_stats(*np.transpose(pairs), equal_var=False).pvalue.tolist()
         significant = significant_pairs([summary(values) for values in runs])
