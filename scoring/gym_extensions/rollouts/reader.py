@@ -9,19 +9,11 @@ from typing import Any, TypeVar
 from gym_extensions.catalog.budgets import Budget
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.catalog.protocol import PROTOCOLS
+from gym_extensions.rollouts import declared, layout, rules
 from gym_extensions.rollouts import manifest as toml
-from gym_extensions.rollouts import rules
 from gym_extensions.rollouts.episodes import CURVE_COLUMNS, EPISODE_COLUMNS, EVALUATION_COLUMNS
 from gym_extensions.rollouts.folder import Folder, scan
 from gym_extensions.rollouts.identical_runs import merge_identical_runs
-from gym_extensions.rollouts.layout import (
-    CURVES,
-    EVALUATIONS,
-    MANIFEST,
-    MAX_UNPACKED_POLICY_BYTES,
-    POLICIES,
-    max_bytes,
-)
 from gym_extensions.rollouts.manifest import Manifest
 from gym_extensions.rollouts.policies import Policy
 from gym_extensions.rollouts.problem import Problem, summarize
@@ -71,13 +63,13 @@ class _Reader:
         manifest = self._manifest()
         paths = {item.path for item in self.folder.items}
         groups = {group.id: self._group(group) for name, group in self.folder.groups.items() if name in paths}
-        if not self.problems and not toml.declared_trainable(self.tables):
+        if not self.problems and not declared.trainable_of(self.tables):
             groups = {group_id: merge_identical_runs(group) for group_id, group in groups.items()}
         problems = summarize(self.problems, self.folder.name)
         return Submission(self.folder.name, manifest, groups, problems)
 
     def _manifest(self) -> Manifest | None:
-        data = self._bytes(MANIFEST)
+        data = self._bytes(layout.MANIFEST)
         if data is None or not self._passes("manifest bytes", data):
             return None
         self.tables = toml.parse(data)
@@ -98,7 +90,7 @@ class _Reader:
                 measured[protocol] = values
             if keys is not None and len(self.problems) == before:
                 logs[protocol], known_runs[protocol] = keys, keys.runs
-        is_trainable = toml.declared_trainable(self.tables)
+        is_trainable = declared.trainable_of(self.tables)
         self._passes("group", GroupLogs(group.name, measured, named_runs, is_trainable))
         curves = self._curves(group, known_runs)
         evaluations = self._evaluations(group, known_runs)
@@ -133,34 +125,37 @@ class _Reader:
         return keys, values
 
     def _curves(self, group: TaskGroup, runs: Runs) -> Curves | None:
-        path = f"{group.name}/{CURVES}"
-        curves = self._optional(path, CURVE_COLUMNS, training_curves.curves, group, runs)
-        if curves is not None:
-            self._passes("curves", curves)
-        return curves
+        path = f"{group.name}/{layout.CURVES}"
+        return self._optional(path, CURVE_COLUMNS, training_curves.curves, "curves", (group, runs))
 
     def _evaluations(self, group: TaskGroup, runs: Runs) -> Evaluations | None:
-        path = f"{group.name}/{EVALUATIONS}"
-        evaluations = self._optional(path, EVALUATION_COLUMNS, interim_evaluations.evaluations, group, runs)
-        if evaluations is not None:
-            self._passes("evaluations", evaluations)
-        return evaluations
+        path, parse = f"{group.name}/{layout.EVALUATIONS}", interim_evaluations.evaluations
+        return self._optional(path, EVALUATION_COLUMNS, parse, "evaluations", (group, runs))
 
     def _optional(
-        self, path: str, header: tuple[str, ...], parse: Parse[Rows], group: TaskGroup, runs: Runs
+        self,
+        path: str,
+        header: tuple[str, ...],
+        parse: Parse[Rows],
+        scope: Scope,
+        context: tuple[TaskGroup, Runs],
     ) -> Rows | None:
         """The rows of a file that a group may have, or those that can be parsed."""
-        cells = self._cells(path, header)
+        cells: Cells | None = self._cells(path, header)
         if cells is None:
             return None
-        budget = toml.declared_budget(self.tables)
+        (group, runs), budget = context, declared.budget_of(self.tables)
         try:
-            return parse(cells, group, budget, runs)
+            rows = parse(cells, group, budget, runs)
         except PARSE_ERRORS:
             if self._passes("cells", cells):
                 raise
-            parsed = fully_parsed_rows(cells)
-            return parse(parsed, group, budget, runs) if parsed else None
+            cells = fully_parsed_rows(cells)
+            if cells is None:
+                return None
+            rows = parse(cells, group, budget, runs)
+        self._passes(scope, rows)
+        return rows
 
     def _arrays(self, group: TaskGroup, runs: Runs) -> None:
         policies: dict[str, PolicySummary] = {}
@@ -168,14 +163,14 @@ class _Reader:
             is_array_file = path.startswith(f"{group.name}/") and path.endswith(".npz")
             if not is_array_file or (data := self._bytes(path)) is None:
                 continue
-            if self._passes("arrays", ArrayFile(path, data, group, runs)) and f"/{POLICIES}/" in path:
-                arrays = read_arrays(data, MAX_UNPACKED_POLICY_BYTES)
+            if self._passes("arrays", ArrayFile(path, data, group, runs)) and f"/{layout.POLICIES}/" in path:
+                arrays = read_arrays(data, layout.MAX_UNPACKED_POLICY_BYTES)
                 if self._passes("policy", PolicyFile(path, arrays)) and arrays is not None:
                     policies[path] = PolicySummary.of(Policy.from_arrays(arrays))
-        folder = f"{group.name}/{POLICIES}/"
+        folder = f"{group.name}/{layout.POLICIES}/"
         names = frozenset(path.removeprefix(folder) for path in self.folder.files if path.startswith(folder))
-        observes_task = toml.declared_task_in_evaluation(self.tables)
-        evaluation = toml.declared_evaluation(self.tables)
+        observes_task = declared.task_in_evaluation_of(self.tables)
+        evaluation = declared.evaluation_of(self.tables)
         self._passes("policies", GroupPolicies(group, names, policies, runs, observes_task, evaluation))
 
     def _cells(self, path: str, header: tuple[str, ...]) -> Cells | None:
@@ -189,7 +184,7 @@ class _Reader:
     def _bytes(self, path: str) -> bytes | None:
         """The bytes of a file; None if there is none, it is too large, or it cannot be read (a problem)."""
         file = self.folder.files.get(path)
-        if file is None or file.size > max_bytes(path):
+        if file is None or file.size > layout.max_bytes(path):
             return None
         try:
             return self.folder.read(path)
