@@ -7,6 +7,8 @@ import re
 from gym_extensions.catalog.protocol import PROTOCOLS
 
 MANIFEST = "submission.toml"
+README = "README.md"
+"""An optional text about the submission, which the page of the entry shows as plain text."""
 LOGS = tuple(f"{protocol}.csv" for protocol in PROTOCOLS)
 CURVES = "curves.csv"
 CSV_FILES = (*LOGS, CURVES)
@@ -28,7 +30,7 @@ TRACE = re.compile(
 POLICY = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,127}\.npz")
 
 MEBIBYTE = 2**20
-MAX_FILE_BYTES = {".toml": MEBIBYTE // 4, ".csv": 64 * MEBIBYTE, ".npz": 16 * MEBIBYTE}
+MAX_FILE_BYTES = {".md": MEBIBYTE // 16, ".toml": MEBIBYTE // 4, ".csv": 64 * MEBIBYTE, ".npz": 16 * MEBIBYTE}
 """Largest file by suffix."""
 MAX_SUBMISSION_BYTES = 2048 * MEBIBYTE
 MAX_FILES = 50_000

@@ -3,26 +3,17 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from gym_extensions.catalog.task import Task
 from gym_extensions.catalog.variations.obstacles import RangeSensor, SensorNoise
-from gym_extensions.envs.effects.base import CACHED_EPISODES, NOISE_SEEDS, EffectKind, required
+from gym_extensions.envs.effects.base import EffectKind, required
 from gym_extensions.envs.effects.range_sensor import BEAMS, RangeSensorEffect, VectorRangeSensorEffect
-from gym_extensions.envs.protocols import (
-    Array,
-    Flags,
-    Generators,
-    Indices,
-    Physics,
-    Simulation,
-    States,
-    Steps,
-    Template,
-)
-from gym_extensions.envs.state import DERIVED, State
+from gym_extensions.envs.effects.seeded_noise import CACHED_EPISODES, SeededNoise, VectorSeededNoise
+from gym_extensions.envs.protocols import Array, Flags, Indices, Physics, Simulation, Steps, Template
+from gym_extensions.envs.state import DERIVED
 
 SEED = DERIVED + "sensor_seed"
 
@@ -45,24 +36,25 @@ def disturb(readings: Array, working: Flags, shift: Array) -> Array:
     return np.where((readings > 0) & working, np.clip(readings + shift, 0.0, 1.0), 0.0)
 
 
-class SensorNoiseEffect(RangeSensorEffect):
+class SensorNoiseEffect(SeededNoise, RangeSensorEffect):
     """Appends the noisy readings of the step before in one environment."""
+
+    seed_key = SEED
 
     def __init__(self, task: Task) -> None:
         super().__init__(task)
         self._noise = required(task, SensorNoise)
         self._max_steps = task.max_steps
-        self._seed = 0
         self._latched = np.zeros(BEAMS)
 
     def _latch(self, simulation: Simulation, step: int) -> None:
-        working, shift = beam_noise(self._seed, self._max_steps, self._noise.dropout, self._noise.noise)
+        working, shift = beam_noise(self.seed, self._max_steps, self._noise.dropout, self._noise.noise)
         row = step % len(working)
         self._latched = disturb(self.reading(simulation), working[row], shift[row])
 
     def on_reset(self, simulation: Simulation) -> None:
         """Draws the episode's noise. The first observation has the present reading."""
-        self._seed = int(simulation.np_random.integers(NOISE_SEEDS))
+        super().on_reset(simulation)
         self._latch(simulation, 0)
 
     def pre_step(self, simulation: Simulation) -> None:
@@ -73,18 +65,11 @@ class SensorNoiseEffect(RangeSensorEffect):
         """The latched readings."""
         return self._latched.copy()
 
-    def get_state(self) -> State:
-        """The seed of the episode's noise."""
-        return {SEED: np.array(float(self._seed))}
 
-    def set_state(self, state: Mapping[str, Array]) -> None:
-        """Restores the seed of the episode's noise."""
-        if SEED in state:
-            self._seed = int(state[SEED])
-
-
-class VectorSensorNoiseEffect(VectorRangeSensorEffect):
+class VectorSensorNoiseEffect(VectorSeededNoise, VectorRangeSensorEffect):
     """Appends the noisy readings of the step before in many environments."""
+
+    seed_key = SEED
 
     def __init__(self, physics: Physics, templates: Sequence[Template]) -> None:
         super().__init__(physics, templates)
@@ -92,18 +77,13 @@ class VectorSensorNoiseEffect(VectorRangeSensorEffect):
         self._max_steps = templates[0].task.max_steps
         shape = (len(templates), self._max_steps + 1, BEAMS)
         self._working, self._shift = np.zeros(shape, np.bool_), np.zeros(shape)
-        self._seeds = np.zeros(len(templates))
+        self.seeds = np.zeros(len(templates))
         self._latched = np.zeros((len(templates), BEAMS))
 
-    def draw(self, indices: Indices, generators: Generators, rows: dict[str, Array]) -> None:
-        """Draws the seeds of the episodes' noise."""
-        self._seed(indices, [float(generator.integers(NOISE_SEEDS)) for generator in generators])
-
-    def _seed(self, indices: Indices, seeds: Sequence[float]) -> None:
-        for index, seed in zip(indices, seeds, strict=True):
-            self._seeds[index] = seed
-            noise = beam_noise(int(seed), self._max_steps, self._noise.dropout, self._noise.noise)
-            self._working[index], self._shift[index] = noise
+    def fill_noise(self, index: int, seed: int) -> None:
+        """Computes the noise of an environment's episode."""
+        noise = beam_noise(seed, self._max_steps, self._noise.dropout, self._noise.noise)
+        self._working[index], self._shift[index] = noise
 
     def on_reset(self, indices: Indices) -> None:
         """The first observation has the present reading."""
@@ -118,15 +98,6 @@ class VectorSensorNoiseEffect(VectorRangeSensorEffect):
     def observation(self) -> Array:
         """The latched readings."""
         return self._latched
-
-    def get_state(self) -> dict[str, Array]:
-        """The seeds of the episodes' noise."""
-        return {SEED: self._seeds.copy()}
-
-    def set_state(self, indices: Indices, state: States) -> None:
-        """Restores the seeds of the episodes' noise."""
-        if SEED in state:
-            self._seed(indices, list(state[SEED]))
 
 
 KIND = EffectKind(SensorNoise, SensorNoiseEffect, VectorSensorNoiseEffect, draw_order=3, replaces=RangeSensor)

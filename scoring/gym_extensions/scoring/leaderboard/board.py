@@ -65,6 +65,7 @@ def _entry(
         runs=runs,
         ranked=not why,
         why=why,
+        evaluation=card.manifest.protocol.evaluation if card.manifest else None,
         observes=card.manifest.observes if card.manifest else None,
         memory=card.manifest.memory if card.manifest else None,
         metrics={

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from gym_extensions.rollouts.manifest import Memory, Observes
+from gym_extensions.rollouts.manifest import Evaluation, Memory, Observes
 from gym_extensions.scoring.documents import JsonDocument, about
 from gym_extensions.scoring.statistics.intervals import Interval
 
@@ -65,6 +65,9 @@ class BoardEntry:
     why: Annotated[
         str, about("why it is not ranked: fewer than five runs, reported, no score; else empty")
     ] = ""
+    evaluation: Annotated[
+        Evaluation | None, about("how actions are selected in evaluation, as in the scorecard's manifest")
+    ]
     observes: Annotated[Observes | None, about("as in the scorecard's manifest")]
     memory: Annotated[Memory | None, about("as in the scorecard's manifest")]
     metrics: Annotated[dict[str, BoardMetric], about("every metric of the protocol by name")]
