@@ -61,12 +61,13 @@ class _Reader:
     def submission(self) -> Submission:
         self._passes("folder", self.folder)
         manifest = self._manifest()
+        readme = self._readme()
         paths = {item.path for item in self.folder.items}
         groups = {group.id: self._group(group) for name, group in self.folder.groups.items() if name in paths}
         if not self.problems and not declared.trainable_of(self.tables):
             groups = {group_id: merge_identical_runs(group) for group_id, group in groups.items()}
         problems = summarize(self.problems, self.folder.name)
-        return Submission(self.folder.name, manifest, groups, problems)
+        return Submission(self.folder.name, manifest, groups, problems, readme)
 
     def _manifest(self) -> Manifest | None:
         data = self._bytes(layout.MANIFEST)
@@ -76,6 +77,12 @@ class _Reader:
         manifest = toml.manifest(self.tables) if self._passes("manifest", self.tables) else None
         self._passes("manifest in folder", ManifestInFolder(self.folder, self.tables))
         return manifest
+
+    def _readme(self) -> str:
+        data = self._bytes(layout.README)
+        if data is None or not self._passes("readme", data):
+            return ""
+        return data.decode("utf-8").replace("\r\n", "\n")
 
     def _group(self, group: TaskGroup) -> SubmittedGroup:
         logs: dict[str, Log] = {}
