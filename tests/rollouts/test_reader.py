@@ -35,6 +35,7 @@ from .rules import (
     test_manifest,
     test_measurements,
     test_npz,
+    test_policies,
     test_runs,
     test_unicode,
 )
@@ -50,13 +51,13 @@ TABLES = (
     test_runs.EXAMPLES,
     test_curves.EXAMPLES,
     test_npz.EXAMPLES,
+    test_policies.EXAMPLES,
 )
 
 
 def test_a_valid_submission_breaks_no_rule(good: CopySubmission, tmp_path: Path) -> None:
     folder = good(GROUP, tmp_path)
     put(TRACE, arrays(actions=np.zeros((5, 3), np.float32), segment_steps=np.int64(10)))(folder)
-    put(f"{GROUP}/policies/run0.npz", arrays(weights=np.zeros((5, 3))))(folder)
     put(".progress/half-done.csv", b"nothing yet")(folder)
     assert read(folder).problems == ()
 

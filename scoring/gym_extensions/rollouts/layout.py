@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 
-from gym_extensions.catalog.protocol import PROTOCOLS
+from gym_extensions.catalog.groups import TaskGroup
+from gym_extensions.catalog.protocol import PROTOCOLS, stages
 
 MANIFEST = "submission.toml"
 LOGS = tuple(f"{protocol}.csv" for protocol in PROTOCOLS)
@@ -58,6 +60,17 @@ def policy_name(protocol: str, run: int, stage: int, task_name: str) -> str:
     """The file name of the policy after a stage. Only the single protocol has one per task."""
     ending = f"-{task_name}" if protocol == "single" else ""
     return f"{protocol}-run{run}-stage{stage}{ending}.npz"
+
+
+def policy_names(protocol: str, runs: Sequence[int], group: TaskGroup) -> list[str]:
+    """The file names of all policies of a log: after every stage of every run."""
+    task_names = [task.name for task in group.tasks] if protocol == "single" else [""]
+    return [
+        policy_name(protocol, run, stage, task_name)
+        for run in runs
+        for stage in stages(protocol, len(group.tasks))
+        for task_name in task_names
+    ]
 
 
 def trace_name(protocol: str, run: int, stage: int, task_name: str, episode: int) -> str:

@@ -176,6 +176,18 @@ def declared_trainable(tables: dict[str, Any]) -> bool | None:
     return count > 0 if isinstance(count, int) else None
 
 
+def declared_evaluation(tables: dict[str, Any]) -> str | None:
+    """How actions are selected in evaluation, even if the tables have other problems. None if unknown."""
+    evaluation = _declared(tables, "protocol", "evaluation")
+    return evaluation if isinstance(evaluation, str) else None
+
+
+def declared_task_in_evaluation(tables: dict[str, Any]) -> bool | None:
+    """Whether the agent observes the task in evaluation, even if the tables have other problems."""
+    observes = _declared(tables, "observes", "task_in_evaluation")
+    return observes if isinstance(observes, bool) else None
+
+
 def manifest(tables: dict[str, Any]) -> Manifest:
     """The manifest in tables without problems."""
     sections = {name: section(**tables[name]) for name, section in SECTION_TYPES.items() if name in tables}

@@ -13,8 +13,9 @@ from gym_extensions.rollouts import rules
 from gym_extensions.rollouts.episodes import CURVE_COLUMNS, EPISODE_COLUMNS
 from gym_extensions.rollouts.folder import Folder, scan
 from gym_extensions.rollouts.identical_runs import merge_identical_runs
-from gym_extensions.rollouts.layout import CURVES, MANIFEST, max_bytes
+from gym_extensions.rollouts.layout import CURVES, MANIFEST, MAX_UNPACKED_POLICY_BYTES, POLICIES, max_bytes
 from gym_extensions.rollouts.manifest import Manifest
+from gym_extensions.rollouts.policies import Policy
 from gym_extensions.rollouts.problem import Problem, summarize
 from gym_extensions.rollouts.reading import evaluation_log, training_curves
 from gym_extensions.rollouts.reading.csv_lines import Text, columns
@@ -24,8 +25,10 @@ from gym_extensions.rollouts.reading.training_curves import Curves
 from gym_extensions.rollouts.rules.consistency import ManifestInFolder
 from gym_extensions.rollouts.rules.folder import UnreadableFile
 from gym_extensions.rollouts.rules.npz import ArrayFile
+from gym_extensions.rollouts.rules.policies import GroupPolicies, PolicyFile, PolicySummary
 from gym_extensions.rollouts.rules.rule import Scope
 from gym_extensions.rollouts.rules.runs import GroupLogs
+from gym_extensions.rollouts.safe_npz import read as read_arrays
 from gym_extensions.rollouts.submission import Submission, SubmittedGroup
 
 PARSE_ERRORS = (ValueError, KeyError, OverflowError)
@@ -134,10 +137,20 @@ class _Reader:
         return curves
 
     def _arrays(self, group: TaskGroup, runs: Runs) -> None:
+        policies: dict[str, PolicySummary] = {}
         for path in self.folder.files:
             is_array_file = path.startswith(f"{group.name}/") and path.endswith(".npz")
-            if is_array_file and (data := self._bytes(path)) is not None:
-                self._passes("arrays", ArrayFile(path, data, group, runs))
+            if not is_array_file or (data := self._bytes(path)) is None:
+                continue
+            if self._passes("arrays", ArrayFile(path, data, group, runs)) and f"/{POLICIES}/" in path:
+                arrays = read_arrays(data, MAX_UNPACKED_POLICY_BYTES)
+                if self._passes("policy", PolicyFile(path, arrays)) and arrays is not None:
+                    policies[path] = PolicySummary.of(Policy.from_arrays(arrays))
+        folder = f"{group.name}/{POLICIES}/"
+        names = frozenset(path.removeprefix(folder) for path in self.folder.files if path.startswith(folder))
+        observes_task = toml.declared_task_in_evaluation(self.tables)
+        evaluation = toml.declared_evaluation(self.tables)
+        self._passes("policies", GroupPolicies(group, names, policies, runs, observes_task, evaluation))
 
     def _cells(self, path: str, header: tuple[str, ...]) -> Cells | None:
         """The cells of a CSV file: of all rows, or of those that can be read."""

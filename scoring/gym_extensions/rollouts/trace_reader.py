@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from gym_extensions.catalog.task import Task
 from gym_extensions.rollouts.audit import audit_sample
 from gym_extensions.rollouts.folder import Folder
-from gym_extensions.rollouts.layout import TRACES, trace_name
+from gym_extensions.rollouts.layout import POLICIES, TRACES, policy_name, trace_name
+from gym_extensions.rollouts.policies import Policy
 from gym_extensions.rollouts.problem import Problem, quote
 from gym_extensions.rollouts.reading.evaluation_log import Log
 from gym_extensions.rollouts.safe_npz import read
@@ -33,7 +34,10 @@ Arrays = Mapping[str, NDArray[Any]]
 
 @dataclass(frozen=True)
 class TraceRequest:
-    """An episode of the audit sample, with its row of the log and the path of its trace."""
+    """An episode of the audit sample, with its row of the log and the path of its trace.
+
+    ``policy`` is the path of the policy that recorded it; ``task_index`` is the task's index in the group.
+    """
 
     path: str
     task: Task
@@ -41,6 +45,8 @@ class TraceRequest:
     length: int
     return_: float
     terminated: bool
+    policy: str = ""
+    task_index: int = 0
 
 
 @dataclass(frozen=True)
@@ -48,7 +54,8 @@ class RecordedEpisode:
     """An episode to replay.
 
     ``actions`` (L, …) float32; ``returns`` (S,) the recorded return of each segment of K steps; ``states`` by
-    name, (S − 1, …): the state one step before each segment but the first.
+    name, (S − 1, …): the state one step before each segment but the first. ``policy`` is that of its stage,
+    None if the submission has none, and ``task_index`` the task's index in the group.
     """
 
     where: str
@@ -59,6 +66,8 @@ class RecordedEpisode:
     actions: NDArray[np.float32]
     returns: Array
     states: dict[str, Array]
+    policy: Policy | None = None
+    task_index: int = 0
 
     @property
     def segment_steps(self) -> int:
@@ -79,6 +88,7 @@ def trace_requests(log: Log, data: bytes) -> Iterator[TraceRequest]:
         task = tasks[audited.task]
         index = indices[audited.run, audited.stage, audited.task, audited.episode]
         name = trace_name(log.protocol, audited.run, audited.stage, task.name, audited.episode)
+        policy = policy_name(log.protocol, audited.run, audited.stage, task.name)
         yield TraceRequest(
             f"{log.group.name}/{TRACES}/{name}",
             task,
@@ -86,6 +96,8 @@ def trace_requests(log: Log, data: bytes) -> Iterator[TraceRequest]:
             int(log.length[index]),
             float(log.return_[index]),
             bool(log.terminated[index]),
+            f"{log.group.name}/{POLICIES}/{policy}",
+            log.group.tasks.index(task),
         )
 
 
@@ -111,6 +123,7 @@ def read_trace(folder: Folder, request: TraceRequest) -> RecordedEpisode | Probl
         arrays[ACTIONS],
         arrays[SEGMENT_RETURNS],
         {name.removeprefix(STATE): values for name, values in arrays.items() if name.startswith(STATE)},
+        task_index=request.task_index,
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import sys
 from typing import Any
 
@@ -11,8 +12,10 @@ import pytest
 from gym_extensions.baselines import Card, Factory, Resumable, algorithms
 from gym_extensions.baselines.agent import Described
 from gym_extensions.baselines.agent_checks import card_of
+from gym_extensions.baselines.training.recorder import Recorder
 from gym_extensions.envs import make_vec
 from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.policies import Policy
 
 NAMES = ("ppo", "random", "sac", "sac-fresh-buffer", "trpo", "trpo-2017", "zero")
 PACKAGES = {"ppo": "stable_baselines3", "sac": "sbx", "sac-fresh-buffer": "sbx"}
@@ -110,3 +113,24 @@ def test_a_missing_package_is_named_with_the_command_that_installs_it(
     assert str(error.value) == (
         f"{name} needs {missing}. Install it with: pip install 'gym-extensions[{extra}]'"
     )
+
+
+@pytest.mark.parametrize("name", ["trpo", "trpo-2017", "zero"])
+def test_the_stored_policy_acts_like_the_agent_to_the_last_bit(name: str, spaces: Spaces) -> None:
+    agent: Any = algorithms.factory(name)(*spaces, 3)
+    states = np.random.default_rng(0).standard_normal((20, *spaces[0].shape))
+    for steps in (0, 250):  # untrained, and with normalized observations
+        if steps:
+            agent.learn(
+                Recorder(make_vec("Pusher", 2), ["Pusher"], steps=steps, batch_steps=250, seed=0), steps
+            )
+        policy = Policy.from_bytes(agent.policy().to_bytes())
+        noise = copy.deepcopy(getattr(agent, "_acting", None))
+        assert np.array_equal(policy.act(states, noise), agent.act(states))
+        assert policy.act(states, np.random.default_rng()).dtype == np.float32
+
+
+def test_the_stored_policy_of_random_has_its_range(spaces: Spaces) -> None:
+    agent: Any = algorithms.factory("random")(*spaces, 0)
+    low, high = agent.policy().interval(np.zeros((1, 23)))
+    assert (low[0].tolist(), high[0].tolist()) == (spaces[1].low.tolist(), spaces[1].high.tolist())

@@ -47,6 +47,7 @@ def npy(header: str) -> bytes:
     return b"\x93NUMPY\x01\x00" + struct.pack("<H", len(header)) + header.encode()
 
 
+POLICY = f"{GROUP}/policies/sequential-run0-stage1.npz"
 REWRITE = "Write the file with numpy.savez_compressed."
 SHAPE = "{{'descr': '<f4', 'fortran_order': False, 'shape': ({}), }}\n"
 HEADERS = {
@@ -102,14 +103,15 @@ EXAMPLES = (
     Example(
         "malformed-array",
         "a bare pickle in the archive",
-        put(f"{GROUP}/policies/run0.npz", archive(("weights.npy", pickle.dumps([1])[:5]))),
+        put(POLICY, archive(("weights.npy", pickle.dumps([1])[:5]))),
         (
             (
-                f"{GROUP}/policies/run0.npz",
+                POLICY,
                 "'weights.npy' has no valid header of an array of numbers.",
                 REWRITE,
             ),
         ),
+        also=("missing-policy",),
     ),
     *(
         Example(

@@ -9,13 +9,14 @@ from pathlib import Path
 from gym_extensions.atomic import write_bytes
 from gym_extensions.baselines.submission import manifest
 from gym_extensions.baselines.training.jobs import Settings, TrainingJob, jobs_of
+from gym_extensions.baselines.training.policies import policies_folder
 from gym_extensions.baselines.training.progress import FinishedStage, Progress
 from gym_extensions.baselines.training.runner import traces_folder
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.audit import audit_sample
 from gym_extensions.rollouts.episodes import CurvePoint, Episode, write_curves, write_episodes
-from gym_extensions.rollouts.layout import CURVES, MANIFEST, PROGRESS, trace_name
+from gym_extensions.rollouts.layout import CURVES, MANIFEST, POLICIES, PROGRESS, policy_names, trace_name
 
 
 def read_episodes(path: Path) -> list[Episode]:
@@ -97,6 +98,7 @@ def write_log(
     if points:
         write_curves(curves, points, ids)
     _write_manifest(out, records, settings)
+    _move_policies(out, group, protocol, sorted({row.run for row in rows}))
     staged.replace(path)
     for job in finished:
         Progress.of(out, job).remove()
@@ -116,6 +118,18 @@ def _write_sample(out: Path, group: TaskGroup, protocol: str, log: bytes, runs: 
     for path in target.glob(f"{protocol}-*.npz"):
         if path.name not in selected:
             path.unlink()
+
+
+def _move_policies(out: Path, group: TaskGroup, protocol: str, runs: Sequence[int]) -> None:
+    """Moves the policies of a log into the submission, unless one is missing: a log has all or none."""
+    source, target = policies_folder(out, group.name), out / group.name / POLICIES
+    names = policy_names(protocol, runs, group)
+    if not all((source / name).exists() or (target / name).exists() for name in names):
+        return
+    target.mkdir(exist_ok=True)
+    for name in names:
+        if (source / name).exists():
+            (source / name).replace(target / name)
 
 
 def _write_manifest(out: Path, records: Sequence[FinishedStage], settings: Settings) -> None:

@@ -15,6 +15,7 @@ from gym_extensions.baselines.training.context_env import TrainingContext
 from gym_extensions.baselines.training.evaluation import evaluate
 from gym_extensions.baselines.training.events import Event, Listener
 from gym_extensions.baselines.training.jobs import Settings, Stage, TrainingJob
+from gym_extensions.baselines.training.policies import policy_of, require_agreement, store_policy
 from gym_extensions.baselines.training.progress import FinishedStage, Progress
 from gym_extensions.baselines.training.recorder import Recorder
 from gym_extensions.baselines.training.seeding import training_seed
@@ -26,6 +27,7 @@ from gym_extensions.envs.fingerprint import fingerprint_of
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.episodes import CurvePoint, Episode
 from gym_extensions.rollouts.layout import PROGRESS, trace_name
+from gym_extensions.rollouts.policies import Policy
 from gym_extensions.rollouts.traces import trace_bytes
 
 
@@ -57,8 +59,8 @@ class Evaluator:
             self._envs[task.id] = make_vec(task, EVALUATION_EPISODES)
         return self._envs[task.id]
 
-    def evaluate(self, agent: Agent, stage: int, task: Task) -> list[Episode]:
-        """Evaluates the agent on a task and stores the trace of every episode."""
+    def evaluate(self, agent: Agent, stage: int, task: Task, policy: Policy | None) -> list[Episode]:
+        """Evaluates the agent on a task, stores the traces, and compares them with the policy."""
         job, rows = self._job, []
         seeds = [evaluation_seed(job.group.id, task.id, episode) for episode in range(EVALUATION_EPISODES)]
         label = TaskLabel(task.id, job.group.task_ids.index(task.id)) if self._task_is_observed else None
@@ -69,6 +71,9 @@ class Evaluator:
                 write_bytes(self._traces / name, trace_bytes(rollout.trace))
             result = (rollout.length, rollout.return_, rollout.terminated)
             rows.append(Episode(job.run, stage, task.id, episode, seed, *result, fingerprint_of(task)))
+        if policy is not None:
+            actions = [rollout.trace.actions[0] for rollout in rollouts if rollout.trace is not None]
+            require_agreement(policy, self.envs(task), seeds, actions, job.group.tasks.index(task))
         return rows
 
     def close(self) -> None:
@@ -108,12 +113,14 @@ def run_job(
         done = []
     for stage in stages[len(done) :]:
         curves = _train(job, stage, agent, settings, listen) if stage.steps else []
-        episodes = []
+        episodes, policy = [], policy_of(agent)
         for task in stage.evaluated:
-            rows = evaluator.evaluate(agent, stage.number, task)
+            rows = evaluator.evaluate(agent, stage.number, task, policy)
             mean_return = sum(row.return_ for row in rows) / len(rows)
             listen(Event(job.title, stage.number, stage.steps, task.id, mean_return))
             episodes += rows
+        if policy is not None:
+            store_policy(out, job, stage.number, policy)
         card = card_of(agent, settings.agent)
         record = FinishedStage(stage.number, episodes, curves, card, (first_parameters, card.parameters))
         progress.finish(record, agent, last=stage is stages[-1])

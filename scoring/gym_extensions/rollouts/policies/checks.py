@@ -87,7 +87,9 @@ def _shape_errors(arrays: Arrays) -> Iterator[str]:
             sizes["i"], sizes["j"] = widths[int(match[2])], widths[int(match[2]) + 1]
         expected = tuple(sizes[dimension] for dimension in key.shape)
         has_rows = key.has_tasks and values.ndim == len(expected) + 1
-        if (values.shape[1:] if has_rows else values.shape) != expected or 0 in values.shape:
+        if 0 in values.shape:
+            yield f"{name!r} is empty."
+        elif (values.shape[1:] if has_rows else values.shape) != expected:
             yield f"{name!r} has the shape {quote(values.shape)}; expected {expected}."
         elif has_rows:
             rows[name] = len(values)

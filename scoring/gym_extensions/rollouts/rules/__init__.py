@@ -12,6 +12,7 @@ from gym_extensions.rollouts.rules import (
     manifest,
     measurements,
     npz,
+    policies,
     runs,
     unicode,
 )
@@ -27,6 +28,7 @@ __all__ = [
     "manifest",
     "measurements",
     "npz",
+    "policies",
     "problems",
     "runs",
     "unicode",

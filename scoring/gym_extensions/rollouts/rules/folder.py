@@ -102,8 +102,11 @@ def _is_expected(path: str, groups: Mapping[str, TaskGroup]) -> bool:
     if len(parts) != 3 or parts[1] not in ARRAY_FOLDERS:
         return False
     if parts[1] == POLICIES:
-        return POLICY.fullmatch(parts[2]) is not None
-    match = TRACE.fullmatch(parts[2])
+        match = POLICY.fullmatch(parts[2])
+        if match is not None and match[1] != "single":
+            return match[4] is None
+    else:
+        match = TRACE.fullmatch(parts[2])
     return match is not None and any(match[4] == task.name for task in groups[parts[0]].tasks)
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, stages
-from gym_extensions.rollouts.layout import MAX_ARRAYS, MAX_UNPACKED_BYTES, TRACE, TRACES
+from gym_extensions.rollouts.layout import MAX_ARRAYS, TRACE, TRACES, max_unpacked_bytes
 from gym_extensions.rollouts.problem import Finding, quote
 from gym_extensions.rollouts.reading.evaluation_log import Runs
 from gym_extensions.rollouts.rules.rule import rule
@@ -64,11 +64,11 @@ def repeated_array(file: ArrayFile) -> Iterator[Finding]:
 def unpacks_too_large(file: ArrayFile) -> Iterator[Finding]:
     """An .npz file keeps to the limits on the uncompressed size and the number of arrays."""
     count = file.listing[1] if file.listing else 0
-    size = sum(member.size for member in file.members)
-    if size > MAX_UNPACKED_BYTES or count > MAX_ARRAYS:
+    size, limit = sum(member.size for member in file.members), max_unpacked_bytes(file.path)
+    if size > limit or count > MAX_ARRAYS:
         arrays = f"{count} array{'s' if count > 1 else ''}"
         content = f"{arrays} of {size} bytes" if count <= MAX_ARRAYS else arrays
-        message = f"The file unpacks to {content}; the limits are {MAX_ARRAYS} and {MAX_UNPACKED_BYTES}."
+        message = f"The file unpacks to {content}; the limits are {MAX_ARRAYS} and {limit}."
         yield Finding(file.path, message, "Write one episode per trace and one policy per file.")
 
 

@@ -21,6 +21,8 @@ Scope = Literal[
     "group",
     "curves",
     "arrays",
+    "policy",
+    "policies",
 ]
 """What a rule checks. Each scope has one type of subject, the parameter of its rules."""
 Check = Callable[[Any], Iterator[Finding]]

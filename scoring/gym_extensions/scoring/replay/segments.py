@@ -18,11 +18,11 @@ from gym_extensions.envs import make_vec
 from gym_extensions.rollouts.problem import Problem
 from gym_extensions.rollouts.trace_reader import Array, RecordedEpisode
 from gym_extensions.scoring.replay.compatibility import misfits, restored
+from gym_extensions.scoring.replay.faults import ACTIONS_DIFFER, HINTS, REPLAY_DIFFERS, Fault
+from gym_extensions.scoring.replay.policy_actions import action_fault
 
 MAX_ENVIRONMENTS = 256
 """Segments that are replayed side by side."""
-
-HINT = "Record it with the pinned versions; if it was, tell the maintainers the platform that it was made on."
 
 
 @dataclass(frozen=True)
@@ -68,10 +68,10 @@ def usable_cpus() -> int:
 
 
 def replay(task: Task, episodes: Sequence[RecordedEpisode]) -> list[Problem]:
-    """The first segment of each episode whose replay differs from the trace, as a problem."""
+    """The first difference of each episode between its trace and its replay or policy, as a problem."""
     with _no_log_file():
         model = make_vec(task, 1)
-        faults = {path: (0, fault) for path, fault in misfits(model, episodes)}
+        faults = {path: Fault(REPLAY_DIFFERS, 0, fault) for path, fault in misfits(model, episodes)}
         model.close()
         parts = [part for episode in episodes if episode.where not in faults for part in segments_of(episode)]
         first = [part for part in parts if part.index == 0]
@@ -79,16 +79,16 @@ def replay(task: Task, episodes: Sequence[RecordedEpisode]) -> list[Problem]:
         for batch in filter(None, (first, later)):
             for part, fault in _replay_batch(task, batch):
                 path = part.episode.where
-                if path not in faults or part.start < faults[path][0]:
-                    faults[path] = (part.start, fault)
+                if path not in faults or fault.step < faults[path].step:
+                    faults[path] = fault
     return [
-        Problem("replay-differs", path, f"Steps {start} and following: {fault}", HINT)
-        for path, (start, fault) in sorted(faults.items())
+        Problem(fault.rule, path, f"Steps {fault.step} and following: {fault.message}", HINTS[fault.rule])
+        for path, fault in sorted(faults.items())
     ]
 
 
-def _replay_batch(task: Task, batch: Sequence[Segment]) -> Iterator[tuple[Segment, str]]:
-    """The segments of a batch that differ, each with a sentence."""
+def _replay_batch(task: Task, batch: Sequence[Segment]) -> Iterator[tuple[Segment, Fault]]:
+    """The segments of a batch that differ, each with its fault."""
     count = min(MAX_ENVIRONMENTS, len(batch))
     env = make_vec(task, count, num_threads=usable_cpus())
     for start in range(0, len(batch), count):
@@ -99,29 +99,42 @@ def _replay_batch(task: Task, batch: Sequence[Segment]) -> Iterator[tuple[Segmen
     env.close()
 
 
-def _faults(env: Any, parts: Sequence[Segment]) -> Iterator[str]:
-    """For each segment a sentence on what differs, or an empty string."""
+def _faults(env: Any, parts: Sequence[Segment]) -> Iterator[Fault | None]:
+    """For each segment what differs, or None."""
     steps = parts[0].episode.segment_steps
     actions = _actions(parts, steps)
-    env.reset(seed=[part.episode.seed for part in parts])
+    observation, _ = env.reset(seed=[part.episode.seed for part in parts])
     if parts[0].index > 0:
         faults = restored(env, [_state(part) for part in parts])
         if any(faults):
-            yield from faults
+            yield from (
+                Fault(REPLAY_DIFFERS, part.start, fault) if fault else None
+                for part, fault in zip(parts, faults, strict=True)
+            )
             return
-        env.step(actions[0])  # derived quantities lag one evaluation behind: this step is discarded
+        observation = env.step(actions[0])[
+            0
+        ]  # derived quantities lag one evaluation behind: this step is discarded
     rewards = np.zeros((steps, len(parts)))
     ends = np.zeros((steps, len(parts)), np.bool_)
     seam: dict[str, Array] = {}
+    observations, has_policies = list[Array](), any(part.episode.policy for part in parts)
     for step in range(steps):
-        _, rewards[step], ends[step], _, _ = env.step(actions[step + 1])
+        if has_policies:
+            observations.append(np.array(observation))
+        observation, rewards[step], ends[step], _, _ = env.step(actions[step + 1])
         if step == steps - 2:
             seam = env.save_states()
     for index, part in enumerate(parts):
         count = part.end - part.start
         ended = np.flatnonzero(ends[:count, index])
         state = {name: values[index] for name, values in seam.items()}
-        yield _fault(part, math.fsum(rewards[:count, index]), ended.tolist(), state)
+        if fault := _fault(part, math.fsum(rewards[:count, index]), ended.tolist(), state):
+            yield Fault(REPLAY_DIFFERS, part.start, fault)
+            continue
+        seen = [rows[index] for rows in observations[:count]]
+        step, fault = action_fault(part.episode, part.start, seen, env.single_action_space)
+        yield Fault(ACTIONS_DIFFER, step, fault) if fault else None
 
 
 def _state(part: Segment) -> dict[str, Array]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import groupby
@@ -9,6 +10,7 @@ from pathlib import Path
 
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.rollouts.folder import scan
+from gym_extensions.rollouts.policies import Policy
 from gym_extensions.rollouts.problem import Problem, summarize
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.trace_reader import RecordedEpisode, read_trace, trace_requests
@@ -45,6 +47,7 @@ def _task_id(episode: RecordedEpisode) -> str:
 def verify(path: Path, groups: Mapping[str, TaskGroup] = GROUPS) -> Verification:
     """Replays the audit sample of a submission; one with problems is not replayed.
 
+    Where the submission has the policy of an episode's stage, the recorded actions are compared with it.
     Traces are optional: without any, nothing is replayed and there is no problem.
     """
     submission = read(path, groups)
@@ -57,13 +60,15 @@ def verify(path: Path, groups: Mapping[str, TaskGroup] = GROUPS) -> Verification
         return Verification(0, logged, ())
     episodes: list[RecordedEpisode] = []
     problems: list[Problem] = []
+    policies = functools.cache(lambda path: Policy.from_bytes(folder.read(path)))
     for log in logs:
         for request in trace_requests(log, folder.read(log.path)):
             trace = read_trace(folder, request)
             if isinstance(trace, Problem):
                 problems.append(trace)
             else:
-                episodes.append(trace)
+                policy = policies(request.policy) if request.policy in folder.files else None
+                episodes.append(replace(trace, policy=policy))
     for _, group in groupby(sorted(episodes, key=_task_id), key=_task_id):
         episodes_of_task = list(group)
         problems += replay(episodes_of_task[0].task, episodes_of_task)
