@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gym_extensions.baselines import Context, Observes, train
+from gym_extensions.baselines import Card, Context, Observes, train
 from gym_extensions.baselines.algorithms.zero import Zero
 from gym_extensions.baselines.context_checks import action_function, check_context, observes_of
+from gym_extensions.baselines.submission import manifest
 from gym_extensions.errors import BenchError
 
 OBSERVATIONS = np.zeros((2, 3))
@@ -132,3 +133,14 @@ def test_agents_of_one_factory_ask_for_the_same(tmp_path: Path) -> None:
         "task_in_evaluation=False, boundaries=False). "
         "Give all agents of a factory the same attribute observes."
     )
+
+
+def test_a_submission_that_declares_otherwise_is_rejected_before_anything_runs(tmp_path: Path) -> None:
+    new = manifest.run_sections(Card("zero", evaluation="deterministic"), "smoke", None, Observes(True))
+    path = tmp_path / "submission.toml"
+    manifest.write(path, new)
+    with pytest.raises(
+        BenchError, match=r"observes\.task_in_training is True in this submission and False in"
+    ):
+        train("zero", "pusher", "sequential", "smoke", 0, out=tmp_path)
+    assert list(tmp_path.iterdir()) == [path]

@@ -51,8 +51,8 @@ class Agent(Protocol):
 
         Args:
             observations: (num_envs, …).
-            args: the context, if the agent has a parameter of that name.
-            kwargs: empty.
+            args: the context, if the agent's ``act`` has a second parameter.
+            kwargs: the context, if that parameter is keyword-only.
 
         Returns:
             Actions (num_envs, …). Actions outside the action space are clipped.

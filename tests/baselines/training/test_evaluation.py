@@ -99,26 +99,22 @@ def test_a_segment_replays_from_its_recorded_state_after_one_warm_up_step(task: 
         assert math.fsum(rewards) == pytest.approx(trace.segment_returns[segment], abs=1e-12)
 
 
-class Listening(Loud):
-    """Stores the context of each call."""
+class Listening:
+    """An agent that stores the context of each call."""
 
-    def __init__(self) -> None:
-        self.contexts: list[Context] = []
-
-    def act(self, observations: Any, context: Context) -> Any:  # type: ignore[override]
-        self.contexts.append(context)
-        return super().act(observations)
-
-
-class ListeningAlone(Listening):
-    """The same for environments with one action."""
+    def __init__(self, num_actions: int) -> None:
+        self.num_actions, self.contexts = num_actions, list[Context]()
 
     def act(self, observations: Any, context: Context) -> Any:
-        return super().act(observations, context)[:, :1]
+        self.contexts.append(context)
+        return np.ones((len(observations), self.num_actions))
+
+    def learn(self, env: Any, steps: int) -> None:
+        """Does nothing."""
 
 
 def test_an_episode_starts_at_the_first_step_and_after_each_autoreset() -> None:
-    agent = ListeningAlone()
+    agent = Listening(1)
     evaluate(agent, Counting([2, 5]), SEEDS[:2])
     starts = np.array([context.episode_starts for context in agent.contexts]).T
     # The first environment's third observation is the last one of its episode. The step from there resets it.
@@ -126,7 +122,7 @@ def test_an_episode_starts_at_the_first_step_and_after_each_autoreset() -> None:
 
 
 def test_the_context_has_the_task_only_if_it_is_passed() -> None:
-    agent, envs = Listening(), make_vec("Hopper", 2)
+    agent, envs = Listening(3), make_vec("Hopper", 2)
     evaluate(agent, envs, SEEDS[:2])
     assert not hasattr(agent.contexts[0], "task")
     evaluate(agent, envs, SEEDS[:2], label=TaskLabel("gym_extensions/Hopper-v0", 2))

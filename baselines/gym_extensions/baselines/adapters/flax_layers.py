@@ -13,7 +13,9 @@ ACTIVATIONS = ("tanh", "relu", "leaky_relu", "elu", "silu")
 """Flax's functions that a policy names in the same way."""
 
 
-def flax_layers(parameters: Mapping[str, Any], names: Sequence[str], activation: Callable[..., Any]) -> Layers:
+def flax_layers(
+    parameters: Mapping[str, Any], names: Sequence[str], activation: Callable[..., Any]
+) -> Layers:
     """The dense layers of these names, as arguments of a ``Policy``.
 
     Raises:

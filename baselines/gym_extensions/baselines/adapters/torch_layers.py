@@ -72,7 +72,7 @@ def _leaves(modules: tuple[torch.nn.Module, ...]) -> Iterator[torch.nn.Module]:
 
 def _activation(leaf: torch.nn.Module) -> str:
     if type(leaf) not in ACTIVATIONS or _arguments(leaf) != _arguments(type(leaf)()):
-        message = f"{leaf} cannot be part of a policy."
+        message = f"{type(leaf).__name__} cannot be part of a policy."
         raise BenchError("bad-policy", message, "policy_layers()", f"A policy supports {SUPPORTED}.")
     return ACTIVATIONS[type(leaf)]
 
