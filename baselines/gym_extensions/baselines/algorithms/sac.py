@@ -40,6 +40,7 @@ OPTIONS = Options(
     name="sac",
     title="SAC",
     description="SBX's SAC: 64-64 ReLU, a quarter of an update per step, one replay buffer for all tasks.",
+    hyperparameters={"updates_per_step": 0.25},
 )
 
 make = Sb3Factory(OPTIONS)
