@@ -10,7 +10,8 @@ import subprocess
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 
-from gym_extensions.baselines import SB3_HINT, SB3_PACKAGES, algorithms
+from gym_extensions.baselines import algorithms
+from gym_extensions.baselines.extras import missing_extra
 from gym_extensions.baselines.reporting.listeners import LOGS
 from gym_extensions.baselines.training.events import Event, TrainingStarted
 from gym_extensions.baselines.training.progress import next_step
@@ -108,9 +109,10 @@ def main(argv: list[str] | None = None) -> int:
         hint = f"If memory ran out, use fewer --jobs or --num-envs. {next_step(options.out, titles)}"
         raise BenchError("worker-died", "A worker process ended unexpectedly.", hint=hint) from error
     except ModuleNotFoundError as missing:
-        if missing.name not in SB3_PACKAGES:
+        extra = missing_extra(missing)
+        if extra is None:
             raise
-        raise BenchError("missing-extra", f"The agent needs {missing.name}.", hint=SB3_HINT) from missing
+        raise BenchError("missing-extra", f"The agent needs {extra[0]}.", hint=extra[1]) from missing
     files = [name for name in parse_names(options.groups) if name.endswith(".toml")]
     words = [str(options.out), *(word for name in files for word in ("--groups", name))]
     print(f"The submission is in {options.out}. Score it with: score {' '.join(map(_quote, words))}")
