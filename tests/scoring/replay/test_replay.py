@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from gym_extensions.baselines import train
+from gym_extensions.envs import fingerprint
 from gym_extensions.rollouts.problem import Problem
 from gym_extensions.rollouts.reader import read
 from gym_extensions.scoring.cli import main
@@ -285,3 +286,13 @@ def test_a_reported_scorecard_and_one_with_problems_are_returned_unchanged(copy:
     problem = Problem("manifest-missing", "submission.toml", "It is missing.", "Add it.")
     refused = Scorecard(name="copy", title="", trust=None, manifest=None, problems=(problem,))
     assert verified(refused, copy) is refused
+
+
+def test_another_engine_replays_nothing(
+    copy: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(fingerprint, "engine", lambda: {"mujoco": "3.17.0", "gymnasium": "1.4.0"})
+    assert main(["--verify", str(copy)]) == 2
+    printed = capsys.readouterr()
+    assert printed.err.startswith("error: Episodes are recorded and replayed with the published engine, but ")
+    assert "replayed (" not in printed.out

@@ -8,6 +8,7 @@ from itertools import groupby
 from pathlib import Path
 
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
+from gym_extensions.envs.fingerprint import require_published_engine
 from gym_extensions.rollouts.folder import scan
 from gym_extensions.rollouts.problem import Problem, summarize
 from gym_extensions.rollouts.reader import read
@@ -46,6 +47,9 @@ def verify(path: Path, groups: Mapping[str, TaskGroup] = GROUPS) -> Verification
     """Replays the audit sample of a submission; one with problems is not replayed.
 
     Traces are optional: without any, nothing is replayed and there is no problem.
+
+    Raises:
+        BenchError: there are traces, and another version of MuJoCo or Gymnasium is installed.
     """
     submission = read(path, groups)
     if submission.problems:
@@ -55,6 +59,7 @@ def verify(path: Path, groups: Mapping[str, TaskGroup] = GROUPS) -> Verification
     logged = sum(len(log.run) for log in logs)
     if not any("/traces/" in name for name in folder.files):
         return Verification(0, logged, ())
+    require_published_engine()
     episodes: list[RecordedEpisode] = []
     problems: list[Problem] = []
     for log in logs:
