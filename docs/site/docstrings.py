@@ -1,4 +1,4 @@
-"""An extension of griffe that shows the reStructuredText in docstrings as Markdown: roles and simple tables."""
+"""An extension of griffe that shows reStructuredText in docstrings, roles and simple tables, as Markdown."""
 
 from __future__ import annotations
 
@@ -8,18 +8,21 @@ from typing import Any
 import griffe
 
 ROLE = re.compile(r":\w+:`(?:~?[\w.]*\.)?(?P<name>\w+)`")
-TABLE = re.compile(r"^=+(?: +=+)+\n(?P<rows>.*?)^=+(?: +=+)+$", re.MULTILINE | re.DOTALL)
-COLUMNS = re.compile(r" {2,}")
+RULE = r"=+(?: +=+)+"
+TABLE = re.compile(
+    rf"^{RULE}\n(?P<head>.+)\n{RULE}\n(?P<rows>(?:(?!=).*\n)*?){RULE}$",
+    re.MULTILINE,
+)
+GAP = re.compile(r" {2,}")
 
 
 def as_markdown(docstring: str) -> str:
     """The docstring with roles as code and simple tables as Markdown tables."""
 
     def table(match: re.Match[str]) -> str:
-        lines = [line for line in match["rows"].splitlines() if not line.startswith("=")]
-        rows = [" | ".join(COLUMNS.split(line)) for line in lines]
-        width = rows[0].count("|") + 1
-        return "\n".join(f"| {row} |" for row in (rows[0], " | ".join(["---"] * width), *rows[1:]))
+        head = GAP.split(match["head"])
+        rows = [GAP.split(row, maxsplit=len(head) - 1) for row in match["rows"].splitlines()]
+        return "\n".join(f"| {' | '.join(row)} |" for row in (head, ["---"] * len(head), *rows))
 
     return ROLE.sub(r"`\g<name>`", TABLE.sub(table, docstring))
 

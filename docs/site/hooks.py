@@ -1,4 +1,4 @@
-"""Hooks of mkdocs: pages from the repository's root, and a check that the site loads nothing from other hosts.
+"""Hooks of mkdocs: pages from the repository's root, and a check that the site is self-contained.
 
 A link to a file that is not part of the site, such as a source file, becomes plain text.
 """
@@ -25,7 +25,15 @@ LINK = re.compile(r"(?P<mark>!?)\[(?P<text>[^\]]*)\]\((?P<target>[^)\s]+)\)")
 INDEXED_TWICE = re.compile(r"```.*?```|`[^`\n]*`|\]\[", re.DOTALL)
 LOADED = {"audio": "src", "embed": "src", "iframe": "src", "img": "src", "script": "src", "source": "src"}
 """Attributes with the address of what a browser loads, by element; of ``link`` see LOADED_LINKS."""
-LOADED_LINKS = {"apple-touch-icon", "icon", "manifest", "modulepreload", "preconnect", "preload", "stylesheet"}
+LOADED_LINKS = {
+    "apple-touch-icon",
+    "icon",
+    "manifest",
+    "modulepreload",
+    "preconnect",
+    "preload",
+    "stylesheet",
+}
 OTHER_HOST = re.compile(r"\s*(?:https?:)?//", re.IGNORECASE)
 STYLE_ADDRESS = re.compile(r"(?:url\(|@import)\s*['\"]?\s*((?:https?:)?//[^'\")\s]+)", re.IGNORECASE)
 
