@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import inspect
 import re
+import tomllib
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
@@ -98,6 +99,22 @@ def test_every_page_is_in_the_navigation() -> None:
     listed = set(re.findall(r": ([\w/-]+\.md)$", CONFIG, flags=re.MULTILINE))
     assert pages - listed == set()
     assert set(hooks.ROOT_PAGES.values()) <= listed
+
+
+def test_every_extra_is_on_the_page_about_installation() -> None:
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["optional-dependencies"]
+    rows = re.findall(r"^\| (`.*?) \|", (ROOT / "docs/install.md").read_text("utf-8"), flags=re.MULTILINE)
+    assert set(extras) - {name for row in rows for name in re.findall(r"`(.*?)`", row)} == set()
+
+
+def test_the_lowest_versions_are_the_lower_ends_of_the_ranges() -> None:
+    required = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["dependencies"]
+    lower = dict(re.findall(r"^([\w-]+)(?:\[.*\])?>=([\d.]+)", "\n".join(required), flags=re.MULTILINE))
+    text = (ROOT / "constraints-lowest.txt").read_text("utf-8")
+    text += (ROOT / ".github/workflows/ci.yml").read_text("utf-8").rpartition("constraints-lowest.txt")[2]
+    tested = dict(re.findall(r"([\w-]+)==([\d.]+)", text))
+    assert tested.keys() == lower.keys()
+    assert [name for name in lower if not f"{tested[name]}.0.0".startswith(f"{lower[name]}.")] == []
 
 
 @pytest.mark.parametrize("setting", ["font: false", "strict: true", "hooks: [docs/site/hooks.py]"])
