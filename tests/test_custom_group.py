@@ -6,6 +6,7 @@ import json
 import re
 import shlex
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -183,3 +184,17 @@ def test_a_file_that_does_not_hold_references_is_reported(
     assert score_cli.main([str(folder / "random"), "--references", str(path)]) == 2
     error = f"error: {path}: The file does not hold references. Write it with: gym-extensions reference.\n"
     assert capsys.readouterr().err == error
+
+
+def test_the_python_of_the_page_trains_and_scores(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With finished runs of the agent ``random``, so that nothing is trained again."""
+    _, code = re.findall(r"```python\n(.*?)```", PAGE, flags=re.DOTALL)
+    quick = {'"trpo"': '"random"', '"mine"': '"random"', '"100k"': '"smoke"', "range(5)": "range(2)"}
+    for old, new in (quick | {'"other"], ': '"other"], budget="smoke", '}).items():
+        assert old in code
+        code = code.replace(old, new)
+    monkeypatch.chdir(folder)
+    names: dict[str, Any] = {"group": load_group("light.toml")}
+    exec(code, names)
+    assert set(names["frame"]["group"]) == {"hopper-light-v0"}
+    assert sorted(names["board"]["name"]) == ["other", "random"]
