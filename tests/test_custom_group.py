@@ -9,10 +9,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from gymnasium.spaces import Box
 
 from gym_extensions import results
 from gym_extensions.baselines import cli as train_cli
 from gym_extensions.baselines import train
+from gym_extensions.baselines.algorithms.random import Random
 from gym_extensions.baselines.references import cli as reference_cli
 from gym_extensions.catalog.custom_groups import with_custom
 from gym_extensions.envs import Gravity, TaskGroup, customize, load_group
@@ -39,14 +41,21 @@ LOG = "hopper-light/sequential.csv"
 PAGE = (Path(__file__).parents[1] / "docs" / "custom-groups.md").read_text(encoding="utf-8")
 
 
+class OtherRandom(Random):
+    """Random actions of another generator."""
+
+    def __init__(self, observation_space: Box, action_space: Box, seed: int) -> None:
+        super().__init__(observation_space, action_space, seed + 1)
+
+
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with the group's TOML file, its references, and two submissions."""
     root = tmp_path_factory.mktemp("custom")
     group = root / "light.toml"
     group.write_text(LIGHT, encoding="utf-8")
-    for name, runs in {"random": [0, 1], "other": [2, 3]}.items():
-        train("random", group, ["sequential", "single"], "smoke", runs, out=root / name)
+    for name, agent in {"random": "random", "other": OtherRandom}.items():
+        train(agent, group, ["sequential", "single"], "smoke", [0, 1], out=root / name)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(reference_cli, "FLOOR_EPISODES", 20)
         patch.setattr(reference_cli, "CEILING_EPISODES", 20)

@@ -241,10 +241,13 @@ def test_a_duplicate_entry_links_to_the_entry_with_the_same_results(document: di
 
 def test_a_budget_without_a_board_says_so(document: dict[str, Any]) -> None:
     budgets = read(document)["metrics.html"].text.split("Budgets")[-1]
-    rows = re.findall(r"(paper|1M \(standard\)|100k \(quick\)|smoke \(tests\)) (.*?)\.", budgets)
+    rows = re.findall(
+        r"(paper|1M \(long\)|300k \(standard\)|100k \(quick\)|smoke \(tests\)) (.*?)\.", budgets
+    )
     assert [(name, sentence.rpartition("; ")[2]) for name, sentence in rows] == [
         ("paper", "no board uses it yet"),
-        ("1M (standard)", "no board uses it yet"),
+        ("1M (long)", "no board uses it yet"),
+        ("300k (standard)", "no board uses it yet"),
         ("100k (quick)", "100 000 training steps per task"),
         ("smoke (tests)", "never on a board"),
     ]
