@@ -76,19 +76,12 @@ class Ppo:
             observations = next_observations
             if ended.any():  # otherwise the environment would spend its next step on the reset
                 observations, _ = env.reset(options={"reset_mask": ended})
-        self._update(*(as_tensor(np.stack(column)) for column in zip(*rows, strict=True)))
+        self._update([as_tensor(np.stack(column)) for column in zip(*rows, strict=True)])
         return observations
 
-    def _update(
-        self,
-        observations: Tensor,
-        actions: Tensor,
-        nexts: Tensor,
-        rewards: Tensor,
-        terminated: Tensor,
-        ended: Tensor,
-    ) -> None:
+    def _update(self, batch: list[Tensor]) -> None:
         """Learns from arrays (time, num_envs, …)."""
+        observations, actions, nexts, rewards, terminated, ended = batch
         with torch.no_grad():
             values = self.network.critic(observations.flatten(0, 1)).view_as(rewards)
             next_values = self.network.critic(nexts.flatten(0, 1)).view_as(rewards) * (1 - terminated)

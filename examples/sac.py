@@ -26,6 +26,7 @@ SETTINGS = {
     "tau": 0.005,
     "batch": 128,
     "warm_up": 100,
+    "steps_per_update": 1,
     "buffer": 200_000,
 }
 
@@ -78,8 +79,10 @@ class Sac:
         self.target.load_state_dict(self.critic.state_dict())
         self.log_temperature = nn.Parameter(torch.zeros(()))
         rate = SETTINGS["learning_rate"]
-        self.actor_optimizer = torch.optim.Adam([*self.actor.parameters(), self.log_temperature], lr=rate)
-        self.critic_optimizer = torch.optim.Adam(self.critic.parameters(), lr=rate)
+        self.actor_optimizer = torch.optim.Adam(
+            [*self.actor.parameters(), self.log_temperature], lr=rate, fused=True
+        )
+        self.critic_optimizer = torch.optim.Adam(self.critic.parameters(), lr=rate, fused=True)
         self.learning = torch.Generator().manual_seed(seed)  # evaluation does not sample
         self.middle = (action_space.high + action_space.low) / 2
         self.half = (action_space.high - action_space.low) / 2
@@ -99,16 +102,16 @@ class Sac:
 
     def learn(self, env: VectorEnv, steps: int) -> None:
         observations, _ = env.reset()
-        for _ in range(steps // env.num_envs):
+        for step in range(steps // env.num_envs):
             with torch.no_grad():
                 actions, _ = self.actor.sample(as_tensor(observations), self.learning)
-            step = env.step(self.middle + self.half * actions.numpy())
-            next_observations, rewards, terminated, truncated, _ = step
+            moved = env.step(self.middle + self.half * actions.numpy())
+            next_observations, rewards, terminated, truncated, _ = moved
             self._store(observations, actions, next_observations, rewards[:, None], terminated[:, None])
             observations, ended = next_observations, terminated | truncated
             if ended.any():  # otherwise the environment would spend its next step on the reset
                 observations, _ = env.reset(options={"reset_mask": ended})
-            if self.stored > SETTINGS["warm_up"]:
+            if self.stored > SETTINGS["warm_up"] and step % SETTINGS["steps_per_update"] == 0:
                 self._update()
 
     def _store(self, *values: Array | Tensor) -> None:
