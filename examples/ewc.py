@@ -9,6 +9,7 @@ first one; the manifest says so.
 
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
@@ -16,7 +17,7 @@ from gymnasium.spaces import Box
 from torch import Tensor, nn
 
 from gym_extensions.baselines import Card, Observes, train
-from gym_extensions.baselines.agent import Array, VectorEnv
+from gym_extensions.baselines.agent import Array
 
 GROUP = "hopper-gravity"
 SIGMA = 0.5
@@ -24,7 +25,7 @@ SETTINGS = {"sigma": SIGMA, "penalty": 100.0, "learning_rate": 1e-3, "epochs": 2
 
 
 class Ewc:
-    """A Gaussian policy that is learned by clipped policy gradients, with a quadratic penalty on forgetting."""
+    """A Gaussian policy, learned by clipped policy gradients with a quadratic penalty on forgetting."""
 
     observes = Observes(boundaries=True)
 
@@ -42,7 +43,7 @@ class Ewc:
     def act(self, observations: Array) -> Array:
         return self.actor(as_tensor(observations)).numpy()  # type: ignore[no-any-return]
 
-    def learn(self, env: VectorEnv, steps: int) -> None:
+    def learn(self, env: Any, steps: int) -> None:
         observations, _ = env.reset()
         for _ in range(steps // env.batch_steps):
             rows = []

@@ -8,6 +8,7 @@ With `save` and `load` an interrupted run resumes; `policy` publishes the policy
 
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
@@ -16,7 +17,7 @@ from torch import Tensor, nn
 
 from gym_extensions.baselines import Card, train
 from gym_extensions.baselines.adapters.torch_layers import policy_layers
-from gym_extensions.baselines.agent import Array, VectorEnv
+from gym_extensions.baselines.agent import Array
 from gym_extensions.rollouts.policies import Policy
 
 GROUP = "hopper-gravity"
@@ -60,12 +61,12 @@ class Ppo:
     def act(self, observations: Array) -> Array:
         return self._sample(observations, self.acting).numpy()
 
-    def learn(self, env: VectorEnv, steps: int) -> None:
+    def learn(self, env: Any, steps: int) -> None:
         observations, _ = env.reset()
         for _ in range(steps // env.batch_steps):
             observations = self._learn_batch(env, observations)
 
-    def _learn_batch(self, env: VectorEnv, observations: Array) -> Array:
+    def _learn_batch(self, env: Any, observations: Array) -> Array:
         """Collects and learns one batch; returns the observations with which the next one begins."""
         rows = []
         for _ in range(env.batch_steps // env.num_envs):

@@ -8,6 +8,7 @@ training it is cleared at the same moments, and gradients flow through the steps
 
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
@@ -15,7 +16,7 @@ from gymnasium.spaces import Box
 from torch import Tensor, nn
 
 from gym_extensions.baselines import Card, Context, train
-from gym_extensions.baselines.agent import Array, VectorEnv
+from gym_extensions.baselines.agent import Array
 
 GROUP = "hopper-gravity"
 SIGMA = 0.5
@@ -54,7 +55,7 @@ class Recurrent:
         mean, self.state = self.network.step(as_tensor(observations), self.state, starts)
         return mean.numpy()
 
-    def learn(self, env: VectorEnv, steps: int) -> None:
+    def learn(self, env: Any, steps: int) -> None:
         for _ in range(steps // env.batch_steps):
             observations, _ = env.reset()
             state, starts = self._no_state(env.num_envs), np.ones(env.num_envs, bool)

@@ -98,7 +98,8 @@ class Sac:
 
     @torch.no_grad()
     def act(self, observations: Array) -> Array:
-        return self.middle + self.half * torch.tanh(self.actor(as_tensor(observations))).numpy()
+        actions: Array = self.middle + self.half * torch.tanh(self.actor(as_tensor(observations))).numpy()
+        return actions
 
     def learn(self, env: VectorEnv, steps: int) -> None:
         observations, _ = env.reset()
@@ -148,9 +149,12 @@ class Sac:
 
     def card(self) -> Card:
         size = sum(part.numel() for module in (self.actor, self.critic) for part in module.parameters())
-        text = {"algorithm": "SAC in PyTorch", "evaluation": "deterministic"}
         return Card(
-            **text, hyperparameters=SETTINGS, stored_steps=int(SETTINGS["buffer"]), parameters=size + 1
+            "SAC in PyTorch",
+            evaluation="deterministic",
+            hyperparameters=SETTINGS,
+            stored_steps=int(SETTINGS["buffer"]),
+            parameters=size + 1,
         )
 
     def save(self, path: Path) -> None:
