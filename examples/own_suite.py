@@ -1,7 +1,8 @@
 """A suite of three tasks of your own: trained, scored and plotted. Run `python examples/own_suite.py`.
 
-Scores of own tasks need own references, measured once. `own_suite.json` was made from the same suite in a file:
-`gym-extensions reference --groups own_suite.toml --budget 100k --runs 1000-1001 --out own_suite.json`.
+Scores of your own tasks need references, which are measured once. `own_suite.json` has them, from the same
+suite in a file: `gym-extensions reference --groups own_suite.toml --budget 100k --runs 1000-1001 --out
+own_suite.json`.
 """
 
 from gym_extensions import results
@@ -14,8 +15,7 @@ noisy = customize("Hopper", [MotorNoise(0.05)], max_steps=500)
 suite = TaskGroup("own-suite", (light, big_foot, noisy))
 
 if __name__ == "__main__":
-    train("trpo", suite, "sequential", "smoke", runs=[0, 1], out="trained/own-suite")
-    references = __file__.replace(".py", ".json")
-    print(results.metrics("trained/own-suite", groups=[suite], references=references).to_string())
-    evaluations = results.evaluations("trained/own-suite", groups=[suite])
-    results.plot_matrix(evaluations).figure.savefig("trained/own-suite.png")
+    train("trpo", suite, "sequential", "smoke", runs=[0, 1], out="trained/own")
+    scores = results.metrics("trained/own", groups=[suite], references="examples/own_suite.json")
+    print(scores[["metric", "mean", "low", "high"]])
+    results.plot_matrix(results.evaluations("trained/own", groups=[suite])).figure.savefig("trained/own.png")  # type: ignore[union-attr]

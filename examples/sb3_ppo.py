@@ -1,4 +1,6 @@
-"""PPO of Stable-Baselines3 with normalized observations, and a callback: `python examples/sb3_ppo.py [BUDGET]`.
+"""PPO of Stable-Baselines3 with normalized observations, and a callback.
+
+    python examples/sb3_ppo.py [BUDGET]
 
 The statistics of the observations persist across tasks and do not change in evaluation.
 """
@@ -11,7 +13,7 @@ from stable_baselines3.common.callbacks import BaseCallback
 from gym_extensions.baselines import sb3, train
 
 
-class PrintLoss(BaseCallback):  # type: ignore[misc]  # Stable-Baselines3 can be absent when types are checked
+class PrintLoss(BaseCallback):
     """Prints the loss of the batch before the present one."""
 
     def _on_rollout_start(self) -> None:
