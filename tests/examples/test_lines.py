@@ -27,8 +27,8 @@ LAYOUT = (
 START, END = "# --- from checkpoints to a submission ---", "# --- end ---"
 IMPORTS = r"^from gym_extensions.*\n"
 MOST_LINES = {"checkpoints": 15, "multi_head": 40, "own_suite": 12}
-"""Limits on the whole file; of ``checkpoints``, on the imports of this package and the code between the marks.
-The rest of that file stands for the user's network and training."""
+"""Limits on the whole file; of ``checkpoints``, on our imports and the code between the marks. The rest
+of that file stands for the user's network and training."""
 
 
 def code_lines(text: str) -> int:
