@@ -11,7 +11,7 @@ from gym_extensions.baselines.agent import Array
 CLIP = 10.0
 """Standardized observations are clipped to ±10 standard deviations, as by SB3's ``VecNormalize``."""
 LEAST_DEVIATION = 1e-3
-"""Smallest standard deviation of a policy's observations, so that rounding errors of constant ones stay small."""
+"""Smallest deviation of a policy's observations, so that rounding errors of constant ones stay small."""
 EPSILON = 1e-8
 """Added to the standard deviation."""
 
