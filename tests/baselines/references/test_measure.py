@@ -15,7 +15,7 @@ from gym_extensions.catalog.registry import task
 from gym_extensions.scoring.references import CURRENT
 
 PUBLISHED_LOGS = Path(__file__).parents[3] / "scoring" / "reference-logs" / CURRENT
-TASKS = (task("Hopper"), task("HopperGravityHalf"))
+TASKS = (task("Hopper"), task("Walker2dGravityOneAndQuarter"))
 
 
 def test_a_measurement_uses_the_reference_seeds_and_is_not_repeated(tmp_path: Path) -> None:
@@ -46,7 +46,7 @@ def test_trpo_2017_has_the_seeds_of_the_published_ceilings_which_were_derived_fr
 @pytest.mark.parametrize("agent", ["random", "zero"])
 def test_the_episodes_of_a_published_floor_can_be_reproduced(agent: str) -> None:
     """The first hundred, because they are one batch and so the same in a shorter measurement."""
-    log = PUBLISHED_LOGS / "floors" / "HopperGravityHalf-v0.csv"
+    log = PUBLISHED_LOGS / "floors" / "Walker2dGravityOneAndQuarter-v0.csv"
     rows = [row for row in csv.DictReader(log.read_text().splitlines()) if row["agent"] == agent][:100]
     episodes = measure(Measurement(TASKS[1], agent, 1000, 100), lambda _: None)
     assert [(row.episode, row.seed, row.length, row.terminated) for row in episodes] == [
