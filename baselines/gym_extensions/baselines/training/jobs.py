@@ -76,6 +76,11 @@ class TrainingJob:
         return f"{self.protocol}-run{self.run}{ending}"
 
     @property
+    def run_key(self) -> tuple[str, str, int]:
+        """The group's name, the protocol and the run: what the jobs of one run have in common."""
+        return self.group.name, self.protocol, self.run
+
+    @property
     def title(self) -> str:
         """The group's and the job's name."""
         return f"{self.group.name} {self.name}"

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from gym_extensions.baselines.training.events import Event, JobFinished
-from gym_extensions.baselines.training.workers import run_all
+from gym_extensions.baselines.execution.workers import run_all
 
 SQUARE = '''
 import os
