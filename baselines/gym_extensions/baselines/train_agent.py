@@ -166,7 +166,8 @@ def _checked(make: Factory, settings: Settings, out: Path, request: Request) -> 
     agent = create_agent(make, (env.single_observation_space, env.single_action_space), settings.agent)
     card = card_of(agent, settings.agent)
     env.close()
-    settings = replace(settings, observes=observes_of(agent, settings.agent))
+    observes = observes_of(agent, settings.agent)
+    settings = replace(settings, observes=observes, hyperparameters=card.hyperparameters)
     new = manifest.run_sections(card, settings.budget, settings.num_envs, settings.observes)
     manifest.require_same(path, existing, new)
     return settings

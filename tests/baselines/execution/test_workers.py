@@ -10,13 +10,19 @@ from typing import Any
 import pytest
 
 from gym_extensions.baselines.training.events import Event, JobFinished
-from gym_extensions.baselines.execution.workers import run_all
+from gym_extensions.baselines.execution.workers import Executor, ThisProcess, Workers
 
 SQUARE = '''
 import os
+import signal
 from dataclasses import dataclass
 
 from gym_extensions.baselines.training.events import JobFinished
+
+
+class UnpickledError(Exception):
+    def __init__(self, first, second):
+        super().__init__(f"{first} and {second}")
 
 
 @dataclass(frozen=True)
@@ -26,8 +32,10 @@ class Square:
     number: int
 
     def run(self, listen):
+        if self.number == -9:
+            os.kill(os.getpid(), signal.SIGKILL)
         if self.number < 0:
-            raise ValueError(self.number)
+            raise UnpickledError("one", "two")
         listen(JobFinished(str(self.number)))
         return self.number**2, os.getpid(), os.environ["OPENBLAS_NUM_THREADS"]
 '''
@@ -41,21 +49,45 @@ def square(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
     return importlib.import_module("squares").Square
 
 
-@pytest.mark.parametrize("processes", [0, 2])
-def test_every_result_and_event_arrives(processes: int, square: Any) -> None:
+BOTH = pytest.mark.parametrize("executor", [ThisProcess(), Workers(2)], ids=["this process", "workers"])
+
+
+@BOTH
+def test_every_result_and_event_arrives(executor: Executor, square: Any) -> None:
     events: list[Event] = []
-    results = dict(run_all([square(2), square(3), square(4)], processes, events.append))
+    results = dict(executor.run([square(2), square(3), square(4)], events.append))
     assert {index: result[0] for index, result in results.items()} == {0: 4, 1: 9, 2: 16}
     assert sorted(event.job for event in events if isinstance(event, JobFinished)) == ["2", "3", "4"]
-    assert {pid == os.getpid() for _, pid, _ in results.values()} == {processes == 0}
+    assert {pid == os.getpid() for _, pid, _ in results.values()} == {executor.slots == 1}
     assert {threads for _, _, threads in results.values()} == {"1"}
 
 
-@pytest.mark.parametrize("processes", [0, 2])
-def test_an_exception_is_raised_in_the_calling_process(processes: int, square: Any) -> None:
-    with pytest.raises(ValueError, match="-1"):
-        list(run_all([square(-1), square(2)], processes, lambda _: None))
+@BOTH
+def test_an_exception_is_a_failure_and_the_rest_goes_on(executor: Executor, square: Any) -> None:
+    results = dict(executor.run([square(-1), square(2), square(3)], lambda _: None))
+    assert (results[1][0], results[2][0]) == (4, 9)
+    assert results[0].cause == "UnpickledError: one and two"
+    assert results[0].traceback.splitlines()[-1] == "squares.UnpickledError: one and two"
 
 
-def test_nothing_to_run_yields_nothing() -> None:
-    assert list(run_all([], 2, lambda _: None)) == []
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGKILL")
+def test_a_killed_worker_fails_its_own_job_alone(square: Any) -> None:
+    results = dict(Workers(2).run([square(-9), square(2), square(3)], lambda _: None))
+    assert (results[1][0], results[2][0]) == (4, 9)
+    assert results[0].cause == (
+        "The worker process ended unexpectedly. If memory ran out, use fewer --jobs or --num-envs."
+    )
+
+
+@BOTH
+def test_an_exception_of_the_listener_stops_everything(executor: Executor, square: Any) -> None:
+    def listen(event: Event) -> None:
+        raise LookupError("no listener")
+
+    with pytest.raises(LookupError, match="no listener"):
+        list(executor.run([square(2), square(3)], listen))
+
+
+@BOTH
+def test_nothing_to_run_yields_nothing(executor: Executor) -> None:
+    assert list(executor.run([], lambda _: None)) == []
