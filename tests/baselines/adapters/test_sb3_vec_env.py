@@ -48,7 +48,12 @@ def test_a_vec_env_of_spaces_cannot_be_stepped() -> None:
 def test_one_seed_of_an_sb3_model_gives_the_same_weights_each_time() -> None:
     from stable_baselines3 import PPO
 
-    settings: dict[str, Any] = {"n_steps": 20, "batch_size": 20, "n_epochs": 1, "policy_kwargs": {"net_arch": [8]}}
+    settings: dict[str, Any] = {
+        "n_steps": 20,
+        "batch_size": 20,
+        "n_epochs": 1,
+        "policy_kwargs": {"net_arch": [8]},
+    }
     sums = []
     for seed in (1, 1, 2):
         model = PPO("MlpPolicy", BatchVecEnv(make_vec("Hopper", 2)), seed=seed, device="cpu", **settings)

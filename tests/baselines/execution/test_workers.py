@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from gym_extensions.baselines.training.events import Event, JobFinished
 from gym_extensions.baselines.execution.workers import Executor, ThisProcess, Workers
+from gym_extensions.baselines.training.events import Event, JobFinished
 
 SQUARE = '''
 import os

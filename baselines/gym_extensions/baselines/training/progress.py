@@ -100,7 +100,7 @@ class Progress:
         try:
             agent.load(checkpoint)
         except Exception as error:
-            message = f"The agent cannot load its checkpoint: {type(error).__name__}: {error}"
+            message = f"The agent cannot load its checkpoint: {type(error).__name__}: {error}."
             hint = "Restore the agent's code, or delete the folder to start the run again."
             raise BenchError("bad-checkpoint", message, str(checkpoint), hint) from error
         return True
