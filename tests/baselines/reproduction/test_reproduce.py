@@ -90,10 +90,11 @@ REFUSED = [
 ]
 
 
-@pytest.mark.parametrize(("old", "new", "message"), REFUSED)
+@pytest.mark.parametrize("change", REFUSED, ids=["algorithm", "claimed", "hyperparameters"])
 def test_an_entry_that_cannot_be_retrained_is_refused(
-    old: str, new: str, message: str, random_joint: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    change: tuple[str, str, str], random_joint: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    old, new, message = change
     copy = tmp_path / "entry"
     shutil.copytree(random_joint, copy)
     text = (copy / "submission.toml").read_text()

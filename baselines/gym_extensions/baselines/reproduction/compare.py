@@ -57,7 +57,9 @@ def compare(logged: Rows, retrained: Rows, columns: Sequence[str]) -> Comparison
     The rule for rows that differ: the mean returns of a cell, over its 20 episodes in each log, are compared
     by Welch's t test with the standard errors of the episodes. They agree within evaluation noise unless
     Holm's procedure rejects the cell at the family-wise error rate .05 over all cells of the run. A cell
-    without variance in both logs agrees only if the means are equal. A cell that one log lacks does not agree.
+    without variance in both logs agrees only if the means are equal.
+
+    A cell that one log lacks does not agree.
 
     Args:
         logged: the rows of the log, in order.
