@@ -5,7 +5,7 @@ PIP = .venv/bin/python -m pip --disable-pip-version-check --no-input install --q
 export OPENBLAS_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help leaderboard test check docs bench slow coverage reproduce changelog clean
+.PHONY: help leaderboard test check docs docsite bench slow coverage reproduce changelog clean
 
 help:  ## list the commands
 	@awk -F ':.*  ## ' '/^[a-z]+:.*  ## / { printf "make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -31,6 +31,9 @@ coverage: .venv/everything.installed  ## run the tests and measure which lines a
 docs: .venv/scoring.installed  ## write the generated tables of docs/*.md
 	.venv/bin/python -m gym_extensions.scoring.output.docs docs
 
+docsite: .venv/docs.installed  ## build the documentation as a site, _site/docs/
+	@NO_MKDOCS_2_WARNING=1 .venv/bin/mkdocs build --quiet
+
 bench: .venv/everything.installed  ## measure speed, as ratios taken side by side in one run
 	$(PIP) -e '.[dev,bench]'
 	.venv/bin/pytest -m bench tests/benchmarks --ratios site/gym_extensions/site/measured/ratios.json
@@ -47,6 +50,10 @@ changelog: .venv/everything.installed  ## move the fragments into CHANGELOG.md: 
 .venv/scoring.installed: pyproject.toml constraints.txt
 	test -x .venv/bin/python || $(PYTHON) -m venv .venv
 	$(PIP) -e .
+	@touch $@
+
+.venv/docs.installed: .venv/scoring.installed
+	$(PIP) -e '.[docs]'
 	@touch $@
 
 # Avalanche is an oracle of the tests; its dependencies need a CUDA build of torch (docs/adr/0053).

@@ -6,12 +6,15 @@ import json
 import re
 import shlex
 from pathlib import Path
+from typing import Any
 
 import pytest
+from gymnasium.spaces import Box
 
 from gym_extensions import results
 from gym_extensions.baselines import cli as train_cli
 from gym_extensions.baselines import train
+from gym_extensions.baselines.algorithms.random import Random
 from gym_extensions.baselines.references import cli as reference_cli
 from gym_extensions.catalog.custom_groups import with_custom
 from gym_extensions.envs import Gravity, TaskGroup, customize, load_group
@@ -38,14 +41,21 @@ LOG = "hopper-light/sequential.csv"
 PAGE = (Path(__file__).parents[1] / "docs" / "custom-groups.md").read_text(encoding="utf-8")
 
 
+class OtherRandom(Random):
+    """Random actions of another generator."""
+
+    def __init__(self, observation_space: Box, action_space: Box, seed: int) -> None:
+        super().__init__(observation_space, action_space, seed + 1)
+
+
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with the group's TOML file, its references, and two submissions."""
     root = tmp_path_factory.mktemp("custom")
     group = root / "light.toml"
     group.write_text(LIGHT, encoding="utf-8")
-    for name, runs in {"random": [0, 1], "other": [2, 3]}.items():
-        train("random", group, ["sequential", "single"], "smoke", runs, out=root / name)
+    for name, agent in {"random": "random", "other": OtherRandom}.items():
+        train(agent, group, ["sequential", "single"], "smoke", [0, 1], out=root / name)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(reference_cli, "FLOOR_EPISODES", 20)
         patch.setattr(reference_cli, "CEILING_EPISODES", 20)
@@ -183,3 +193,17 @@ def test_a_file_that_does_not_hold_references_is_reported(
     assert score_cli.main([str(folder / "random"), "--references", str(path)]) == 2
     error = f"error: {path}: The file does not hold references. Write it with: gym-extensions reference.\n"
     assert capsys.readouterr().err == error
+
+
+def test_the_python_of_the_page_trains_and_scores(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With finished runs of the agent ``random``, so that nothing is trained again."""
+    _, code = re.findall(r"```python\n(.*?)```", PAGE, flags=re.DOTALL)
+    quick = {'"trpo"': '"random"', '"mine"': '"random"', '"100k"': '"smoke"', "range(5)": "range(2)"}
+    for old, new in (quick | {'"other"], ': '"other"], budget="smoke", '}).items():
+        assert old in code
+        code = code.replace(old, new)
+    monkeypatch.chdir(folder)
+    names: dict[str, Any] = {"group": load_group("light.toml")}
+    exec(code, names)
+    assert set(names["frame"]["group"]) == {"hopper-light-v0"}
+    assert sorted(names["board"]["name"]) == ["other", "random"]

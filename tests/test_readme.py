@@ -1,4 +1,4 @@
-"""The example of the README runs as printed."""
+"""The examples of the README run as printed, and what it says about groups and references is true."""
 
 from __future__ import annotations
 
@@ -7,6 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+
+from gym_extensions.__main__ import main
+from gym_extensions.catalog.groups import GROUPS
+from gym_extensions.scoring.references import load_references
 
 README = Path(__file__).resolve().parent.parent / "README.md"
 
@@ -26,3 +30,31 @@ def test_the_python_example_runs_and_prints_the_training_order(capsys: pytest.Ca
     ]
     for name in ("env", "envs", "custom"):
         names[name].close()
+
+
+def test_the_commands_about_environments_print_what_the_readme_says(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert main(["envs", "list"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert sum(not line.startswith(" ") and "tasks)" in line for line in lines) == 31 + 1
+    assert len({line for line in lines if line.startswith("  ")}) == 237
+    assert main(["envs", "show", "HopperGravityHalf"]) == 0
+    assert "-4.905" in capsys.readouterr().out
+
+
+def test_the_commands_that_train_and_score_are_those_of_the_page_on_submissions() -> None:
+    """They run in tests/baselines/test_submit_doc.py and tests/scoring/test_cli.py."""
+    commands = re.findall(r"^gym-extensions train .*$", README.read_text("utf-8"), flags=re.MULTILINE)
+    page = (README.parent / "docs" / "submit.md").read_text("utf-8")
+    assert len(commands) == 1
+    assert commands[0] in page
+
+
+def test_the_groups_with_references_are_those_of_the_references() -> None:
+    tasks = load_references().tasks
+    complete = [row.name for row in GROUPS.values() if set(row.task_ids) <= set(tasks)]
+    (named,) = re.findall(r"References exist for (.*?)\.", README.read_text("utf-8"), flags=re.DOTALL)
+    assert sorted(re.findall(r"`([a-z0-9-]+)`", named)) == sorted(complete)
+    unsolved = sum(reference.unsolved for reference in tasks.values())
+    assert f"{unsolved} of their {len(tasks)} tasks are\n*unsolved*" in README.read_text("utf-8")

@@ -7,6 +7,7 @@ import functools
 import os
 import sys
 from collections.abc import Iterable
+from pathlib import Path
 from typing import Protocol
 
 
@@ -48,11 +49,13 @@ class Command(Protocol):
 def reports_mistakes(main: Command) -> Command:
     """Wraps a command so that a ``BenchError`` is printed to standard error, with exit status 2.
 
-    If the reader of the output is gone (``| head``), the rest is discarded and the exit status is 1.
+    If the reader of the output is gone (``| head``), the rest is discarded and the exit status is 1. Output
+    to a closed stream (``>&-``) is discarded.
     """
 
     @functools.wraps(main)
     def command(argv: list[str] | None = None) -> int:
+        _replace_closed_streams()
         try:
             status = main(argv)
             sys.stdout.flush()
@@ -65,3 +68,10 @@ def reports_mistakes(main: Command) -> Command:
             return 2
 
     return command
+
+
+def _replace_closed_streams() -> None:
+    """Opens the null device for standard streams that were closed (``>&-``), which Python sets to None."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115

@@ -1,7 +1,11 @@
-"""Every example of docs/submit.md runs as printed, apart from budgets, runs and groups that take too long."""
+"""Every example of docs/submit.md runs as printed, apart from budgets, runs, groups and worker processes.
+
+The first runs as a program; the others run in this process, which has loaded what they import.
+"""
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import re
 import shlex
@@ -17,6 +21,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from gym_extensions.__main__ import main
 from gym_extensions.baselines import Context
 
 PAGE = Path(__file__).parents[2] / "docs/submit.md"
@@ -24,14 +29,17 @@ TEXT = PAGE.read_text(encoding="utf-8")
 AGENT, CARD, MULTI_HEAD, RECURRENT, SB3 = re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL)
 SHORT = "pusher"
 """A group of two tasks of 100 steps, which takes a fraction of the time of hopper-gravity."""
+PUSHER_WEIGHTS = 23 * 7
+"""Observations times actions: the parameters of the hill climber in that group."""
+TWO_HOPPERS = "hopper-motor-noise"
+"""A group of two tasks in which agents learn within the budget smoke."""
 COMMANDS = re.findall(r"^gym-extensions (train .*)$", TEXT.replace("\\\n", " "), re.MULTILINE)
 
 
-def run(*arguments: str, folder: Path) -> str:
-    command = [sys.executable, *arguments]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout
+def run_script(code: str, folder: Path) -> None:
+    """Runs a program in this process, which has loaded what it imports, with ``folder`` as current folder."""
+    with contextlib.chdir(folder):
+        exec(code, {"__name__": "__main__"})
 
 
 def episodes(log: Path) -> list[dict[str, str]]:
@@ -43,8 +51,9 @@ def episodes(log: Path) -> list[dict[str, str]]:
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with the hill climber in mine.py and its submission."""
     path = tmp_path_factory.mktemp("submit")
-    (path / "mine.py").write_text(AGENT, encoding="utf-8")
-    run("mine.py", folder=path)
+    (path / "mine.py").write_text(AGENT.replace("hopper-gravity", TWO_HOPPERS), encoding="utf-8")
+    done = subprocess.run([sys.executable, "mine.py"], cwd=path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
     return path
 
 
@@ -52,26 +61,32 @@ def test_the_agent_is_short() -> None:
     assert len([line for line in AGENT.splitlines() if line.strip()]) <= 28
 
 
-def test_the_agent_writes_a_submission_that_can_be_replayed(folder: Path) -> None:
+def test_the_agent_writes_a_submission_that_can_be_replayed(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(folder)
     out = "submissions/climber"
-    assert len(episodes(folder / out / "hopper-gravity/sequential.csv")) == 6 * 5 * 20
-    text = run("-m", "gym_extensions", "score", "--verify", out, folder=folder)
-    assert "replayed (sample: 15 of 700 episodes)" in text
+    assert len(episodes(folder / out / TWO_HOPPERS / "sequential.csv")) == 3 * 2 * 20
+    assert main(["score", "--verify", out]) == 0
+    assert "replayed (sample: 6 of 160 episodes)" in capsys.readouterr().out
 
 
 def test_the_agent_learns(folder: Path) -> None:
     returns: dict[str, list[float]] = {}
-    for row in episodes(folder / "submissions/climber/hopper-gravity/sequential.csv"):
+    for row in episodes(folder / "submissions/climber" / TWO_HOPPERS / "sequential.csv"):
         returns.setdefault(row["stage"], []).append(float(row["return"]))
-    untrained, trained = statistics.mean(returns["0"]), statistics.mean(returns["5"])
+    untrained, trained = statistics.mean(returns["0"]), statistics.mean(returns["2"])
     assert trained > 5 * untrained > 0
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_the_commands_train_what_they_name(command: str, folder: Path) -> None:
-    quick = command.replace("--budget 100k --runs 0-4", "--budget smoke --runs 0")
+def test_the_commands_train_what_they_name(
+    command: str, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    quick = command.replace("--budget 100k --runs 0-4", "--budget smoke --runs 0").replace("--jobs 2", "")
     words = shlex.split(quick.replace("--groups hopper-gravity", f"--groups {SHORT}"))
-    run("-m", "gym_extensions", *words, folder=folder)
+    monkeypatch.chdir(folder)
+    assert main(words) == 0
     group = folder / words[words.index("--out") + 1] / SHORT
     expected = words[words.index("--protocol") + 1].split(",")
     logs = {path.stem for path in group.glob("*.csv")} - {"curves"}
@@ -83,11 +98,9 @@ def test_there_is_a_command_for_a_reference_agent_and_one_for_your_own() -> None
 
 
 def test_the_card_is_written_to_the_manifest(tmp_path: Path) -> None:
-    code = AGENT.replace("    def learn", f"{CARD}\n    def learn").replace(
-        '["sequential", "single"]', '"single"'
-    )
-    (tmp_path / "mine.py").write_text(f"from gym_extensions.baselines import Card\n{code}", encoding="utf-8")
-    run("mine.py", folder=tmp_path)
+    code = AGENT.replace("    def learn", f"{CARD}\n    def learn").replace("hopper-gravity", SHORT)
+    code = code.replace('["sequential", "single"]', '"single"')
+    run_script(f"from gym_extensions.baselines import Card\n{code}", tmp_path)
     manifest = tomllib.loads((tmp_path / "submissions/climber/submission.toml").read_text(encoding="utf-8"))
     assert manifest["protocol"] == {
         "budget": "smoke",
@@ -95,7 +108,7 @@ def test_the_card_is_written_to_the_manifest(tmp_path: Path) -> None:
         "evaluation": "deterministic",
         "steps": "recorded",
     }
-    assert manifest["memory"]["parameters_last"] == 33
+    assert manifest["memory"]["parameters_last"] == PUSHER_WEIGHTS
 
 
 def test_the_example_of_stable_baselines3_runs(tmp_path: Path) -> None:
@@ -103,8 +116,7 @@ def test_the_example_of_stable_baselines3_runs(tmp_path: Path) -> None:
     quick = SB3.replace('"100k"', '"smoke"').replace("[0, 1]", "0").replace('"sequential"', '"single"')
     quick = quick.replace("hopper-gravity", SHORT)
     assert [quick.count(text) for text in ("smoke", "runs=0", "single", SHORT)] == [1, 1, 1, 1]
-    (tmp_path / "ppo.py").write_text(quick, encoding="utf-8")
-    run("ppo.py", folder=tmp_path)
+    run_script(quick, tmp_path)
     assert len(episodes(tmp_path / "submissions/ppo" / SHORT / "single.csv")) == 2 * 20
 
 
@@ -112,9 +124,8 @@ def test_the_example_of_stable_baselines3_runs(tmp_path: Path) -> None:
 def multi_head(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The submission of the multi-head agent on a group of two tasks."""
     folder = tmp_path_factory.mktemp("multi-head")
-    quick = MULTI_HEAD.replace("hopper-gravity", "hopper-motor-noise")
-    (folder / "multi_head.py").write_text(quick, encoding="utf-8")
-    run("multi_head.py", folder=folder)
+    quick = MULTI_HEAD.replace("hopper-gravity", TWO_HOPPERS)
+    run_script(quick, folder)
     return folder / "submissions/multi-head"
 
 
@@ -130,7 +141,7 @@ def test_the_manifest_declares_what_the_multi_head_agent_asks_for(multi_head: Pa
 
 def test_the_multi_head_agent_learns_each_task_and_forgets_none(multi_head: Path) -> None:
     returns: dict[tuple[str, str], list[str]] = {}
-    for row in episodes(multi_head / "hopper-motor-noise/sequential.csv"):
+    for row in episodes(multi_head / TWO_HOPPERS / "sequential.csv"):
         returns.setdefault((row["task"], row["stage"]), []).append(row["return"])
     (first, second) = dict.fromkeys(task for task, _ in returns)
     means = {key: statistics.mean(map(float, values)) for key, values in returns.items()}

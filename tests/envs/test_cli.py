@@ -37,7 +37,7 @@ def test_check_fails_when_a_value_differs(
     assert cli.main(["check", "Hopper"]) == 1
     assert capsys.readouterr().err.splitlines() == [
         "engine: gymnasium is '1.4.0', published as '1.0.0'",
-        "1 differences in 1 of 1 tasks.",
+        "1 difference in 1 of 1 task.",
         "A task that changes needs a new version number.",
     ]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from gym_extensions.catalog.variations.gravity import Gravity
 from gym_extensions.envs import canary, fingerprint
 from gym_extensions.envs.make import construct_mujoco
 from gym_extensions.envs.mujoco import compile as models
+from gym_extensions.errors import BenchError
 
 HALF = "gym_extensions/HopperGravityHalf-v0"
 
@@ -89,3 +91,23 @@ def test_canary_actions_fill_the_space_and_differ_from_step_to_step() -> None:
     assert chosen[0].tolist() == pytest.approx(
         [2 * 0.6180339887 - 1, 2 * 0.2360679775 - 1, 2 * 0.8541019662 - 1]
     )
+
+
+ADVICE = "Run: pip install mujoco==4.0.0 gymnasium==1.4.0"
+
+
+def test_the_published_engine_can_record_and_gives_no_warning(recwarn: pytest.WarningsRecorder) -> None:
+    fingerprint.require_published_engine()
+    fingerprint.warn_of_another_engine()
+    assert list(recwarn) == []
+
+
+def test_another_engine_cannot_record_and_gives_a_warning(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(fingerprint, "engine", lambda: {"mujoco": "3.17.0", "gymnasium": "1.4.0"})
+    with pytest.raises(BenchError) as caught:
+        fingerprint.require_published_engine()
+    message = "Episodes are recorded and replayed with the published engine, but mujoco 3.17.0 is installed."
+    assert (caught.value.code, caught.value.message, caught.value.hint) == ("other-engine", message, ADVICE)
+    warning = "mujoco 3.17.0 is installed: published ids do not have their published physics. " + ADVICE
+    with pytest.warns(UserWarning, match=f"^{re.escape(warning)}$"):
+        fingerprint.warn_of_another_engine()

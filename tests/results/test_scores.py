@@ -77,6 +77,11 @@ def test_a_board_has_the_ranks_and_intervals_of_the_published_one() -> None:
     assert frame["name"].tolist() == [entry.name for entry in published.rows]
     assert frame["ranked"].tolist() == [entry.ranked for entry in published.rows]
     assert frame["why"].tolist() == [entry.why for entry in published.rows]
+    assert dict(zip(frame["name"], frame["evaluation"], strict=True)) == {
+        "trpo-2017": "sampled",
+        "random": "sampled",
+        "zero": "deterministic",
+    }
     ranks = [entry.metrics["final_performance"].rank or (None, None) for entry in published.rows]
     assert ranks[0] == (1, 1)
     for column, ends in zip(("rank_first", "rank_last"), zip(*ranks, strict=True), strict=True):

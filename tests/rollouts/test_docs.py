@@ -12,7 +12,7 @@ from gym_extensions.rollouts.manifest import SECTIONS
 from gym_extensions.rollouts.policies.agreement import TOLERANCE
 from gym_extensions.rollouts.policies.keys import KEYS
 from gym_extensions.rollouts.rules import RULES
-from gym_extensions.rollouts.rules.table import BEGIN, END, rules_table, with_table
+from gym_extensions.rollouts.rules.__main__ import BEGIN, END, rules_table, with_table
 from gym_extensions.scoring.replay.faults import HINTS
 
 DOCS = Path(__file__).parents[2] / "docs"

@@ -193,6 +193,30 @@ def test_a_reader_who_leaves_does_not_keep_the_scorecards_from_being_written(
     assert (out / "boards.json").exists()
 
 
+@pytest.mark.parametrize(
+    ("arguments", "status"),
+    [([], 0), (["--json"], 0), (["--markdown"], 0), (["--help"], 0), (["nowhere"], 2)],
+)
+def test_closed_output_prints_nothing(
+    arguments: list[str],
+    status: int,
+    submission: Write,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    folder = submission(protocols=("joint",))
+    for stream in ("stdout", "stderr"):
+        monkeypatch.setattr(sys, stream, None)
+    try:
+        assert cli.main([str(folder), *arguments]) == status
+    except SystemExit as stopped:  # argparse prints the help and exits
+        assert stopped.code == status
+    finally:
+        for replacement in (sys.stdout, sys.stderr):
+            replacement.close()
+    assert capfd.readouterr() == ("", "")
+
+
 def test_markdown_says_what_the_references_are_and_what_the_scorer_noted(
     submission: Write, known: None, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -32,6 +32,26 @@ def test_the_dash_of_a_missing_value_links_to_its_reason(document: dict[str, Any
     assert f'<li id="{note}">there is no single.csv to pair with</li>' in page
 
 
+def test_the_readme_of_a_submission_has_its_paragraphs_and_line_breaks(document: dict[str, Any]) -> None:
+    document["submissions"][0]["readme"] = "\n# Agile & quick\n\n\tlearns\n  *fast*\n"
+    page = dict(files(document))["submissions/agile.html"]
+    assert '<pre class="readme"># Agile &amp; quick\n\n\tlearns\n  *fast*</pre>' in page
+    assert 'href="#readme"' in page
+
+
+@pytest.mark.parametrize("text", ["", " \n\t\n"])
+def test_a_blank_readme_has_no_section(document: dict[str, Any], text: str) -> None:
+    document["submissions"][0]["readme"] = text
+    assert "readme" not in dict(files(document))["submissions/agile.html"]
+
+
+def test_a_row_of_a_board_says_how_actions_are_selected(document: dict[str, Any]) -> None:
+    document["submissions"][0]["manifest"]["protocol"]["evaluation"] = "deterministic"
+    page = dict(files(document))["index.html"]
+    cells = re.findall(r'data-label="Evaluation, task information" class="small">(\w+ \w+)<br>', page)
+    assert set(cells) == {"deterministic actions", "sampled actions"}
+
+
 def test_a_refused_submission_is_listed_with_its_problems_and_hints(document: dict[str, Any]) -> None:
     for path in ("index.html", "submissions/broken.html"):
         text = read(document)[path].text
@@ -221,10 +241,13 @@ def test_a_duplicate_entry_links_to_the_entry_with_the_same_results(document: di
 
 def test_a_budget_without_a_board_says_so(document: dict[str, Any]) -> None:
     budgets = read(document)["metrics.html"].text.split("Budgets")[-1]
-    rows = re.findall(r"(paper|1M \(standard\)|100k \(quick\)|smoke \(tests\)) (.*?)\.", budgets)
+    rows = re.findall(
+        r"(paper|1M \(long\)|300k \(standard\)|100k \(quick\)|smoke \(tests\)) (.*?)\.", budgets
+    )
     assert [(name, sentence.rpartition("; ")[2]) for name, sentence in rows] == [
         ("paper", "no board uses it yet"),
-        ("1M (standard)", "no board uses it yet"),
+        ("1M (long)", "no board uses it yet"),
+        ("300k (standard)", "no board uses it yet"),
         ("100k (quick)", "100 000 training steps per task"),
         ("smoke (tests)", "never on a board"),
     ]

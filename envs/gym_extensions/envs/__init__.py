@@ -1,4 +1,7 @@
-"""The environments. Importing this package registers every published id with Gymnasium."""
+"""The environments. Importing this package registers every published id with Gymnasium.
+
+It warns if MuJoCo or Gymnasium has another version than that of the published tasks.
+"""
 
 from gym_extensions.catalog.custom import customize
 from gym_extensions.catalog.custom_groups import load_group
@@ -9,6 +12,7 @@ from gym_extensions.catalog.variations.goals import MovingGoal, MovingStart, Tra
 from gym_extensions.catalog.variations.gravity import Gravity
 from gym_extensions.catalog.variations.morphology import LimbScale
 from gym_extensions.catalog.variations.obstacles import RangeSensor, SensorNoise, Wall
+from gym_extensions.envs.fingerprint import warn_of_another_engine
 from gym_extensions.envs.make import make
 from gym_extensions.envs.make_vec import make_vec
 from gym_extensions.envs.registration import register
@@ -36,3 +40,4 @@ __all__ = [
 ]
 
 register()
+warn_of_another_engine()

@@ -38,13 +38,13 @@ def _parser() -> argparse.ArgumentParser:
 
 def _list(names: list[str]) -> int:
     for row in [group(name) for name in names] or list(GROUPS.values()):
-        print(f"{row.id} ({len(row.tasks)} tasks)")
+        print(f"{row.id} ({_tasks(len(row.tasks))})")
         for member in row.tasks:
             print(f"  {member.id}")
     grouped = {member.id for row in GROUPS.values() for member in row.tasks}
     ungrouped = [] if names else [task_id for task_id in TASKS if task_id not in grouped]
     if ungrouped:
-        print(f"in no group ({len(ungrouped)} tasks)")
+        print(f"in no group ({_tasks(len(ungrouped))})")
         for task_id in ungrouped:
             print(f"  {task_id}")
     return 0
@@ -67,11 +67,17 @@ def _check(names: list[str]) -> int:
     count = len(chosen or TASKS)
     if differences:
         tasks = len({difference.task for difference in differences})
-        print(f"{len(differences)} differences in {tasks} of {count} tasks.", file=sys.stderr)
+        plural = "" if len(differences) == 1 else "s"
+        print(f"{len(differences)} difference{plural} in {tasks} of {_tasks(count)}.", file=sys.stderr)
         print("A task that changes needs a new version number.", file=sys.stderr)
         return 1
-    print(f"{count} tasks match their published fingerprints.")
+    verb = "matches its published fingerprint" if count == 1 else "match their published fingerprints"
+    print(f"{_tasks(count)} {verb}.")
     return 0
+
+
+def _tasks(count: int) -> str:
+    return "1 task" if count == 1 else f"{count} tasks"
 
 
 def _write(replace: bool) -> int:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import hashlib
 import json
+import warnings
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -17,6 +18,7 @@ from gym_extensions.catalog.registry import TASKS
 from gym_extensions.catalog.task import Task
 from gym_extensions.envs import canary
 from gym_extensions.envs.mujoco.compile import asset
+from gym_extensions.errors import BenchError
 
 ENGINE = ("mujoco", "gymnasium")
 
@@ -37,6 +39,37 @@ class Difference:
 def engine() -> dict[str, str]:
     """Returns the installed versions of the packages on which physics depends."""
     return {name: version(name) for name in ENGINE}
+
+
+def other_engine() -> str:
+    """Returns the installed packages whose versions are not the published ones; empty if there are none."""
+    published = fingerprints.table()["engine"]
+    return " and ".join(
+        f"{name} {installed}" for name, installed in engine().items() if installed != published[name]
+    )
+
+
+def warn_of_another_engine() -> None:
+    """Warns that published ids have other physics, if another version of the engine is installed."""
+    if other := other_engine():
+        message = f"{other} is installed: published ids do not have their published physics. {_install()}"
+        warnings.warn(message, stacklevel=3)
+
+
+def require_published_engine() -> None:
+    """Raises ``BenchError`` if another version of the engine is installed than that of the published tasks.
+
+    It is called before episodes are recorded or replayed. Fingerprints are not enough: two versions of an
+    engine can agree in their few steps and differ later.
+    """
+    if other := other_engine():
+        message = f"Episodes are recorded and replayed with the published engine, but {other} is installed."
+        raise BenchError("other-engine", message, hint=_install())
+
+
+def _install() -> str:
+    pins = " ".join(f"{name}=={fingerprints.table()['engine'][name]}" for name in ENGINE)
+    return f"Run: pip install {pins}"
 
 
 def base_bytes(task: Task) -> bytes:

@@ -83,6 +83,7 @@ def board(
     name              str      name of the submission's folder
     title             str      title of the submission
     trust             str      ``reported``, ``validated`` or ``replayed (…)``
+    evaluation        str      ``sampled`` or ``deterministic``: how actions are selected in evaluation
     runs              int64    number of runs; on a suite the fewest of its groups
     ranked            bool     whether the board ranks the entry
     why               str      why the entry is not ranked; else empty

@@ -9,6 +9,8 @@ from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import PROTOCOLS, stages
 
 MANIFEST = "submission.toml"
+README = "README.md"
+"""An optional text about the submission, which the page of the entry shows as plain text."""
 LOGS = tuple(f"{protocol}.csv" for protocol in PROTOCOLS)
 CURVES = "curves.csv"
 EVALUATIONS = "evaluations.csv"
@@ -34,7 +36,7 @@ POLICY = re.compile(rf"({'|'.join(PROTOCOLS)})-run{NUMBER}-stage{NUMBER}(?:-([A-
 """A policy's file name; its groups are protocol, run, stage and, in the single protocol, the task name."""
 
 MEBIBYTE = 2**20
-MAX_FILE_BYTES = {".toml": MEBIBYTE // 4, ".csv": 64 * MEBIBYTE, ".npz": 16 * MEBIBYTE}
+MAX_FILE_BYTES = {".md": MEBIBYTE // 16, ".toml": MEBIBYTE // 4, ".csv": 64 * MEBIBYTE, ".npz": 16 * MEBIBYTE}
 """Largest file by suffix."""
 MAX_SUBMISSION_BYTES = 2048 * MEBIBYTE
 MAX_FILES = 50_000

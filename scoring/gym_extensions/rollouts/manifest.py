@@ -9,7 +9,7 @@ import tomllib
 from dataclasses import dataclass, field, fields
 from typing import Annotated, Any, Literal, get_args, get_type_hints
 
-from gym_extensions.catalog.budgets import BUDGETS, Budget
+from gym_extensions.catalog.budgets import BUDGETS
 from gym_extensions.rollouts.manifest_values import (
     COUNT,
     DIGEST,
@@ -171,36 +171,6 @@ def parse(data: bytes) -> dict[str, Any]:
     if level:
         raise RecursionError
     return tables
-
-
-def _declared(tables: dict[str, Any], section: str, key: str) -> object:
-    """The value of a key in tables that may be wrong elsewhere, or None."""
-    table = tables.get(section)
-    return table.get(key) if isinstance(table, dict) else None
-
-
-def declared_budget(tables: dict[str, Any]) -> Budget | None:
-    """The budget that the tables name, even if they have other problems. None if they name none."""
-    name = _declared(tables, "protocol", "budget")
-    return BUDGETS.get(name) if isinstance(name, str) else None
-
-
-def declared_trainable(tables: dict[str, Any]) -> bool | None:
-    """Whether the agent has parameters to train, even if the tables have other problems. None if unknown."""
-    count = _declared(tables, "memory", "parameters_last")
-    return count > 0 if isinstance(count, int) else None
-
-
-def declared_evaluation(tables: dict[str, Any]) -> str | None:
-    """How actions are selected in evaluation, even if the tables have other problems. None if unknown."""
-    evaluation = _declared(tables, "protocol", "evaluation")
-    return evaluation if isinstance(evaluation, str) else None
-
-
-def declared_task_in_evaluation(tables: dict[str, Any]) -> bool | None:
-    """Whether the agent observes the task in evaluation, even if the tables have other problems."""
-    observes = _declared(tables, "observes", "task_in_evaluation")
-    return observes if isinstance(observes, bool) else None
 
 
 def manifest(tables: dict[str, Any]) -> Manifest:

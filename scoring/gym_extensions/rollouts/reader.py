@@ -9,30 +9,21 @@ from typing import Any, TypeVar
 from gym_extensions.catalog.budgets import Budget
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.catalog.protocol import PROTOCOLS
+from gym_extensions.rollouts import declared, layout
 from gym_extensions.rollouts import manifest as toml
-from gym_extensions.rollouts import rules
+from gym_extensions.rollouts.checked_folder import CheckedFolder
 from gym_extensions.rollouts.episodes import CURVE_COLUMNS, EPISODE_COLUMNS, EVALUATION_COLUMNS
 from gym_extensions.rollouts.folder import Folder, scan
 from gym_extensions.rollouts.identical_runs import merge_identical_runs
-from gym_extensions.rollouts.layout import (
-    CURVES,
-    EVALUATIONS,
-    MANIFEST,
-    MAX_UNPACKED_POLICY_BYTES,
-    POLICIES,
-    max_bytes,
-)
 from gym_extensions.rollouts.manifest import Manifest
 from gym_extensions.rollouts.policies import Policy
-from gym_extensions.rollouts.problem import Problem, summarize
+from gym_extensions.rollouts.problem import summarize
 from gym_extensions.rollouts.reading import evaluation_log, interim_evaluations, training_curves
-from gym_extensions.rollouts.reading.csv_lines import Text, columns
 from gym_extensions.rollouts.reading.evaluation_log import Cells, Log, Runs, has_prescribed_keys
 from gym_extensions.rollouts.reading.interim_evaluations import Evaluations
-from gym_extensions.rollouts.reading.salvage import fully_parsed_rows, key_parsed_rows, readable_rows
+from gym_extensions.rollouts.reading.salvage import fully_parsed_rows, key_parsed_rows
 from gym_extensions.rollouts.reading.training_curves import Curves
 from gym_extensions.rollouts.rules.consistency import ManifestInFolder
-from gym_extensions.rollouts.rules.folder import UnreadableFile
 from gym_extensions.rollouts.rules.npz import ArrayFile
 from gym_extensions.rollouts.rules.policies import GroupPolicies, PolicyFile, PolicySummary
 from gym_extensions.rollouts.rules.rule import Scope
@@ -58,32 +49,38 @@ def read(path: Path, groups: Mapping[str, TaskGroup] = GROUPS) -> Submission:
     return _Reader(scan(path, groups)).submission()
 
 
-class _Reader:
+class _Reader(CheckedFolder):
     """Reads one folder part by part and collects the problems of each."""
 
     def __init__(self, folder: Folder) -> None:
-        self.folder = folder
+        super().__init__(folder)
         self.tables: dict[str, Any] = {}
-        self.problems: list[Problem] = []
 
     def submission(self) -> Submission:
-        self._passes("folder", self.folder)
+        self.passes("folder", self.folder)
         manifest = self._manifest()
+        readme = self._readme()
         paths = {item.path for item in self.folder.items}
         groups = {group.id: self._group(group) for name, group in self.folder.groups.items() if name in paths}
-        if not self.problems and not toml.declared_trainable(self.tables):
+        if not self.problems and not declared.trainable_of(self.tables):
             groups = {group_id: merge_identical_runs(group) for group_id, group in groups.items()}
         problems = summarize(self.problems, self.folder.name)
-        return Submission(self.folder.name, manifest, groups, problems)
+        return Submission(self.folder.name, manifest, groups, problems, readme)
 
     def _manifest(self) -> Manifest | None:
-        data = self._bytes(MANIFEST)
-        if data is None or not self._passes("manifest bytes", data):
+        data = self.bytes_of(layout.MANIFEST)
+        if data is None or not self.passes("manifest bytes", data):
             return None
         self.tables = toml.parse(data)
-        manifest = toml.manifest(self.tables) if self._passes("manifest", self.tables) else None
-        self._passes("manifest in folder", ManifestInFolder(self.folder, self.tables))
+        manifest = toml.manifest(self.tables) if self.passes("manifest", self.tables) else None
+        self.passes("manifest in folder", ManifestInFolder(self.folder, self.tables))
         return manifest
+
+    def _readme(self) -> str:
+        data = self.bytes_of(layout.README)
+        if data is None or not self.passes("readme", data):
+            return ""
+        return data.decode("utf-8").replace("\r\n", "\n")
 
     def _group(self, group: TaskGroup) -> SubmittedGroup:
         logs: dict[str, Log] = {}
@@ -98,8 +95,8 @@ class _Reader:
                 measured[protocol] = values
             if keys is not None and len(self.problems) == before:
                 logs[protocol], known_runs[protocol] = keys, keys.runs
-        is_trainable = toml.declared_trainable(self.tables)
-        self._passes("group", GroupLogs(group.name, measured, named_runs, is_trainable))
+        is_trainable = declared.trainable_of(self.tables)
+        self.passes("group", GroupLogs(group.name, measured, named_runs, is_trainable))
         curves = self._curves(group, known_runs)
         evaluations = self._evaluations(group, known_runs)
         self._arrays(group, known_runs)
@@ -113,92 +110,70 @@ class _Reader:
 
     def _log(self, group: TaskGroup, protocol: str) -> tuple[Log | None, Log | None]:
         """The rows of a log whose keys can be parsed, and those that can be parsed fully."""
-        cells = self._cells(f"{group.name}/{protocol}.csv", EPISODE_COLUMNS)
+        cells = self.cells_of(f"{group.name}/{protocol}.csv", EPISODE_COLUMNS)
         if cells is None:
             return None, None
         try:
             keys: Log | None = evaluation_log.log(cells, protocol, group)
             values = keys
         except PARSE_ERRORS:
-            if self._passes("cells", cells):
+            if self.passes("cells", cells):
                 raise
             keys, values = (
                 evaluation_log.log(part, protocol, group) if part else None
                 for part in (key_parsed_rows(cells), fully_parsed_rows(cells))
             )
         if keys is not None and not has_prescribed_keys(keys):
-            self._passes("keys", keys)
+            self.passes("keys", keys)
         if values is not None:
-            self._passes("log", values)
+            self.passes("log", values)
         return keys, values
 
     def _curves(self, group: TaskGroup, runs: Runs) -> Curves | None:
-        path = f"{group.name}/{CURVES}"
-        curves = self._optional(path, CURVE_COLUMNS, training_curves.curves, group, runs)
-        if curves is not None:
-            self._passes("curves", curves)
-        return curves
+        path = f"{group.name}/{layout.CURVES}"
+        return self._optional(path, CURVE_COLUMNS, training_curves.curves, "curves", (group, runs))
 
     def _evaluations(self, group: TaskGroup, runs: Runs) -> Evaluations | None:
-        path = f"{group.name}/{EVALUATIONS}"
-        evaluations = self._optional(path, EVALUATION_COLUMNS, interim_evaluations.evaluations, group, runs)
-        if evaluations is not None:
-            self._passes("evaluations", evaluations)
-        return evaluations
+        path, parse = f"{group.name}/{layout.EVALUATIONS}", interim_evaluations.evaluations
+        return self._optional(path, EVALUATION_COLUMNS, parse, "evaluations", (group, runs))
 
     def _optional(
-        self, path: str, header: tuple[str, ...], parse: Parse[Rows], group: TaskGroup, runs: Runs
+        self,
+        path: str,
+        header: tuple[str, ...],
+        parse: Parse[Rows],
+        scope: Scope,
+        context: tuple[TaskGroup, Runs],
     ) -> Rows | None:
         """The rows of a file that a group may have, or those that can be parsed."""
-        cells = self._cells(path, header)
+        cells: Cells | None = self.cells_of(path, header)
         if cells is None:
             return None
-        budget = toml.declared_budget(self.tables)
+        (group, runs), budget = context, declared.budget_of(self.tables)
         try:
-            return parse(cells, group, budget, runs)
+            rows = parse(cells, group, budget, runs)
         except PARSE_ERRORS:
-            if self._passes("cells", cells):
+            if self.passes("cells", cells):
                 raise
-            parsed = fully_parsed_rows(cells)
-            return parse(parsed, group, budget, runs) if parsed else None
+            cells = fully_parsed_rows(cells)
+            if cells is None:
+                return None
+            rows = parse(cells, group, budget, runs)
+        self.passes(scope, rows)
+        return rows
 
     def _arrays(self, group: TaskGroup, runs: Runs) -> None:
         policies: dict[str, PolicySummary] = {}
         for path in self.folder.files:
             is_array_file = path.startswith(f"{group.name}/") and path.endswith(".npz")
-            if not is_array_file or (data := self._bytes(path)) is None:
+            if not is_array_file or (data := self.bytes_of(path)) is None:
                 continue
-            if self._passes("arrays", ArrayFile(path, data, group, runs)) and f"/{POLICIES}/" in path:
-                arrays = read_arrays(data, MAX_UNPACKED_POLICY_BYTES)
-                if self._passes("policy", PolicyFile(path, arrays)) and arrays is not None:
+            if self.passes("arrays", ArrayFile(path, data, group, runs)) and f"/{layout.POLICIES}/" in path:
+                arrays = read_arrays(data, layout.MAX_UNPACKED_POLICY_BYTES)
+                if self.passes("policy", PolicyFile(path, arrays)) and arrays is not None:
                     policies[path] = PolicySummary.of(Policy.from_arrays(arrays))
-        folder = f"{group.name}/{POLICIES}/"
+        folder = f"{group.name}/{layout.POLICIES}/"
         names = frozenset(path.removeprefix(folder) for path in self.folder.files if path.startswith(folder))
-        observes_task = toml.declared_task_in_evaluation(self.tables)
-        evaluation = toml.declared_evaluation(self.tables)
-        self._passes("policies", GroupPolicies(group, names, policies, runs, observes_task, evaluation))
-
-    def _cells(self, path: str, header: tuple[str, ...]) -> Cells | None:
-        """The cells of a CSV file: of all rows, or of those that can be read."""
-        data = self._bytes(path)
-        if data is None:
-            return None
-        text = Text(path, header, data)
-        return Cells(path, columns(text)) if self._passes("text", text) else readable_rows(text)
-
-    def _bytes(self, path: str) -> bytes | None:
-        """The bytes of a file; None if there is none, it is too large, or it cannot be read (a problem)."""
-        file = self.folder.files.get(path)
-        if file is None or file.size > max_bytes(path):
-            return None
-        try:
-            return self.folder.read(path)
-        except OSError as error:
-            self._passes("unreadable", UnreadableFile(path, error.strerror or type(error).__name__))
-            return None
-
-    def _passes(self, scope: Scope, subject: Any) -> bool:
-        """Checks the rules of a scope, collects their problems, and returns whether there are none."""
-        problems = rules.problems(scope, subject)
-        self.problems += problems
-        return not problems
+        observes_task = declared.task_in_evaluation_of(self.tables)
+        evaluation = declared.evaluation_of(self.tables)
+        self.passes("policies", GroupPolicies(group, names, policies, runs, observes_task, evaluation))

@@ -28,9 +28,13 @@ class SubmittedGroup:
 
 @dataclass(frozen=True)
 class Submission:
-    """A submission. With problems, it holds what could be read."""
+    """A submission. With problems, it holds what could be read.
+
+    ``readme`` is the text of README.md with ``\\n`` line ends; empty without one.
+    """
 
     name: str
     manifest: Manifest | None
     groups: dict[str, SubmittedGroup]
     problems: tuple[Problem, ...] = ()
+    readme: str = ""

@@ -169,10 +169,7 @@ def test_an_evaluation_gives_a_recurrent_policy_the_starts_of_its_episodes(recur
     first, second = evaluate(recurrent, env, [1, 2, 3]), evaluate(recurrent, env, [1, 2, 3])
     assert first == second
     assert recurrent._state[0].shape[1] == 3
-    fewer = evaluate(recurrent, make_vec("Hopper", 2), [1, 2])
-    # The last bits of a matrix product depend on the number of its rows.
-    assert [each.length for each in fewer] == [each.length for each in first[:2]]
-    assert [each.return_ for each in fewer] == pytest.approx([each.return_ for each in first[:2]], rel=1e-4)
+    assert [row.length for row in evaluate(recurrent, make_vec("Hopper", 1), [2])] == [first[1].length]
 
 
 def test_a_recurrent_policy_without_a_context_is_an_error(recurrent: Any) -> None:

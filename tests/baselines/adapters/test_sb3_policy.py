@@ -88,7 +88,7 @@ UNSUPPORTED: dict[str, tuple[dict[str, Any], str]] = {
     "use_sde": ({"use_sde": True}, "uses state-dependent exploration (use_sde)."),
     "GELU": (
         {"policy_kwargs": {"activation_fn": torch.nn.GELU}},
-        "is not a multilayer perceptron of a supported kind: it contains GELU(approximate='none').",
+        "is not a multilayer perceptron of a supported kind: GELU cannot be part of a policy.",
     ),
 }
 

@@ -82,7 +82,7 @@ def test_each_group_may_have_its_own_budget() -> None:
             "--budget: gym_extensions/Hopper-v0 is in two groups with the budgets 1M and 100k. "
             "Use the same budget for these groups.",
         ),
-        ("hopper-gravity", "2M", "There is no budget '2M'. Choose one of: 100k, 1M, paper, smoke."),
+        ("hopper-gravity", "2M", "There is no budget '2M'. Choose one of: 100k, 1M, 300k, paper, smoke."),
     ],
 )
 def test_budgets_that_do_not_match_the_groups_are_rejected(groups: str, budgets: str, message: str) -> None:

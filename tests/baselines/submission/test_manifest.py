@@ -7,8 +7,9 @@ from typing import Any
 
 import pytest
 
-from gym_extensions.baselines import Card, Observes
+from gym_extensions.baselines import Card, Observes, train
 from gym_extensions.baselines.submission import manifest
+from gym_extensions.envs import fingerprint
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.rules.manifest import bad_value, missing_key, unknown_key
 
@@ -75,3 +76,11 @@ def test_a_run_on_another_platform_is_accepted() -> None:
     manifest.require_same(PATH, existing, run())
     with pytest.raises(BenchError, match=r"hyperparameters\.num_envs is None"):
         manifest.require_same(PATH, existing, run(num_envs=2))
+
+
+def test_another_engine_records_nothing(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(fingerprint, "engine", lambda: {"mujoco": "4.0.0", "gymnasium": "1.3.0"})
+    with pytest.raises(BenchError, match=r"gymnasium 1\.3\.0 is installed") as caught:
+        train("random", "pusher", "single", "smoke", 0, out=tmp_path / "mine")
+    assert caught.value.code == "other-engine"
+    assert list(tmp_path.iterdir()) == []

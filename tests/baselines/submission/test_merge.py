@@ -6,7 +6,6 @@ import shutil
 from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from gym_extensions.baselines import merge, train
@@ -74,25 +73,18 @@ def test_a_run_that_both_contain_is_merged_once(
     assert digests(tmp_path / "merged") == digests(trained["both"])
 
 
-def test_policies_are_copied(pair: list[Path], tmp_path: Path) -> None:
-    for run, path in zip((1, 0), pair, strict=True):
-        (path / GROUP / "policies").mkdir()
-        np.savez(path / GROUP / f"policies/single-run{run}-stage1-Pusher.npz", weights=np.full(3, run))
-    out = merge(pair, tmp_path / "merged")
-    names = [path.name for path in sorted((out / GROUP / "policies").iterdir())]
-    assert names == ["single-run0-stage1-Pusher.npz", "single-run1-stage1-Pusher.npz"]
-
-
-def test_different_policies_of_one_name_are_refused(pair: list[Path]) -> None:
-    for run, path in zip((1, 0), pair, strict=True):
-        (path / GROUP / "policies").mkdir()
-        np.savez(path / GROUP / "policies/single-run0-stage1-Pusher.npz", weights=np.full(3, run))
+def test_different_policies_of_one_run_are_refused(trained: dict[str, Path], pair: list[Path]) -> None:
+    shutil.rmtree(pair[0])
+    shutil.copytree(trained["both"], pair[0], ignore=shutil.ignore_patterns(".progress"))
+    policies = pair[1] / GROUP / "policies"
+    shutil.copy(
+        policies / "single-run0-stage1-PusherMovingGoal.npz", policies / "single-run0-stage1-Pusher.npz"
+    )
     assert "Another submission has a different policy single-run0-stage1-Pusher.npz." in refusal(pair)
 
 
 def test_policies_are_left_out_if_a_submission_has_none(pair: list[Path], tmp_path: Path) -> None:
-    (pair[0] / GROUP / "policies").mkdir()
-    np.savez(pair[0] / GROUP / "policies/single-run1-stage1-Pusher.npz", weights=np.zeros(3))
+    shutil.rmtree(pair[0] / GROUP / "policies")
     assert not (merge(pair, tmp_path / "merged") / GROUP / "policies").exists()
 
 
@@ -155,7 +147,8 @@ def test_different_runs_with_one_number_are_refused(pair: list[Path]) -> None:
     for file in ("single.csv", "curves.csv"):
         path = pair[1] / GROUP / file
         path.write_text(path.read_text().replace("\n0,", "\n1,").replace("single,0,", "single,1,"))
-    shutil.rmtree(pair[1] / GROUP / "traces")
+    for folder in ("traces", "policies"):
+        shutil.rmtree(pair[1] / GROUP / folder)
     assert refusal(pair) == (
         f"{pair[1] / GROUP / 'single.csv'}: Run 1 differs from that in {pair[0] / GROUP / 'single.csv'}. "
         "Leave it out of one of them."
@@ -214,7 +207,7 @@ def use_the_former_sample(path: Path, all_traces: Path, run: int) -> None:
 def test_a_log_with_the_former_sample_is_verified_and_is_not_joined_with_others(
     trained: dict[str, Path], pair: list[Path]
 ) -> None:
-    use_the_former_sample(pair[0], trained["first"] / ".progress" / GROUP / "traces", run=1)
-    verification = verify(pair[0])
+    use_the_former_sample(pair[1], trained["second"] / ".progress" / GROUP / "traces", run=0)
+    verification = verify(pair[1])
     assert (verification.problems, verification.replayed) == ((), 2)
-    assert "The audit sample of run 1 in pusher/single.csv needs the trace " in refusal(pair)
+    assert "The audit sample of run 0 in pusher/single.csv needs the trace " in refusal(pair)

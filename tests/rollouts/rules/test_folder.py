@@ -72,6 +72,36 @@ EXAMPLES = (
     ),
     Example(
         "unexpected-name",
+        "a README of a group",
+        put(f"{GROUP}/README.md", b"Text."),
+        (
+            (
+                f"{GROUP}/README.md",
+                "Unexpected file.",
+                "Remove it, or rename it as described in docs/rollout-log.md.",
+            ),
+        ),
+    ),
+    Example(
+        "unexpected-name",
+        "a README in small letters",
+        put("readme.md", b"Text."),
+        (("readme.md", "Unexpected file.", "Did you mean 'README.md'?"),),
+    ),
+    Example(
+        "too-large",
+        "a README above 64 KiB",
+        put("README.md", b"a" * (2**16 + 1)),
+        (
+            (
+                "README.md",
+                "The file has 65537 bytes; the limit is 65536.",
+                "Leave out everything that the format does not need.",
+            ),
+        ),
+    ),
+    Example(
+        "unexpected-name",
         "a program",
         put("run.py", b"print()"),
         (

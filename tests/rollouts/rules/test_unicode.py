@@ -8,7 +8,9 @@ import pytest
 
 from gym_extensions.rollouts.reader import read
 
-from ..examples import GROUP, TOML, Check, CopySubmission, Example, edit, parametrize
+from ..examples import GROUP, TOML, Check, CopySubmission, Example, edit, parametrize, put
+
+README = "README.md"
 
 EXAMPLES = (
     *(
@@ -88,6 +90,49 @@ EXAMPLES = (
         ),
         also=("bad-hyperparameter",),
     ),
+    Example(
+        "readme-encoding",
+        "a README in Latin-1",
+        put(README, "# Entry\n\nTrained in Z\xfcrich.\n".encode("latin-1")),
+        ((f"{README}, line 3", "Byte 0xfc is not UTF-8.", "Save the file as UTF-8."),),
+    ),
+    *(
+        Example(
+            "readme-character",
+            f"a README with {name}",
+            put(README, f"# Entry\r\n\r\n\tTR{char}PO\r\n".encode()),
+            (
+                (
+                    f"{README}, line 3",
+                    f"The line contains the control or invisible character U+{ord(char):04X}.",
+                    "Remove it.",
+                ),
+            ),
+        )
+        for name, char in (
+            ("a right-to-left override", "\u202e"),
+            ("an isolate", "\u2067"),
+            ("an escape sequence", "\x1b"),
+            ("a carriage return inside a line", "\r"),
+            ("a space of no width", "\u200b"),
+        )
+    ),
+    Example(
+        "readme-character",
+        "a README with a byte order mark and more lines with NUL than are listed",
+        put(README, "\ufeff# Entry\n\0\n\0\n\0\n\0\n".encode()),
+        (
+            *(
+                (
+                    f"{README}, line {line}",
+                    f"The line contains the control or invisible character U+{code}.",
+                    "Remove it.",
+                )
+                for line, code in ((1, "FEFF"), (2, "0000"), (3, "0000"))
+            ),
+            (README, "2 more lines contain such characters.", "Remove them."),
+        ),
+    ),
 )
 
 
@@ -117,3 +162,13 @@ def test_the_description_may_have_line_breaks_and_tabs(good: CopySubmission, tmp
     folder = good(GROUP, tmp_path)
     edit("Made up by a formula.", "Made up\\n\\tby a formula.", TOML)(folder)
     assert read(folder).problems == ()
+
+
+def test_the_text_of_the_readme_is_read_as_it_is_but_for_its_line_ends(
+    good: CopySubmission, tmp_path: Path
+) -> None:
+    folder = good(GROUP, tmp_path)
+    put(README, "# Überblick\r\n\r\n\t<b>強化</b> 👩\u200d🔬\n".encode())(folder)
+    submission = read(folder)
+    assert submission.problems == ()
+    assert submission.readme == "# Überblick\n\n\t<b>強化</b> 👩\u200d🔬\n"

@@ -30,6 +30,15 @@ def test_compare_gives_the_interval_of_the_difference(
     ]
 
 
+def test_the_note_on_intervals_needs_an_interval(
+    submission: Write, known: None, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for runs, notes in (((0,), 0), ((0, 1), 1)):
+        pair = [submission(name=name, runs=runs, protocols=("joint",)) for name in "ab"]
+        assert cli.main(["--compare", *map(str, pair)]) == 0
+        assert capsys.readouterr().out.count("Intervals are for this pair alone (Welch)") == notes
+
+
 def test_compare_tells_the_problems_of_a_submission_that_has_some(
     submission: Write, known: None, capsys: pytest.CaptureFixture[str]
 ) -> None:

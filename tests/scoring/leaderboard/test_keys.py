@@ -32,6 +32,7 @@ def card(groups: dict[str, dict[str, str]], suites: dict[str, str] | None = None
         title="Entry",
         trust="validated",
         manifest=None,
+        readme="A text.",
         notes=("Runs 0, 1 are identical.",),
         groups={
             name: {protocol: on_group(budget) for protocol, budget in protocols.items()}
@@ -88,5 +89,5 @@ def test_only_boards_fields_stay_in_a_stripped_scorecard() -> None:
     entry = card({"hopper-gravity-v0": {"sequential": "1M"}}, suites={"gravity": "1M"})
     stripped = strip_for_boards(entry)
     assert stripped.groups["hopper-gravity-v0"]["sequential"] == replace(on_group("1M"), return_matrix=())
-    assert stripped.notes == ()
+    assert (stripped.notes, stripped.readme) == ((), "")
     assert stripped.suites == entry.suites

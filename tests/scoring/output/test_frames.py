@@ -34,7 +34,7 @@ def document(submission: Write, known: None) -> ScorecardDocument:
 def test_the_csv_read_back_is_the_frame(document: ScorecardDocument) -> None:
     frame = metrics_frame(document)
     dtypes = {name: dtype for name, dtype in METRIC_DTYPES.items() if dtype != "float64"}
-    read = pd.read_csv(io.StringIO(csv_text(document)), dtype=dtypes)
+    read = pd.read_csv(io.StringIO(csv_text(document)), dtype=dtypes, float_precision="round_trip")
     read = read.fillna({"why": ""})
     pd.testing.assert_frame_equal(read, frame, check_exact=True)
 

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from gym_extensions.baselines import train
+from gym_extensions.envs import fingerprint
 from gym_extensions.rollouts.policies import Policy
 from gym_extensions.rollouts.problem import Problem
 from gym_extensions.rollouts.reader import read
@@ -335,3 +336,13 @@ def test_a_policy_of_other_observations_or_actions_is_reported(with_policies: Pa
     assert {problem.message for problem in verify(tmp_path / "copy").problems} == {
         "Steps 0 and following: The actions have 3 values; the policy has 2."
     }
+
+
+def test_another_engine_replays_nothing(
+    copy: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(fingerprint, "engine", lambda: {"mujoco": "3.17.0", "gymnasium": "1.4.0"})
+    assert main(["--verify", str(copy)]) == 2
+    printed = capsys.readouterr()
+    assert printed.err.startswith("error: Episodes are recorded and replayed with the published engine, but ")
+    assert "replayed (" not in printed.out

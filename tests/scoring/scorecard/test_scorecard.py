@@ -159,6 +159,16 @@ def test_a_submission_with_problems_has_no_score(submission: Write, references: 
     assert (problem.rule, problem.where) == ("unexpected-name", "notes.txt")
 
 
+def test_the_scorecard_has_the_text_of_the_readme(submission: Write, references: References) -> None:
+    folder = submission(protocols=("joint",))
+    assert score_folder(str(folder), references).readme == ""
+    (folder / "README.md").write_bytes("# Überblick\r\n".encode())
+    assert score_folder(str(folder), references).readme == "# Überblick\n"
+    (folder / "README.md").write_bytes(b"\x1b[31m")
+    card = score_folder(str(folder), references)
+    assert ([problem.rule for problem in card.problems], card.readme) == (["readme-character"], "")
+
+
 def test_no_number_moves_when_somebody_joins(submission: Write, references: References) -> None:
     first, second = submission(name="a"), submission(name="b", value=lambda p, r, s, j, e: 5.0 * s + j + r)
     alone = score_folder(first, references)

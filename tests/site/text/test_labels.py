@@ -12,9 +12,10 @@ from ..conftest import submission
 
 
 def test_a_budget_has_steps_per_task_and_a_purpose() -> None:
-    assert [labels.budget(name) for name in ("paper", "1M", "100k")] == [
+    assert [labels.budget(name) for name in ("paper", "1M", "300k", "100k")] == [
         "paper",
-        "1M (standard)",
+        "1M (long)",
+        "300k (standard)",
         "100k (quick)",
     ]
     steps = "100\u202f000 training steps per task"

@@ -44,7 +44,7 @@ class Options:
         fresh_buffer: whether the replay buffer is emptied at the start of a stage.
         batch_settings: further settings from the number of environments and the budget's batch size.
         name, title, description: of the agent; the class's if empty.
-        hyperparameters: rows of the manifest in place of ``settings``.
+        hyperparameters: rows of the manifest besides ``settings``, such as those of ``batch_settings``.
     """
 
     algorithm: type[BaseAlgorithm]
@@ -75,12 +75,12 @@ class Options:
         normalizations = {
             name: True for name in ("normalize_observations", "normalize_rewards") if getattr(self, name)
         }
-        rows = self.hyperparameters or {
+        rows = {
             name: to_manifest_value(value)
             for name, value in self.settings.items()
             if name not in NOT_HYPERPARAMETERS
         }
-        return dict(rows) | normalizations
+        return rows | dict(self.hyperparameters) | normalizations
 
 
 def check_options(options: Options) -> None:

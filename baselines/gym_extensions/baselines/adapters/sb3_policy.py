@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 from stable_baselines3.common.base_class import BaseAlgorithm
 
-from gym_extensions.baselines.adapters.sb3_networks import flax_layers, torch_layers
+from gym_extensions.baselines.adapters.flax_layers import flax_layers
+from gym_extensions.baselines.adapters.torch_layers import policy_layers
 from gym_extensions.baselines.agent import Array
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.policies import Policy
@@ -59,6 +60,8 @@ def unsupported(model: BaseAlgorithm) -> str:
         return f"{name} uses state-dependent exploration (use_sde)."
     try:
         inputs = _actor_parts(model)(model)["weights"][0].shape[0]
+    except BenchError as error:
+        return f"{name} is not a multilayer perceptron of a supported kind: {error.message}"
     except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
         return f"{name} is not a multilayer perceptron of a supported kind: {error}."
     if hasattr(model.policy, "lstm_actor") or inputs != shape[0]:
@@ -78,15 +81,15 @@ def _actor_parts(model: BaseAlgorithm) -> Callable[[BaseAlgorithm], Parts]:
 
 def _gaussian(model: BaseAlgorithm) -> Parts:
     policy: Any = model.policy
-    layers = torch_layers([*policy.mlp_extractor.policy_net, policy.action_net])
+    layers = policy_layers(policy.mlp_extractor.policy_net, policy.action_net)
     return layers | _unscaled(policy.log_std.detach().numpy())
 
 
 def _squashed_gaussian(model: BaseAlgorithm) -> Parts:
     actor: Any = model.policy.actor
-    log_sigma = torch_layers([actor.log_std])
+    log_sigma = policy_layers(actor.log_std)
     return (
-        torch_layers([*actor.latent_pi, actor.mu])
+        policy_layers(actor.latent_pi, actor.mu)
         | _squashing(model)
         | {
             "log_sigma": log_sigma["biases"][0],
@@ -101,7 +104,7 @@ def _squashed(model: BaseAlgorithm) -> Parts:
     *layers, squash = policy.actor.mu
     if type(squash).__name__ != "Tanh":
         raise TypeError("its last layer is not a tanh")
-    return torch_layers(layers) | _squashing(model)
+    return policy_layers(*layers) | _squashing(model)
 
 
 def _flax(model: BaseAlgorithm) -> Parts:

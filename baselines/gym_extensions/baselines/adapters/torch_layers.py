@@ -71,10 +71,14 @@ def _leaves(modules: tuple[torch.nn.Module, ...]) -> Iterator[torch.nn.Module]:
 
 
 def _activation(leaf: torch.nn.Module) -> str:
-    if type(leaf) not in ACTIVATIONS:
+    if type(leaf) not in ACTIVATIONS or _arguments(leaf) != _arguments(type(leaf)()):
         message = f"{type(leaf).__name__} cannot be part of a policy."
         raise BenchError("bad-policy", message, "policy_layers()", f"A policy supports {SUPPORTED}.")
     return ACTIVATIONS[type(leaf)]
+
+
+def _arguments(leaf: torch.nn.Module) -> tuple[object, object]:
+    return getattr(leaf, "alpha", None), getattr(leaf, "negative_slope", None)
 
 
 def _bias(layer: torch.nn.Linear) -> Array:

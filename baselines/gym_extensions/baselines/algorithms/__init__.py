@@ -42,7 +42,7 @@ def factory(agent: str | Factory) -> Factory:
     except ModuleNotFoundError as missing:
         extra = missing_extra(missing)
         if extra is not None:
-            raise BenchError("missing-package", f"{agent} needs {extra[0]}.", hint=extra[1]) from missing
+            raise BenchError("missing-extra", f"{agent} needs {extra[0]}.", hint=extra[1]) from missing
         if missing.name is None or not module_name.startswith(missing.name):
             raise
         hint = "Run the command in the folder of the module, or install the module."

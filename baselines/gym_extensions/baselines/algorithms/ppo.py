@@ -43,5 +43,6 @@ make = Sb3Factory(
         name="ppo",
         title="PPO",
         description="Stable-Baselines3's PPO: 64-64 tanh, normalized observations, minibatches of 512.",
+        hyperparameters={"rollout": "one batch of the budget"},
     )
 )

@@ -15,9 +15,9 @@ from gym_extensions.baselines.adapters.sb3 import Sb3Factory
 from gym_extensions.baselines.adapters.sb3_options import Options
 
 SETTINGS: dict[str, Any] = {
-    "learning_rate": 1e-3,
+    "learning_rate": 1e-3,  # docs/learners.md; Haarnoja et al. 2018 use 3e-4, with four times as many updates
     "buffer_size": 1_000_000,  # Haarnoja et al. 2018, table 1
-    "learning_starts": 1_000,
+    "learning_starts": 1_000,  # this project: one episode of the planar bodies
     "batch_size": 128,  # this project, for speed; Haarnoja et al. use 256
     "tau": 0.005,  # Haarnoja et al. 2018, table 1
     "gamma": 0.99,  # the same
@@ -40,6 +40,7 @@ OPTIONS = Options(
     name="sac",
     title="SAC",
     description="SBX's SAC: 64-64 ReLU, a quarter of an update per step, one replay buffer for all tasks.",
+    hyperparameters={"updates_per_step": 0.25},
 )
 
 make = Sb3Factory(OPTIONS)

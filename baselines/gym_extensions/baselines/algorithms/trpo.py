@@ -10,6 +10,7 @@ import numpy as np
 
 from gym_extensions.baselines.agent import Array, Card, VectorEnv, acting_and_learning
 from gym_extensions.baselines.checkpoint import load_arrays, restore_generator, save_arrays, saved_generator
+from gym_extensions.baselines.trpo import settings as table
 from gym_extensions.baselines.trpo.batch import Collector, Transitions
 from gym_extensions.baselines.trpo.export import exported
 from gym_extensions.baselines.trpo.gae import advantages
@@ -22,13 +23,6 @@ from gym_extensions.baselines.trpo.gaussian_policy import (
 )
 from gym_extensions.baselines.trpo.normalization import Moments, merge, network_inputs, no_moments
 from gym_extensions.baselines.trpo.penalty import Penalty
-from gym_extensions.baselines.trpo.settings import (
-    REFERENCE,
-    TUNING_STEPS,
-    TUNING_TASKS,
-    TrpoSettings,
-    manifest_settings,
-)
 from gym_extensions.baselines.trpo.update import updated
 from gym_extensions.baselines.trpo.value_function import ValueFunction
 from gym_extensions.rollouts.policies import Policy
@@ -38,8 +32,8 @@ class Trpo:
     """The agent; its policy is one flat vector of parameters and the moments of the observations."""
 
     name, title = "trpo", "TRPO"
-    tuning_steps = TUNING_STEPS
-    tuning_tasks: tuple[str, ...] = TUNING_TASKS
+    tuning_steps = table.TUNING_STEPS
+    tuning_tasks: tuple[str, ...] = table.TUNING_TASKS
     description = "TRPO with today's usual settings: 64-64 tanh, normalized observations, GAE λ .95."
 
     def __init__(
@@ -47,7 +41,7 @@ class Trpo:
         observation_space: gym.spaces.Box,
         action_space: gym.spaces.Box,
         seed: int,
-        settings: TrpoSettings = REFERENCE,
+        settings: table.TrpoSettings = table.REFERENCE,
     ) -> None:
         self._settings = settings
         self._acting, self._learning = acting_and_learning(seed)
@@ -166,7 +160,7 @@ class Trpo:
             self.title,
             self.description,
             "deterministic" if self._settings.deterministic_evaluation else "sampled",
-            manifest_settings(self._settings),
+            table.manifest_settings(self._settings),
             tuning_steps=self.tuning_steps,
             tuning_tasks=self.tuning_tasks,
             stored_steps=self._batch_steps,

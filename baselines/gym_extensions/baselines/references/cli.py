@@ -22,7 +22,7 @@ from gym_extensions.catalog.budgets import BUDGETS
 from gym_extensions.catalog.budgets import budget as budget_named
 from gym_extensions.catalog.protocol import FIRST_REFERENCE_RUN, FULL_ENTRY_RUNS
 from gym_extensions.catalog.task import Task
-from gym_extensions.envs.fingerprint import fingerprint_of
+from gym_extensions.envs.fingerprint import fingerprint_of, require_published_engine
 from gym_extensions.errors import BenchError, reports_mistakes
 from gym_extensions.rollouts.episodes import Episode
 from gym_extensions.rollouts.layout import PROGRESS
@@ -180,6 +180,7 @@ def main(argv: list[str] | None = None) -> int:
             hint = f"Use numbers from {FIRST_REFERENCE_RUN}; smaller ones are reserved for submissions."
             raise BenchError("bad-run", f"Run {run} is out of range.", "--runs", hint)
     require_positive(options.jobs, "--jobs")
+    require_published_engine()
     with open_screen() as screen:
         content = measure_all(
             budgets, agent=options.agent, runs=runs, out=options.out, jobs=options.jobs, screen=screen

@@ -14,6 +14,7 @@ import tomli_w
 
 from gym_extensions.atomic import write_text
 from gym_extensions.baselines.agent import Card, Observes
+from gym_extensions.envs.fingerprint import require_published_engine
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.manifest import FORMAT, RECORDED, Steps
 
@@ -57,7 +58,10 @@ def run_sections(
     """The sections that follow from a run: ``protocol``, ``hyperparameters``, ``observes`` and ``versions``.
 
     Hyperparameters are as TOML reads them back (tuples as lists), so that a later run compares equal.
+
+    Raises ``BenchError`` if the installed engine is not that of the published tasks.
     """
+    require_published_engine()
     settings = dict(card.hyperparameters) | ({} if num_envs is None else {"num_envs": num_envs})
     return {
         "protocol": {

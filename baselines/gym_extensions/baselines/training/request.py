@@ -52,7 +52,7 @@ def parse_request(
         BenchError: an unknown name, an empty list, or a number that is not allowed.
     """
     unique_groups = tuple(dict.fromkeys(parse_groups(groups)))
-    unique_protocols = tuple(dict.fromkeys(_names(protocols, "protocols")))
+    unique_protocols = tuple(dict.fromkeys(_protocol_names(protocols)))
     for protocol in unique_protocols:
         if protocol not in PROTOCOLS:
             hint = did_you_mean(protocol, PROTOCOLS)
@@ -93,7 +93,7 @@ def parse_groups(groups: Groups) -> list[TaskGroup]:
     Raises:
         BenchError: an unknown name, an invalid file, or two different groups with one name.
     """
-    values: list[object] = [groups] if isinstance(groups, str | Path | TaskGroup) else _items(groups)
+    values = _items(groups)
     if not values:
         message = f"Expected a group or a list of groups, got {groups!r}."
         raise BenchError("bad-groups", message, "groups")
@@ -135,14 +135,18 @@ def require_positive(number: int, option: str) -> None:
 
 
 def _items(value: object) -> list[object]:
+    """A name, path or group alone, or the items of another iterable; nothing for anything else."""
+    if isinstance(value, str | Path | TaskGroup):
+        return [value]
     return list(value) if isinstance(value, Iterable) else []
 
 
-def _names(value: object, argument: str) -> list[str]:
-    names = [value] if isinstance(value, str) else list(value) if isinstance(value, Iterable) else []
-    if not names or not all(isinstance(name, str) for name in names):
+def _protocol_names(value: object) -> list[str]:
+    items = _items(value)
+    names = [item for item in items if isinstance(item, str)]
+    if not names or len(names) < len(items):
         message = f"Expected a name or a list of names, got {value!r}."
-        raise BenchError(f"bad-{argument}", message, argument)
+        raise BenchError("bad-protocols", message, "protocols")
     return names
 
 

@@ -10,8 +10,8 @@ from gym_extensions.baselines.agent import Array
 
 CLIP = 10.0
 """Standardized observations are clipped to ±10 standard deviations, as by SB3's ``VecNormalize``."""
-EPSILON = 1e-8
-"""Added to the standard deviation."""
+EPSILON = 1e-3
+"""Added to the standard deviation, so that rounding errors of constant observations stay small."""
 
 
 @dataclass(frozen=True)

@@ -24,11 +24,6 @@ from gym_extensions.envs.state import State
 
 Kind = TypeVar("Kind")
 
-NOISE_SEEDS = 2**32
-"""The noise of an episode follows from one number below this, drawn at reset: replay needs no generator."""
-CACHED_EPISODES = 256
-"""Number of episodes whose noise is cached, enough for this number of environments."""
-
 
 class Effect:
     """The effect on one environment. The methods do nothing; an effect overrides those it needs."""

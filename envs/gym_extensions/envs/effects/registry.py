@@ -1,6 +1,6 @@
 """The effects of a task's variations.
 
-Every module of this package is one effect and defines ``KIND``, except ``base`` and this module.
+Every module of this package is one effect and defines ``KIND``, except those of ``WITHOUT_KIND``.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from gym_extensions.envs.effects.base import Effect, EffectKind, VectorEffect, v
 from gym_extensions.envs.protocols import Physics, Template
 from gym_extensions.errors import BenchError
 
-WITHOUT_KIND = ("base", "registry")
+WITHOUT_KIND = ("base", "registry", "seeded_noise")
 
 
 def _discover() -> Iterator[EffectKind]:

@@ -9,19 +9,10 @@ import numpy as np
 
 from gym_extensions.catalog.task import Task
 from gym_extensions.catalog.variations.obstacles import RangeSensor, SensorNoise
-from gym_extensions.envs.effects.base import CACHED_EPISODES, NOISE_SEEDS, EffectKind, required
+from gym_extensions.envs.effects.base import EffectKind, required
 from gym_extensions.envs.effects.range_sensor import BEAMS, RangeSensorEffect, VectorRangeSensorEffect
-from gym_extensions.envs.protocols import (
-    Array,
-    Flags,
-    Generators,
-    Indices,
-    Physics,
-    Simulation,
-    States,
-    Steps,
-    Template,
-)
+from gym_extensions.envs.effects.seeded_noise import CACHED_EPISODES, SeededNoise, VectorSeededNoise
+from gym_extensions.envs.protocols import Array, Flags, Indices, Physics, Simulation, States, Steps, Template
 from gym_extensions.envs.state import DERIVED, State
 
 SEED = DERIVED + "sensor_seed"
@@ -46,24 +37,25 @@ def disturb(readings: Array, working: Flags, shift: Array) -> Array:
     return np.where((readings > 0) & working, np.clip(readings + shift, 0.0, 1.0), 0.0)
 
 
-class SensorNoiseEffect(RangeSensorEffect):
+class SensorNoiseEffect(SeededNoise, RangeSensorEffect):
     """Appends the noisy readings of the step before in one environment."""
+
+    seed_key = SEED
 
     def __init__(self, task: Task) -> None:
         super().__init__(task)
         self._noise = required(task, SensorNoise)
         self._max_steps = task.max_steps
-        self._seed = 0
         self._latched = np.zeros(BEAMS)
 
     def _latch(self, simulation: Simulation, step: int) -> None:
-        working, shift = beam_noise(self._seed, self._max_steps, self._noise.dropout, self._noise.noise)
+        working, shift = beam_noise(self.seed, self._max_steps, self._noise.dropout, self._noise.noise)
         row = step % len(working)
         self._latched = disturb(self.reading(simulation), working[row], shift[row])
 
     def on_reset(self, simulation: Simulation) -> None:
         """Draws the episode's noise. The first observation has the present reading."""
-        self._seed = int(simulation.np_random.integers(NOISE_SEEDS))
+        super().on_reset(simulation)
         self._latch(simulation, 0)
 
     def pre_step(self, simulation: Simulation) -> None:
@@ -76,18 +68,19 @@ class SensorNoiseEffect(RangeSensorEffect):
 
     def get_state(self) -> State:
         """The seed of the episode's noise, and the readings that the observation shows."""
-        return {SEED: np.array(float(self._seed)), LATCHED: self._latched.copy()}
+        return super().get_state() | {LATCHED: self._latched.copy()}
 
     def set_state(self, state: Mapping[str, Array]) -> None:
         """Restores the seed of the episode's noise, and the readings."""
-        if SEED in state:
-            self._seed = int(state[SEED])
+        super().set_state(state)
         if LATCHED in state:
             self._latched = np.array(state[LATCHED])
 
 
-class VectorSensorNoiseEffect(VectorRangeSensorEffect):
+class VectorSensorNoiseEffect(VectorSeededNoise, VectorRangeSensorEffect):
     """Appends the noisy readings of the step before in many environments."""
+
+    seed_key = SEED
 
     def __init__(self, physics: Physics, templates: Sequence[Template]) -> None:
         super().__init__(physics, templates)
@@ -95,18 +88,13 @@ class VectorSensorNoiseEffect(VectorRangeSensorEffect):
         self._max_steps = templates[0].task.max_steps
         shape = (len(templates), self._max_steps + 1, BEAMS)
         self._working, self._shift = np.zeros(shape, np.bool_), np.zeros(shape)
-        self._seeds = np.zeros(len(templates))
+        self.seeds = np.zeros(len(templates))
         self._latched = np.zeros((len(templates), BEAMS))
 
-    def draw(self, indices: Indices, generators: Generators, rows: dict[str, Array]) -> None:
-        """Draws the seeds of the episodes' noise."""
-        self._seed(indices, [float(generator.integers(NOISE_SEEDS)) for generator in generators])
-
-    def _seed(self, indices: Indices, seeds: Sequence[float]) -> None:
-        for index, seed in zip(indices, seeds, strict=True):
-            self._seeds[index] = seed
-            noise = beam_noise(int(seed), self._max_steps, self._noise.dropout, self._noise.noise)
-            self._working[index], self._shift[index] = noise
+    def fill_noise(self, index: int, seed: int) -> None:
+        """Computes the noise of an environment's episode."""
+        noise = beam_noise(seed, self._max_steps, self._noise.dropout, self._noise.noise)
+        self._working[index], self._shift[index] = noise
 
     def on_reset(self, indices: Indices) -> None:
         """The first observation has the present reading."""
@@ -124,12 +112,11 @@ class VectorSensorNoiseEffect(VectorRangeSensorEffect):
 
     def get_state(self) -> dict[str, Array]:
         """The seeds of the episodes' noise, and the readings that the observations show."""
-        return {SEED: self._seeds.copy(), LATCHED: self._latched.copy()}
+        return super().get_state() | {LATCHED: self._latched.copy()}
 
     def set_state(self, indices: Indices, state: States) -> None:
         """Restores the seeds of the episodes' noise, and the readings."""
-        if SEED in state:
-            self._seed(indices, list(state[SEED]))
+        super().set_state(indices, state)
         if LATCHED in state:
             self._latched[indices] = state[LATCHED]
 

@@ -20,6 +20,7 @@ from gym_extensions.rollouts.layout import (
     NAME,
     POLICIES,
     POLICY,
+    README,
     TRACE,
     max_bytes,
 )
@@ -94,7 +95,7 @@ def unknown_group(folder: Folder) -> Iterator[Finding]:
 def _is_expected(path: str, groups: Mapping[str, TaskGroup]) -> bool:
     parts = path.split("/")
     if len(parts) == 1:
-        return path == MANIFEST
+        return path in (MANIFEST, README)
     if parts[0] not in groups:
         return True  # unknown_group reports it
     if len(parts) == 2:
@@ -120,7 +121,7 @@ def unexpected_name(folder: Folder) -> Iterator[Finding]:
             if is_deep and len(parts) <= MAX_DEPTH and parts[0] in folder.groups:
                 yield Finding(item.path, "Unexpected folder.", "Remove it.")
         elif item.kind == "file" and not _is_expected(item.path, folder.groups):
-            choices = (MANIFEST,) if len(parts) == 1 else CSV_FILES
+            choices = (MANIFEST, README) if len(parts) == 1 else CSV_FILES
             closest = did_you_mean(parts[-1], choices) if len(parts) <= 2 else ""
             other = "Remove it, or rename it as described in docs/rollout-log.md."
             yield Finding(item.path, "Unexpected file.", closest if closest.startswith("Did") else other)

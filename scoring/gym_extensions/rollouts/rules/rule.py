@@ -14,6 +14,7 @@ Scope = Literal[
     "manifest bytes",
     "manifest",
     "manifest in folder",
+    "readme",
     "text",
     "cells",
     "keys",

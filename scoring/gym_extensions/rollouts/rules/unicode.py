@@ -1,13 +1,13 @@
-"""Rules about the characters of the strings in submission.toml."""
+"""Rules about the characters of the strings in submission.toml, and of README.md."""
 
 from __future__ import annotations
 
 import unicodedata
 from collections.abc import Iterator
 
-from gym_extensions.rollouts.layout import MANIFEST
+from gym_extensions.rollouts.layout import MANIFEST, README
 from gym_extensions.rollouts.manifest import HYPERPARAMETERS
-from gym_extensions.rollouts.problem import Finding, quote
+from gym_extensions.rollouts.problem import ROWS_LISTED, Finding, quote
 from gym_extensions.rollouts.rules.manifest import Tables, bare, key_path
 from gym_extensions.rollouts.rules.rule import rule
 
@@ -40,13 +40,16 @@ def _is_visible(char: str) -> bool:
     return char not in BLANK and (category[0] not in "CMZ" or category == "Cn")
 
 
-def _has_invisible(text: str) -> bool:
-    """Whether a text has an invisible character. A joiner counts only between ASCII characters."""
-    return any(
-        char in BLANK
-        or (unicodedata.category(char) in INVISIBLE and (char not in JOINERS or (before + after).isascii()))
-        for before, char, after in zip(f" {text}", text, f"{text[1:]} ", strict=False)
-    )
+def _first_invisible(text: str) -> str:
+    """The first invisible character of a text, or nothing. A joiner counts only between ASCII characters."""
+    characters = zip(f" {text}", text, f"{text[1:]} ", strict=False)
+    return next((char for before, char, after in characters if _is_invisible(before, char, after)), "")
+
+
+def _is_invisible(before: str, char: str, after: str) -> bool:
+    if char in BLANK:
+        return True
+    return unicodedata.category(char) in INVISIBLE and (char not in JOINERS or (before + after).isascii())
 
 
 @rule("manifest")
@@ -64,5 +67,34 @@ def control_character(tables: Tables) -> Iterator[Finding]:
     hyperparameters may contain line breaks and tabs.)"""
     for where, value, multiline in _strings(tables, MANIFEST):
         text = value.replace("\n", "").replace("\t", "") if multiline else value
-        if _has_invisible(text):
+        if _first_invisible(text):
             yield Finding(where, f"{quote(value)} contains a control or invisible character.", "Remove it.")
+
+
+@rule("readme")
+def readme_encoding(data: bytes) -> Iterator[Finding]:
+    """README.md is UTF-8 text."""
+    try:
+        data.decode("utf-8")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        message = f"Byte {data[error.start]:#04x} is not UTF-8."
+        yield Finding(f"{README}, line {line}", message, "Save the file as UTF-8.")
+
+
+@rule("readme")
+def readme_character(data: bytes) -> Iterator[Finding]:
+    """README.md contains no control, invisible or bidirectional-override characters except line breaks
+    and tabs."""
+    try:
+        lines = data.decode("utf-8").replace("\r\n", "\n").split("\n")
+    except UnicodeDecodeError:
+        return  # readme_encoding reports it
+    characters = [(number, _first_invisible(line.replace("\t", ""))) for number, line in enumerate(lines, 1)]
+    invisible = [(number, char) for number, char in characters if char]
+    for number, char in invisible[:ROWS_LISTED]:
+        message = f"The line contains the control or invisible character U+{ord(char):04X}."
+        yield Finding(f"{README}, line {number}", message, "Remove it.")
+    if more := len(invisible[ROWS_LISTED:]):
+        subject = "1 more line contains" if more == 1 else f"{more} more lines contain"
+        yield Finding(README, f"{subject} such characters.", "Remove them.")

@@ -66,6 +66,7 @@ def _entry(
         ranked=not why,
         why=why,
         steps=card.manifest.protocol.steps if card.manifest else None,
+        evaluation=card.manifest.protocol.evaluation if card.manifest else None,
         observes=card.manifest.observes if card.manifest else None,
         memory=card.manifest.memory if card.manifest else None,
         metrics={

@@ -56,7 +56,7 @@ def strip_for_boards(card: Scorecard) -> Scorecard:
         }
         for name, protocols in card.groups.items()
     }
-    return replace(card, problems=(), notes=(), groups=groups)
+    return replace(card, readme="", problems=(), notes=(), groups=groups)
 
 
 def board_keys(cards: Sequence[Scorecard]) -> list[BoardKey]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from gym_extensions.rollouts.manifest import Memory, Observes, Steps
+from gym_extensions.rollouts.manifest import Evaluation, Memory, Observes, Steps
 from gym_extensions.scoring.documents import JsonDocument, about
 from gym_extensions.scoring.statistics.intervals import Interval
 
@@ -67,6 +67,9 @@ class BoardEntry:
     ] = ""
     steps: Annotated[
         Steps | None, about("whether the training steps are `recorded` or `claimed`, as in the manifest")
+    ]
+    evaluation: Annotated[
+        Evaluation | None, about("how actions are selected in evaluation, as in the scorecard's manifest")
     ]
     observes: Annotated[Observes | None, about("as in the scorecard's manifest")]
     memory: Annotated[Memory | None, about("as in the scorecard's manifest")]

@@ -31,6 +31,7 @@ ENTRY_DTYPES = {
     "name": "str",
     "title": "str",
     "trust": "str",
+    "evaluation": "str",
     "runs": "int64",
     "ranked": "bool",
     "why": "str",
@@ -79,7 +80,8 @@ def _board_row(entry: BoardEntry, protocol: str) -> Row:
     values = [entry.metrics[metric.name] for metric in METRICS[protocol]]
     ends = [end for value in values for end in (value.mean, value.low, value.high)]
     ranks = values[0].rank or (None, None)
-    return *ranks, entry.name, entry.title, entry.trust, entry.runs, entry.ranked, entry.why, *ends
+    names = (entry.name, entry.title, entry.trust, entry.evaluation)
+    return *ranks, *names, entry.runs, entry.ranked, entry.why, *ends
 
 
 def board_frame(board: Board) -> pd.DataFrame:

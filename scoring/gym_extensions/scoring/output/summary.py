@@ -105,6 +105,7 @@ def show(out: Console, card: Scorecard, references: ReferencesInfo) -> None:
 def show_comparison(out: Console, comparison: Comparison) -> None:
     """Two entries side by side, with the interval of their difference."""
     suites = {f"suite {name}": protocols for name, protocols in comparison.suites.items()}
+    has_intervals = False
     for name, protocols in (comparison.groups | suites).items():
         for protocol, score in protocols.items():
             heading(out, f"{name}, {protocol}", f", budget {score.budget}")
@@ -113,7 +114,9 @@ def show_comparison(out: Console, comparison: Comparison) -> None:
                 if pair := score.metrics.get(metric.name):
                     numbers = map(number, (pair.first, pair.second, pair.difference.mean))
                     table.add_row(metric.title, *numbers, span(pair.difference))
+                    has_intervals = has_intervals or pair.difference.low is not None
             out.print(table)
             if not table.row_count:
                 out.print("They have no metric in common.")
-    out.print("Intervals are for this pair alone (Welch); an interval without 0 separates the two.")
+    if has_intervals:
+        out.print("Intervals are for this pair alone (Welch); an interval without 0 separates the two.")

@@ -9,6 +9,7 @@ from itertools import groupby
 from pathlib import Path
 
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
+from gym_extensions.envs.fingerprint import require_published_engine
 from gym_extensions.rollouts.folder import scan
 from gym_extensions.rollouts.policies import Policy
 from gym_extensions.rollouts.problem import Problem, summarize
@@ -49,6 +50,9 @@ def verify(path: Path, groups: Mapping[str, TaskGroup] = GROUPS) -> Verification
 
     Where the submission has the policy of an episode's stage, the recorded actions are compared with it.
     Traces are optional: without any, nothing is replayed and there is no problem.
+
+    Raises:
+        BenchError: there are traces, and another version of MuJoCo or Gymnasium is installed.
     """
     submission = read(path, groups)
     if submission.problems:
@@ -58,6 +62,7 @@ def verify(path: Path, groups: Mapping[str, TaskGroup] = GROUPS) -> Verification
     logged = sum(len(log.run) for log in logs)
     if not any("/traces/" in name for name in folder.files):
         return Verification(0, logged, ())
+    require_published_engine()
     episodes: list[RecordedEpisode] = []
     problems: list[Problem] = []
     policies = functools.cache(lambda path: Policy.from_bytes(folder.read(path)))

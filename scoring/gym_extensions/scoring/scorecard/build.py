@@ -94,6 +94,7 @@ def score(submission: Submission, references: References) -> Scorecard:
         trust=trust,
         problems=submission.problems,
         manifest=summarize_manifest(manifest) if manifest else None,
+        readme=submission.readme,
         notes=tuple(f"{name}: {note}" for name, entry in submission.groups.items() for note in entry.notes),
         groups=groups,
         suites={} if trust == REPORTED else suite_scores(groups),

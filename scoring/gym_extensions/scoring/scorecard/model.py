@@ -119,6 +119,9 @@ class Scorecard:
         ),
     ] = ()
     manifest: Annotated[ManifestSummary | None, about("`submission.toml`; null if it has problems")]
+    readme: Annotated[
+        str, about("text of `README.md`, plain and never markup; empty without one or if it has problems")
+    ] = ""
     notes: Annotated[tuple[str, ...], about("what scoring did, such as counting identical runs as one")] = ()
     groups: Annotated[dict[str, dict[str, GroupScore]], about("scores by group id and protocol")] = field(
         default_factory=dict

@@ -65,6 +65,11 @@ def budget_steps(name: str, group_id: str) -> str:
     return f"{grouped(BUDGETS[name].steps_for(split_version(group_id)[0]))} training steps per task"
 
 
+def evaluated(card: Scorecard) -> str:
+    """How actions are selected in evaluation, for example ``sampled actions``."""
+    return NOT_STATED if card.manifest is None else f"{card.manifest.protocol.evaluation} actions"
+
+
 def observed(card: Scorecard) -> str:
     """The task information that the agent receives besides the environment's observations."""
     if card.manifest is None:

@@ -1,0 +1,122 @@
+"""The documentation as a site: links, formulas, docstrings, navigation, and nothing from other hosts."""
+
+from __future__ import annotations
+
+import importlib.util
+import inspect
+import re
+import tomllib
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+
+import pytest
+
+from gym_extensions import results
+
+ROOT = Path(__file__).resolve().parents[1]
+CONFIG = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
+
+
+def module(name: str) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(f"docs_site_{name}", ROOT / "docs" / "site" / f"{name}.py")
+    assert spec is not None
+    assert spec.loader is not None
+    loaded = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(loaded)
+    return loaded
+
+
+hooks = module("hooks")
+
+
+@pytest.mark.parametrize(
+    ("source", "link", "expected"),
+    [
+        ("README.md", "[a](docs/submit.md)", "[a](submit.md)"),
+        ("README.md", "![a](docs/board.png)", "![a](board.png)"),
+        ("README.md", "[a](docs/adr)", "[a](adr/README.md)"),
+        ("README.md", "[CITATION.cff](CITATION.cff)", "CITATION.cff"),
+        ("docs/submit.md", "[a](rollout-log.md#traces)", "[a](rollout-log.md#traces)"),
+        ("docs/submit.md", "[a](../tests/conftest.py)", "a"),
+        (
+            "docs/adr/0001-one-package-from-four-roots.md",
+            "[a](../../ARCHITECTURE.md)",
+            "[a](../architecture.md)",
+        ),
+        ("docs/api/envs.md", "[a](../metrics.md)", "[a](../metrics.md)"),
+        ("docs/submit.md", "[a](https://example.org) [b](#traces)", "[a](https://example.org) [b](#traces)"),
+    ],
+)
+def test_a_link_leads_to_the_page_of_the_site_or_becomes_text(source: str, link: str, expected: str) -> None:
+    assert hooks.with_links(link, source) == expected
+
+
+def test_a_value_with_two_indices_is_not_a_link_except_in_code() -> None:
+    text = "p[T][j] and `p[T][j]`\n```\na[0][1]\n```\n"
+    assert hooks.with_formulas(text) == "p[T]\\[j] and `p[T][j]`\n```\na[0][1]\n```\n"
+
+
+@pytest.mark.parametrize(
+    "html",
+    [
+        '<script src="https://cdn.example/a.js"></script>',
+        '<link rel="stylesheet" href="//cdn.example/a.css">',
+        '<link rel="preconnect" href="https://fonts.example">',
+        '<img src="http://cdn.example/a.png">',
+        '<img srcset="a.png, https://cdn.example/a.png 2x">',
+        '<p style="background: url(https://cdn.example/a.png)">',
+        "<style>@import 'https://cdn.example/a.css'</style>",
+    ],
+)
+def test_what_a_page_loads_from_another_host_is_reported(html: str) -> None:
+    assert len(list(hooks.other_hosts(html))) == 1
+
+
+def test_links_for_readers_and_own_files_are_not_reported() -> None:
+    html = '<a href="https://example.org">a</a><script src="a.js"></script><link rel="canonical" href="https://a.b">'
+    assert list(hooks.other_hosts(html)) == []
+
+
+def test_a_site_that_loads_from_another_host_is_not_built(tmp_path: Path) -> None:
+    exceptions = pytest.importorskip("mkdocs.exceptions")
+    (tmp_path / "a.css").write_text("a { background: url('https://cdn.example/a.png') }", encoding="utf-8")
+    with pytest.raises(exceptions.PluginError, match=r"a\.css loads https://cdn\.example/a\.png"):
+        hooks.on_post_build(SimpleNamespace(site_dir=tmp_path))
+
+
+def test_docstrings_are_shown_as_markdown() -> None:
+    pytest.importorskip("griffe")
+    text = module("docstrings").as_markdown(inspect.getdoc(results.metrics) or "")
+    assert "\n| name | str | name of the submission's folder |\n" in text
+    role = "The class :class:`gym_extensions.envs.TaskGroup`."
+    assert module("docstrings").as_markdown(role) == "The class `TaskGroup`."
+
+
+def test_every_page_is_in_the_navigation() -> None:
+    pages = {path.name for path in (ROOT / "docs").glob("*.md")} | {
+        f"api/{path.name}" for path in (ROOT / "docs/api").glob("*.md")
+    }
+    listed = set(re.findall(r": ([\w/-]+\.md)$", CONFIG, flags=re.MULTILINE))
+    assert pages - listed == set()
+    assert set(hooks.ROOT_PAGES.values()) <= listed
+
+
+def test_every_extra_is_on_the_page_about_installation() -> None:
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["optional-dependencies"]
+    rows = re.findall(r"^\| (`.*?) \|", (ROOT / "docs/install.md").read_text("utf-8"), flags=re.MULTILINE)
+    assert set(extras) - {name for row in rows for name in re.findall(r"`(.*?)`", row)} == set()
+
+
+def test_the_lowest_versions_are_the_lower_ends_of_the_ranges() -> None:
+    required = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["dependencies"]
+    lower = dict(re.findall(r"^([\w-]+)(?:\[.*\])?>=([\d.]+)", "\n".join(required), flags=re.MULTILINE))
+    text = (ROOT / "constraints-lowest.txt").read_text("utf-8")
+    text += (ROOT / ".github/workflows/ci.yml").read_text("utf-8").rpartition("constraints-lowest.txt")[2]
+    tested = dict(re.findall(r"([\w-]+)==([\d.]+)", text))
+    assert tested.keys() == lower.keys()
+    assert [name for name in lower if not f"{tested[name]}.0.0".startswith(f"{lower[name]}.")] == []
+
+
+@pytest.mark.parametrize("setting", ["font: false", "strict: true", "hooks: [docs/site/hooks.py]"])
+def test_the_settings_that_keep_the_site_self_contained(setting: str) -> None:
+    assert setting in CONFIG
