@@ -31,7 +31,9 @@ def cluster(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
     monkeypatch.setenv("RAY_USAGE_STATS_ENABLED", "0")
     # Ray replaces a loopback address by the machine's public one.
     monkeypatch.setattr(services, "get_node_ip_address", lambda *_, **__: LOOPBACK)
-    local = Cluster(initialize_head=True, head_node_args={**NODE, "num_cpus": 0, "include_dashboard": False})
+    local: Any = Cluster(
+        initialize_head=True, head_node_args={**NODE, "num_cpus": 0, "include_dashboard": False}
+    )
     yield local
     local.shutdown()
 

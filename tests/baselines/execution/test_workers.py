@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from gym_extensions.baselines.execution.workers import Executor, ThisProcess, Workers
-from gym_extensions.baselines.training.events import Event, JobFinished
+from gym_extensions.baselines.training.events import Event, JobFinished, Listener
 
 SQUARE = '''
 import os
@@ -49,13 +49,17 @@ def square(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
     return importlib.import_module("squares").Square
 
 
+def outcomes(executor: Executor, pending: list[Any], listen: Listener = lambda _: None) -> dict[int, Any]:
+    return dict(executor.run(pending, listen))
+
+
 BOTH = pytest.mark.parametrize("executor", [ThisProcess(), Workers(2)], ids=["this process", "workers"])
 
 
 @BOTH
 def test_every_result_and_event_arrives(executor: Executor, square: Any) -> None:
     events: list[Event] = []
-    results = dict(executor.run([square(2), square(3), square(4)], events.append))
+    results = outcomes(executor, [square(2), square(3), square(4)], events.append)
     assert {index: result[0] for index, result in results.items()} == {0: 4, 1: 9, 2: 16}
     assert sorted(event.job for event in events if isinstance(event, JobFinished)) == ["2", "3", "4"]
     assert {pid == os.getpid() for _, pid, _ in results.values()} == {executor.slots == 1}
@@ -64,7 +68,7 @@ def test_every_result_and_event_arrives(executor: Executor, square: Any) -> None
 
 @BOTH
 def test_an_exception_is_a_failure_and_the_rest_goes_on(executor: Executor, square: Any) -> None:
-    results = dict(executor.run([square(-1), square(2), square(3)], lambda _: None))
+    results = outcomes(executor, [square(-1), square(2), square(3)])
     assert (results[1][0], results[2][0]) == (4, 9)
     assert results[0].cause == "UnpickledError: one and two"
     assert results[0].traceback.splitlines()[-1] == "squares.UnpickledError: one and two"
@@ -72,7 +76,7 @@ def test_an_exception_is_a_failure_and_the_rest_goes_on(executor: Executor, squa
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGKILL")
 def test_a_killed_worker_fails_its_own_job_alone(square: Any) -> None:
-    results = dict(Workers(2).run([square(-9), square(2), square(3)], lambda _: None))
+    results = outcomes(Workers(2), [square(-9), square(2), square(3)])
     assert (results[1][0], results[2][0]) == (4, 9)
     assert results[0].cause == (
         "The worker process ended unexpectedly. If memory ran out, use fewer --jobs or --num-envs."
