@@ -241,7 +241,7 @@ class FailsOnce(Fails):
         raise ValueError("no gradient")
 """
 DIED = "The worker process ended unexpectedly. If memory ran out, use fewer --jobs or --num-envs."
-TRACEBACKS = "The other jobs are finished; the tracebacks are in .progress/train.log."
+TRACEBACKS = "Tracebacks are in .progress/train.log."
 SHORT = {"groups": "hopper-motor-noise", "protocol": "joint"}
 
 
@@ -256,7 +256,7 @@ def test_a_failed_job_is_reported_with_its_cause(
     printed = capsys.readouterr()
     assert f"hopper-motor-noise joint-run0: failed: {cause}\n" in printed.out
     assert printed.err == (
-        f"error: 1 of 1 job failed.\n  hopper-motor-noise joint-run0: {cause}\n {TRACEBACKS} {AGAIN}\n"
+        f"error: 1 of 1 job failed.\n  hopper-motor-noise joint-run0: {cause}\n{TRACEBACKS} {AGAIN}\n"
     )
     log = Path("mine/.progress/train.log").read_text()
     assert ("Traceback (most recent call last)" in log) == (name == "Fails")

@@ -28,7 +28,7 @@ from gym_extensions.rollouts.layout import MANIFEST
 
 INTERIM_EPISODES = 5
 """Episodes per task of an evaluation during training."""
-FAILED_HINT = "The other jobs are finished; the tracebacks are in .progress/train.log."
+FAILED_HINT = "Tracebacks are in .progress/train.log."
 
 
 def train(

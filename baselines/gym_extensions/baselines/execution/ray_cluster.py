@@ -99,7 +99,8 @@ class _Submission:
                 try:
                     outcome = ray.get(reference)
                 except ray.exceptions.RayError as error:
-                    outcome = failure_of(error)
+                    reason = str(error).strip().partition("\n")[0]
+                    outcome = Failure(f"Ray could not finish the job: {reason}", failure_of(error).traceback)
                 yield index, outcome
 
 
