@@ -10,6 +10,7 @@ from pathlib import Path
 import torch
 
 from gym_extensions.baselines import Card, record
+from gym_extensions.baselines.agent import Array
 
 GROUP, RUNS = "hopper-gravity", (0, 1)
 STAGES = 6  # the policy before training, and after each of the five tasks
@@ -28,8 +29,7 @@ def pretend_to_train(folder: Path) -> None:
         policy = network()
         for stage in range(STAGES):
             torch.save(policy.state_dict(), folder / f"run{run}-stage{stage}.pt")
-            with torch.no_grad():
-                policy[2].bias += 0.1
+            torch.nn.init.constant_(policy.get_parameter("2.bias"), 0.1 * (stage + 1))
 
 
 # --- from checkpoints to a submission ---
@@ -39,14 +39,14 @@ def record_checkpoints(checkpoints: Path, out: Path) -> None:
     card = Card("my algorithm", evaluation="deterministic", parameters=size)
 
     @torch.no_grad()
-    def act(observations):
-        return policy(torch.as_tensor(observations, dtype=torch.float32)).numpy()
+    def act(observations: Array) -> Array:
+        actions: Array = policy(torch.as_tensor(observations, dtype=torch.float32)).numpy()
+        return actions
 
     for run in RUNS:
         for stage in range(STAGES):
             policy.load_state_dict(torch.load(checkpoints / f"run{run}-stage{stage}.pt"))
-            options = {"run": run, "stage": stage, "budget": "smoke", "card": card}
-            record(act, GROUP, "sequential", out=out, **options)
+            record(act, GROUP, "sequential", run=run, stage=stage, budget="smoke", card=card, out=out)
 
 
 # --- end ---

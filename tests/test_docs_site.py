@@ -33,7 +33,6 @@ hooks = module("hooks")
     ("source", "link", "expected"),
     [
         ("README.md", "[a](docs/submit.md)", "[a](submit.md)"),
-        ("README.md", "![a](docs/board.png)", "![a](board.png)"),
         ("README.md", "[a](docs/adr)", "[a](adr/README.md)"),
         ("README.md", "[CITATION.cff](CITATION.cff)", "CITATION.cff"),
         ("docs/submit.md", "[a](rollout-log.md#traces)", "[a](rollout-log.md#traces)"),

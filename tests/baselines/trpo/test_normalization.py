@@ -61,3 +61,8 @@ def test_outliers_are_clipped() -> None:
 def test_a_component_that_never_changes_is_zero() -> None:
     observations = np.full((10, 1), 0.3)
     np.testing.assert_allclose(standardize(merge(no_moments(1), observations), observations), 0, atol=1e-6)
+
+
+def test_rounding_errors_of_constant_observations_stay_small() -> None:
+    moments = merge(no_moments(1), np.full((50, 1), 3.0))
+    assert abs(standardize(moments, np.array([[3.0 + 1e-9]]))[0, 0]) < 1e-5

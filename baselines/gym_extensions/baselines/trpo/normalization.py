@@ -10,8 +10,10 @@ from gym_extensions.baselines.agent import Array
 
 CLIP = 10.0
 """Standardized observations are clipped to ±10 standard deviations, as by SB3's ``VecNormalize``."""
-EPSILON = 1e-3
-"""Added to the standard deviation, so that rounding errors of constant observations stay small."""
+LEAST_DEVIATION = 1e-3
+"""Smallest deviation of a policy's observations, so that rounding errors of constant ones stay small."""
+EPSILON = 1e-8
+"""Added to the standard deviation."""
 
 
 @dataclass(frozen=True)
@@ -40,15 +42,16 @@ def merge(moments: Moments, observations: Array) -> Moments:
     return Moments(seen + count, mean, moments.squares + (inside + between))
 
 
-def scale(moments: Moments) -> Array:
-    """What observations are divided by (o,): the standard deviation plus ``EPSILON``."""
-    deviation: Array = np.sqrt(moments.squares / max(moments.count, 1.0)) + EPSILON
-    return deviation
+def scale(moments: Moments, least: float = LEAST_DEVIATION) -> Array:
+    """What observations are divided by (o,): the standard deviation, at least ``least``."""
+    deviation = np.sqrt(moments.squares / max(moments.count, 1.0))
+    positive: Array = np.maximum(deviation, least) + EPSILON
+    return positive
 
 
-def standardize(moments: Moments, observations: Array) -> Array:
+def standardize(moments: Moments, observations: Array, least: float = LEAST_DEVIATION) -> Array:
     """Observations (n, o) minus the mean, over the standard deviation, clipped; float32."""
-    return np.clip((observations - moments.mean) / scale(moments), -CLIP, CLIP).astype(np.float32)
+    return np.clip((observations - moments.mean) / scale(moments, least), -CLIP, CLIP).astype(np.float32)
 
 
 def network_inputs(moments: Moments, observations: Array) -> Array:

@@ -62,7 +62,7 @@ class ValueFunction:
 
     def predict(self, observations: Array) -> Array:
         """Values (n,) float64 of observations (n, o)."""
-        inputs = standardize(self._moments(), observations)
+        inputs = standardize(self._moments(), observations, least=0.0)
         mean, deviation = self.state["level"]
         output = forward(layers(self._sizes, self.state["theta"]), inputs, self._activation)[-1][:, 0]
         values: Array = output.astype(np.float64) * deviation + mean
@@ -73,7 +73,7 @@ class ValueFunction:
         self._store(merge(self._moments(), observations))
         self._rescale(targets)
         mean, deviation = self.state["level"]
-        inputs = standardize(self._moments(), observations)
+        inputs = standardize(self._moments(), observations, least=0.0)
         scaled = ((targets - mean) / deviation).astype(np.float32)
         fit, count = self._fit, len(inputs)
         size = min(fit.largest_minibatch, max(fit.smallest_minibatch, -(-count // fit.minibatches)))

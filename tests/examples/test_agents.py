@@ -1,0 +1,176 @@
+"""The agents of ``examples/`` at the budget ``smoke``: complete logs, true manifests, and what each shows."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gym_extensions import results
+from gym_extensions.baselines import Context, train
+from gym_extensions.envs import MotorNoise, TaskGroup, customize
+from gym_extensions.rollouts.policies import Policy
+
+GROUP = TaskGroup(  # two tasks whose episodes are short
+    "short-hoppers",
+    (customize("Hopper", max_steps=100), customize("Hopper", [MotorNoise(0.05)], max_steps=100)),
+)
+FACTORIES = {
+    "ppo": "Ppo",
+    "sac": "Sac",
+    "ewc": "Ewc",
+    "multi_head": "MultiHead",
+    "recurrent": "Recurrent",
+    "sb3_ppo": "ppo",
+}
+OBSERVES = {"multi_head": {"task_in_training", "task_in_evaluation"}, "ewc": {"boundaries"}}
+QUICK = {"sac": {"steps_per_update": 10}, "recurrent": {"epochs": 3}}
+"""Settings that save time in the tests."""
+LEARN = ("ppo", "ewc", "multi_head", "recurrent")
+"""The agents whose first task shows progress after its 1000 steps; SAC has its own test."""
+
+Load = Callable[[str], ModuleType]
+
+
+@pytest.fixture(scope="module")
+def submissions(load_example: Load, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A submission of each agent."""
+    root = tmp_path_factory.mktemp("examples")
+    for name, factory in FACTORIES.items():
+        module = load_example(name)
+        if name in QUICK:
+            module.SETTINGS.update(QUICK[name])
+        out = root / name
+        num_envs = 1 if name == "sb3_ppo" else 5  # more environments take less time
+        agent = getattr(module, factory)
+        train(agent, GROUP, "sequential", "smoke", 0, out=out, num_envs=num_envs, progress=False)
+    return root
+
+
+@pytest.mark.parametrize("name", FACTORIES)
+def test_the_log_has_every_stage_task_and_episode(submissions: Path, name: str) -> None:
+    episodes = results.episodes(submissions / name, groups=[GROUP])
+    assert episodes.groupby(["stage", "task"]).size().to_dict() == {
+        (stage, task): 20 for stage in range(3) for task in GROUP.task_ids
+    }
+
+
+@pytest.mark.parametrize("name", FACTORIES)
+def test_the_manifest_says_what_the_agent_observes(submissions: Path, name: str) -> None:
+    observes = _manifest(submissions / name)["observes"]
+    assert {field for field, asked in observes.items() if asked} == OBSERVES.get(name, set())
+
+
+@pytest.mark.parametrize("name", LEARN)
+def test_the_agent_learns_the_first_task(submissions: Path, name: str) -> None:
+    episodes = results.episodes(submissions / name, groups=[GROUP])
+    first = episodes[episodes["task"] == GROUP.task_ids[0]].groupby("stage")["return"].mean()
+    assert first[1] > 1.2 * first[0]
+
+
+@pytest.mark.parametrize("name", ["ppo", "sac"])
+def test_the_policy_of_every_stage_is_published(submissions: Path, name: str) -> None:
+    assert len(list((submissions / name).rglob("policies/*.npz"))) == 3
+
+
+@pytest.mark.parametrize(("name", "factory"), [(n, f) for n, f in FACTORIES.items() if n != "sb3_ppo"])
+def test_a_seed_gives_one_agent_and_another_seed_another(load_example: Load, name: str, factory: str) -> None:
+    make = getattr(load_example(name), factory)
+    context = Context(np.ones(4, bool), _label())
+    spaces, observations = _spaces(), np.linspace(-1, 1, 44).reshape(4, 11)
+    arguments = (observations, context) if name in ("multi_head", "recurrent") else (observations,)
+    first, again, other = (make(*spaces, seed).act(*arguments) for seed in (0, 0, 1))
+    np.testing.assert_array_equal(first, again)
+    assert not np.array_equal(first, other)
+
+
+@pytest.mark.parametrize("name", ["ppo", "sac", "ewc", "recurrent"])
+def test_a_saved_agent_acts_and_learns_as_the_original(load_example: Load, tmp_path: Path, name: str) -> None:
+    module = load_example(name)
+    make = getattr(module, FACTORIES[name])
+    original, copy = make(*_spaces(), 0), make(*_spaces(), 1)
+    original.save(tmp_path / "agent.npz")
+    copy.load(tmp_path / "agent.npz")
+    context = (Context(np.ones(4, bool), None),) if name == "recurrent" else ()
+    observations = np.linspace(-1, 1, 44).reshape(4, 11)
+    np.testing.assert_array_equal(original.act(observations, *context), copy.act(observations, *context))
+    assert bool((original.learning.get_state() == copy.learning.get_state()).all())
+
+
+def test_sac_finds_the_best_action_of_a_bandit(load_example: Load, monkeypatch: pytest.MonkeyPatch) -> None:
+    from gymnasium.spaces import Box
+
+    module = load_example("sac")
+    monkeypatch.setitem(module.SETTINGS, "batch", 64)
+    agent = module.Sac(Box(-1, 1, (1,)), Box(-2, 2, (1,)), 0)
+    observations = np.ones((500, 1))
+    actions = np.random.default_rng(0).uniform(-1, 1, (500, 1))  # before they are scaled to the space
+    rewards = -4 * (actions - 0.5) ** 2
+    agent._store(observations, actions, observations, rewards, np.ones((500, 1)))
+    for _ in range(200):
+        agent._update()
+    assert agent.act(np.ones((1, 1))) == pytest.approx(1.0, abs=0.4)
+
+
+def test_the_penalty_of_ewc_holds_the_parameters_that_mattered(load_example: Load) -> None:
+    import torch
+
+    distances = []
+    for penalty in (0.0, 1e4):
+        module = load_example("ewc")
+        module.SETTINGS["penalty"] = penalty
+        agent = module.Ewc(*_spaces(), 0)
+        data = torch.Generator().manual_seed(0)
+        observations = torch.randn(40, 1, 11, generator=data)
+        actions, rewards = torch.randn(40, 1, 3, generator=data), torch.randn(40, 1, generator=data)
+        agent._consolidate(observations.flatten(0, 1))
+        before = agent.act(observations.flatten(0, 1).numpy())
+        agent._update(observations, actions, rewards, torch.zeros(40, 1))
+        distances.append(float(np.abs(agent.act(observations.flatten(0, 1).numpy()) - before).mean()))
+    assert distances[1] < 0.5 * distances[0]
+
+
+def test_the_heads_act_differently_in_different_tasks(load_example: Load) -> None:
+    agent = load_example("multi_head").MultiHead(*_spaces(), 0)
+    contexts = [Context(np.ones(4, bool), _label(index)) for index in range(2)]
+    first, second = (agent.act(np.ones((4, 11)), context) for context in contexts)
+    assert not np.allclose(first, second)
+
+
+def test_the_recurrent_state_is_kept_in_an_episode_and_cleared_where_one_starts(load_example: Load) -> None:
+    agent = load_example("recurrent").Recurrent(*_spaces(), 0)
+    observations = np.ones((2, 11))
+    first = agent.act(observations, Context(np.array([True, True])))
+    second = agent.act(observations, Context(np.array([True, False])))
+    np.testing.assert_allclose(second[0], first[0], atol=1e-6)
+    assert not np.allclose(second[1], first[1], atol=1e-6)
+
+
+def test_the_published_policy_of_ppo_samples_around_its_mean(load_example: Load) -> None:
+    agent = load_example("ppo").Ppo(*_spaces(), 0)
+    policy: Policy = agent.policy()
+    assert policy.act(np.zeros((5, 11)), np.random.default_rng(0)).shape == (5, 3)
+
+
+def _spaces() -> tuple[Any, Any]:
+    from gym_extensions.envs import make_vec
+
+    env = make_vec(GROUP.tasks[0], 1)
+    spaces = env.single_observation_space, env.single_action_space
+    env.close()
+    return spaces
+
+
+def _label(index: int = 0) -> Any:
+    from gym_extensions.baselines.context import TaskLabel
+
+    return TaskLabel(GROUP.task_ids[index], index)
+
+
+def _manifest(folder: Path) -> dict[str, Any]:
+    return tomllib.loads((folder / "submission.toml").read_text(encoding="utf-8"))
