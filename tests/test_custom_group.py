@@ -12,8 +12,8 @@ import pytest
 from gymnasium.spaces import Box
 
 from gym_extensions import results
-from gym_extensions.baselines import cli as train_cli
 from gym_extensions.baselines import Factory, train
+from gym_extensions.baselines import cli as train_cli
 from gym_extensions.baselines.algorithms.random import Random
 from gym_extensions.baselines.references import cli as reference_cli
 from gym_extensions.catalog.custom_groups import with_custom
