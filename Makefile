@@ -5,7 +5,7 @@ PIP = .venv/bin/python -m pip --disable-pip-version-check --no-input install --q
 export OPENBLAS_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help leaderboard test check docs docsite bench slow coverage changelog clean
+.PHONY: help leaderboard test check docs docsite bench slow coverage reproduce changelog clean
 
 help:  ## list the commands
 	@awk -F ':.*  ## ' '/^[a-z]+:.*  ## / { printf "make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -37,6 +37,10 @@ docsite: .venv/docs.installed  ## build the documentation as a site, _site/docs/
 bench: .venv/everything.installed  ## measure speed, as ratios taken side by side in one run
 	$(PIP) -e '.[dev,bench]'
 	.venv/bin/pytest -m bench tests/benchmarks --ratios site/gym_extensions/site/measured/ratios.json
+
+reproduce: .venv/everything.installed  ## retrain one run: make reproduce ENTRY=submissions/random GROUP=hopper-gravity RUN=0
+	@test -n "$(ENTRY)" -a -n "$(GROUP)" || { echo "Name an entry and a group"; exit 2; }
+	.venv/bin/gym-extensions reproduce $(ENTRY) --group $(GROUP) --run $(or $(RUN),0) --protocol $(or $(PROTOCOL),sequential)
 
 changelog: .venv/everything.installed  ## move the fragments into CHANGELOG.md: make changelog VERSION=1.0.0
 	@test -n "$(VERSION)" || { echo "Name the version: make changelog VERSION=1.0.0"; exit 2; }

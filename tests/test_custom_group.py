@@ -12,8 +12,8 @@ import pytest
 from gymnasium.spaces import Box
 
 from gym_extensions import results
+from gym_extensions.baselines import Factory, train
 from gym_extensions.baselines import cli as train_cli
-from gym_extensions.baselines import train
 from gym_extensions.baselines.algorithms.random import Random
 from gym_extensions.baselines.references import cli as reference_cli
 from gym_extensions.catalog.custom_groups import with_custom
@@ -54,7 +54,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     root = tmp_path_factory.mktemp("custom")
     group = root / "light.toml"
     group.write_text(LIGHT, encoding="utf-8")
-    for name, agent in {"random": "random", "other": OtherRandom}.items():
+    agents: dict[str, str | Factory] = {"random": "random", "other": OtherRandom}
+    for name, agent in agents.items():
         train(agent, group, ["sequential", "single"], "smoke", [0, 1], out=root / name)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(reference_cli, "FLOOR_EPISODES", 20)

@@ -35,6 +35,7 @@ PUBLIC = {
         "Card",
         "Context",
         "Factory",
+        "JobFailed",
         "JobFinished",
         "Observes",
         "Resumable",

@@ -9,8 +9,12 @@ def write_bytes(path: Path, content: bytes) -> None:
     """Writes to a temporary file in the same folder, then renames it."""
     path.parent.mkdir(parents=True, exist_ok=True)
     partial = path.with_name(f".{path.name}.partial")
-    partial.write_bytes(content)
-    partial.replace(path)
+    try:
+        partial.write_bytes(content)
+        partial.replace(path)
+    except OSError:
+        partial.unlink(missing_ok=True)  # a full disk
+        raise
 
 
 def write_text(path: Path, text: str) -> None:

@@ -27,7 +27,7 @@ class BenchError(Exception):
 
     def __str__(self) -> str:
         first = f"{self.where}: {self.message}" if self.where else self.message
-        return f"{first} {self.hint}".rstrip()
+        return f"{first}{'' if first.endswith(chr(10)) else ' '}{self.hint}".rstrip()
 
 
 def did_you_mean(word: str, choices: Iterable[str]) -> str:

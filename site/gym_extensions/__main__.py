@@ -13,6 +13,10 @@ COMMANDS = {
     "envs": ("gym_extensions.envs.cli", "list, describe and check the environments"),
     "train": ("gym_extensions.baselines.cli", "train an agent through a protocol and write a submission"),
     "merge": ("gym_extensions.baselines.submission.cli", "join submissions of one agent with other runs"),
+    "reproduce": (
+        "gym_extensions.baselines.reproduction.cli",
+        "retrain a run of a submission and compare it with the log",
+    ),
     "reference": ("gym_extensions.baselines.references.cli", "measure the floors and ceilings of tasks"),
     "score": ("gym_extensions.scoring.cli", "check and score submissions"),
     "site": ("gym_extensions.site.cli", "build the pages of the leaderboard"),

@@ -6,7 +6,6 @@ import errno
 import subprocess
 import sys
 from collections.abc import Callable
-from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -223,16 +222,65 @@ def test_a_full_disk_is_reported(
     assert capsys.readouterr().err == message
 
 
-def test_a_worker_that_died_is_reported(
+FAILING = """
+import numpy as np
+import os, signal
+
+class Fails:
+    def __init__(self, observation_space, action_space, seed): self.shape = action_space.shape
+    def act(self, observations): return np.ones((len(observations), *self.shape))
+    def learn(self, env, steps): raise ValueError("no gradient")
+
+class Dies(Fails):
+    def learn(self, env, steps): os.kill(os.getpid(), signal.SIGKILL)
+
+class FailsOnce(Fails):
+    def learn(self, env, steps):
+        try: os.mkdir("failed")
+        except FileExistsError: return
+        raise ValueError("no gradient")
+"""
+DIED = "The worker process ended unexpectedly. If memory ran out, use fewer --jobs or --num-envs."
+TRACEBACKS = "Tracebacks are in .progress/train.log."
+SHORT = {"groups": "hopper-motor-noise", "protocol": "joint"}
+
+
+@pytest.mark.parametrize(("name", "cause"), [("Fails", "ValueError: no gradient"), ("Dies", DIED)])
+def test_a_failed_job_is_reported_with_its_cause(
+    name: str, cause: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "failing.py").write_text(FAILING)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    assert main(command(f"failing:{name}", out="mine", **SHORT)) == 1
+    printed = capsys.readouterr()
+    assert f"hopper-motor-noise joint-run0: failed: {cause}\n" in printed.out
+    assert printed.err == (
+        f"error: 1 of 1 job failed.\n  hopper-motor-noise joint-run0: {cause}\n{TRACEBACKS} {AGAIN}\n"
+    )
+    log = Path("mine/.progress/train.log").read_text()
+    assert ("Traceback (most recent call last)" in log) == (name == "Fails")
+
+
+def test_a_failed_job_stops_no_other_and_is_repeated_by_the_same_command(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    (tmp_path / "failing.py").write_text(FAILING)
     monkeypatch.chdir(tmp_path)
-    replace_train(monkeypatch, raising(BrokenProcessPool("terminated abruptly")))
-    assert main(command("trpo", out="mine")) == 2
-    assert capsys.readouterr().err == (
-        "error: A worker process ended unexpectedly. "
-        f"If memory ran out, use fewer --jobs or --num-envs. {AGAIN}\n"
+    monkeypatch.syspath_prepend(tmp_path)
+    words = command("failing:FailsOnce", out="mine", runs="0-2", **SHORT)
+    log = Path("mine/hopper-motor-noise/joint.csv")
+
+    def runs() -> set[str]:
+        return {line.partition(",")[0] for line in log.read_text().splitlines()[1:]}
+
+    assert main(words) == 1
+    assert capsys.readouterr().err.startswith(
+        "error: 1 of 3 jobs failed.\n  hopper-motor-noise joint-run0: Val"
     )
+    assert runs() == {"1", "2"}
+    assert main(words) == 0
+    assert runs() == {"0", "1", "2"}
 
 
 def test_a_missing_file_of_the_agent_is_raised_unchanged(monkeypatch: pytest.MonkeyPatch) -> None:

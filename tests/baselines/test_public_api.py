@@ -19,6 +19,7 @@ NAMES = [
     "Card",
     "Context",
     "Factory",
+    "JobFailed",
     "JobFinished",
     "Observes",
     "Resumable",

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from gym_extensions.baselines.train_agent import train
     from gym_extensions.baselines.training.events import (
         BatchTrained,
+        JobFailed,
         JobFinished,
         StageStarted,
         TaskEvaluated,
@@ -34,6 +35,7 @@ __all__ = [
     "Card",
     "Context",
     "Factory",
+    "JobFailed",
     "JobFinished",
     "Observes",
     "Resumable",
@@ -46,7 +48,7 @@ __all__ = [
     "train",
 ]
 
-EVENTS = ("BatchTrained", "JobFinished", "StageStarted", "TaskEvaluated", "TrainingStarted")
+EVENTS = ("BatchTrained", "JobFailed", "JobFinished", "StageStarted", "TaskEvaluated", "TrainingStarted")
 MODULES = {
     "merge": "submission.merge",
     "record": "recording.record",

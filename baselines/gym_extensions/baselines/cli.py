@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import argparse
-import errno
 import os
 import shlex
 import subprocess
-from concurrent.futures.process import BrokenProcessPool
+import sys
 from pathlib import Path
 
 from gym_extensions.baselines import algorithms
+from gym_extensions.baselines.execution.failures import DISK_FULL, JOBS_FAILED
 from gym_extensions.baselines.extras import missing_extra
 from gym_extensions.baselines.reporting.listeners import LOGS
 from gym_extensions.baselines.training.events import Event, TrainingStarted
@@ -20,8 +20,6 @@ from gym_extensions.catalog.budgets import BUDGETS
 from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.errors import BenchError, reports_mistakes
 
-DISK_FULL = (errno.ENOSPC, errno.EDQUOT)
-
 
 def parser() -> argparse.ArgumentParser:
     """The command's options."""
@@ -29,7 +27,8 @@ def parser() -> argparse.ArgumentParser:
         prog="gym-extensions train",
         description="Train an agent with an evaluation protocol and write its submission. "
         "An interrupted command can be repeated: it skips finished runs, and resumes the others "
-        "after their last finished stage if the agent can be saved.",
+        "after their last finished stage if the agent can be saved. A job that fails does not stop the "
+        "others; the exit status is then 1.",
     )
     command.add_argument("agent", help=f"{', '.join(algorithms.names())}, or module:factory")
     command.add_argument(
@@ -46,6 +45,11 @@ def parser() -> argparse.ArgumentParser:
     command.add_argument("--runs", default="0", help="training seeds, such as 0,1 or 0-4 (default: 0)")
     command.add_argument("--out", required=True, type=Path, help="the submission's folder")
     command.add_argument("--jobs", type=int, default=1, help="worker processes (default: 1)")
+    command.add_argument(
+        "--ray",
+        metavar="ADDRESS",
+        help="run the jobs on an existing Ray cluster: auto, or its address host:port (docs/cluster.md)",
+    )
     command.add_argument(
         "--num-envs", type=int, help="parallel training environments (default: those of the budget)"
     )
@@ -80,6 +84,7 @@ def _train(options: argparse.Namespace, titles: list[str]) -> None:
         parse_runs(options.runs),
         out=options.out,
         jobs=options.jobs,
+        ray=options.ray,
         num_envs=options.num_envs,
         progress=not options.quiet,
         log=options.log and parse_names(options.log),
@@ -105,9 +110,11 @@ def main(argv: list[str] | None = None) -> int:
             raise
         hint = f"Free some disk space. {next_step(options.out, titles)}"
         raise BenchError("disk-full", f"{error.strerror}.", str(options.out), hint) from error
-    except BrokenProcessPool as error:
-        hint = f"If memory ran out, use fewer --jobs or --num-envs. {next_step(options.out, titles)}"
-        raise BenchError("worker-died", "A worker process ended unexpectedly.", hint=hint) from error
+    except BenchError as error:
+        if error.code != JOBS_FAILED:
+            raise
+        print(f"error: {error}", file=sys.stderr)
+        return 1
     except ModuleNotFoundError as missing:
         extra = missing_extra(missing)
         if extra is None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import errno
 import hashlib
 import shutil
 import tomllib
@@ -15,7 +16,7 @@ import pytest
 
 from gym_extensions.baselines import Card, train
 from gym_extensions.baselines.algorithms.random import Random
-from gym_extensions.baselines.training.events import Event, TrainingStarted
+from gym_extensions.baselines.training.events import Event, StageStarted, TrainingStarted
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.protocol import evaluation_seed
@@ -242,3 +243,38 @@ def test_a_tuple_equals_itself_when_a_run_is_added(tmp_path: Path) -> None:
         train(Tupled, "hopper-gravity", "single", "smoke", run, out=tmp_path / "tupled", jobs=0)
     manifest = tomllib.loads((tmp_path / "tupled" / "submission.toml").read_text())
     assert manifest["hyperparameters"]["train_freq"] == [8, "step"]
+
+
+@pytest.mark.parametrize("name", ["joint.csv", ".npz", "submission.toml"])
+def test_a_full_disk_leaves_the_submission_as_it_was_and_the_run_can_be_written_later(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out = tmp_path / "mine"
+    train("random", SHORT_GROUP, "joint", "smoke", 0, out=out)
+    before, write = digests(out), Path.write_bytes
+
+    def fill_disk(path: Path, content: bytes) -> int:
+        if path.name.endswith(f"{name}.partial") and "staged" in path.parts:
+            write(path, content[:10])
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return write(path, content)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "write_bytes", fill_disk)
+        with pytest.raises(BenchError) as error:
+            train("random", SHORT_GROUP, "joint", "smoke", [1, 2], out=out)
+    cause = "The disk is full: No space left on device. Free some disk space."
+    assert [line.strip() for line in error.value.message.splitlines()] == [
+        "2 of 2 jobs failed.",
+        *(f"{SHORT_GROUP} joint-run{run}: {cause}" for run in (1, 2)),
+    ]
+    assert error.value.hint.endswith("The same command continues; it reuses 2 finished stages.")
+    assert digests(out) == before
+    assert not list(out.rglob("*.partial"))
+    train("random", SHORT_GROUP, "joint", "smoke", [1, 2], out=out, callback=refuse_training)
+    train("random", SHORT_GROUP, "joint", "smoke", [0, 1, 2], out=tmp_path / "at-once")
+    assert digests(out) == digests(tmp_path / "at-once")
+
+
+def refuse_training(event: Event) -> None:
+    assert not isinstance(event, StageStarted), "a finished stage was repeated"

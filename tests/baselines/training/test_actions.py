@@ -53,8 +53,11 @@ class NarrowInTraining(Zero):
 @pytest.mark.parametrize(
     ("agent", "message"),
     [
-        (NarrowInEvaluation, r"^act\(\): The agent returned an array of shape \(20, 1\)"),
-        (NarrowInTraining, r"^env\.step\(\) in learn\(\): The agent returned an array of shape \(1, 1\)"),
+        (NarrowInEvaluation, r"task0: act\(\): The agent returned an array of shape \(20, 1\)"),
+        (
+            NarrowInTraining,
+            r"task0: env\.step\(\) in learn\(\): The agent returned an array of shape \(1, 1\)",
+        ),
     ],
 )
 def test_the_message_names_the_call_that_produced_the_actions(

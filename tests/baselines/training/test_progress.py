@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 import time
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -126,3 +127,48 @@ def test_the_stages_of_an_unfinished_run_with_other_settings_are_not_reused(tmp_
         train(Unsaved, SHORT_GROUP, "sequential", "smoke", 0, out=tmp_path)
     with pytest.raises(BenchError, match="belongs to an unfinished run with other settings"):
         train("zero", SHORT_GROUP, "sequential", "smoke", 0, out=tmp_path)
+
+
+def unfinished(out: Path) -> Path:
+    """The folder of a job that stopped after two stages."""
+    Unsaved.has_stopped = False
+    with pytest.raises(PowerCutError):
+        train(Saved, SHORT_GROUP, "sequential", "smoke", 0, out=out)
+    return out / FIRST_JOB
+
+
+class Saved(Unsaved):
+    """The same with ``save``."""
+
+    def save(self, path: Path) -> None:
+        path.write_text(str(self.stages))
+
+    def load(self, path: Path) -> None:
+        self.stages = {"1": 1}[path.read_text()]
+
+
+def test_a_checkpoint_of_another_version_is_not_continued(tmp_path: Path) -> None:
+    settings = unfinished(tmp_path) / "settings.json"
+    numpy = version("numpy")
+    settings.write_text(settings.read_text().replace(f'"numpy": "{numpy}"', '"numpy": "1.26.4"'))
+    with pytest.raises(BenchError) as error:
+        train(Saved, SHORT_GROUP, "sequential", "smoke", 0, out=tmp_path)
+    assert error.value.code == "other-version"
+    assert str(error.value) == (
+        f"{settings.parent}: The unfinished run was started with numpy 1.26.4 (installed: {numpy}). "
+        "Install these versions, or delete the folder to start the run again."
+    )
+    assert (settings.parent / "stage1.json").exists()
+
+
+def test_a_checkpoint_that_the_agent_cannot_load_is_reported(tmp_path: Path) -> None:
+    checkpoint = unfinished(tmp_path) / "agent1.npz"
+    checkpoint.write_text("format 2")
+    with pytest.raises(BenchError) as error:
+        train(Saved, SHORT_GROUP, "sequential", "smoke", 0, out=tmp_path)
+    assert error.value.code == "bad-checkpoint"
+    assert str(error.value) == (
+        f"{checkpoint}: The agent cannot load its checkpoint: KeyError: 'format 2'. "
+        "Restore the agent's code, or delete the folder to start the run again."
+    )
+    assert checkpoint.exists()

@@ -10,13 +10,14 @@ from typing import Any
 
 from gym_extensions.atomic import write_text
 from gym_extensions.baselines import algorithms
+from gym_extensions.baselines.execution.failures import Failure, jobs_failed
+from gym_extensions.baselines.execution.workers import Workers
 from gym_extensions.baselines.references.logs import write_ceiling_log, write_floor_log
 from gym_extensions.baselines.references.measure import ORACLE, Measurement, PendingMeasurement
 from gym_extensions.baselines.references.rows import floor_row, task_row
 from gym_extensions.baselines.reporting.display import Screen, open_screen
-from gym_extensions.baselines.training.events import JobPlan, StagePlan, TrainingStarted
+from gym_extensions.baselines.training.events import JobFailed, JobPlan, StagePlan, TrainingStarted
 from gym_extensions.baselines.training.request import parse_groups, parse_names, parse_runs, require_positive
-from gym_extensions.baselines.training.workers import run_all
 from gym_extensions.catalog.budgets import BUDGETS
 from gym_extensions.catalog.budgets import budget as budget_named
 from gym_extensions.catalog.protocol import FIRST_REFERENCE_RUN, FULL_ENTRY_RUNS
@@ -73,9 +74,19 @@ def measure_all(
     screen.show(TrainingStarted(tuple(plans), jobs))
     folder = out.parent / PROGRESS / out.stem
     pending = [PendingMeasurement(each, folder) for each in measurements]
-    results: Results = {
-        measurements[index]: episodes for index, episodes in run_all(pending, jobs, screen.show)
-    }
+    results: dict[Measurement, list[Episode]] = {}
+    failures: dict[str, Failure] = {}
+    for index, outcome in Workers(jobs).run(pending, screen.show):
+        each = measurements[index]
+        if isinstance(outcome, Failure):
+            failures[each.title] = outcome
+            screen.show(JobFailed(each.title, outcome.cause))
+        else:
+            results[each] = outcome
+    if failures:
+        raise jobs_failed(
+            failures, len(measurements), "Finished measurements are stored; repeat the command."
+        )
     logs = out.parent / f"{out.stem}-logs"
     tasks = {task.id: _task(task, floors[task], ceilings[task], results, logs) for task in budgets}
     final = set(budgets.values()) == {REFERENCE_BUDGET} and len(runs) >= FULL_ENTRY_RUNS

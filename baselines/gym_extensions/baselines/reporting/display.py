@@ -14,6 +14,7 @@ from gym_extensions.baselines.reporting.time_left import TimeLeft, clock_time
 from gym_extensions.baselines.training.events import (
     BatchTrained,
     Event,
+    JobFailed,
     JobFinished,
     StageStarted,
     TaskEvaluated,
@@ -59,9 +60,11 @@ class Bars:
         if isinstance(event, TrainingStarted):
             steps = self._time_left.steps_left()
             self._total = self._progress.add_task("all jobs", total=steps, text="") if event.jobs else None
-        elif isinstance(event, JobFinished):
+        elif isinstance(event, JobFinished | JobFailed):
             if event.job in self._rows:
                 self._progress.remove_task(self._rows.pop(event.job))
+            if isinstance(event, JobFailed):
+                self._progress.console.print(line(event, None), highlight=False, markup=False)
         else:
             self._show_job(event)
         if self._total is not None:

@@ -13,6 +13,7 @@ from gym_extensions.baselines.reporting.time_left import TimeLeft
 from gym_extensions.baselines.training.events import (
     BatchTrained,
     Event,
+    JobFailed,
     Listener,
     TaskEvaluated,
     TrainingStarted,
@@ -23,7 +24,7 @@ EVENT_COLUMNS = ("event", "job", "stage", "step", "job_step", "task", "mean_retu
 
 
 def log_file(folder: Path, now: Callable[[], float] = time.time) -> Listener:
-    """Appends a line per event with date and local time to ``train.log``."""
+    """Appends a line per event with date and local time, and tracebacks of failed jobs, to ``train.log``."""
     path, time_left = folder / TRAIN_LOG, TimeLeft()
 
     def listen(event: Event) -> None:
@@ -35,6 +36,8 @@ def log_file(folder: Path, now: Callable[[], float] = time.time) -> Listener:
         stamp = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(now()))
         with path.open("a", encoding="utf-8", newline="\n") as file:
             file.write(f"{stamp} {line(event, time_left.seconds())}\n")
+            if isinstance(event, JobFailed):
+                file.write(event.traceback)
 
     return listen
 

@@ -6,6 +6,7 @@ from gym_extensions.baselines.reporting.time_left import clock_time
 from gym_extensions.baselines.training.events import (
     BatchTrained,
     Event,
+    JobFailed,
     JobFinished,
     StageStarted,
     TrainingStarted,
@@ -23,6 +24,8 @@ def line(event: Event, seconds_left: float | None) -> str:
         return _plan_line(event)
     if isinstance(event, JobFinished):
         return f"{event.job}: finished"
+    if isinstance(event, JobFailed):
+        return f"{event.job}: failed: {event.cause}"
     where = f"{event.job} stage {event.stage}"
     if isinstance(event, StageStarted):
         tasks = ", ".join(event.tasks) if event.tasks else "no task"

@@ -7,7 +7,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from gym_extensions.baselines.training.events import BatchTrained, Event, JobFinished, TaskEvaluated
+from gym_extensions.baselines.training.events import (
+    BatchTrained,
+    Event,
+    JobFailed,
+    JobFinished,
+    TaskEvaluated,
+)
 from gym_extensions.errors import BenchError
 
 FOLDER = "tensorboard"
@@ -45,7 +51,7 @@ class TensorBoard:
         elif isinstance(event, TaskEvaluated):
             name = event.task.rpartition("/")[2]
             self._add(event.job, event.job_step, {f"evaluation/{name}": event.mean_return})
-        elif isinstance(event, JobFinished) and event.job in self._writers:
+        elif isinstance(event, JobFinished | JobFailed) and event.job in self._writers:
             self._writers.pop(event.job).close()
 
     def close(self) -> None:

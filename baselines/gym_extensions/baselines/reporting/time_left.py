@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from gym_extensions.baselines.training.events import (
     BatchTrained,
     Event,
+    JobFailed,
     JobFinished,
     JobPlan,
     StageStarted,
@@ -30,7 +31,7 @@ class JobProgress:
     plan: JobPlan
     stage: int = -1
     done: Work = field(default_factory=Work)
-    is_finished: bool = False
+    has_ended: bool = False
 
     def enter(self, stage: int) -> None:
         """Moves on to a stage. The stages before it are done, in this call or in an earlier one."""
@@ -39,7 +40,7 @@ class JobProgress:
 
     def left(self) -> Work:
         """The work of the job that is not done."""
-        if self.is_finished:
+        if self.has_ended:
             return Work()
         stages = [stage for stage in self.plan.stages if stage.number >= self.stage]
         steps = sum(stage.steps for stage in stages) - self.done.steps
@@ -69,8 +70,8 @@ class TimeLeft:
         job = self.jobs.get(event.job)
         if job is None:
             return
-        if isinstance(event, JobFinished):
-            job.is_finished = True
+        if isinstance(event, JobFinished | JobFailed):
+            job.has_ended = True
             return
         job.enter(event.stage)
         if isinstance(event, StageStarted):
@@ -90,7 +91,7 @@ class TimeLeft:
 
     def seconds(self) -> float | None:
         """Seconds until all jobs are finished; None before a kind of work that is left was measured."""
-        left = [job.left() for job in self.jobs.values() if not job.is_finished]
+        left = [job.left() for job in self.jobs.values() if not job.has_ended]
         steps, episodes = (sum(work.steps for work in left), sum(work.episodes for work in left))
         if not self.jobs:
             return None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from gym_extensions.atomic import write_bytes
@@ -55,9 +55,20 @@ def find_traces(names: dict[str, int], folders: Sequence[Path], log: str) -> dic
 
 def copy_traces(paths: dict[str, Path], target: Path, protocol: str) -> None:
     """Makes ``target`` contain these traces of the protocol and no others."""
+    stage_traces(paths, target, target)
+    remove_other_traces(paths, target, protocol)
+
+
+def stage_traces(paths: dict[str, Path], target: Path, staged: Path) -> None:
+    """Copies the traces that are not yet in ``target`` to ``staged``."""
     for name, path in paths.items():
         if path != target / name:
-            write_bytes(target / name, path.read_bytes())
+            write_bytes(staged / name, path.read_bytes())
+
+
+def remove_other_traces(names: Iterable[str], target: Path, protocol: str) -> None:
+    """Deletes the traces of the protocol that do not have one of these names."""
+    expected = set(names)
     for path in target.glob(f"{protocol}-*.npz"):
-        if path.name not in paths:
+        if path.name not in expected:
             path.unlink()

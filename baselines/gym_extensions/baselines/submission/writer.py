@@ -8,7 +8,14 @@ from pathlib import Path
 
 from gym_extensions.baselines.submission import manifest
 from gym_extensions.baselines.submission.lock import write_lock
-from gym_extensions.baselines.submission.sample import copy_traces, find_traces, sample_names, trace_folders
+from gym_extensions.baselines.submission.sample import (
+    find_traces,
+    remove_other_traces,
+    sample_names,
+    stage_traces,
+    trace_folders,
+)
+from gym_extensions.baselines.submission.staging import move_into_place, staging
 from gym_extensions.baselines.training.jobs import Settings, TrainingJob, jobs_of
 from gym_extensions.baselines.training.policies import policies_folder
 from gym_extensions.baselines.training.progress import FinishedStage, Progress
@@ -26,7 +33,6 @@ from gym_extensions.rollouts.layout import (
     EVALUATIONS,
     MANIFEST,
     POLICIES,
-    PROGRESS,
     TRACES,
     policy_names,
 )
@@ -97,13 +103,16 @@ def write_log(
     finished: dict[TrainingJob, list[FinishedStage]],
     settings: Settings,
 ) -> None:
-    """Writes one log and its curves, traces and manifest, then deletes the folders of its jobs.
+    """Adds runs to a log with their curves, traces and policies, then deletes the folders of their jobs.
 
-    The log itself is written last, so that an interrupted call can be repeated. Waits for another process
-    that writes files of the submission.
+    All files are written to a temporary folder and then moved, the log last, so that a full disk leaves the
+    submission as it was and an interrupted call can be repeated. Waits for another process that writes
+    files of the submission.
     """
     with write_lock(out):
         _write_log(out, group, protocol, finished, settings)
+        for job in finished:
+            Progress.of(out, job).remove()
 
 
 def _write_log(
@@ -118,29 +127,27 @@ def _write_log(
     records = [record for stages in finished.values() for record in stages]
     rows = [row for row in read_episodes(path) if row.run not in runs]
     rows += [row for record in records for row in record.episodes]
-    staged = out / PROGRESS / group.name / path.name
-    write_episodes(staged, rows, ids)
-    copy_traces(_traces(out, group, protocol, staged), out / group.name / TRACES, protocol)
-
-    curves = path.with_name(CURVES)
+    curves, evaluations = path.with_name(CURVES), path.with_name(EVALUATIONS)
     points = [row for row in read_curves(curves) if row.protocol != protocol or row.run not in runs]
     points += [point for record in records for point in record.curves]
-    if points:
-        write_curves(curves, points, ids)
-    path_of_evaluations = path.with_name(EVALUATIONS)
-    evaluations = [
-        row
-        for row in read_evaluations(path_of_evaluations)
-        if row.protocol != protocol or row.run not in runs
+    interim = [
+        row for row in read_evaluations(evaluations) if row.protocol != protocol or row.run not in runs
     ]
-    evaluations += [row for record in records for row in record.evaluations]
-    if evaluations:
-        write_evaluations(path_of_evaluations, evaluations, ids)
-    _write_manifest(out, records, settings)
-    _move_policies(out, group, protocol, sorted({row.run for row in rows}))
-    staged.replace(path)
-    for job in finished:
-        Progress.of(out, job).remove()
+    interim += [row for record in records for row in record.evaluations]
+
+    with staging(out) as staged:
+        folder = staged / group.name
+        write_episodes(folder / path.name, rows, ids)
+        traces = _traces(out, group, protocol, folder / path.name)
+        stage_traces(traces, path.with_name(TRACES), folder / TRACES)
+        if points:
+            write_curves(folder / CURVES, points, ids)
+        if interim:
+            write_evaluations(folder / EVALUATIONS, interim, ids)
+        _write_manifest(out / MANIFEST, staged / MANIFEST, records, settings)
+        _move_policies(out, group, protocol, sorted({row.run for row in rows}))
+        move_into_place(staged, out, last=Path(group.name, path.name))
+    remove_other_traces(traces, path.with_name(TRACES), protocol)
 
 
 def _log(out: Path, group: TaskGroup, protocol: str) -> Path:
@@ -160,14 +167,13 @@ def _move_policies(out: Path, group: TaskGroup, protocol: str, runs: Sequence[in
     names = policy_names(protocol, runs, group)
     if not all((source / name).exists() or (target / name).exists() for name in names):
         return
-    target.mkdir(exist_ok=True)
+    target.mkdir(parents=True, exist_ok=True)
     for name in names:
         if (source / name).exists():
             (source / name).replace(target / name)
 
 
-def _write_manifest(out: Path, records: Sequence[FinishedStage], settings: Settings) -> None:
-    path = out / MANIFEST
+def _write_manifest(path: Path, target: Path, records: Sequence[FinishedStage], settings: Settings) -> None:
     existing = manifest.read(path)
     card = max((record.card for record in records), key=lambda card: card.stored_steps)
     new = manifest.run_sections(
@@ -175,4 +181,4 @@ def _write_manifest(out: Path, records: Sequence[FinishedStage], settings: Setti
     )
     manifest.require_same(path, existing, new)
     first, last = (max(record.parameters[end] for record in records) for end in (0, 1))
-    manifest.write(path, manifest.merge(existing, card, new, first, last))
+    manifest.write(target, manifest.merge(existing, card, new, first, last))

@@ -114,6 +114,21 @@ class JobFinished:
     job: str
 
 
-Event = TrainingStarted | StageStarted | BatchTrained | TaskEvaluated | JobFinished
+@dataclass(frozen=True)
+class JobFailed:
+    """A job ended with an error; its finished stages are stored. The other jobs go on.
+
+    Args:
+        job: the job's title.
+        cause: the error in one sentence.
+        traceback: the text of the traceback; empty if there is none.
+    """
+
+    job: str
+    cause: str
+    traceback: str = ""
+
+
+Event = TrainingStarted | StageStarted | BatchTrained | TaskEvaluated | JobFinished | JobFailed
 Listener = Callable[[Event], object]
 """Called with every event in the process that called ``train``."""

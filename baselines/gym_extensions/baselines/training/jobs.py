@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from gym_extensions.baselines.context import Observes
@@ -20,6 +20,7 @@ class Settings:
     agent asked to observe.
 
     ``steps`` is ``recorded`` if the training loop counts the training steps, else ``claimed``.
+    ``hyperparameters`` are those of the agent's card.
     """
 
     agent: str
@@ -27,6 +28,7 @@ class Settings:
     num_envs: int | None = None
     observes: Observes = field(default_factory=Observes)
     steps: Steps = "recorded"
+    hyperparameters: Mapping[str, object] = field(default_factory=dict, hash=False)
 
     def num_envs_for(self, num_tasks: int) -> int:
         """Training environments: a multiple of the number of tasks, so that each task has equally many."""
@@ -74,6 +76,11 @@ class TrainingJob:
         """A short name and the name of the job's folder: ``sequential-run0``, ``single-run0-task3``."""
         ending = "" if self.task is None else f"-task{self.task}"
         return f"{self.protocol}-run{self.run}{ending}"
+
+    @property
+    def run_key(self) -> tuple[str, str, int]:
+        """The group's name, the protocol and the run: what the jobs of one run have in common."""
+        return self.group.name, self.protocol, self.run
 
     @property
     def title(self) -> str:

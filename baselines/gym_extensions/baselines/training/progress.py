@@ -12,6 +12,7 @@ from typing import Any
 from gym_extensions.atomic import write_text
 from gym_extensions.baselines.agent import Agent, Card, Resumable
 from gym_extensions.baselines.training.jobs import TrainingJob
+from gym_extensions.baselines.training.versions import job_versions, version_difference
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.episodes import CurvePoint, Episode, EvaluationPoint
 from gym_extensions.rollouts.layout import PROGRESS, UNFINISHED_CURVES, unfinished_curve_name
@@ -43,13 +44,25 @@ class Progress:
         return cls(out / PROGRESS / job.group.name / job.name)
 
     def begin(self, settings: Mapping[str, Any]) -> None:
-        """Stores the job's settings; raises ``BenchError`` if the folder belongs to other settings."""
+        """Stores what the job's results depend on: its settings, and the versions of the packages.
+
+        Raises:
+            BenchError: the folder belongs to other settings or versions.
+        """
         path = self.folder / SETTINGS
+        settings = dict(settings) | {"versions": job_versions()}
         text = json.dumps(settings, indent=1, sort_keys=True) + "\n"
         if not path.exists():
             write_text(path, text)
             return
         stored = path.read_text(encoding="utf-8")
+        if difference := version_difference(json.loads(stored).get("versions")):
+            raise BenchError(
+                "other-version",
+                f"The unfinished run was started with {difference}.",
+                where=str(self.folder),
+                hint="Install these versions, or delete the folder to start the run again.",
+            )
         if stored != text:
             raise BenchError(
                 "other-run-unfinished",
@@ -75,12 +88,21 @@ class Progress:
         return len(records) if complete or self._checkpoint(_number(records[-1])).exists() else 0
 
     def resume(self, agent: Agent, done: list[FinishedStage]) -> bool:
-        """Restores the agent after the last finished stage; False if the job must start again."""
+        """Restores the agent after the last finished stage; False if the job must start again.
+
+        Raises:
+            BenchError: the agent cannot load what it saved.
+        """
         checkpoint = self._checkpoint(done[-1].stage)
         if not (isinstance(agent, Resumable) and checkpoint.exists()):
             self.forget()
             return False
-        agent.load(checkpoint)
+        try:
+            agent.load(checkpoint)
+        except Exception as error:
+            message = f"The agent cannot load its checkpoint: {type(error).__name__}: {error}."
+            hint = "Restore the agent's code, or delete the folder to start the run again."
+            raise BenchError("bad-checkpoint", message, str(checkpoint), hint) from error
         return True
 
     def finish(self, record: FinishedStage, agent: Agent, last: bool) -> None:

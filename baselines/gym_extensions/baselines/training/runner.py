@@ -22,6 +22,7 @@ from gym_extensions.baselines.training.recorder import Recorder
 from gym_extensions.baselines.training.seeding import training_seed
 from gym_extensions.catalog.budgets import budget
 from gym_extensions.envs import make_vec
+from gym_extensions.envs.fingerprint import fingerprint_of
 from gym_extensions.errors import BenchError
 
 
@@ -66,7 +67,9 @@ def run_job(
     stages = job.stages(budget(settings.budget))
     progress = Progress.of(out, job)
     progress.begin(
-        asdict(settings) | {"group": job.group.id, "tasks": list(job.group.task_ids), "stages": len(stages)}
+        asdict(settings)
+        | {"group": job.group.id, "tasks": list(job.group.task_ids), "stages": len(stages)}
+        | {"fingerprints": [fingerprint_of(task) for task in job.group.tasks]}
     )
     done = progress.finished()
     if len(done) == len(stages):

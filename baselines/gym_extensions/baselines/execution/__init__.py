@@ -1,0 +1,1 @@
+"""Runs jobs in this process, in worker processes or on a cluster."""

@@ -1,0 +1,1 @@
+"""Retrains a run of a submission and compares it with the log."""

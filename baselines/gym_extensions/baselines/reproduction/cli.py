@@ -1,0 +1,68 @@
+"""The command ``gym-extensions reproduce``, which retrains one run of a submission."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from gym_extensions.baselines.reproduction.reproduce import Reproduction, reproduce
+from gym_extensions.baselines.training.request import require_positive
+from gym_extensions.catalog.protocol import PROTOCOLS
+from gym_extensions.errors import reports_mistakes
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command's options."""
+    command = argparse.ArgumentParser(
+        prog="gym-extensions reproduce",
+        description="Retrain one run of a submission of a reference agent in a temporary folder and compare "
+        "it with the log. The exit status is 0 if the rows are the same bytes or all mean returns agree "
+        "within evaluation noise, else 1.",
+    )
+    command.add_argument("entry", type=Path, metavar="ENTRY", help="the submission's folder")
+    command.add_argument("--group", required=True, help="a group's name, or the TOML file of a custom group")
+    command.add_argument(
+        "--protocol", default="sequential", choices=PROTOCOLS, help="the protocol (default: sequential)"
+    )
+    command.add_argument("--run", type=int, default=0, help="the training seed (default: 0)")
+    command.add_argument("--jobs", type=int, default=1, help="worker processes (default: 1)")
+    command.add_argument("--quiet", action="store_true", help="do not show the progress")
+    return command
+
+
+@reports_mistakes
+def main(argv: list[str] | None = None) -> int:
+    """Retrains, prints the comparison and returns the exit status."""
+    options = parser().parse_args(argv)
+    require_positive(options.jobs, "--jobs")
+    result = reproduce(
+        *(options.entry, options.group, options.protocol, options.run),
+        jobs=options.jobs,
+        progress=not options.quiet,
+    )
+    print(f"{options.entry} {options.group} {options.protocol} run {options.run}: {summary(result)}")
+    return 0 if result.comparison.agrees else 1
+
+
+def summary(result: Reproduction) -> str:
+    """What the comparison showed, in a few lines."""
+    comparison = result.comparison
+    if comparison.same_bytes:
+        return "the same bytes."
+    lines = [f"The first difference is at {comparison.first_difference}."]
+    changed = [f"{name} {old} (installed: {new})" for name, (old, new) in result.versions.items()]
+    if changed:
+        lines.append(f"The submission was made with {', '.join(changed)}.")
+    else:
+        lines.append("The versions and the platform are those of the submission.")
+    differing = [cell for cell in comparison.cells if not cell.agrees]
+    for cell in differing:
+        lines.append(
+            f"Stage {cell.stage}, {cell.task}: mean return {cell.logged:.1f} in the log and "
+            f"{cell.retrained:.1f} after retraining, p = {cell.p_value:.2g}."
+        )
+    if not comparison.agrees:
+        verdict = f"{len(differing)} of {len(comparison.cells)} cells differ."
+    else:
+        verdict = f"the mean returns of all {len(comparison.cells)} cells agree within evaluation noise."
+    return "\n".join([verdict, *lines])

@@ -1,0 +1,121 @@
+"""Retrains one run of a submission in a temporary folder and compares it with the log."""
+
+from __future__ import annotations
+
+import csv
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from gym_extensions.baselines import algorithms
+from gym_extensions.baselines.reproduction.compare import Comparison, compare
+from gym_extensions.baselines.submission import manifest
+from gym_extensions.baselines.train_agent import train
+from gym_extensions.catalog.custom_groups import resolve_group
+from gym_extensions.catalog.groups import TaskGroup
+from gym_extensions.errors import BenchError, did_you_mean
+from gym_extensions.rollouts.layout import MANIFEST
+
+
+@dataclass(frozen=True)
+class Reproduction:
+    """The comparison, and the versions that differ: by name, in the submission and installed."""
+
+    comparison: Comparison
+    versions: dict[str, tuple[str, str]]
+
+
+def reproduce(
+    entry: str | Path,
+    group: str | Path | TaskGroup,
+    protocol: str = "sequential",
+    run: int = 0,
+    *,
+    jobs: int = 0,
+    progress: bool = True,
+) -> Reproduction:
+    """Retrains one run of a submission of a reference agent and compares it with the log.
+
+    The rows are the same bytes if the versions and the platform are the same. Elsewhere
+    :func:`~gym_extensions.baselines.reproduction.compare.compare` decides whether they agree.
+
+    Args:
+        entry: the submission's folder, which stays as it is.
+        group: the name of a group, or a custom group.
+        protocol: ``"sequential"``, ``"single"`` or ``"joint"``.
+        run: the training seed.
+        jobs: number of worker processes; 0 trains in this process.
+        progress: whether to show the progress of training.
+
+    Raises:
+        BenchError: the submission, its log or the run does not exist, or the submission is not of a reference
+            agent with its present settings.
+    """
+    folder, tasks = Path(entry), resolve_group(group)
+    tables = _tables(folder)
+    log = f"{tasks.name}/{protocol}.csv"
+    columns, logged = read_run(folder / log, run)
+    with tempfile.TemporaryDirectory(prefix="gym-extensions-") as temporary:
+        out = Path(temporary) / "retrained"
+        # With the settings of the submission in place, training another agent or setting is refused.
+        manifest.write(out / MANIFEST, {name: table for name, table in tables.items() if name != "versions"})
+        settings = tables["protocol"]
+        try:
+            train(
+                *(settings["algorithm"], [tasks], protocol, settings["budget"], run),
+                out=out,
+                jobs=jobs,
+                num_envs=tables["hyperparameters"].get("num_envs"),
+                progress=progress,
+            )
+        except BenchError as error:
+            if error.code != "mixed-submission":
+                raise
+            hint = "Check out the commit in [code] and repeat the command."
+            raise BenchError("not-reproducible", error.message, str(folder / MANIFEST), hint) from error
+        _, retrained = read_run(out / log, run)
+    installed = manifest.versions()
+    differ = {
+        name: (str(version), installed[name])
+        for name, version in tables.get("versions", {}).items()
+        if name in installed and installed[name] != version
+    }
+    return Reproduction(compare(logged, retrained, columns), differ)
+
+
+def read_run(path: Path, run: int) -> tuple[list[str], list[dict[str, str]]]:
+    """The columns of a log, and the rows of a run as text.
+
+    Raises:
+        BenchError: the log or the run does not exist.
+    """
+    if not path.is_file():
+        raise BenchError(
+            "no-log", "The log does not exist.", str(path), "Name a group and protocol of the entry."
+        )
+    with path.open(newline="", encoding="utf-8") as file:
+        reader = csv.DictReader(file)
+        rows = list(reader)
+    runs = sorted({int(row["run"]) for row in rows})
+    if run not in runs:
+        hint = f"Choose one of: {', '.join(map(str, runs))}."
+        raise BenchError("no-run", f"Run {run} is not in the log.", str(path), hint)
+    return list(reader.fieldnames or ()), [row for row in rows if int(row["run"]) == run]
+
+
+def _tables(folder: Path) -> dict[str, Any]:
+    path = folder / MANIFEST
+    tables = manifest.read(path)
+    if not tables:
+        hint = "Name the folder of a submission, such as submissions/random."
+        raise BenchError("no-submission", "The file does not exist.", str(path), hint)
+    algorithm = str(tables.get("protocol", {}).get("algorithm", ""))
+    if algorithm not in algorithms.names() or tables["protocol"].get("steps", "recorded") != "recorded":
+        message = f"The algorithm {algorithm!r} was not trained here as a reference agent."
+        hint = (
+            did_you_mean(algorithm, algorithms.names())
+            or "Only entries of reference agents can be retrained."
+        )
+        raise BenchError("not-reproducible", message, str(path), hint)
+    return tables

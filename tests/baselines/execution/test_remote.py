@@ -1,0 +1,133 @@
+"""Jobs whose files go to another machine and come back: the same bytes as training in this process."""
+
+from __future__ import annotations
+
+import errno
+import pickle
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from gym_extensions.baselines import TaskEvaluated, train, train_agent
+from gym_extensions.baselines.execution.failures import Failure, failure_of
+from gym_extensions.baselines.execution.job_files import Files, RemoteJob
+from gym_extensions.baselines.execution.remote import Remote
+from gym_extensions.baselines.training import evaluator
+from gym_extensions.baselines.training.events import Event, Listener
+from gym_extensions.errors import BenchError
+
+from ..conftest import SHORT_GROUP, digests
+
+
+class NodeDiedError(RuntimeError):
+    """A node ended while it ran a job."""
+
+
+class Cluster:
+    """A cluster in this process: every job is pickled, and the first node dies after one evaluated task."""
+
+    def __init__(self) -> None:
+        self.sent: list[int] = []
+        self.has_died = False
+
+    def submit(self, jobs: Sequence[RemoteJob], listen: Listener) -> Iterator[tuple[int, Files | Failure]]:
+        def die(event: Event) -> None:
+            listen(event)
+            if isinstance(event, TaskEvaluated) and not self.has_died:
+                self.has_died = True
+                raise NodeDiedError
+
+        for index, job in enumerate(jobs):
+            self.sent.append(len(job.files))
+            content = pickle.dumps(job)
+            try:
+                yield index, pickle.loads(content).run(die)  # noqa: S301
+            except NodeDiedError:
+                yield index, pickle.loads(content).run(listen)  # noqa: S301
+            except BenchError as error:
+                yield index, failure_of(error)
+
+
+@pytest.fixture
+def cluster(monkeypatch: pytest.MonkeyPatch) -> Cluster:
+    """Replaces the executor that ``train(…, ray="fake")`` opens."""
+    fake = Cluster()
+
+    @contextmanager
+    def open_executor(ray: str | None, processes: int) -> Iterator[Remote]:
+        assert (ray, processes) == ("fake", 0)
+        yield Remote(fake.submit, 2)
+
+    monkeypatch.setattr(train_agent, "open_executor", open_executor)
+    return fake
+
+
+def test_a_job_whose_node_died_ends_with_the_same_bytes(
+    cluster: Cluster, trpo_submission: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "remote"
+    train("trpo", SHORT_GROUP, ["sequential", "joint"], "smoke", 0, out=out, ray="fake")
+    assert cluster.has_died
+    assert digests(out) == digests(trpo_submission)
+    traces = [sorted(path.name for path in folder.rglob("traces/*")) for folder in (out, trpo_submission)]
+    assert traces[0] == traces[1]
+
+
+def test_finished_stages_travel_to_the_node_and_are_not_repeated(
+    trpo_submission: Path, tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
+    out = tmp_path / "remote"
+
+    def stop(event: Event) -> None:
+        if isinstance(event, TaskEvaluated) and event.stage == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        train("trpo", SHORT_GROUP, "sequential", "smoke", 0, out=out, callback=stop)
+    cluster: Cluster = request.getfixturevalue("cluster")
+    cluster.has_died = True
+    stages: list[int] = []
+
+    def record_stage(event: Event) -> None:
+        if isinstance(event, TaskEvaluated):
+            stages.append(event.stage)
+
+    train("trpo", SHORT_GROUP, "sequential", "smoke", 0, out=out, ray="fake", callback=record_stage)
+    assert set(stages) == {2}
+    assert cluster.sent[0] > 4
+    log = f"{SHORT_GROUP}/sequential.csv"
+    assert (out / log).read_bytes() == (trpo_submission / log).read_bytes()
+
+
+def test_files_that_cannot_be_stored_are_a_failure_and_leave_no_part_of_a_job(
+    cluster: Cluster, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cluster.has_died = True
+    write, out = Path.write_bytes, tmp_path / "mine"
+
+    def fill_disk(path: Path, content: bytes) -> int:
+        if path.name.startswith(".stage1.json") and out in path.parents:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return write(path, content)
+
+    monkeypatch.setattr(Path, "write_bytes", fill_disk)
+    with pytest.raises(OSError, match="No space left on device"):
+        train("zero", SHORT_GROUP, "joint", "smoke", 0, out=out, ray="fake")
+    assert not list((out / ".progress").rglob("stage*"))
+
+
+def test_the_temporary_folder_of_a_node_is_removed(cluster: Cluster, tmp_path: Path) -> None:
+    folders: set[Path] = set()
+    traces_folder = evaluator.traces_folder
+
+    def remember(out: Path, group_name: str) -> Path:
+        folders.add(out)
+        return traces_folder(out, group_name)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(evaluator, "traces_folder", remember)
+        train("zero", SHORT_GROUP, "joint", "smoke", 0, out=tmp_path / "mine", ray="fake")
+    assert folders
+    assert not [folder for folder in folders if folder.exists()]

@@ -1,0 +1,97 @@
+"""Running several things in worker processes or in this process."""
+
+from __future__ import annotations
+
+import importlib
+import os
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from gym_extensions.baselines.execution.workers import Executor, ThisProcess, Workers
+from gym_extensions.baselines.training.events import Event, JobFinished, Listener
+
+SQUARE = '''
+import os
+import signal
+from dataclasses import dataclass
+
+from gym_extensions.baselines.training.events import JobFinished
+
+
+class UnpickledError(Exception):
+    def __init__(self, first, second):
+        super().__init__(f"{first} and {second}")
+
+
+@dataclass(frozen=True)
+class Square:
+    """Reports one event and returns a square with the process and its number of threads."""
+
+    number: int
+
+    def run(self, listen):
+        if self.number == -9:
+            os.kill(os.getpid(), signal.SIGKILL)
+        if self.number < 0:
+            raise UnpickledError("one", "two")
+        listen(JobFinished(str(self.number)))
+        return self.number**2, os.getpid(), os.environ["OPENBLAS_NUM_THREADS"]
+'''
+
+
+@pytest.fixture
+def square(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
+    """A class in a module that worker processes can import."""
+    (tmp_path / "squares.py").write_text(SQUARE)
+    monkeypatch.syspath_prepend(tmp_path)
+    return importlib.import_module("squares").Square
+
+
+def outcomes(executor: Executor, pending: list[Any], listen: Listener = lambda _: None) -> dict[int, Any]:
+    return dict(executor.run(pending, listen))
+
+
+BOTH = pytest.mark.parametrize("executor", [ThisProcess(), Workers(2)], ids=["this process", "workers"])
+
+
+@BOTH
+def test_every_result_and_event_arrives(executor: Executor, square: Any) -> None:
+    events: list[Event] = []
+    results = outcomes(executor, [square(2), square(3), square(4)], events.append)
+    assert {index: result[0] for index, result in results.items()} == {0: 4, 1: 9, 2: 16}
+    assert sorted(event.job for event in events if isinstance(event, JobFinished)) == ["2", "3", "4"]
+    assert {pid == os.getpid() for _, pid, _ in results.values()} == {executor.slots == 1}
+    assert {threads for _, _, threads in results.values()} == {"1"}
+
+
+@BOTH
+def test_an_exception_is_a_failure_and_the_rest_goes_on(executor: Executor, square: Any) -> None:
+    results = outcomes(executor, [square(-1), square(2), square(3)])
+    assert (results[1][0], results[2][0]) == (4, 9)
+    assert results[0].cause == "UnpickledError: one and two"
+    assert results[0].traceback.splitlines()[-1] == "squares.UnpickledError: one and two"
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGKILL")
+def test_a_killed_worker_fails_its_own_job_alone(square: Any) -> None:
+    results = outcomes(Workers(2), [square(-9), square(2), square(3)])
+    assert (results[1][0], results[2][0]) == (4, 9)
+    assert results[0].cause == (
+        "The worker process ended unexpectedly. If memory ran out, use fewer --jobs or --num-envs."
+    )
+
+
+@BOTH
+def test_an_exception_of_the_listener_stops_everything(executor: Executor, square: Any) -> None:
+    def listen(event: Event) -> None:
+        raise LookupError("no listener")
+
+    with pytest.raises(LookupError, match="no listener"):
+        list(executor.run([square(2), square(3)], listen))
+
+
+@BOTH
+def test_nothing_to_run_yields_nothing(executor: Executor) -> None:
+    assert list(executor.run([], lambda _: None)) == []

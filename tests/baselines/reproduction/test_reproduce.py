@@ -1,0 +1,119 @@
+"""``gym-extensions reproduce``: the same bytes, changed logs, and entries that cannot be retrained."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from gym_extensions.__main__ import main
+from gym_extensions.baselines import train
+
+from ..conftest import SHORT_GROUP, digests
+
+
+@pytest.fixture(scope="module")
+def random_joint(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """random, joint, runs 0 and 1, with another number of environments than the budget's."""
+    folder = tmp_path_factory.mktemp("submissions") / "random"
+    train("random", SHORT_GROUP, "joint", "smoke", [0, 1], out=folder, num_envs=4, progress=False)
+    return folder
+
+
+def command(entry: Path, *, protocol: str = "joint", run: int = 0) -> list[str]:
+    options = ("--group", SHORT_GROUP, "--protocol", protocol, "--run", str(run), "--quiet")
+    return ["reproduce", str(entry), *options]
+
+
+def test_a_run_of_trpo_is_the_same_bytes(trpo_submission: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    before = digests(trpo_submission)
+    assert main(command(trpo_submission)) == 0
+    assert capsys.readouterr().out == f"{trpo_submission} {SHORT_GROUP} joint run 0: the same bytes.\n"
+    assert digests(trpo_submission) == before
+
+
+def test_a_later_run_with_its_number_of_environments_is_the_same_bytes(
+    random_joint: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(command(random_joint, run=1)) == 0
+    assert capsys.readouterr().out.endswith("run 1: the same bytes.\n")
+
+
+def changed(entry: Path, folder: Path, change: Callable[[float], float], episodes: int) -> Path:
+    """A copy of an entry with changed returns of the first task, and another version of numpy."""
+    copy = folder / "changed"
+    shutil.copytree(entry, copy)
+    log = copy / SHORT_GROUP / "joint.csv"
+    header, *lines = log.read_text().splitlines()
+    column = header.split(",").index("return")
+    for index in range(episodes):
+        cells = lines[index].split(",")
+        cells[column] = repr(change(float(cells[column])))
+        lines[index] = ",".join(cells)
+    log.write_text("\n".join([header, *lines]) + "\n")
+    return copy
+
+
+def test_a_log_with_one_changed_return_agrees_and_the_row_is_named(
+    random_joint: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    copy = changed(random_joint, tmp_path, lambda value: value + 1, 1)
+    assert main(command(copy)) == 0
+    first, second, third = capsys.readouterr().out.splitlines()
+    assert first.endswith("the mean returns of all 2 cells agree within evaluation noise.")
+    assert second.startswith(
+        "The first difference is at stage 1, gym_extensions/Hopper-v0, episode 0: return is "
+    )
+    assert third == "The versions and the platform are those of the submission."
+
+
+def test_a_log_with_another_mean_return_differs_and_the_cell_is_named(
+    random_joint: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    copy = changed(random_joint, tmp_path, lambda value: value + 500, 20)
+    text = (copy / "submission.toml").read_text()
+    (copy / "submission.toml").write_text(text.replace('platform = "', 'platform = "Plan9-'))
+    assert main(command(copy)) == 1
+    first, _, third, fourth = capsys.readouterr().out.splitlines()
+    assert first.endswith("run 0: 1 of 2 cells differ.")
+    assert third.startswith("The submission was made with platform Plan9-")
+    assert fourth.startswith("Stage 1, gym_extensions/Hopper-v0: mean return ")
+
+
+REFERENCE_ONLY = "was not trained here as a reference agent."
+REFUSED = [
+    ('algorithm = "random"', 'algorithm = "mine"', f"The algorithm 'mine' {REFERENCE_ONLY}"),
+    ('steps = "recorded"', 'steps = "claimed"', f"The algorithm 'random' {REFERENCE_ONLY}"),
+    ("num_envs = 4", "num_envs = 4\nlearning_rate = 0.1", "hyperparameters.learning_rate is 0.1 in this"),
+]
+
+
+@pytest.mark.parametrize("change", REFUSED, ids=["algorithm", "claimed", "hyperparameters"])
+def test_an_entry_that_cannot_be_retrained_is_refused(
+    change: tuple[str, str, str], random_joint: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    old, new, message = change
+    copy = tmp_path / "entry"
+    shutil.copytree(random_joint, copy)
+    text = (copy / "submission.toml").read_text()
+    assert old in text
+    (copy / "submission.toml").write_text(text.replace(old, new))
+    assert main(command(copy)) == 2
+    assert capsys.readouterr().err.startswith(f"error: {copy / 'submission.toml'}: {message}")
+
+
+def test_a_missing_entry_log_or_run_is_named(
+    random_joint: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(command(tmp_path / "none")) == 2
+    assert main(command(random_joint, protocol="single")) == 2
+    assert main(command(random_joint, run=7)) == 2
+    log = random_joint / SHORT_GROUP
+    assert capsys.readouterr().err.splitlines() == [
+        f"error: {tmp_path / 'none' / 'submission.toml'}: The file does not exist. "
+        "Name the folder of a submission, such as submissions/random.",
+        f"error: {log / 'single.csv'}: The log does not exist. Name a group and protocol of the entry.",
+        f"error: {log / 'joint.csv'}: Run 7 is not in the log. Choose one of: 0, 1.",
+    ]
