@@ -14,7 +14,7 @@ leaderboard: .venv/scoring.installed  ## check and score every submission, build
 	@.venv/bin/gym-extensions site submissions --out _site
 
 test: .venv/everything.installed  ## run the tests, except the slow ones and the benchmarks
-	.venv/bin/pytest -n 2 --dist worksteal
+	.venv/bin/pytest -n 2 --dist loadfile --no-loadscope-reorder
 
 slow: .venv/everything.installed  ## run the tests that train for minutes
 	.venv/bin/pytest -m slow
@@ -26,7 +26,7 @@ check: .venv/everything.installed  ## check style, types and import layers
 	.venv/bin/lint-imports
 
 coverage: .venv/everything.installed  ## run the tests and measure which lines and branches they reach
-	.venv/bin/pytest -n 2 --dist worksteal --cov --cov-report=term
+	.venv/bin/pytest -n 2 --dist loadfile --no-loadscope-reorder --cov --cov-report=term
 
 docs: .venv/scoring.installed  ## write the generated tables of docs/*.md
 	.venv/bin/python -m gym_extensions.scoring.output.docs docs
