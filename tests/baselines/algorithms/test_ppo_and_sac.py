@@ -12,8 +12,10 @@ import pytest
 
 pytest.importorskip("stable_baselines3")
 
-from gym_extensions.baselines import algorithms
+from gym_extensions.baselines import Resumable, algorithms
 from gym_extensions.baselines.adapters.sb3 import Sb3Factory
+from gym_extensions.baselines.agent import Described
+from gym_extensions.baselines.agent_checks import card_of
 from gym_extensions.baselines.training.recorder import Recorder
 from gym_extensions.catalog.budgets import BUDGETS
 from gym_extensions.envs import make_vec
@@ -79,6 +81,19 @@ def test_sac_keeps_its_replay_buffer_and_sac_fresh_buffer_empties_it(
     assert agent._model.replay_buffer.pos * env.num_envs == stored
     assert agent._model.num_timesteps == stored, "the warm-up starts again with an empty buffer only"
     assert agent.observes.boundaries == (name == "sac-fresh-buffer")
+
+
+@pytest.mark.parametrize("name", ["ppo", "sac", "sac-fresh-buffer"])
+def test_each_describes_itself_and_repeats_itself_with_the_same_seed(name: str, env: Any) -> None:
+    make = algorithms.factory("ppo") if name == "ppo" else small(name, warm_up=1000)
+    agent, twin, other = (create(make, env, seed) for seed in (3, 3, 4))
+    assert card_of(agent, "another name").algorithm == name
+    assert isinstance(twin, Described)
+    assert isinstance(other, Resumable)
+    observations = np.random.default_rng(0).normal(size=(5, 11))
+    first, second, third = (create(make, env, seed).act(observations) for seed in (3, 3, 4))
+    assert np.array_equal(first, second)
+    assert not np.array_equal(first, third)
 
 
 def test_sac_s_policy_acts_as_it_does(env: Any) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gym_extensions.baselines import Card, Factory, Resumable, algorithms
+from gym_extensions.baselines import Card, Resumable, algorithms
 from gym_extensions.baselines.agent import Described
 from gym_extensions.baselines.agent_checks import card_of
 from gym_extensions.baselines.training.recorder import Recorder
@@ -33,8 +33,8 @@ NAMES = (
     "trpo-2017",
     "zero",
 )
-PACKAGES = {"ppo": "stable_baselines3", "sac": "sbx", "sac-fresh-buffer": "sbx"}
-"""The optional package of each agent that needs one."""
+NUMPY = tuple(name for name in NAMES if name not in ("ppo", "sac", "sac-fresh-buffer"))
+"""The agents without optional packages; ``test_ppo_and_sac`` tests the others."""
 Spaces = tuple[Any, Any]
 
 
@@ -44,19 +44,13 @@ def spaces() -> Spaces:
     return env.single_observation_space, env.single_action_space
 
 
-def factory(name: str) -> Factory:
-    if name in PACKAGES:
-        pytest.importorskip(PACKAGES[name])
-    return algorithms.factory(name)
-
-
 def test_the_modules_of_algorithms_are_the_reference_agents() -> None:
     assert algorithms.names() == list(NAMES)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", NUMPY)
 def test_each_describes_itself_and_can_be_saved(name: str, spaces: Spaces) -> None:
-    agent = factory(name)(*spaces, 0)
+    agent = algorithms.factory(name)(*spaces, 0)
     assert isinstance(agent, Described)
     assert isinstance(agent, Resumable)
     card = card_of(agent, "other")
@@ -64,12 +58,12 @@ def test_each_describes_itself_and_can_be_saved(name: str, spaces: Spaces) -> No
     assert card.algorithm == name
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", NUMPY)
 def test_each_returns_one_action_per_environment_and_repeats_itself_with_the_same_seed(
     name: str, spaces: Spaces
 ) -> None:
     observations = np.zeros((4, *spaces[0].shape))
-    first, second = (factory(name)(*spaces, 7).act(observations) for _ in range(2))
+    first, second = (algorithms.factory(name)(*spaces, 7).act(observations) for _ in range(2))
     assert first.shape == (4, *spaces[1].shape)
     assert np.array_equal(first, second)
 

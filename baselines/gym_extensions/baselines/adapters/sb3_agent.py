@@ -145,6 +145,8 @@ class Sb3Agent:
             description=options.description,
             evaluation="deterministic" if options.deterministic else "sampled",
             hyperparameters=options.manifest_settings(),
+            tuning_steps=options.tuning_steps,
+            tuning_tasks=options.tuning_tasks,
             stored_steps=int(getattr(model, "buffer_size", None) or rollout_steps),
             parameters=num_parameters(model),
         )

@@ -37,6 +37,8 @@ OPTIONS = Options(
     SETTINGS,
     continue_counting=True,
     batch_settings=quarter_of_an_update_per_step,
+    tuning_steps=200_000,  # docs/learners.md
+    tuning_tasks=("HalfCheetah",),
     name="sac",
     title="SAC",
     description="SBX's SAC: 64-64 ReLU, a quarter of an update per step, one replay buffer for all tasks.",

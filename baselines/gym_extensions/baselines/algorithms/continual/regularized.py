@@ -15,13 +15,15 @@ from gym_extensions.baselines.algorithms.continual.state_sample import StateSamp
 from gym_extensions.baselines.algorithms.trpo import Trpo
 from gym_extensions.baselines.trpo.batch import Transitions
 from gym_extensions.baselines.trpo.penalty import Penalty
-from gym_extensions.baselines.trpo.settings import REFERENCE, TrpoSettings
+from gym_extensions.baselines.trpo.settings import REFERENCE, TUNING_STEPS, TUNING_TASKS, TrpoSettings
 
 
 class RegularizedTrpo(Trpo):
     """The reference agent with a penalty on its policy's parameters. The value function has no penalty."""
 
     observes = Observes(boundaries=True)
+    tuning_steps = TUNING_STEPS + 2_000_000  # docs/learners.md
+    tuning_tasks = (*TUNING_TASKS, "HalfCheetah at 0.6, 0.9 and 1.4 gravity")
     published_coefficient: float
     """The coefficient of the penalty for all groups."""
 
