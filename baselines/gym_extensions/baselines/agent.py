@@ -81,7 +81,7 @@ class Resumable(Protocol):
     """
 
     def save(self, path: Path) -> object:
-        """Writes the agent to ``path``, a file of npz arrays without pickle."""
+        """Writes the agent to ``path`` as arrays without pickle."""
 
     def load(self, path: Path) -> object:
         """Restores the agent that was saved to ``path``."""
