@@ -15,6 +15,7 @@ from gym_extensions import results
 from gym_extensions.baselines import Factory, train
 from gym_extensions.baselines import cli as train_cli
 from gym_extensions.baselines.algorithms.random import Random
+from gym_extensions.baselines.execution.workers import ThisProcess
 from gym_extensions.baselines.references import cli as reference_cli
 from gym_extensions.catalog.custom_groups import with_custom
 from gym_extensions.envs import Gravity, TaskGroup, customize, load_group
@@ -60,6 +61,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(reference_cli, "FLOOR_EPISODES", 20)
         patch.setattr(reference_cli, "CEILING_EPISODES", 20)
+        patch.setattr(reference_cli, "Workers", lambda _: ThisProcess())
         options = ["--groups", str(group), "--budget", "smoke", "--runs", "1000", "--agent", "random"]
         assert reference_cli.main([*options, "--out", str(root / "light-references.json")]) == 0
     return root
