@@ -14,7 +14,7 @@ from gym_extensions.baselines import TaskEvaluated, train, train_agent
 from gym_extensions.baselines.execution.failures import Failure, failure_of
 from gym_extensions.baselines.execution.job_files import Files, RemoteJob
 from gym_extensions.baselines.execution.remote import Remote
-from gym_extensions.baselines.training import evaluator
+from gym_extensions.baselines.training import evaluator, progress
 from gym_extensions.baselines.training.events import Event, Listener
 from gym_extensions.errors import BenchError
 
@@ -125,7 +125,7 @@ def test_files_that_cannot_be_stored_are_a_failure_and_leave_no_part_of_a_job(
 
 def test_the_temporary_folder_of_a_node_is_removed(cluster: Cluster, tmp_path: Path) -> None:
     folders: set[Path] = set()
-    traces_folder = evaluator.traces_folder
+    traces_folder = progress.traces_folder
 
     def remember(out: Path, group_name: str) -> Path:
         folders.add(out)

@@ -80,28 +80,6 @@ def test_a_callback_that_raises_stops_worker_processes(tmp_path: Path) -> None:
     )
 
 
-BAD: list[tuple[dict[str, Any], str]] = [
-    ({"log": "tensorbord"}, "log: There is no log 'tensorbord'. Did you mean 'tensorboard'?"),
-    ({"log": ["csv", 3]}, "log: There is no log 3. Choose one of: csv, tensorboard."),
-    ({"log": 3}, "log: There is no log 3. Choose one of: csv, tensorboard."),
-    (
-        {"callback": "print"},
-        "callback: Expected a function, got a value of type str. "
-        "Pass a function with one argument, the event.",
-    ),
-]
-
-
-@pytest.mark.parametrize(("arguments", "message"), BAD, ids=[message[:40] for _, message in BAD])
-def test_a_wrong_argument_is_rejected_before_training(
-    arguments: dict[str, Any], message: str, tmp_path: Path
-) -> None:
-    with pytest.raises(BenchError) as error:
-        train("zero", SHORT_GROUP, "single", "smoke", 0, out=tmp_path / "mine", **arguments)
-    assert str(error.value) == message
-    assert not (tmp_path / "mine").exists()
-
-
 def test_a_missing_tensorboard_is_named_with_the_command_that_installs_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

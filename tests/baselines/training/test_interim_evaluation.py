@@ -8,10 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pytest
 
 from gym_extensions import results
-from gym_extensions.baselines import train
 from gym_extensions.baselines.agent import Agent
 from gym_extensions.baselines.algorithms import trpo_2017
 from gym_extensions.baselines.training.evaluation import evaluate
@@ -21,7 +19,6 @@ from gym_extensions.baselines.training.recorder import Batch, Recorder
 from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.task import Task
 from gym_extensions.envs import make_vec
-from gym_extensions.errors import BenchError
 
 from ..conftest import SHORT_GROUP, Watched, digests
 
@@ -110,25 +107,3 @@ def test_an_agent_that_cannot_be_saved_acts_itself() -> None:
 
     original: Any = object()
     assert [*isolated(original, object, Path("unused"), mean_returns)([], 1)] == [1.0]  # type: ignore[arg-type]
-
-
-BAD: list[tuple[dict[str, Any], str]] = [
-    ({"evaluate_every": 0}, "--evaluate-every: 0 is too small. Use at least 1."),
-    ({"evaluate_every": 2.5}, "--evaluate-every: Expected an integer, got 2.5."),
-    ({"evaluate_every": True}, "--evaluate-every: Expected an integer, got True."),
-    ({"evaluate_episodes": 0}, "--evaluate-episodes: 0 is too small. Use at least 1."),
-    (
-        {"evaluate_episodes": 21},
-        "--evaluate-episodes: 21 is too large. Use at most 20, the episodes that have a prescribed seed.",
-    ),
-]
-
-
-@pytest.mark.parametrize(("arguments", "message"), BAD, ids=[message[:40] for _, message in BAD])
-def test_a_wrong_argument_is_rejected_before_training(
-    arguments: dict[str, Any], message: str, tmp_path: Path
-) -> None:
-    with pytest.raises(BenchError) as error:
-        train("zero", SHORT_GROUP, "single", "smoke", 0, out=tmp_path / "mine", **arguments)
-    assert str(error.value) == message
-    assert not (tmp_path / "mine").exists()

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from gym_extensions.atomic import write_bytes
+from gym_extensions.baselines.training.progress import traces_folder
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.audit import audit_sample
@@ -14,7 +15,7 @@ from gym_extensions.rollouts.layout import PROGRESS, TRACES, trace_name
 
 def trace_folders(out: Path, group_name: str) -> tuple[Path, Path]:
     """Where a submission's traces can be: those of all episodes, if they are still there, and the sample."""
-    return out / PROGRESS / group_name / TRACES, out / group_name / TRACES
+    return traces_folder(out, group_name), out / group_name / TRACES
 
 
 def sample_names(group: TaskGroup, protocol: str, log: bytes, runs: Sequence[int]) -> dict[str, int]:

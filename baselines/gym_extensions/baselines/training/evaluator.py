@@ -12,12 +12,13 @@ from gym_extensions.baselines.context import TaskLabel
 from gym_extensions.baselines.training.evaluation import Rollout, evaluate
 from gym_extensions.baselines.training.jobs import Settings, TrainingJob
 from gym_extensions.baselines.training.policies import require_agreement
+from gym_extensions.baselines.training.progress import traces_folder
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, evaluation_seed
 from gym_extensions.catalog.task import Task
 from gym_extensions.envs import make_vec
 from gym_extensions.envs.fingerprint import fingerprint_of
 from gym_extensions.rollouts.episodes import Episode
-from gym_extensions.rollouts.layout import PROGRESS, trace_name
+from gym_extensions.rollouts.layout import trace_name
 from gym_extensions.rollouts.policies import Policy
 from gym_extensions.rollouts.traces import trace_bytes
 
@@ -68,8 +69,3 @@ class Evaluator:
         """Closes every environment."""
         for env in self._envs.values():
             env.close()
-
-
-def traces_folder(out: Path, group_name: str) -> Path:
-    """The folder with the traces of all episodes, from which the audit sample is taken."""
-    return out / PROGRESS / group_name / "traces"

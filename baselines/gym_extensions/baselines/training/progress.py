@@ -15,7 +15,7 @@ from gym_extensions.baselines.training.jobs import TrainingJob
 from gym_extensions.baselines.training.versions import job_versions, version_difference
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.episodes import CurvePoint, Episode, EvaluationPoint
-from gym_extensions.rollouts.layout import PROGRESS, UNFINISHED_CURVES, unfinished_curve_name
+from gym_extensions.rollouts.layout import PROGRESS, TRACES, UNFINISHED_CURVES, unfinished_curve_name
 
 SETTINGS = "settings.json"
 
@@ -152,6 +152,11 @@ def next_step(out: Path, titles: Iterable[str]) -> str:
         return "No finished stage can be reused; the same command starts the unfinished runs again."
     finished = "1 finished stage" if stages == 1 else f"{stages} finished stages"
     return f"The same command continues; it reuses {finished}."
+
+
+def traces_folder(out: Path, group_name: str) -> Path:
+    """The folder with the traces of all episodes, from which the audit sample is taken."""
+    return out / PROGRESS / group_name / TRACES
 
 
 def _number(record: Path) -> int:
