@@ -133,8 +133,8 @@ def test_the_manifest_describes_the_run(trpo_submission: Path) -> None:
         "steps": "recorded",
     }
     assert manifest["hyperparameters"]["hidden"] == [64, 64]
-    # Policy 11-64-64-3 and three log σ; value function 11-64-64-1.
-    policy, value = 12 * 64 + 65 * 64 + 65 * 3 + 3, 12 * 64 + 65 * 64 + 65
+    # Policy 23-64-64-7 and seven log σ; value function 23-64-64-1.
+    policy, value = 24 * 64 + 65 * 64 + 65 * 7 + 7, 24 * 64 + 65 * 64 + 65
     assert manifest["memory"] == {
         "stored_steps": 250,
         "parameters_first": policy + value,
