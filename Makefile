@@ -5,7 +5,7 @@ PIP = .venv/bin/python -m pip --disable-pip-version-check --no-input install --q
 export OPENBLAS_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help leaderboard test check docs docsite bench slow coverage reproduce changelog clean
+.PHONY: help leaderboard test check docs docsite findings bench slow coverage reproduce changelog clean
 
 help:  ## list the commands
 	@awk -F ':.*  ## ' '/^[a-z]+:.*  ## / { printf "make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -30,6 +30,9 @@ coverage: .venv/everything.installed  ## run the tests and measure which lines a
 
 docs: .venv/scoring.installed  ## write the generated tables of docs/*.md
 	.venv/bin/python -m gym_extensions.scoring.output.docs docs
+
+findings: .venv/everything.installed  ## write docs/findings.md and its figures from the committed submissions
+	.venv/bin/python docs/findings/build.py
 
 docsite: .venv/docs.installed  ## build the documentation as a site, _site/docs/
 	@NO_MKDOCS_2_WARNING=1 .venv/bin/mkdocs build --quiet
