@@ -5,7 +5,7 @@ PIP = .venv/bin/python -m pip --disable-pip-version-check --no-input install --q
 export OPENBLAS_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help leaderboard test check docs docsite findings bench slow coverage reproduce changelog clean
+.PHONY: help leaderboard test extras check docs docsite findings bench slow coverage reproduce changelog clean
 
 help:  ## list the commands
 	@awk -F ':.*  ## ' '/^[a-z]+:.*  ## / { printf "make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -15,6 +15,10 @@ leaderboard: .venv/scoring.installed  ## check and score every submission, build
 
 test: .venv/everything.installed  ## run the tests, except the slow ones and the benchmarks
 	.venv/bin/pytest -n 2 --dist loadfile --no-loadscope-reorder
+
+extras: .venv/everything.installed  ## run the tests that need the extras cluster and sbx; none may be skipped
+	$(PIP) -e '.[dev,cluster,sbx]'
+	.venv/bin/pytest --no-skips tests/baselines/algorithms/test_ppo_and_sac.py tests/baselines/execution/test_ray_cluster.py
 
 slow: .venv/everything.installed  ## run the tests that train for minutes
 	.venv/bin/pytest -m slow

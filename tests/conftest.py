@@ -23,6 +23,20 @@ from gym_extensions.catalog.protocol import EVALUATION_EPISODES, evaluation_seed
 from gym_extensions.rollouts.episodes import CurvePoint, Episode, write_curves, write_episodes
 from gym_extensions.scoring.references import Reference, References
 
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Adds ``--no-skips``: a skipped test is a failure, so that CI cannot lose a test unnoticed."""
+    parser.addoption("--no-skips", action="store_true", help="a skipped test is a failure")
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Fails the session if ``--no-skips`` is given and a test or module was skipped; ``-ra`` lists them."""
+    reporter = session.config.pluginmanager.get_plugin("terminalreporter")
+    if session.config.getoption("--no-skips") and reporter is not None and reporter.stats.get("skipped"):
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+
 MANIFEST = """format = 1
 title = "An entry"
 authors = ["A. Nonymous"]
