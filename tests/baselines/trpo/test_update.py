@@ -49,3 +49,29 @@ def test_an_update_with_advantages_that_are_not_finite_changes_nothing(architect
     theta, batch = random_policy(architecture), random_batch()
     broken = Batch(batch.observations, batch.actions, np.full(len(batch.actions), np.nan))
     assert np.array_equal(updated(architecture, theta, broken, TrustRegion(0.01, 0.1)), theta)
+
+
+@each_architecture
+@pytest.mark.parametrize("seed", range(5))
+def test_log_sigma_stays_above_its_lower_bound_and_may_rise(architecture: Architecture, seed: int) -> None:
+    theta, batch, outputs = random_policy(architecture, seed), random_batch(200, seed), architecture.sizes[-1]
+    free = updated(architecture, theta, batch, TrustRegion(0.04, 0.1))[-outputs:]
+    bound = float(theta[-outputs:].min())
+    bounded = updated(architecture, theta, batch, TrustRegion(0.04, 0.1, least_log_sigma=bound))[-outputs:]
+    at_bound = theta[-outputs:] == bound
+    assert (bounded >= bound).all()
+    assert np.array_equal(bounded[at_bound] > bound, free[at_bound] > bound)
+
+
+@each_architecture
+def test_a_component_at_the_bound_takes_no_part_of_the_trust_region(architecture: Architecture) -> None:
+    theta, batch, outputs = random_policy(architecture), random_batch(), architecture.sizes[-1]
+    # Of actions at the mean, with equal advantages, the likelihood rises by a smaller σ alone.
+    mean, _ = mean_and_log_sigma(architecture, theta, batch.observations)
+    batch = Batch(batch.observations, mean, np.ones(len(mean)))
+    region = TrustRegion(0.04, 0.1, least_log_sigma=float(theta[-outputs:].max()))
+    at_bound = np.concatenate([theta[:-outputs], np.full(outputs, theta[-outputs:].max())])
+    assert (
+        updated(architecture, at_bound, batch, TrustRegion(0.04, 0.1))[-outputs:] < at_bound[-outputs:]
+    ).all()
+    assert np.array_equal(updated(architecture, at_bound, batch, region), at_bound)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -57,6 +58,7 @@ REFERENCE = TrpoSettings(
         max_kl=0.04,  # RL Zoo's HalfCheetah; it averages over the action's components, this is their sum
         damping=0.1,  # RL Zoo's and OpenAI Baselines' TRPO on MuJoCo
         iterations=10,  # OpenAI Baselines' TRPO on MuJoCo
+        least_log_sigma=-1.0,  # docs/learners.md: the exploration noise does not fall below its initial value
     ),
     default_batch=2_000,  # the budget "100k"
 )
@@ -96,6 +98,7 @@ def manifest_settings(settings: TrpoSettings) -> Mapping[str, Setting]:
         "activation": settings.activation,
         "tanh_mean": settings.tanh_mean,
         "initial_log_sigma": settings.initial_log_sigma,
+        "least_log_sigma": "none" if math.isinf(region.least_log_sigma) else region.least_log_sigma,
         "normalize_observations": settings.normalize_observations,
         "max_kl": region.max_kl,
         "gae_lambda": settings.gae_lambda,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -31,12 +32,14 @@ class TrustRegion:
         iterations: conjugate-gradient iterations.
         curvature_states: from this number of states on, the Fisher matrix is an average over a part of the
             batch: every k-th state, with k = n // curvature_states.
+        least_log_sigma: lower bound of every component of log σ.
     """
 
     max_kl: float
     damping: float
     iterations: int = 10
     curvature_states: int = 5_000
+    least_log_sigma: float = -math.inf
 
 
 def updated(
@@ -66,6 +69,8 @@ def updated(
         slope = slope - penalty.gradient(theta)
     if trainable is not None:
         slope, product = trainable * slope, _restricted(product, trainable)
+    sigmas = slice(len(theta) - architecture.sizes[-1], None)
+    slope[sigmas][(theta[sigmas] <= region.least_log_sigma) & (slope[sigmas] < 0)] = 0
     if penalty:
         curvature = penalty.curvature(theta)
         if trainable is not None:
@@ -87,13 +92,19 @@ def updated(
     old = log_density(old_mean, old_log_sigma, batch.actions)
     before = gain(old_mean, old_log_sigma, batch, old) - (penalty.value(theta) if penalty else 0.0)
 
-    def accepts(candidate: Array) -> bool:
+    def bounded(parameters: Array) -> Array:
+        within = parameters.copy()
+        np.maximum(within[sigmas], region.least_log_sigma, out=within[sigmas])
+        return within
+
+    def accepts(step: Array) -> bool:
+        candidate = bounded(step)
         mean, log_sigma = mean_and_log_sigma(architecture, candidate, batch.observations)
         kl = divergence(old_mean, old_log_sigma, mean, log_sigma)
         after = gain(mean, log_sigma, batch, old) - (penalty.value(candidate) if penalty else 0.0)
         return bool(np.isfinite(after) and after > before and kl <= region.max_kl)
 
-    return line_search(accepts, theta, full_step)[0]
+    return bounded(line_search(accepts, theta, full_step)[0])
 
 
 def _restricted(product: Product, trainable: Array) -> Product:
