@@ -21,11 +21,15 @@ class CheckedFolder:
         self.folder = folder
         self.problems: list[Problem] = []
 
-    def cells_of(self, path: str, header: tuple[str, ...]) -> Cells | None:
-        """The cells of a CSV file: of all rows, or of those that can be read."""
+    def cells_of(
+        self, path: str, header: tuple[str, ...], other: tuple[str, ...] | None = None
+    ) -> Cells | None:
+        """The cells of a CSV file with either header: of all rows, or of those that can be read."""
         data = self.bytes_of(path)
         if data is None:
             return None
+        if other is not None and data.startswith(f"{','.join(other)}\n".encode()):
+            header = other
         text = Text(path, header, data)
         return Cells(path, columns(text)) if self.passes("text", text) else readable_rows(text)
 

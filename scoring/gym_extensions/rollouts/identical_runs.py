@@ -60,6 +60,7 @@ def select_runs(log: Log, runs: set[int]) -> Log:
         return_=log.return_[rows],
         terminated=log.terminated[rows],
         success=log.success[rows],
+        trace=[log.trace[index] for index in rows if log.trace],
         fingerprint=[log.fingerprint[index] for index in rows],
     )
 

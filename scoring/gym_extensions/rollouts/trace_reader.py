@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Container, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gym_extensions.catalog.task import Task
-from gym_extensions.rollouts.audit import Audited, audit_sample, whole_log_sample
+from gym_extensions.rollouts.auditing.digests import trace_digest
+from gym_extensions.rollouts.auditing.salt import salt_of
+from gym_extensions.rollouts.auditing.sample import Audited, audit_sample
 from gym_extensions.rollouts.folder import Folder
-from gym_extensions.rollouts.layout import POLICIES, TRACES, policy_name, trace_name
+from gym_extensions.rollouts.layout import POLICIES, SALT_FILE, TRACES, policy_name, trace_name
 from gym_extensions.rollouts.policies import Policy
 from gym_extensions.rollouts.problem import Problem, quote
 from gym_extensions.rollouts.reading.evaluation_log import Log
 from gym_extensions.rollouts.safe_npz import read
+from gym_extensions.rollouts.submission import Evidence, SubmittedGroup
 from gym_extensions.rollouts.traces import (
     ACTIONS,
     DTYPES,
@@ -28,6 +31,9 @@ from gym_extensions.rollouts.traces import (
     lengths,
 )
 
+ROUNDING = 1e-12
+"""Largest relative difference between the sum of all rewards and the sum of the segments' sums."""
+
 Array = NDArray[np.float64]
 Arrays = Mapping[str, NDArray[Any]]
 
@@ -36,7 +42,8 @@ Arrays = Mapping[str, NDArray[Any]]
 class TraceRequest:
     """An episode of the audit sample, with its row of the log and the path of its trace.
 
-    ``policy`` is the path of the policy that recorded it; ``task_index`` is the task's index in the group.
+    ``policy`` is the path of the policy that recorded it; ``task_index`` is the task's index in the group;
+    ``digest`` is that of the trace in the log.
     """
 
     path: str
@@ -48,6 +55,7 @@ class TraceRequest:
     success: bool | None
     policy: str = ""
     task_index: int = 0
+    digest: str = ""
 
 
 @dataclass(frozen=True)
@@ -84,30 +92,35 @@ def trace_path(log: Log, audited: Audited) -> str:
     return f"{log.group.name}/{TRACES}/{name}"
 
 
-def sample_of(log: Log, data: bytes, files: Container[str]) -> list[Audited]:
-    """The audit sample of a log.
+def salt_in(folder: Folder, group_name: str) -> str:
+    """The salt that drew the traces of a group, empty without one. The rules of its file have passed."""
+    path = f"{group_name}/{TRACES}/{SALT_FILE}"
+    return salt_of(folder.read(path)) or "" if path in folder.files else ""
 
-    A log that was recorded before ADR 67 has the traces of the sample that the whole log selected. That
-    sample is accepted if it is complete and the present one is not.
+
+def with_evidence(submitted: SubmittedGroup, folder: Folder) -> SubmittedGroup:
+    """The group without problems, with what the traces of each log cover."""
+    salt, evidence = salt_in(folder, submitted.group.name), {}
+    for protocol, log in submitted.logs.items():
+        requests = list(trace_requests(log, folder.read(log.path), salt))
+        missing = sum(request.path not in folder.files for request in requests)
+        evidence[protocol] = Evidence(len(requests), missing, salt)
+    return replace(submitted, evidence=evidence)
+
+
+def trace_requests(log: Log, data: bytes, salt: str = "") -> Iterator[TraceRequest]:
+    """The episodes of a log's audit sample; none if the log commits to no traces.
 
     Args:
         log: a log without problems.
         data: the bytes of its file, which select the sample.
-        files: the paths of the submission's files.
+        salt: what draws the sample, or empty.
     """
-    arguments = (log.protocol, data, log.runs, log.group.tasks)
-    sample = audit_sample(*arguments)
-    if all(trace_path(log, audited) in files for audited in sample):
-        return sample
-    former = whole_log_sample(*arguments)
-    return former if all(trace_path(log, audited) in files for audited in former) else sample
-
-
-def trace_requests(log: Log, data: bytes, files: Container[str]) -> Iterator[TraceRequest]:
-    """The episodes of a log's audit sample; the arguments are those of :func:`sample_of`."""
+    if not log.trace:
+        return
     tasks = {task.id: task for task in log.group.tasks}
     indices = {key: index for index, key in enumerate(log.episode_keys)}
-    for audited in sample_of(log, data, files):
+    for audited in audit_sample(log.protocol, data, log.runs, log.group.tasks, salt):
         index = indices[audited.run, audited.stage, audited.task, audited.episode]
         policy = policy_name(log.protocol, audited.run, audited.stage, tasks[audited.task].name)
         yield TraceRequest(
@@ -120,6 +133,7 @@ def trace_requests(log: Log, data: bytes, files: Container[str]) -> Iterator[Tra
             None if log.success[index] < 0 else bool(log.success[index]),
             f"{log.group.name}/{POLICIES}/{policy}",
             log.group.task_ids.index(audited.task),
+            log.trace[index],
         )
 
 
@@ -136,6 +150,11 @@ def read_trace(folder: Folder, request: TraceRequest) -> RecordedEpisode | Probl
     if arrays is None or error:
         hint = "Record the trace as described in docs/rollout-log.md."
         return Problem("trace-malformed", request.path, error, hint)
+    outcome = (request.length, request.return_, request.terminated, request.success)
+    if trace_digest(arrays, *outcome) != request.digest:
+        message = "The log commits to another trace of this episode."
+        hint = "Include the trace that was recorded with the log; a log that was changed has other traces."
+        return Problem("trace-differs", request.path, message, hint)
     return RecordedEpisode(
         request.path,
         request.task,
@@ -170,7 +189,8 @@ def _errors(arrays: Arrays, request: TraceRequest) -> Iterator[str]:
             continue
         yield from _array_errors(name, values, DTYPES.get(key, STATE_DTYPE), expected[key])
     total = _sum(arrays[SEGMENT_RETURNS].tolist())
-    if not abs(total - request.return_) <= segment.tolerance * max(1.0, abs(request.return_)):
+    tolerance = max(segment.tolerance, ROUNDING)
+    if not abs(total - request.return_) <= tolerance * max(1.0, abs(request.return_)):
         yield f"The segment returns sum to {total!r}; the return in the log is {request.return_!r}."
 
 
