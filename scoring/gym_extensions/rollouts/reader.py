@@ -68,13 +68,10 @@ class _Reader(CheckedFolder):
         manifest = self._manifest()
         readme = self._readme()
         paths = {item.path for item in self.folder.items}
-        groups = {
-            group.id: self._group(group)
-            for name, group in sorted(self.folder.groups.items())
-            if name in paths
-        }
+        groups = {group.id: self._group(group) for name, group in self.folder.groups.items() if name in paths}
         if manifest is not None and not self.problems:
-            logs = (log for group in groups.values() for log in group.logs.values())
+            by_name = sorted(groups.values(), key=lambda group: group.group.name)
+            logs = (log for group in by_name for log in group.logs.values())
             root = manifest.traces.root if manifest.traces else None
             self.passes("traces", CommittedTraces(root, tuple(log.trace for log in logs)))
         if not self.problems and not declared.trainable_of(self.tables):

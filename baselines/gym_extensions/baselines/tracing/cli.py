@@ -14,8 +14,8 @@ def parser() -> argparse.ArgumentParser:
     command = argparse.ArgumentParser(
         prog="gym-extensions trace",
         description="Write the traces of the audit sample that the logs of a submission and a salt select. "
-        "Traces that were not kept are recorded again with the stored policies. Each trace has the digest that "
-        "the log states.",
+        "Traces that were not kept are recorded again with the stored policies. Each trace has the digest in "
+        "the log.",
     )
     command.add_argument("submission", type=Path, metavar="FOLDER", help="the submission's folder")
     command.add_argument(

@@ -44,19 +44,20 @@ class Ranks:
     vs_next: Mapping[str, VersusNext]
 
 
-def _why_not_ranked(card: Scorecard, runs: int, first: MetricValue) -> str:
+def _why_not_ranked(card: Scorecard, key: BoardKey, runs: int, first: MetricValue) -> str:
     if card.trust == REPORTED:
         return "Reported from a publication: no logs."
     if runs < FULL_ENTRY_RUNS:
         return f"Fewer than {FULL_ENTRY_RUNS} runs."
-    return first.why if first.mean is None else ""
+    evidence = (card.groups[name][key.protocol].missing_evidence for name in key.groups)
+    return next(filter(None, evidence), first.why if first.mean is None else "")
 
 
 def _entry(
     card: Scorecard, key: BoardKey, score: GroupScore | SuiteScore, duplicate: str | None
 ) -> BoardEntry:
     runs = min(len(card.groups[name][key.protocol].runs) for name in key.groups)
-    why = _why_not_ranked(card, runs, score.metrics[METRICS[key.protocol][0].name])
+    why = _why_not_ranked(card, key, runs, score.metrics[METRICS[key.protocol][0].name])
     unranked = FORGETTING if learned_nothing(score.metrics) else ()
     return BoardEntry(
         name=card.name,

@@ -63,7 +63,8 @@ class BoardEntry:
     runs: Annotated[int, about("number of runs; on a suite the fewest of its groups")]
     ranked: Annotated[bool, about("whether the board ranks it")]
     why: Annotated[
-        str, about("why it is not ranked: fewer than five runs, reported, no score; else empty")
+        str,
+        about("why it is not ranked: fewer than five runs, missing traces, reported, no score; else empty"),
     ] = ""
     steps: Annotated[
         Steps | None, about("whether the training steps are `recorded` or `claimed`, as in the manifest")
