@@ -13,6 +13,9 @@ from gym_extensions.rollouts.reading.salvage import readable_rows
 from gym_extensions.rollouts.rules.folder import UnreadableFile
 from gym_extensions.rollouts.rules.rule import Scope
 
+MAX_HEADER = 1000
+"""Bytes in which the header of a CSV file is looked for."""
+
 
 class CheckedFolder:
     """Reads files of a folder, applies the rules and collects the problems in ``problems``."""
@@ -24,11 +27,14 @@ class CheckedFolder:
     def cells_of(
         self, path: str, header: tuple[str, ...], other: tuple[str, ...] | None = None
     ) -> Cells | None:
-        """The cells of a CSV file with either header: of all rows, or of those that can be read."""
+        """The cells of a CSV file: of all rows, or of those that can be read.
+
+        ``other`` is the expected header of a file with that number of columns.
+        """
         data = self.bytes_of(path)
         if data is None:
             return None
-        if other is not None and data.startswith(f"{','.join(other)}\n".encode()):
+        if other is not None and data[:MAX_HEADER].split(b"\n", 1)[0].count(b",") == len(other) - 1:
             header = other
         text = Text(path, header, data)
         return Cells(path, columns(text)) if self.passes("text", text) else readable_rows(text)

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,28 +12,17 @@ from gym_extensions.catalog.task import Task
 from gym_extensions.rollouts.auditing.digests import trace_digest
 from gym_extensions.rollouts.auditing.salt import salt_of
 from gym_extensions.rollouts.auditing.sample import Audited, audit_sample
+from gym_extensions.rollouts.auditing.trace_errors import trace_errors
 from gym_extensions.rollouts.folder import Folder
 from gym_extensions.rollouts.layout import POLICIES, SALT_FILE, TRACES, policy_name, trace_name
 from gym_extensions.rollouts.policies import Policy
-from gym_extensions.rollouts.problem import Problem, quote
+from gym_extensions.rollouts.problem import Problem
 from gym_extensions.rollouts.reading.evaluation_log import Log
 from gym_extensions.rollouts.safe_npz import read
 from gym_extensions.rollouts.submission import Evidence, SubmittedGroup
-from gym_extensions.rollouts.traces import (
-    ACTIONS,
-    DTYPES,
-    SEGMENT_RETURNS,
-    SEGMENT_STEPS,
-    STATE,
-    STATE_DTYPE,
-    lengths,
-)
-
-ROUNDING = 1e-12
-"""Largest relative difference between the sum of all rewards and the sum of the segments' sums."""
+from gym_extensions.rollouts.traces import ACTIONS, SEGMENT_RETURNS, STATE
 
 Array = NDArray[np.float64]
-Arrays = Mapping[str, NDArray[Any]]
 
 
 @dataclass(frozen=True)
@@ -146,7 +133,11 @@ def read_trace(folder: Folder, request: TraceRequest) -> RecordedEpisode | Probl
         arrays = read(folder.read(request.path))
     except OSError:
         arrays = None
-    error = "The file cannot be read." if arrays is None else next(_errors(arrays, request), "")
+    error = (
+        "The file cannot be read."
+        if arrays is None
+        else next(trace_errors(arrays, request.task, request.length, request.return_), "")
+    )
     if arrays is None or error:
         hint = "Record the trace as described in docs/rollout-log.md."
         return Problem("trace-malformed", request.path, error, hint)
@@ -167,45 +158,3 @@ def read_trace(folder: Folder, request: TraceRequest) -> RecordedEpisode | Probl
         {name.removeprefix(STATE): values for name, values in arrays.items() if name.startswith(STATE)},
         task_index=request.task_index,
     )
-
-
-def _errors(arrays: Arrays, request: TraceRequest) -> Iterator[str]:
-    """What is wrong with the arrays of a trace, a sentence each."""
-    missing = [name for name in DTYPES if name not in arrays]
-    if missing:
-        yield f"The array {missing[0]!r} is missing."
-        return
-    segment = request.task.body.segments
-    steps = arrays[SEGMENT_STEPS].tolist()
-    if steps != segment.steps:
-        yield f"{SEGMENT_STEPS!r} is {quote(steps)}; it is {segment.steps} for {request.task.base}."
-    expected = lengths(request.length, segment.steps)
-    for name, values in arrays.items():
-        if name == SEGMENT_STEPS:
-            continue
-        key = STATE if name.startswith(STATE) else name
-        if key not in expected:
-            yield f"Unexpected array {quote(name)}."
-            continue
-        yield from _array_errors(name, values, DTYPES.get(key, STATE_DTYPE), expected[key])
-    total = _sum(arrays[SEGMENT_RETURNS].tolist())
-    tolerance = max(segment.tolerance, ROUNDING)
-    if not abs(total - request.return_) <= tolerance * max(1.0, abs(request.return_)):
-        yield f"The segment returns sum to {total!r}; the return in the log is {request.return_!r}."
-
-
-def _array_errors(name: str, values: NDArray[Any], dtype: type[np.generic], length: int) -> Iterator[str]:
-    is_flat = name == SEGMENT_RETURNS
-    if values.dtype != dtype or values.shape[:1] != (length,) or (is_flat and values.ndim != 1):
-        shape = f"({length},)" if is_flat else f"({length}, …)"
-        actual = f"{values.dtype} of shape {quote(values.shape)}"
-        yield f"{quote(name)} is {actual}; expected {np.dtype(dtype)} of shape {shape}."
-    elif not np.isfinite(values).all():
-        yield f"{quote(name)} contains a value that is not finite."
-
-
-def _sum(returns: list[float]) -> float:
-    try:
-        return math.fsum(returns)
-    except OverflowError:
-        return math.inf

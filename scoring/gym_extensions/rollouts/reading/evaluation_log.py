@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import product
 
 import numpy as np
@@ -64,10 +64,10 @@ class Log:
     return_: NDArray[np.float64]
     terminated: NDArray[np.bool_]
     success: NDArray[np.int8]
-    trace: list[str]
     fingerprint: list[str]
     numbers: Integers | None = None
     unread: int = 0
+    trace: list[str] = field(default_factory=list)
 
     @property
     def episode_keys(self) -> list[tuple[int, int, str, int]]:
