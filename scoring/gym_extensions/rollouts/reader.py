@@ -44,7 +44,7 @@ PARSE_ERRORS = (ValueError, KeyError, OverflowError)
 """Raised for a cell of the wrong kind."""
 
 
-def read(path: Path, groups: Mapping[str, TaskGroup] = GROUPS) -> Submission:
+def read(path: Path, groups: Mapping[str, TaskGroup] = GROUPS, *, merge_runs: bool = True) -> Submission:
     """The submission in a folder. With problems, it holds all of them and what could be read.
 
     At most ``PROBLEMS_LISTED`` problems are listed per rule; the rest are counted.
@@ -52,8 +52,9 @@ def read(path: Path, groups: Mapping[str, TaskGroup] = GROUPS) -> Submission:
     Args:
         path: the submission's folder.
         groups: the groups that it may contain, by name.
+        merge_runs: whether identical runs of an agent without parameters count as one.
     """
-    return _Reader(scan(path, groups)).submission()
+    return _Reader(scan(path, groups)).submission(merge_runs)
 
 
 class _Reader(CheckedFolder):
@@ -63,7 +64,7 @@ class _Reader(CheckedFolder):
         super().__init__(folder)
         self.tables: dict[str, Any] = {}
 
-    def submission(self) -> Submission:
+    def submission(self, merge_runs: bool) -> Submission:
         self.passes("folder", self.folder)
         manifest = self._manifest()
         readme = self._readme()
@@ -74,7 +75,7 @@ class _Reader(CheckedFolder):
             logs = (log for group in by_name for log in group.logs.values())
             root = manifest.traces.root if manifest.traces else None
             self.passes("traces", CommittedTraces(root, tuple(log.trace for log in logs)))
-        if not self.problems and not declared.trainable_of(self.tables):
+        if merge_runs and not self.problems and not declared.trainable_of(self.tables):
             groups = {group_id: merge_identical_runs(group) for group_id, group in groups.items()}
         if not self.problems:
             groups = {group_id: with_evidence(group, self.folder) for group_id, group in groups.items()}

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from gym_extensions.catalog.task import Task
 from gym_extensions.rollouts.auditing.digests import trace_digest
 from gym_extensions.rollouts.auditing.salt import salt_of
-from gym_extensions.rollouts.auditing.sample import Audited, audit_sample
+from gym_extensions.rollouts.auditing.sample import audit_sample
 from gym_extensions.rollouts.auditing.trace_errors import trace_errors
 from gym_extensions.rollouts.folder import Folder
 from gym_extensions.rollouts.layout import POLICIES, SALT_FILE, TRACES, policy_name, trace_name
@@ -72,13 +72,6 @@ class RecordedEpisode:
         return self.task.body.segments.steps
 
 
-def trace_path(log: Log, audited: Audited) -> str:
-    """The path inside the submission of an audited episode's trace."""
-    names = {task.id: task.name for task in log.group.tasks}
-    name = trace_name(log.protocol, audited.run, audited.stage, names[audited.task], audited.episode)
-    return f"{log.group.name}/{TRACES}/{name}"
-
-
 def salt_in(folder: Folder, group_name: str) -> str:
     """The salt that drew the traces of a group, empty without one. The rules of its file have passed."""
     path = f"{group_name}/{TRACES}/{SALT_FILE}"
@@ -105,23 +98,32 @@ def trace_requests(log: Log, data: bytes, salt: str = "") -> Iterator[TraceReque
     """
     if not log.trace:
         return
-    tasks = {task.id: task for task in log.group.tasks}
     indices = {key: index for index, key in enumerate(log.episode_keys)}
     for audited in audit_sample(log.protocol, data, log.runs, log.group.tasks, salt):
-        index = indices[audited.run, audited.stage, audited.task, audited.episode]
-        policy = policy_name(log.protocol, audited.run, audited.stage, tasks[audited.task].name)
-        yield TraceRequest(
-            trace_path(log, audited),
-            tasks[audited.task],
-            int(log.seed[index]),
-            int(log.length[index]),
-            float(log.return_[index]),
-            bool(log.terminated[index]),
-            None if log.success[index] < 0 else bool(log.success[index]),
-            f"{log.group.name}/{POLICIES}/{policy}",
-            log.group.task_ids.index(audited.task),
-            log.trace[index],
-        )
+        yield _request(log, indices[audited.run, audited.stage, audited.task, audited.episode])
+
+
+def all_requests(log: Log) -> Iterator[TraceRequest]:
+    """All episodes of a log that commits to traces, in the order of its rows."""
+    return (_request(log, index) for index in range(len(log.trace)))
+
+
+def _request(log: Log, index: int) -> TraceRequest:
+    run, stage, task_index = int(log.run[index]), int(log.stage[index]), int(log.position[index])
+    task, folder = log.group.tasks[task_index], log.group.name
+    name = trace_name(log.protocol, run, stage, task.name, int(log.episode[index]))
+    return TraceRequest(
+        f"{folder}/{TRACES}/{name}",
+        task,
+        int(log.seed[index]),
+        int(log.length[index]),
+        float(log.return_[index]),
+        bool(log.terminated[index]),
+        None if log.success[index] < 0 else bool(log.success[index]),
+        f"{folder}/{POLICIES}/{policy_name(log.protocol, run, stage, task.name)}",
+        task_index,
+        log.trace[index],
+    )
 
 
 def read_trace(folder: Folder, request: TraceRequest) -> RecordedEpisode | Problem:

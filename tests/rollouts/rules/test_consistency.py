@@ -116,9 +116,7 @@ def test_a_changed_digest_or_root_is_reported(submission: Callable[..., Path]) -
 
 
 def test_a_missing_root_is_reported(submission: Callable[..., Path]) -> None:
-    (problem,) = root_of(
-        submission, lambda folder: edit("[traces]\nroot = ", '[archive]\nurl = ""\nsha256 = ', TOML)(folder)
-    )
+    (problem,) = root_of(submission, edit("[traces]\nroot = ", '[archive]\nurl = ""\nsha256 = ', TOML))
     assert problem.startswith("different-root: The root is missing; the logs have the root ")
 
 
