@@ -79,8 +79,8 @@ class BoardEntry:
     duplicate_of: Annotated[
         str | None,
         about(
-            "another entry of the board whose every metric is the same in every run, digit for digit. Agents "
-            "without randomness are rightly the same; otherwise one is a copy. Null without one"
+            "another entry of the board with most of the same episodes after the last stage in half of its "
+            "runs. Agents without randomness rightly do; otherwise one is a copy. Null without one"
         ),
     ] = None
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS
+from gym_extensions.rollouts.reading.evaluation_log import Log
 from gym_extensions.rollouts.submission import Evidence, Submission
 from gym_extensions.scoring.metrics.aggregates import iqm, profile
 from gym_extensions.scoring.metrics.evaluate import metric_values, no_reference
@@ -20,6 +21,7 @@ from gym_extensions.scoring.scorecard.model import (
     Scorecard,
 )
 from gym_extensions.scoring.scorecard.reported import reported_groups
+from gym_extensions.scoring.scorecard.sketches import episode_sketches
 from gym_extensions.scoring.scorecard.suites import suite_scores
 
 NO_REFERENCE = ReferenceValue(None, None, None)
@@ -55,9 +57,10 @@ def missing_evidence(evidence: Evidence) -> str:
 
 
 def score_group(
-    results: Results, references: References, protocol: str, budget: str, evidence: Evidence
+    results: Results, references: References, log: Log, budget: str, evidence: Evidence
 ) -> GroupScore:
     """Scores one group and protocol, with metrics, the paper's table, references and raw returns."""
+    protocol = log.protocol
     normalized = no_reference(results, references) == ""
     runs = normalized_runs(results, references, protocol) if normalized else []
     final = [[run.p(run.T, j) for j in run.scored] for run in runs]
@@ -78,6 +81,7 @@ def score_group(
             for (name, run, task), (steps, values) in results.curves.items()
             if name == protocol and run in results.runs[protocol]
         ),
+        episode_sketches=episode_sketches(log),
         missing_evidence=missing_evidence(evidence),
         missing_for_full_entry=missing_for_full_entry(results, protocol),
         paper_table=rows,
@@ -98,7 +102,7 @@ def score(submission: Submission, references: References) -> Scorecard:
             returns = results(entry, manifest.protocol.budget)
             groups[name] = {
                 protocol: score_group(
-                    *(returns, references, protocol, manifest.protocol.budget),
+                    *(returns, references, entry.logs[protocol], manifest.protocol.budget),
                     entry.evidence.get(protocol, Evidence()),
                 )
                 for protocol in returns.runs

@@ -81,6 +81,10 @@ class GroupScore:
     curves: Annotated[
         tuple[Curve, ...], about("training curves, one per run and task; empty without `curves.csv`")
     ] = ()
+    episode_sketches: Annotated[
+        tuple[tuple[str, ...], ...],
+        about("16 digests of episodes per run, by which boards recognize copies; empty in a reported entry"),
+    ] = ()
     missing_evidence: Annotated[
         str,
         about("why the traces do not suffice for a rank, in words; empty if the audit sample is complete"),
