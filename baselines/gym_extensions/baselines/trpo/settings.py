@@ -64,7 +64,7 @@ REFERENCE = TrpoSettings(
 )
 """``trpo``: the reference agent."""
 
-TUNING_STEPS = 40_500_000
+TUNING_STEPS = 40_800_000
 TUNING_TASKS = (
     "HalfCheetah",
     "Hopper",
