@@ -1,0 +1,61 @@
+"""The page of findings: verdicts are those of the corrected test, and every number comes from the runs."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+FOLDER = Path(__file__).resolve().parent.parent / "docs" / "findings"
+
+
+@pytest.fixture(scope="module")
+def build() -> ModuleType:
+    pytest.importorskip("matplotlib", reason="the figures need matplotlib: the extra `plot`")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(FOLDER))
+        spec = importlib.util.spec_from_file_location("build", FOLDER / "build.py")
+        assert spec is not None and spec.loader is not None
+        module = importlib.util.module_from_spec(spec)
+        patch.setitem(sys.modules, "build", module)
+        spec.loader.exec_module(module)
+    return module
+
+
+def rows(build: ModuleType) -> tuple[object, ...]:
+    """Fine-tuning, a method that is far above it, and one that equals it."""
+    low, high = (0.1, 0.2, 0.3, 0.2, 0.1), (1.1, 1.2, 1.3, 1.2, 1.1)
+    table = [
+        build.Row("trpo", "TRPO", False, (high, low, high)),
+        build.Row("cloning", "TRPO + cloning", False, (high, high, low)),
+        build.Row("multi-head", "TRPO + multi-head", True, (high, low, high)),
+    ]
+    result: tuple[object, ...] = build.with_verdicts(table)
+    return result
+
+
+def test_a_method_is_separated_if_the_corrected_test_rejects_equality(build: ModuleType) -> None:
+    first, cloning, heads = rows(build)
+    assert (first.final_verdict, first.forgetting_verdict) == (None, None)  # type: ignore[attr-defined]
+    assert cloning.final_verdict.is_separated  # type: ignore[attr-defined]
+    assert cloning.final_verdict.gap.mean == pytest.approx(1.0)  # type: ignore[attr-defined]
+    assert not heads.final_verdict.is_separated  # type: ignore[attr-defined]
+
+
+def test_the_page_shows_means_intervals_and_verdicts(build: ModuleType) -> None:
+    text = build.page([build.Group("hopper-gravity", rows(build))])
+    assert "| `trpo` | 5 | 1.18 (1.08 to 1.28) | 0.18 (0.08 to 0.28) | 1.18 (1.08 to 1.28) |  |  |" in text
+    assert "1.00 (0.88 to 1.12), **separated** | −1.00 (−1.12 to −0.88), **separated** |" in text
+    assert "| `multi-head` (observes the task) |" in text
+    assert "0.00 (−0.12 to 0.12), tie | 0.00 (−0.12 to 0.12), tie |" in text
+    assert (
+        "Of 2 comparisons with fine-tuning in forgetting, 0 are separated with a higher value,\n"
+        "1 with a lower one, and 1 are ties."
+    ) in text
+
+
+def test_without_an_entry_of_fine_tuning_the_page_says_so(build: ModuleType) -> None:
+    assert "No group has an entry of `trpo` with five runs at 300k yet." in build.page([])
