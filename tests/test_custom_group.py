@@ -17,6 +17,7 @@ from gym_extensions.baselines import cli as train_cli
 from gym_extensions.baselines.algorithms.random import Random
 from gym_extensions.baselines.execution.workers import ThisProcess
 from gym_extensions.baselines.references import cli as reference_cli
+from gym_extensions.baselines.references import content as reference_content
 from gym_extensions.catalog.custom_groups import with_custom
 from gym_extensions.envs import Gravity, TaskGroup, customize, load_group
 from gym_extensions.envs.fingerprint import fingerprint_of
@@ -59,9 +60,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for name, agent in agents.items():
         train(agent, group, ["sequential", "single"], "smoke", [0, 1], out=root / name)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(reference_cli, "FLOOR_EPISODES", 20)
-        patch.setattr(reference_cli, "CEILING_EPISODES", 20)
-        patch.setattr(reference_cli, "Workers", lambda _: ThisProcess())
+        patch.setattr(reference_content, "FLOOR_EPISODES", 20)
+        patch.setattr(reference_content, "CEILING_EPISODES", 20)
+        patch.setattr(reference_content, "Workers", lambda _: ThisProcess())
         options = ["--groups", str(group), "--budget", "smoke", "--runs", "1000", "--agent", "random"]
         assert reference_cli.main([*options, "--out", str(root / "light-references.json")]) == 0
     return root

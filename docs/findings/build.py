@@ -15,6 +15,7 @@ from figures import draw_learned_and_final, draw_retention
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from gym_extensions.atomic import write_text
+from gym_extensions.catalog.budgets import STANDARD_BUDGET
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS
 from gym_extensions.results.evaluations import evaluations
@@ -26,7 +27,7 @@ from gym_extensions.scoring.statistics.welch import holm, welch
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER, PAGE = ROOT / "docs" / "findings", ROOT / "docs" / "findings.md"
-BUDGET, FINE_TUNING = "300k", "trpo"
+FINE_TUNING = "trpo"
 METRICS = ("learning_performance", "final_performance", "forgetting")
 UNTRAINED = {"random", "zero"}
 
@@ -99,7 +100,12 @@ def group_rows(cards: Sequence[Scorecard], group: str) -> list[Row]:
     rows = []
     for card in cards:
         score = card.groups.get(group, {}).get("sequential")
-        if score is None or score.budget != BUDGET or card.name in UNTRAINED or card.manifest is None:
+        if (
+            score is None
+            or score.budget != STANDARD_BUDGET
+            or card.name in UNTRAINED
+            or card.manifest is None
+        ):
             continue
         values = tuple(tuple(score.metrics[name].runs) for name in METRICS)
         if min(map(len, values)) >= FULL_ENTRY_RUNS:
@@ -161,7 +167,7 @@ def page(groups: Sequence[Group]) -> str:
     rows = [row for group in groups for row in group.rows]
     return (
         templates.get_template("page.md.jinja").render(
-            budget=BUDGET,
+            budget=STANDARD_BUDGET,
             fine_tuning=FINE_TUNING,
             groups=groups,
             by_forgetting=sorted(groups, key=lambda group: -group.rows[0].forgetting.mean),

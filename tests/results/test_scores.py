@@ -72,7 +72,7 @@ def test_a_suite_has_rows_without_a_number_of_runs(submission: Write) -> None:
 
 def test_a_board_has_the_ranks_and_intervals_of_the_published_one() -> None:
     paths = [SUBMISSIONS / name for name in ("trpo-2017", "random", "zero")]
-    frame = results.board(GROUP, paths)
+    frame = results.board(GROUP, paths, budget="100k")
     published = board(score_folders(paths).submissions, BoardKey(GROUP, "sequential", "100k", False))
     assert frame["name"].tolist() == [entry.name for entry in published.rows]
     assert frame["ranked"].tolist() == [entry.ranked for entry in published.rows]
@@ -106,9 +106,9 @@ def test_a_group_is_named_with_or_without_version(group: str, submission: Write)
 
 
 def test_a_suite_has_a_board(submission: Write) -> None:
-    assert results.board("gravity", SUBMISSIONS / "trpo-2017", protocol="single")["name"].tolist() == [
-        "trpo-2017"
-    ]
+    assert results.board("gravity", SUBMISSIONS / "trpo-2017", protocol="single", budget="100k")[
+        "name"
+    ].tolist() == ["trpo-2017"]
     assert results.board("gravity", submission(), budget="smoke").empty
 
 

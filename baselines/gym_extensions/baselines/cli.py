@@ -16,7 +16,7 @@ from gym_extensions.baselines.reporting.listeners import LOGS
 from gym_extensions.baselines.training.events import Event, TrainingStarted
 from gym_extensions.baselines.training.progress import next_step
 from gym_extensions.baselines.training.request import parse_names, parse_runs, require_positive
-from gym_extensions.catalog.budgets import BUDGETS
+from gym_extensions.catalog.budgets import BUDGETS, STANDARD_BUDGET
 from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.errors import BenchError, reports_mistakes
 
@@ -40,7 +40,9 @@ def parser() -> argparse.ArgumentParser:
         help=f"comma-separated: {', '.join(PROTOCOLS)} (default: sequential)",
     )
     command.add_argument(
-        "--budget", default="1M", help=f"training steps per task: {', '.join(BUDGETS)} (default: 1M)"
+        "--budget",
+        default=STANDARD_BUDGET,
+        help=f"training steps per task: {', '.join(BUDGETS)} (default: {STANDARD_BUDGET})",
     )
     command.add_argument("--runs", default="0", help="training seeds, such as 0,1 or 0-4 (default: 0)")
     command.add_argument("--out", required=True, type=Path, help="the submission's folder")

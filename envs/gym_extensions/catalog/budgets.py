@@ -48,6 +48,8 @@ BUDGETS = {
         Budget("smoke", batches=4, batch_steps=250, num_envs=1, on_boards=False),
     )
 }
+STANDARD_BUDGET = "300k"
+"""The budget of the standard boards and of the reference agents."""
 
 
 def budget(name: str) -> Budget:

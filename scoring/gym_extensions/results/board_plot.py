@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 
+from gym_extensions.catalog.budgets import STANDARD_BUDGET
 from gym_extensions.errors import BenchError, did_you_mean
 from gym_extensions.results.axes import new_axes
 from gym_extensions.results.scores import board
@@ -21,7 +22,7 @@ def plot_board(
     *,
     metric: str | None = None,
     protocol: str = "sequential",
-    budget: str = "100k",
+    budget: str = STANDARD_BUDGET,
     ax: Axes | None = None,
 ) -> Axes:
     """A board: one row per entry with the mean of a metric and its 95 % interval, in the order of the

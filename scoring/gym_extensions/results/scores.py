@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from gym_extensions.catalog.budgets import BUDGETS
+from gym_extensions.catalog.budgets import BUDGETS, STANDARD_BUDGET
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.catalog.suites import SUITES
@@ -63,7 +63,7 @@ def board(
     group: str | TaskGroup,
     submissions: Paths = "submissions",
     protocol: str = "sequential",
-    budget: str = "100k",
+    budget: str = STANDARD_BUDGET,
     *,
     task_conditioned: bool = False,
     columns: Sequence[str] | None = None,

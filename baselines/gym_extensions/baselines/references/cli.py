@@ -9,10 +9,9 @@ from pathlib import Path
 from gym_extensions.atomic import write_text
 from gym_extensions.baselines import algorithms
 from gym_extensions.baselines.references.content import CEILING_AGENT, measure_all
-from gym_extensions.baselines.references.existing import REFERENCE_BUDGET
 from gym_extensions.baselines.reporting.display import open_screen
 from gym_extensions.baselines.training.request import parse_groups, parse_names, parse_runs, require_positive
-from gym_extensions.catalog.budgets import BUDGETS
+from gym_extensions.catalog.budgets import BUDGETS, STANDARD_BUDGET
 from gym_extensions.catalog.budgets import budget as budget_named
 from gym_extensions.catalog.protocol import FIRST_REFERENCE_RUN
 from gym_extensions.catalog.task import Task
@@ -52,9 +51,9 @@ def parser() -> argparse.ArgumentParser:
     )
     command.add_argument(
         "--budget",
-        default=REFERENCE_BUDGET,
+        default=STANDARD_BUDGET,
         help="one for all groups, or comma-separated, one per group: "
-        f"{', '.join(BUDGETS)} (default: {REFERENCE_BUDGET})",
+        f"{', '.join(BUDGETS)} (default: {STANDARD_BUDGET})",
     )
     command.add_argument(
         "--runs", default="1000-1004", help="training seeds, at least 1000 (default: 1000-1004)"

@@ -8,14 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from gym_extensions.baselines.references.measure import ORACLE
+from gym_extensions.catalog.budgets import STANDARD_BUDGET
 from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS
 from gym_extensions.catalog.task import Task
 from gym_extensions.envs.fingerprint import fingerprint_of
 from gym_extensions.errors import BenchError
 
 FORMAT = 1
-REFERENCE_BUDGET = "300k"
-"""The budget of the reference runs of a version that is not provisional."""
 
 
 def existing_rows(path: Path, tasks: Iterable[Task]) -> dict[str, dict[str, Any]]:
@@ -48,4 +47,4 @@ def is_provisional(rows: Iterable[Mapping[str, Any]]) -> bool:
     """Whether reference runs have another budget than the references', or are fewer than five per task."""
     reference_runs = [row["ceiling"] or row["attempts"] for row in rows if "ceiling" in row]
     trained = [each for each in reference_runs if each["agent"] != ORACLE]
-    return any(each["budget"] != REFERENCE_BUDGET or len(each["runs"]) < FULL_ENTRY_RUNS for each in trained)
+    return any(each["budget"] != STANDARD_BUDGET or len(each["runs"]) < FULL_ENTRY_RUNS for each in trained)
