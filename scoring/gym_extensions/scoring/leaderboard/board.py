@@ -32,6 +32,7 @@ from gym_extensions.scoring.statistics.intervals import Summary, subtract, to_in
 from gym_extensions.scoring.statistics.ranking import rank_intervals, runs_to_separate
 from gym_extensions.scoring.statistics.welch import significant_pairs
 
+NOT_ACCEPTED = "Not accepted yet: the ledger does not have its files."
 NOTHING_LEARNED = "nothing learned to forget"
 FORGETTING = ("forgetting", "worst_case_forgetting", "mean_later_forgetting")
 
@@ -47,6 +48,8 @@ class Ranks:
 def _why_not_ranked(card: Scorecard, runs: int, first: MetricValue) -> str:
     if card.trust == REPORTED:
         return "Reported from a publication: no logs."
+    if card.ledger and card.ledger.event == "pending":
+        return NOT_ACCEPTED
     if runs < FULL_ENTRY_RUNS:
         return f"Fewer than {FULL_ENTRY_RUNS} runs."
     return first.why if first.mean is None else ""
@@ -151,5 +154,6 @@ def board(cards: Sequence[Scorecard], key: BoardKey) -> Board:
 
 
 def boards(cards: Sequence[Scorecard]) -> BoardsDocument:
-    """Every board of the scorecards."""
-    return BoardsDocument(boards=tuple(board(cards, key) for key in board_keys(cards)))
+    """Every board of the scorecards. Those that the ledger withdrew or superseded are left out."""
+    shown = [card for card in cards if card.ledger is None or card.ledger.on_boards]
+    return BoardsDocument(boards=tuple(board(shown, key) for key in board_keys(shown)))
