@@ -45,7 +45,7 @@ def parser() -> argparse.ArgumentParser:
 
 
 def is_empty(folder: Path) -> bool:
-    """Whether a folder contains nothing but hidden files, a README and a ledger, so that no submission is meant."""
+    """Whether a folder has only hidden files, a README and a ledger, so that no submission is meant."""
     try:
         names = [child.name for child in folder.iterdir()]
     except OSError:  # not a folder, or not readable: the scorer reports it

@@ -82,10 +82,10 @@ def _verify(options: argparse.Namespace) -> int:
         f"digests: {len(active_states(folder)) - len(problems)} of {len(active_states(folder))} entries agree"
     )
     if options.replay and not problems:
-        for name, found in check_evidence(folder):
-            _show(found)
-            problems += found
-            print(f"replay: {name}: {'differs' if found else 'as stated'}", flush=True)
+        for name, differences in check_evidence(folder):
+            _show(differences)
+            problems += differences
+            print(f"replay: {name}: {'differs' if differences else 'as stated'}", flush=True)
     return 1 if problems else 0
 
 

@@ -10,7 +10,7 @@ from gym_extensions.errors import BenchError
 
 
 def first_difference(old: bytes, new: bytes) -> int | None:
-    """The number of the first line of ``old`` that ``new`` does not begin with; None if it begins with all."""
+    """The number of the first line of ``old`` that ``new`` lacks at that row; None if it has all."""
     if new.startswith(old):
         return None
     later = new.split(b"\n")
