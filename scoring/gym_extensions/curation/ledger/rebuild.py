@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import tempfile
 from collections.abc import Sequence
 from dataclasses import replace
@@ -14,7 +15,7 @@ from gym_extensions.curation.ledger.apply import ledger_record, with_record
 from gym_extensions.curation.ledger.chain import FILE, EntryState, read, states
 from gym_extensions.curation.ledger.line import LedgerLine
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.layout import MAX_FILES, MAX_SUBMISSION_BYTES
+from gym_extensions.rollouts.layout import MAX_FILES, MAX_SUBMISSION_BYTES, PROGRESS
 from gym_extensions.scoring.leaderboard.board import boards
 from gym_extensions.scoring.leaderboard.model import BoardsDocument
 from gym_extensions.scoring.pipeline.score import score_folders
@@ -75,7 +76,7 @@ def board_after(folder: Path, lines: Sequence[LedgerLine]) -> BoardsDocument:
             target = Path(scratch) / name
             path = folder / name
             if path.is_dir() and folder_digest(path) == state.last.digest:
-                target.symlink_to(path.resolve())
+                shutil.copytree(path, target, ignore=shutil.ignore_patterns(PROGRESS))
             else:
                 _restore(repository, f"{root}/{name}/", state.last.digest, target)
         cards = score_folders([Path(scratch)], references).submissions if present else ()
