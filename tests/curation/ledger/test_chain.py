@@ -65,31 +65,39 @@ def test_each_line_holds_the_hash_of_the_line_before_with_its_line_end() -> None
 @pytest.mark.parametrize(
     ("edit", "code", "where"),
     [
-        (lambda data: data.replace(b"A reason.", b"B reason.", 1), "ledger-chain", "ledger.jsonl, row 2"),
-        (lambda data: data.replace(b'"replayed":75', b'"replayed":76', 1), "ledger-chain", "ledger.jsonl, row 2"),
         (lambda data: data.split(b"\n", 1)[1], "ledger-chain", "ledger.jsonl, row 1"),
         (lambda data: data[:-1], "ledger-line", "ledger.jsonl"),
         (lambda data: b"\n" + data, "ledger-line", "ledger.jsonl, row 1"),
         (lambda data: b"\xff\n", "ledger-line", "ledger.jsonl, row 1"),
-        (lambda data: b"[" * 9000 + b"\n", "ledger-line", "ledger.jsonl, row 1"),
-        (lambda data: data.replace(b'{"date"', b'{ "date"', 1), "ledger-line", "ledger.jsonl, row 1"),
-        (lambda data: data.replace(b'{"date"', b'{"date":"2026-01-01","date"', 1), "ledger-line", "ledger.jsonl, row 1"),
-        (lambda data: data.replace(b'"scorer"', b'"rank":1,"scorer"', 1), "ledger-line", "ledger.jsonl, row 1"),
-        (lambda data: data.replace(b'"accepted"', b'"praised"', 1), "ledger-line", "ledger.jsonl, row 1"),
-        (lambda data: data.replace(b"2026-01-01", b"2026-02-30", 1), "ledger-line", "ledger.jsonl, row 1"),
-        (lambda data: data.replace(b'"entry":"entry"', b'"entry":"../entry"', 1), "ledger-line", "ledger.jsonl, row 1"),
-        (lambda data: data.replace(b'"replayed":75', b'"replayed":3501', 1), "ledger-line", "ledger.jsonl, row 1"),
-        (lambda data: data.replace(b'"replayed":75', b'"replayed":0', 1), "ledger-line", "ledger.jsonl, row 1"),
-        (lambda data: data.replace(b"A reason.", b"A\\u202ereason.", 1), "ledger-line", "ledger.jsonl, row 1"),
-        (lambda data: data.replace(b'"salt":""', b'"salt":"ABC"', 1), "ledger-salt", "ledger.jsonl, row 1"),
-        (lambda data: data.replace(b'"salt":""', b'"salt":"%s"' % (b"A" * 64), 1), "ledger-salt", "ledger.jsonl, row 1"),
+        (lambda data: b"[" * 8000 + b"\n", "ledger-line", "ledger.jsonl, row 1"),
     ],
-)  # fmt: skip
-def test_bytes_that_are_not_the_ledger_of_its_format_are_a_named_problem(
-    edit: Edit, code: str, where: str
-) -> None:
+)
+def test_bytes_that_are_not_lines_of_a_chain_are_refused(edit: Edit, code: str, where: str) -> None:
     error = refused(edit(chain(line(), line("challenged"))))
     assert (error.code, error.where) == (code, where)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "code", "row"),
+    [
+        ("A reason.", "B reason.", "ledger-chain", 2),
+        ('"replayed":75', '"replayed":76', "ledger-chain", 2),
+        ('{"date"', '{ "date"', "ledger-line", 1),
+        ('{"date"', '{"date":"2026-01-01","date"', "ledger-line", 1),
+        ('"scorer"', '"rank":1,"scorer"', "ledger-line", 1),
+        ('"accepted"', '"praised"', "ledger-line", 1),
+        ("2026-01-01", "2026-02-30", "ledger-line", 1),
+        ('"entry":"entry"', '"entry":"../entry"', "ledger-line", 1),
+        ('"replayed":75', '"replayed":3501', "ledger-line", 1),
+        ('"replayed":75', '"replayed":0', "ledger-line", 1),
+        ("A reason.", "A\\u202ereason.", "ledger-line", 1),
+        ('"salt":""', '"salt":"ABC"', "ledger-salt", 1),
+        ('"salt":""', f'"salt":"{"A" * 64}"', "ledger-salt", 1),
+    ],
+)
+def test_an_edited_first_line_is_a_named_problem(old: str, new: str, code: str, row: int) -> None:
+    error = refused(chain(line(), line("challenged")).replace(old.encode(), new.encode(), 1))
+    assert (error.code, error.where) == (code, f"ledger.jsonl, row {row}")
 
 
 def test_a_long_line_is_refused_before_it_is_parsed() -> None:
@@ -101,11 +109,17 @@ def test_a_long_line_is_refused_before_it_is_parsed() -> None:
     [
         ([line("rescored")], "The entry 'entry' is not on the boards, so it cannot be rescored."),
         ([line(), line()], "The entry 'entry' was accepted already."),
-        ([line(), line("withdrawn"), line("challenged")], "The entry 'entry' is not on the boards, so it cannot be challenged."),
-        ([line(), line("rescored", digest="c" * 64)], "The digest cccccccccccc… is not that of the accepted files of 'entry'."),
+        (
+            [line(), line("withdrawn"), line("challenged")],
+            "The entry 'entry' is not on the boards, so it cannot be challenged.",
+        ),
+        (
+            [line(), line("rescored", digest="c" * 64)],
+            "The digest cccccccccccc… is not that of the accepted files of 'entry'.",
+        ),
         ([line(), line(entry="Entry")], "The names 'entry' and 'Entry' differ only in case."),
     ],
-)  # fmt: skip
+)
 def test_an_event_that_cannot_follow_is_refused(lines: list[LedgerLine], message: str) -> None:
     error = refused(chain(*lines))
     assert (error.code, error.message) == ("ledger-order", message)

@@ -241,21 +241,30 @@ def test_a_submission_with_problems_is_not_accepted(
 
 
 @pytest.mark.parametrize(
-    ("arguments", "message"),
+    ("command", "message"),
     [
-        (("add", "accepted", "frist", "--reason", "Why."), "There is no submission 'frist'. Did you mean 'first'?"),
-        (("add", "withdrawn", "frist", "--reason", "Why."), "The ledger has no entry 'frist'. Did you mean 'first'?"),
-        (("add", "accepted", "first", "--reason", "Why."), "The entry 'first' was accepted already."),
-        (("add", "rescored", "first", "--reason", "Why.", "--value", "xyz"), "The value 'xyz' is malformed."),
-        (("add", "challenged", "first", "--reason", "Why.", "--date", "2025-01-01"), "2025-01-01 is before 2026-01-03."),
-        (("add", "rescored", "first", "--reason", "Why.", "--level", "reproduced"), "The level reproduced needs another evidence than validated."),
-        (("board", "--lines", "9", "--out", "b"), "The ledger has 5 lines, so there is no line 9."),
+        ("add accepted frist", "There is no submission 'frist'. Did you mean 'first'?"),
+        ("add withdrawn frist", "The ledger has no entry 'frist'. Did you mean 'first'?"),
+        ("add accepted first", "The entry 'first' was accepted already."),
+        ("add rescored first --value xyz", "The value 'xyz' is malformed."),
+        ("add challenged first --date 2025-01-01", "2025-01-01 is before 2026-01-03."),
+        (
+            "add rescored first --level reproduced",
+            "The level reproduced needs another evidence than validated.",
+        ),
     ],
-)  # fmt: skip
+)
 def test_wrong_arguments_are_named(
-    repository: Path, capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], message: str
+    repository: Path, capsys: pytest.CaptureFixture[str], command: str, message: str
 ) -> None:
-    assert message in problem(capsys, repository, *arguments)
+    assert message in problem(capsys, repository, *command.split(), "--reason", "Why.")
+
+
+def test_a_board_after_lines_that_do_not_exist_is_refused(
+    repository: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    message = problem(capsys, repository, "board", "--lines", "9", "--out", "boards.json")
+    assert "The ledger has 5 lines, so there is no line 9." in message
 
 
 def test_a_folder_outside_of_git_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
