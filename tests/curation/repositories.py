@@ -22,7 +22,7 @@ def git(folder: Path, *arguments: str, data: bytes | None = None) -> str:
 def make_repository(folder: Path) -> Path:
     """A repository with the branch ``main`` and no commit."""
     folder.mkdir(parents=True, exist_ok=True)
-    git(folder, "init", "--quiet", "--initial-branch=main")
+    git(folder, "init", "--quiet", "--initial-branch=main", "--template=")
     return folder
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import subprocess
+import sys
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -25,6 +26,13 @@ ENVIRONMENT = {
     "GIT_TERMINAL_PROMPT": "0",
     "LC_ALL": "C",
 }
+MAX_MEMORY = 2 * 2**30
+MAX_CPU_SECONDS = 120
+"""Limits of one git command: a small commit can stand for billions of files."""
+LIMIT = f'ulimit -v "$0" 2>/dev/null; ulimit -t {MAX_CPU_SECONDS}; exec "$@"'
+"""Runs a command with these limits. A system without a limit on memory (macOS) skips that one."""
+NOT_FOUND = 127
+NO_GIT = BenchError("no-git", "The command git was not found.", hint="Install git.")
 REDIRECTIONS = ("GIT_DIR", "GIT_WORK_TREE", "GIT_INDEX_FILE", "GIT_OBJECT_DIRECTORY")
 """Variables with which git would read another repository; git sets some of them for hooks."""
 
@@ -46,7 +54,8 @@ class Repository:
     folder: Path
 
     def _command(self, *arguments: str) -> list[str]:
-        return ["git", *OPTIONS, "-C", str(self.folder), *arguments]
+        limited = () if sys.platform == "win32" else ("sh", "-c", LIMIT, f"{MAX_MEMORY // 1024}")
+        return [*limited, "git", *OPTIONS, "-C", str(self.folder), *arguments]
 
     def run(self, *arguments: str) -> bytes:
         """The output of a git command.
@@ -56,13 +65,22 @@ class Repository:
         """
         try:
             result = subprocess.run(
-                self._command(*arguments), input=b"", capture_output=True, check=False, env=_environment()
+                self._command(*arguments),
+                input=b"",
+                capture_output=True,
+                check=False,
+                env=_environment(),
             )
         except FileNotFoundError:
-            raise BenchError("no-git", "The command git was not found.", hint="Install git.") from None
+            raise NO_GIT from None
+        if result.returncode == NOT_FOUND:
+            raise NO_GIT
+        if result.returncode < 0 or b"out of memory" in result.stderr.lower():
+            message = f"git {arguments[0]} reached its limit of memory or processor time."
+            raise BenchError("git-limit", message, hint="The commit has far too many files.")
         if result.returncode:
-            message = result.stderr.decode(errors="replace").strip().splitlines() or ["git failed."]
-            raise BenchError("git-failed", message[-1], f"git {arguments[0]} in {self.folder}")
+            lines = result.stderr.decode(errors="replace").strip().splitlines() or ["git failed."]
+            raise BenchError("git-failed", lines[-1], f"git {arguments[0]} in {self.folder}")
         return result.stdout
 
     @cached_property
