@@ -45,7 +45,8 @@ def test_what_is_not_allowed_raises(statement: str, error: str) -> None:
 
 def test_a_file_beyond_the_limit_is_refused(tmp_path: Path) -> None:
     path = str(tmp_path / "file")
-    assert "OSError: [Errno 27]" in limited(f"open({path!r}, 'wb').write(b'x' * 2000)").stderr
+    statement = f"with open({path!r}, 'wb') as file: file.write(b'x' * 2000)"
+    assert "OSError: [Errno 27]" in limited(statement).stderr
     assert (tmp_path / "file").stat().st_size <= 1000
 
 
