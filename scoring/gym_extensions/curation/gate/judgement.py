@@ -58,5 +58,5 @@ def judgement_of(evidence: Evidence) -> Judgement:
         episodes=evidence.episodes,
         problems=evidence.problems,
         scores=() if evidence.problems else _scores(evidence.card),
-        notes=evidence.card.notes,
+        notes=(*evidence.card.notes, *evidence.card.signs),
     )

@@ -23,6 +23,7 @@ from gym_extensions.scoring.leaderboard.model import (
     Difference,
     VersusNext,
 )
+from gym_extensions.scoring.leaderboard.related import related_entries
 from gym_extensions.scoring.metrics.definitions import METRICS
 from gym_extensions.scoring.metrics.metric import Metric
 from gym_extensions.scoring.metrics.value import MetricValue, learned_nothing
@@ -56,7 +57,11 @@ def _why_not_ranked(card: Scorecard, runs: int, first: MetricValue) -> str:
 
 
 def _entry(
-    card: Scorecard, key: BoardKey, score: GroupScore | SuiteScore, duplicate: str | None
+    card: Scorecard,
+    key: BoardKey,
+    score: GroupScore | SuiteScore,
+    duplicate: str | None,
+    related: tuple[str, ...],
 ) -> BoardEntry:
     runs = min(len(card.groups[name][key.protocol].runs) for name in key.groups)
     why = _why_not_ranked(card, runs, score.metrics[METRICS[key.protocol][0].name])
@@ -83,6 +88,7 @@ def _entry(
             for name, value in score.metrics.items()
         },
         duplicate_of=duplicate,
+        related=related,
     )
 
 
@@ -126,6 +132,7 @@ def board(cards: Sequence[Scorecard], key: BoardKey) -> Board:
     scores = {card.name: score for card in cards if (score := lookup(card, key)) is not None}
     cards_by_name = {card.name: card for card in cards if card.name in scores}
     duplicates = duplicate_entries({name: score.metrics for name, score in scores.items()})
+    related = related_entries(cards_by_name)
     first = METRICS[key.protocol][0]
 
     def order(entry: BoardEntry) -> tuple[bool, float, str]:
@@ -133,7 +140,10 @@ def board(cards: Sequence[Scorecard], key: BoardKey) -> Board:
         return (not entry.ranked, float("inf") if mean is None else -mean, entry.name)
 
     entries = sorted(
-        (_entry(cards_by_name[name], key, score, duplicates.get(name)) for name, score in scores.items()),
+        (
+            _entry(cards_by_name[name], key, score, duplicates.get(name), related[name])
+            for name, score in scores.items()
+        ),
         key=order,
     )
     ranks = {metric.name: _ranks(entries, cards_by_name, key, metric) for metric in METRICS[key.protocol]}

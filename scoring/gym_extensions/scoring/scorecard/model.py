@@ -124,6 +124,10 @@ class Scorecard:
         str, about("text of `README.md`, plain and never markup; empty without one or if it has problems")
     ] = ""
     notes: Annotated[tuple[str, ...], about("what scoring did, such as counting identical runs as one")] = ()
+    signs: Annotated[
+        tuple[str, ...],
+        about("unusual patterns in the logs, for a reader to judge; none of them is a verdict"),
+    ] = ()
     ledger: Annotated[
         LedgerRecord | None,
         about("what the ledger says of the submission; null where it was scored without a ledger"),
