@@ -29,7 +29,7 @@ class Evidence:
 def salt_arguments(function: object, salt: str) -> dict[str, Any]:
     """The keyword argument ``salt`` where a function has that parameter."""
     accepts = callable(function) and "salt" in inspect.signature(function).parameters
-    return {"salt": salt or None} if accepts else {}
+    return {"salt": salt} if accepts else {}
 
 
 def prove(path: Path, salt: str = "", groups: Mapping[str, TaskGroup] = GROUPS) -> Evidence:
@@ -37,7 +37,7 @@ def prove(path: Path, salt: str = "", groups: Mapping[str, TaskGroup] = GROUPS) 
 
     Args:
         path: the submission's folder.
-        salt: selects the sample, 64 hexadecimal digits; empty for the sample that the log itself selects.
+        salt: must have selected the sample, 64 hexadecimal digits; empty for the sample without a salt.
         groups: the groups that it may contain, by name.
 
     Raises:

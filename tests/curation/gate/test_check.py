@@ -13,7 +13,7 @@ import pytest
 from jsonschema import Draft202012Validator
 
 from gym_extensions.curation import git as plumbing
-from gym_extensions.curation.digest import folder_digest
+from gym_extensions.curation.digest import digest_without_traces, folder_digest, folder_hashes
 from gym_extensions.curation.gate import check
 from gym_extensions.curation.gate.check import Request, check_pull_request
 from gym_extensions.curation.gate.cli import main
@@ -94,7 +94,7 @@ def test_a_new_entry_passes_with_its_digest_salt_scores_and_labels(request_with_
     assert (report.kind, report.verdict, report.problems) == ("submission", "passed", ())
     assert (report.entry, report.pull_request) == ("new", 17)
     assert report.digest == folder_digest(request_with_entry / NEW)
-    assert report.salt == derive_salt(report.digest, VALUE)
+    assert report.salt == derive_salt(digest_without_traces(folder_hashes(request_with_entry / NEW)), VALUE)
     assert (report.level, report.replayed, report.episodes) == ("validated", 0, 200)
     assert [(score.group, score.protocol, score.runs) for score in report.scores] == [
         ("hopper-gravity-v0", "single", 2)
@@ -133,6 +133,27 @@ def test_an_edit_of_an_entry_goes_to_its_owner_and_a_maintainer(project: Path) -
     assert (report.kind, report.verdict, report.entry) == ("edit", "review", "old")
     assert report.owners == ("@alice", "@project/maintainers")
     assert report.labels == ("edits-entry", "replayed")
+
+
+@pytest.mark.usefixtures("no_judge")
+def test_the_merge_commit_of_an_entry_gives_the_salt_of_the_pull_request_with_its_traces(
+    project: Path,
+) -> None:
+    merged = git(project, "rev-parse", "main")
+    path = "submissions/old/hopper-gravity/traces/salt.txt"
+    commit(project, {path: "x"})
+    report = checked(project)
+    assert report.value == merged
+    files = folder_hashes(project / "submissions" / "old")
+    assert report.salt == derive_salt(digest_without_traces(files), merged)
+    git(project, "switch", "--quiet", "-c", "later")
+    git(project, "branch", "--force", "main", "request")
+    moved = project / path
+    moved.rename(moved.with_name("other.npz"))
+    commit(project)
+    assert (checked(project).problems, checked(project).value) == ((), merged)
+    commit(project, {"submissions/old/README.md": "A text.\n"})
+    assert (checked(project).value, checked(project, head="entry").value) == ("", "")
 
 
 def test_a_change_of_code_alone_is_not_judged(project: Path) -> None:

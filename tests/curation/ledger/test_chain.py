@@ -26,6 +26,7 @@ LINE = LedgerLine(
     episodes=3500,
     scorer="1.0.0",
     references="b" * 64,
+    value="",
     salt="",
 )
 Edit = Callable[[bytes], bytes]
@@ -54,7 +55,7 @@ def test_a_line_is_one_line_of_ascii_json_with_sorted_keys() -> None:
     text = replace(LINE, reason="Für alle.").encode().decode("ascii")
     assert text.startswith('{"date":"2026-01-01","digest":"aaaa')
     assert '"reason":"F\\u00fcr alle."' in text
-    assert text.endswith('"scorer":"1.0.0"}\n')
+    assert text.endswith('"scorer":"1.0.0","value":""}\n')
 
 
 def test_each_line_holds_the_hash_of_the_line_before_with_its_line_end() -> None:
@@ -91,6 +92,7 @@ def test_bytes_that_are_not_lines_of_a_chain_are_refused(edit: Edit, code: str, 
         ('"replayed":75', '"replayed":3501', "ledger-line", 1),
         ('"replayed":75', '"replayed":0', "ledger-line", 1),
         ("A reason.", "A\\u202ereason.", "ledger-line", 1),
+        ('"salt":""', f'"salt":"{"a" * 64}"', "ledger-line", 1),
         ('"salt":""', '"salt":"ABC"', "ledger-salt", 1),
         ('"salt":""', f'"salt":"{"A" * 64}"', "ledger-salt", 1),
     ],

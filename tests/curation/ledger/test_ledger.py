@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from gym_extensions.curation.digest import folder_digest, tree_digest
+from gym_extensions.curation.digest import digest_without_traces, folder_digest, folder_hashes, tree_digest
 from gym_extensions.curation.git import Repository
 from gym_extensions.curation.ledger.apply import with_ledgers
 from gym_extensions.curation.ledger.chain import FILE, read
@@ -87,7 +87,8 @@ def test_recording_accepts_new_entries_supersedes_changed_ones_and_withdraws_rem
         ("2026-01-03", "withdrawn", "second"),
     ]
     assert {(line.level, line.replayed) for line in lines} == {("validated", 0)}
-    assert [line.salt for line in lines][3:] == [derive_salt(lines[3].digest, VALUE), ""]
+    salt = derive_salt(digest_without_traces(folder_hashes(history[0] / "submissions" / "first")), VALUE)
+    assert [(line.value, line.salt) for line in lines][3:] == [(VALUE, salt), ("", "")]
 
 
 def test_recording_again_appends_nothing(repository: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -170,6 +171,34 @@ def test_evidence_that_the_ledger_states_wrongly_is_named(
     assert ledger(repository, "verify", "--no-history", "--replay") == 1
     expected = "first: ledger-evidence: Replay verified 0 of 200 episodes; the ledger states 3 of 200."
     assert expected in capsys.readouterr().out
+
+
+def test_the_commit_that_fixed_an_entry_gives_its_salt_whatever_happens_to_its_traces(
+    repository: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    merged = git(repository, "rev-list", "--reverse", "HEAD").split()[1]
+    commit(repository, {"submissions/first/hopper-gravity/traces/salt.txt": "x"})
+    (repository / "submissions/first/hopper-gravity/traces/salt.txt").unlink()
+    reason = ("--reason", "Salted.", "--date", "2026-02-01", "--value", "merge")
+    assert ledger(repository, "add", "rescored", "first", *reason) == 0
+    line = read(repository / "submissions")[-1]
+    digest = digest_without_traces(folder_hashes(repository / "submissions" / "first"))
+    assert (line.value, line.salt) == (merged, derive_salt(digest, merged))
+    (repository / "submissions" / "first" / "README.md").write_text("Not committed.\n")
+    assert "Its files are not those of the last commit." in problem(
+        capsys, repository, "add", "rescored", "first", *reason
+    )
+
+
+def test_a_salt_that_does_not_follow_from_its_value_is_named(
+    repository: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = repository / "submissions" / FILE
+    path.unlink()
+    record(repository, "2026-01-01", "A reason.", "--value", VALUE)
+    path.write_bytes(path.read_bytes().replace(VALUE.encode(), b"0" * 40))
+    assert ledger(repository, "verify", "--no-history") == 1
+    assert "first: ledger-salt: The salt of its line does not follow" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

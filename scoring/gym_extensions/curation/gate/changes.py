@@ -9,6 +9,7 @@ from functools import cached_property
 
 from gym_extensions.curation.git import Repository, TreeEntry
 from gym_extensions.curation.ledger.chain import FILE
+from gym_extensions.rollouts.layout import TRACES
 
 SUBMISSIONS = "submissions"
 CHALLENGES = "challenges"
@@ -93,3 +94,9 @@ def _changes(fields: Iterator[bytes]) -> Iterator[Change]:
 def is_data(path: str) -> bool:
     """Whether a path is in the folder of submissions or challenges, in any letter case."""
     return path.split("/", maxsplit=1)[0].casefold() in (SUBMISSIONS, CHALLENGES)
+
+
+def is_trace(path: str) -> bool:
+    """Whether a path is a file in a folder of traces of an entry."""
+    names = path.split("/")
+    return len(names) == 5 and (names[0], names[3]) == (SUBMISSIONS, TRACES)

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import re
 import tempfile
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from gym_extensions.curation.challenges import challenge
-from gym_extensions.curation.digest import tree_digest
+from gym_extensions.curation.digest import digest_of, digest_without_traces, tree_digest, tree_hashes
 from gym_extensions.curation.gate.changes import LEDGER, SUBMISSIONS, PullRequest, is_data
 from gym_extensions.curation.gate.judge import judge
 from gym_extensions.curation.gate.limits import DEFAULT, Limits
@@ -18,7 +19,7 @@ from gym_extensions.curation.git import Repository
 from gym_extensions.curation.ledger.chain import parse, states
 from gym_extensions.curation.ledger.history import require_appended
 from gym_extensions.curation.ledger.rebuild import extract
-from gym_extensions.curation.salt import derive_salt
+from gym_extensions.curation.salt import derive_salt, fixing_commit
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.layout import NAME
 from gym_extensions.rollouts.problem import Problem
@@ -39,7 +40,9 @@ KIND_LABELS: dict[Kind, Label] = {
 class Request:
     """What to check: a repository, two branches or commits, and what is known from outside of git.
 
-    ``value`` is what the salt is derived from, or empty; ``number`` that of the pull request.
+    ``value`` is what the salt is derived from. If it is empty and the pull request changes only traces of an
+    entry, it is the commit of the base that fixed the entry; else there is no salt. ``number`` is that of the
+    pull request.
     """
 
     repository: Repository
@@ -156,20 +159,30 @@ def _challenge_problems(pull_request: PullRequest) -> list[Problem]:
     return problems
 
 
+def _fixed_value(pull_request: PullRequest, prefix: str, hashes: Mapping[str, str]) -> str:
+    """The commit of the base that fixed an entry of which only traces change; empty for other changes."""
+    repository, base = pull_request.repository, pull_request.base
+    files = [file for file in pull_request.base_files if file.path.startswith(prefix)]
+    merged = digest_without_traces(tree_hashes(repository, files, prefix))
+    is_fixed = bool(files) and merged == digest_without_traces(hashes)
+    return fixing_commit(repository, base, prefix.rstrip("/")) if is_fixed else ""
+
+
 def _judged(report: GateReport, pull_request: PullRequest, request: Request) -> GateReport:
     """The report with what the files of the entry prove, in a process with limits."""
     entry, repository = report.entry, pull_request.repository
     prefix = f"{SUBMISSIONS}/{entry}/"
     files = pull_request.files_of(entry)
-    digest = tree_digest(repository, files, prefix)
-    salt = derive_salt(digest, request.value) if request.value else ""
+    hashes = tree_hashes(repository, files, prefix)
+    value = request.value or _fixed_value(pull_request, prefix, hashes)
+    salt = derive_salt(digest_without_traces(hashes), value) if value else ""
     with tempfile.TemporaryDirectory() as scratch:
         extract(repository, files, prefix, Path(scratch) / entry)
         judgement = judge(Path(scratch) / entry, salt, request.limits)
     judged = replace(
         report,
-        digest=digest,
-        value=request.value,
+        digest=digest_of(hashes),
+        value=value,
         salt=salt,
         level=judgement.level,
         replayed=judgement.replayed,

@@ -31,7 +31,8 @@ def parser() -> argparse.ArgumentParser:
         "--value",
         default="",
         metavar="HEX",
-        help="select the audit sample with SHA-256(digest, HEX), for example the id of the merge commit",
+        help="derive the salt of the audit sample from this number (default: from the commit that fixed the "
+        "entry, if only its traces change; else no salt)",
     )
     add("--number", type=int, metavar="N", help="number of the pull request, for the report")
     output = command.add_mutually_exclusive_group()

@@ -15,9 +15,11 @@ HEADINGS = {
 }
 CODE = "It changes code alone, which the ordinary tests check."
 NEXT = {
-    "submission": "After the merge, a maintainer verifies the entry with a salt that the merge determines, "
-    "and appends `accepted` to the ledger. Until then the boards list it without a rank.",
-    "edit": "After the merge, a maintainer appends `superseded` and `accepted` to the ledger.",
+    "submission": "After the merge, the merge commit determines the salt of the audit sample, and a second "
+    "pull request replaces the traces by those of that sample. A maintainer then appends `accepted` to the "
+    "ledger. Until then the boards list the entry without a rank.",
+    "edit": "After the merge, a maintainer appends `accepted` to the ledger, after `superseded` where an "
+    "earlier state of the files was accepted.",
     "ledger": "A maintainer has to agree to the new lines.",
     "challenge": "A maintainer has to agree that it is shown on the entry's page.",
 }

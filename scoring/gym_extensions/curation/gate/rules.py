@@ -7,7 +7,7 @@ import unicodedata
 from collections.abc import Callable, Iterator
 
 from gym_extensions.curation.challenges import MAX_BYTES as MAX_CHALLENGE_BYTES
-from gym_extensions.curation.gate.changes import LEDGER, PullRequest, is_data
+from gym_extensions.curation.gate.changes import LEDGER, PullRequest, is_data, is_trace
 from gym_extensions.curation.ledger.chain import MAX_BYTES as MAX_LEDGER_BYTES
 from gym_extensions.rollouts.layout import MAX_FILES, MAX_SUBMISSION_BYTES, NAME, max_bytes
 from gym_extensions.rollouts.problem import Finding, Problem
@@ -100,17 +100,17 @@ def file_mode(pull_request: PullRequest) -> Iterator[Finding]:
 
 @rule
 def renamed_file(pull_request: PullRequest) -> Iterator[Finding]:
-    """No file is renamed."""
+    """No file is renamed. (Traces of an entry may be replaced.)"""
     for change in pull_request.changes:
-        if change.source:
+        if change.source and not (is_trace(change.path) and is_trace(change.source)):
             yield Finding(change.path, f"It was renamed from {change.source}.", "Keep the old name.")
 
 
 @rule
 def deleted_file(pull_request: PullRequest) -> Iterator[Finding]:
-    """No file is deleted. (An entry leaves the boards by a line of the ledger.)"""
+    """No file is deleted. (Traces may be replaced; an entry leaves the boards by a line of the ledger.)"""
     for change in pull_request.changes:
-        if change.status == "D" and is_data(change.path):
+        if change.status == "D" and is_data(change.path) and not is_trace(change.path):
             hint = "Restore it. To withdraw an entry, ask a maintainer for a line in the ledger."
             yield Finding(change.path, "It was deleted.", hint)
 

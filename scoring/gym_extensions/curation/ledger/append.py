@@ -2,26 +2,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
 
 from gym_extensions.atomic import write_bytes
-from gym_extensions.curation.digest import folder_digest
+from gym_extensions.curation.digest import (
+    digest_of,
+    digest_without_traces,
+    folder_digest,
+    folder_hashes,
+    tree_hashes,
+)
 from gym_extensions.curation.evidence import Evidence, prove
+from gym_extensions.curation.git import Repository
 from gym_extensions.curation.ledger.chain import FILE, parse, read, states
 from gym_extensions.curation.ledger.line import START, Event, LedgerLine, check_values
-from gym_extensions.curation.salt import derive_salt
+from gym_extensions.curation.salt import derive_salt, fixing_commit
 from gym_extensions.errors import BenchError, did_you_mean
 from gym_extensions.rollouts.folder import submission_folders
 from gym_extensions.scoring.references import load_references
 from gym_extensions.scoring.scorecard.record import Level
 
+MERGE = "merge"
+
 
 @dataclass(frozen=True)
 class Author:
-    """What a maintainer states about lines: the date, the reason, and a value for the salt (or nothing)."""
+    """What a maintainer states about lines: the date, the reason, and a value for the salt.
+
+    The value is empty for no salt, or ``MERGE`` for the commit that fixed the submission.
+    """
 
     date: str
     reason: str
@@ -65,8 +77,9 @@ def verified_line(path: Path, event: Event, author: Author, level: Level | None 
     Raises:
         BenchError: the submission has problems.
     """
-    digest = folder_digest(path)
-    salt = derive_salt(digest, author.value) if author.value else ""
+    hashes = folder_hashes(path)
+    value = _merge_commit(path, hashes) if author.value == MERGE else author.value
+    salt = derive_salt(digest_without_traces(hashes), value) if value else ""
     evidence = prove(path, salt)
     if evidence.level is None:
         problem = evidence.problems[0]
@@ -79,14 +92,26 @@ def verified_line(path: Path, event: Event, author: Author, level: Level | None 
         event=event,
         entry=path.name,
         reason=author.reason,
-        digest=digest,
+        digest=digest_of(hashes),
         level=_level(evidence, level),
         replayed=evidence.replayed,
         episodes=evidence.episodes,
         scorer=version("gym-extensions"),
         references=load_references().digest,
+        value=value,
         salt=salt,
     )
+
+
+def _merge_commit(path: Path, hashes: Mapping[str, str]) -> str:
+    """The commit that fixed a submission whose files, except traces, are those of HEAD."""
+    repository = Repository(Repository(path).top)
+    folder = path.resolve().relative_to(repository.top.resolve()).as_posix()
+    committed = tree_hashes(repository, repository.tree("HEAD", folder), f"{folder}/")
+    if digest_without_traces(committed) != digest_without_traces(hashes):
+        hint = "Commit the entry first. Then the commit fixes its salt."
+        raise BenchError("not-committed", "Its files are not those of the last commit.", str(path), hint)
+    return fixing_commit(repository, "HEAD", folder)
 
 
 def _level(evidence: Evidence, claimed: Level | None) -> Level:

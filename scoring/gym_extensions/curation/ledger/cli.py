@@ -25,8 +25,8 @@ def _author_options(command: argparse.ArgumentParser, reason_required: bool) -> 
         "--value",
         default="",
         metavar="HEX",
-        help="select the audit sample with SHA-256(digest, HEX): the commit that merged the entry, or a "
-        "beacon's randomness; without it, the log selects its own sample",
+        help="derive the salt of the audit sample from this number, such as a beacon's randomness; `merge` "
+        "stands for the commit that fixed the entry; without it, the sample has no salt",
     )
 
 

@@ -35,7 +35,8 @@ class LedgerLine:
     """An event in the life of an entry.
 
     ``previous`` is the SHA-256 of the line before, its ``\\n`` included. ``references`` is the SHA-256 of
-    the references' file that the scorer used. ``salt`` is empty or 64 hexadecimal digits.
+    the references' file that the scorer used. ``salt`` is empty, or derived from ``value`` and the digest of
+    the files without the traces.
     """
 
     previous: Sha256
@@ -49,6 +50,7 @@ class LedgerLine:
     episodes: Count
     scorer: Annotated[str, msgspec.Meta(min_length=1, max_length=100)]
     references: Sha256
+    value: Annotated[str, msgspec.Meta(pattern="^([0-9a-f]{40,128})?$")]
     salt: str
 
     def encode(self) -> bytes:
@@ -76,6 +78,8 @@ def require_salt(salt: str, where: str) -> None:
 def check_values(line: LedgerLine, where: str) -> None:
     """Raises BenchError for a value that its type alone does not refuse."""
     require_salt(line.salt, where)
+    if bool(line.salt) != bool(line.value):
+        raise _wrong(where, "A salt and the value that it was derived from belong together.")
     if not NAME.fullmatch(line.entry):
         raise _wrong(where, f"{line.entry[:80]!r} is not a name of an entry.")
     try:

@@ -5,14 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from gym_extensions.curation.digest import folder_digest
+from gym_extensions.curation.digest import digest_of, digest_without_traces, folder_hashes
 from gym_extensions.curation.evidence import prove
 from gym_extensions.curation.ledger.chain import EntryState, read, states
+from gym_extensions.curation.salt import derive_salt
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.problem import Problem
 
 RULES = {
     "ledger-entry": "Every entry that the ledger accepts has a folder with the accepted digest.",
+    "ledger-salt": "The salt of a line follows from its value and from the files without the traces.",
     "ledger-evidence": "Replay gives the level of trust and the number of episodes that the ledger states.",
 }
 """The rules that are checked, by name."""
@@ -28,15 +30,20 @@ def active_states(folder: Path) -> dict[str, EntryState]:
 
 
 def check_folders(folder: Path) -> tuple[Problem, ...]:
-    """One problem per accepted entry whose folder is absent or has other content."""
+    """One problem per accepted entry whose folder is absent or has other content, or whose salt is wrong."""
     problems = []
     for name, state in active_states(folder).items():
         path = folder / name
-        digest = folder_digest(path) if path.is_dir() else ""
-        if digest != state.last.digest:
-            message = "The files are not the accepted ones." if digest else "The folder is absent."
+        hashes = folder_hashes(path) if path.is_dir() else {}
+        value = state.last.value
+        if digest_of(hashes) != state.last.digest:
+            message = "The files are not the accepted ones." if hashes else "The folder is absent."
             hint = "Restore the files, or append lines with `gym-extensions ledger record`."
             problems.append(Problem("ledger-entry", name, message, hint))
+        elif value and derive_salt(digest_without_traces(hashes), value) != state.last.salt:
+            message = "The salt of its line does not follow from the value and the files."
+            hint = "Append a line with `gym-extensions ledger add rescored`."
+            problems.append(Problem("ledger-salt", name, message, hint))
     return tuple(problems)
 
 
