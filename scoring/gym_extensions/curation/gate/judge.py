@@ -61,7 +61,7 @@ def judge(folder: Path, salt: str = "", limits: Limits = DEFAULT) -> Judgement:
 
 
 def _stopped(name: str, message: str) -> Judgement:
-    hint = "A submission must be checked within the limits on memory and time of docs/ledger.md."
+    hint = "A submission must be checked within the limits on memory and time of docs/pull-requests.md."
     return Judgement(problems=(Problem("limit-reached", name, message, hint),))
 
 
