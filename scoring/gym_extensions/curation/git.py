@@ -17,8 +17,10 @@ OPTIONS = (
     *("-c", "core.hooksPath=/dev/null"),
     *("-c", "core.fsmonitor=false"),
     *("-c", "protocol.allow=never"),
+    *("-c", "core.packedGitWindowSize=64m"),
+    *("-c", "core.packedGitLimit=512m"),
 )
-"""No hooks, no file watcher, no network."""
+"""No hooks, no file watcher, no network, and less memory than the limit for large repositories."""
 ENVIRONMENT = {
     "GIT_NO_LAZY_FETCH": "1",
     "GIT_NO_REPLACE_OBJECTS": "1",

@@ -258,6 +258,18 @@ PLAYS: dict[str, tuple[str, str, Play]] = {
         f"{NEW}/\\x1b[2J.csv",
         lambda project: index(project, ("100644", "x", f"{NEW}/\x1b[2J.csv")),
     ),
+    "a log of another entry": (
+        "copied-log",
+        f"{NEW}/hopper-gravity/single.csv",
+        lambda project: commit(
+            project,
+            {
+                f"{NEW}/hopper-gravity/single.csv": (
+                    project / "submissions/old/hopper-gravity/single.csv"
+                ).read_bytes()
+            },
+        ),
+    ),
     "two names that differ in case": (
         "case-collision",
         f"{NEW}/hopper-gravity/single.csv",
@@ -368,6 +380,7 @@ def test_a_challenge_goes_to_a_maintainer_if_it_is_plain_text_about_an_entry(
     assert report.verdict == ("refused" if expected else "review")
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux limits the memory of git")
 def test_a_commit_that_stands_for_billions_of_files_is_refused(
     project: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

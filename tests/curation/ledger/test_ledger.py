@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -303,6 +304,7 @@ def test_a_folder_outside_of_git_is_named(tmp_path: Path, capsys: pytest.Capture
     assert "It is not a git work tree." in problem(capsys, tmp_path, "verify")
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="the command is that of GNU coreutils")
 def test_the_digest_is_what_coreutils_and_git_give(history: tuple[Path, list[str]]) -> None:
     folder = history[0] / "submissions" / "first"
     (folder / ".progress").mkdir(exist_ok=True)

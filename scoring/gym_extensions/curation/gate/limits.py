@@ -38,6 +38,8 @@ DEFAULT = Limits()
 def apply_limits(limits: Limits) -> None:
     """Limits this process for the rest of its life, and refuses sockets and child processes.
 
+    Only Linux limits the memory.
+
     Raises:
         BenchError: the operating system has no such limits.
     """
@@ -46,8 +48,9 @@ def apply_limits(limits: Limits) -> None:
         raise BenchError("no-limits", message, "check-pr", "Run it on Linux or macOS.")
     import resource
 
+    memory = [(resource.RLIMIT_AS, limits.memory)] if sys.platform == "linux" else []
     for name, value in (
-        (resource.RLIMIT_AS, limits.memory),
+        *memory,
         (resource.RLIMIT_FSIZE, limits.file_size),
         (resource.RLIMIT_CPU, limits.cpu_seconds),
         (resource.RLIMIT_CORE, 0),
