@@ -11,7 +11,7 @@ from gym_extensions.curation.digest import folder_digest
 from gym_extensions.curation.ledger.chain import FILE, EntryState, read, states
 from gym_extensions.scoring.pipeline.score import find_submissions
 from gym_extensions.scoring.scorecard.model import VALIDATED, Scorecard, ScorecardDocument
-from gym_extensions.scoring.scorecard.record import LedgerRecord
+from gym_extensions.scoring.scorecard.record import Challenge, LedgerRecord
 
 
 def ledger_record(digest: str, state: EntryState | None) -> LedgerRecord:
@@ -62,6 +62,7 @@ def with_ledgers(document: ScorecardDocument, paths: Sequence[Path]) -> Scorecar
     """
     folders = {path.name: path for path in find_submissions(paths)}
     ledgers: dict[Path, Mapping[str, EntryState]] = {}
+    challenges: dict[Path, tuple[Challenge, ...]] = {}
     cards = []
     for card in document.submissions:
         path = folders[card.name]
@@ -71,7 +72,8 @@ def with_ledgers(document: ScorecardDocument, paths: Sequence[Path]) -> Scorecar
             continue
         if root not in ledgers:
             ledgers[root] = states(read(root))
+            challenges[root] = read_challenges(root.parent)
         record = ledger_record(folder_digest(path), ledgers[root].get(card.name))
-        challenges = challenges_of(card.name, read_challenges(root.parent))
-        cards.append(replace(with_record(card, record), challenges=challenges))
+        doubts = challenges_of(card.name, challenges[root])
+        cards.append(replace(with_record(card, record), challenges=doubts))
     return replace(document, submissions=tuple(cards))

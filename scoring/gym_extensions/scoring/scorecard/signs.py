@@ -13,7 +13,7 @@ from gym_extensions.rollouts.submission import SubmittedGroup
 
 OUTLIER_RANGES = 12.0
 """Interquartile ranges above the upper quartile from which a cell's largest return per step is an outlier.
-The largest of 1,290 cells of the entries of November 2026 is 9.2."""
+The largest of 1,540 cells of the entries of November 2026 is 9.2."""
 CURVE_RANGES = 0.5
 """Ranges of a training curve above its maximum from which a mean return is far above the curve. The largest
 of 200 curves of these entries is 0.16."""
