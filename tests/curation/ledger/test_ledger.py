@@ -185,6 +185,9 @@ def test_the_commit_that_fixed_an_entry_gives_its_salt_whatever_happens_to_its_t
     line = read(repository / "submissions")[-1]
     digest = digest_without_traces(folder_hashes(repository / "submissions" / "first"))
     assert (line.value, line.salt) == (merged, derive_salt(digest, merged))
+    capsys.readouterr()
+    assert ledger(repository, "salt", "first") == 0
+    assert capsys.readouterr().out == f"{line.salt}\n"
     (repository / "submissions" / "first" / "README.md").write_text("Not committed.\n")
     assert "Its files are not those of the last commit." in problem(
         capsys, repository, "add", "rescored", "first", *reason

@@ -103,6 +103,17 @@ def verified_line(path: Path, event: Event, author: Author, level: Level | None 
     )
 
 
+def merge_salt(path: Path) -> tuple[str, str]:
+    """The commit that fixed a submission's folder, and the salt that follows from it.
+
+    Raises:
+        BenchError: the files, except traces, are not those of HEAD.
+    """
+    hashes = folder_hashes(path)
+    value = _merge_commit(path, hashes)
+    return value, derive_salt(digest_without_traces(hashes), value)
+
+
 def _merge_commit(path: Path, hashes: Mapping[str, str]) -> str:
     """The commit that fixed a submission whose files, except traces, are those of HEAD."""
     repository = Repository(Repository(path).top)

@@ -57,6 +57,8 @@ def parser() -> argparse.ArgumentParser:
         "record", help="append the lines that make the ledger agree with the folder: new, changed, removed"
     )
     _author_options(record, reason_required=True)
+    salt = actions.add_parser("salt", help="print the salt that follows from the commit that fixed an entry")
+    salt.add_argument("entry", help="name of the entry's folder")
     board = actions.add_parser("board", help="rebuild the boards as of an old line, from git")
     board.add_argument("--lines", type=int, required=True, metavar="N", help="number of lines to use")
     board.add_argument("--out", type=Path, required=True, metavar="FILE", help="boards.json to write")
@@ -99,6 +101,9 @@ def main(argv: list[str] | None = None) -> int:
     options = parser().parse_args(argv)
     if options.action == "verify":
         return _verify(options)
+    if options.action == "salt":
+        print(append.merge_salt(options.submissions / options.entry)[1])
+        return 0
     if options.action == "board":
         rebuild.write_board(options.submissions, options.lines, options.out)
         return 0
