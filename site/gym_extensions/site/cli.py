@@ -98,6 +98,8 @@ def main(argv: list[str] | None = None) -> int:
         console.print()
     for folder in empty:
         print(f"{folder} contains no submissions.")
+    if pending := [card.name for card in document.submissions if card.ledger and card.ledger.is_pending]:
+        console.print(f"Not accepted yet, so without a rank (docs/ledger.md): {', '.join(pending)}")
     refused = [card for card in document.submissions if card.problems]
     if refused:
         console.print("Refused (not on a board until all problems are fixed):")

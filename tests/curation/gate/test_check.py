@@ -14,10 +14,11 @@ from jsonschema import Draft202012Validator
 
 from gym_extensions.curation import git as plumbing
 from gym_extensions.curation.digest import digest_without_traces, folder_digest, folder_hashes
+from gym_extensions.curation.evidence import prove
 from gym_extensions.curation.gate import check
 from gym_extensions.curation.gate.check import Request, check_pull_request
 from gym_extensions.curation.gate.cli import main
-from gym_extensions.curation.gate.judgement import Judgement
+from gym_extensions.curation.gate.judgement import Judgement, judgement_of
 from gym_extensions.curation.gate.limits import Limits
 from gym_extensions.curation.gate.report import GateReport, read_report
 from gym_extensions.curation.gate.rules import RULES
@@ -119,8 +120,12 @@ def test_the_files_of_a_pull_request_are_never_checked_out(
     assert not (project / NEW).exists()
 
 
-def test_problems_of_the_submission_are_in_the_report(request_with_entry: Path) -> None:
+def test_problems_of_the_submission_are_in_the_report(
+    request_with_entry: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     commit(request_with_entry, {f"{NEW}/hopper-gravity/agent.pkl": b"pickle"})
+    # In this process: the test before starts the limited one.
+    monkeypatch.setattr(check, "judge", lambda folder, salt, _: judgement_of(prove(folder, salt)))
     report = checked(request_with_entry)
     assert (report.verdict, report.level, report.labels) == ("refused", None, ("refused", "submission"))
     assert rules(report) == [("unexpected-name", "hopper-gravity/agent.pkl")]

@@ -14,11 +14,13 @@ from gym_extensions.curation.git import Repository
 from gym_extensions.curation.ledger.apply import with_ledgers
 from gym_extensions.curation.ledger.chain import FILE, read
 from gym_extensions.curation.ledger.cli import main
+from gym_extensions.curation.ledger.verify import check_folders
 from gym_extensions.curation.salt import derive_salt
 from gym_extensions.errors import BenchError
 from gym_extensions.scoring.leaderboard.board import boards
 from gym_extensions.scoring.pipeline.score import score_folders
 from gym_extensions.scoring.scorecard.model import Scorecard
+from gym_extensions.site.cli import main as site
 
 from ..repositories import commit, git, make_repository, write_entry
 
@@ -231,6 +233,19 @@ def test_the_recorded_level_is_shown_without_replay_only_for_the_recorded_files(
     readme = repository / "submissions" / "first" / "README.md"
     readme.write_text("Another file.\n")
     assert cards(repository)["first"].trust == "validated"
+
+
+def test_the_site_command_names_entries_that_are_not_accepted_yet(
+    repository: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_entry(repository / "submissions", "third")
+    assert site(["--out", str(tmp_path / "site"), str(repository / "submissions")]) == 0
+    assert "Not accepted yet, so without a rank (docs/ledger.md): third\n" in capsys.readouterr().out
+
+
+def test_the_committed_ledger_agrees_with_the_committed_submissions() -> None:
+    folder = Path(__file__).parents[3] / "submissions"
+    assert (len(read(folder)) > 0, check_folders(folder)) == (True, ())
 
 
 def test_challenges_are_shown_as_they_are(repository: Path) -> None:

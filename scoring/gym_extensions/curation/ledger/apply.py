@@ -45,7 +45,7 @@ def with_record(card: Scorecard, record: LedgerRecord) -> Scorecard:
     """
     if card.problems:
         return card
-    trust = record.trust if card.trust == VALIDATED and record.event != "pending" else card.trust
+    trust = record.trust if card.trust == VALIDATED and not record.is_pending else card.trust
     return replace(card, ledger=record, trust=trust)
 
 

@@ -49,7 +49,7 @@ class Ranks:
 def _why_not_ranked(card: Scorecard, runs: int, first: MetricValue) -> str:
     if card.trust == REPORTED:
         return "Reported from a publication: no logs."
-    if card.ledger and card.ledger.event == "pending":
+    if card.ledger and card.ledger.is_pending:
         return NOT_ACCEPTED
     if runs < FULL_ENTRY_RUNS:
         return f"Fewer than {FULL_ENTRY_RUNS} runs."

@@ -40,13 +40,19 @@ class LedgerRecord:
         return self.event in ON_BOARDS
 
     @property
+    def is_pending(self) -> bool:
+        """Whether the ledger does not have these files, so that the submission is not accepted yet."""
+        return self.event == "pending"
+
+    @property
     def trust(self) -> str:
         """The level of trust in the form of the scorecard."""
         if self.level is None or not self.replayed:
             return self.level or "validated"
         if self.replayed == self.episodes:
             return f"{self.level} (all)"
-        return f"{self.level} (sample: {self.replayed} of {self.episodes} episodes)"
+        sample = "salted sample" if self.salt else "sample"
+        return f"{self.level} ({sample}: {self.replayed} of {self.episodes} episodes)"
 
 
 @dataclass(frozen=True, slots=True)
