@@ -5,7 +5,7 @@ PIP = .venv/bin/python -m pip --disable-pip-version-check --no-input install --q
 export OPENBLAS_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help leaderboard verify test check docs docsite bench slow coverage reproduce changelog clean
+.PHONY: help leaderboard verify test extras check docs docsite findings bench slow coverage reproduce changelog clean
 
 help:  ## list the commands
 	@awk -F ':.*  ## ' '/^[a-z]+:.*  ## / { printf "make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -20,6 +20,10 @@ verify: .venv/scoring.installed  ## check the ledger and replay every entry as i
 
 test: .venv/everything.installed  ## run the tests, except the slow ones and the benchmarks
 	.venv/bin/pytest -n 2 --dist loadfile --no-loadscope-reorder
+
+extras: .venv/everything.installed  ## run the tests that need the extras cluster and sbx; none may be skipped
+	$(PIP) -e '.[dev,cluster,sbx]'
+	.venv/bin/pytest --no-skips tests/baselines/algorithms/test_ppo_and_sac.py tests/baselines/execution/test_ray_cluster.py
 
 slow: .venv/everything.installed  ## run the tests that train for minutes
 	.venv/bin/pytest -m slow
@@ -38,6 +42,9 @@ coverage: .venv/everything.installed  ## run the tests and measure which lines a
 
 docs: .venv/scoring.installed  ## write the generated tables of docs/*.md
 	.venv/bin/python -m gym_extensions.scoring.output.docs docs
+
+findings: .venv/everything.installed  ## write docs/findings.md and its figures from the committed submissions
+	.venv/bin/python docs/findings/build.py
 
 docsite: .venv/docs.installed  ## build the documentation as a site, _site/docs/
 	@NO_MKDOCS_2_WARNING=1 .venv/bin/mkdocs build --quiet

@@ -9,19 +9,39 @@ import os
 
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
 
+import hashlib
 import shutil
 from collections.abc import Callable
 from itertools import product
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from gym_extensions.catalog.budgets import BUDGETS
 from gym_extensions.catalog.fingerprints import published
-from gym_extensions.catalog.groups import group
-from gym_extensions.catalog.protocol import EVALUATION_EPISODES, evaluation_seed
+from gym_extensions.catalog.groups import TaskGroup, group
+from gym_extensions.catalog.protocol import EVALUATION_EPISODES, FULL_ENTRY_RUNS, PROTOCOLS, evaluation_seed
+from gym_extensions.rollouts.auditing.digests import DIGITS, merkle_root
+from gym_extensions.rollouts.auditing.sample import audit_sample
 from gym_extensions.rollouts.episodes import CurvePoint, Episode, write_curves, write_episodes
+from gym_extensions.rollouts.layout import trace_name
+from gym_extensions.rollouts.safe_npz import npz_bytes
 from gym_extensions.scoring.references import Reference, References
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Adds ``--no-skips``: a skipped test is a failure, so that CI cannot lose a test unnoticed."""
+    parser.addoption("--no-skips", action="store_true", help="a skipped test is a failure")
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Fails the session if ``--no-skips`` is given and a test or module was skipped; ``-ra`` lists them."""
+    reporter = session.config.pluginmanager.get_plugin("terminalreporter")
+    if session.config.getoption("--no-skips") and reporter is not None and reporter.stats.get("skipped"):
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
 
 MANIFEST = """format = 1
 title = "An entry"
@@ -82,14 +102,20 @@ def write_submission(
     value: Value = formula,
     curves: int = 0,
     manifest: str = MANIFEST,
+    traces: bool | None = None,
 ) -> Path:
-    """Writes a complete submission and gives its folder; ``curves`` is the number of points of each curve."""
+    """Writes a complete submission and gives its folder.
+
+    ``curves`` is the number of points of each curve. ``traces`` commits to made-up traces and writes those of
+    the audit sample, which a rank needs; by default with five or more runs.
+    """
     folder = root / name
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / "submission.toml").write_text(manifest, encoding="utf-8", newline="\n")
-    for group_name in groups:
+    is_bound = len(runs) >= FULL_ENTRY_RUNS if traces is None else traces
+    digests: list[str] = []
+    for group_name in sorted(groups):
         members = group(group_name)
-        for protocol in protocols:
+        for protocol in sorted(protocols, key=PROTOCOLS.index):
             stages = range(len(members.tasks) + 1) if protocol == "sequential" else (1,)
             rows = [
                 Episode(
@@ -103,12 +129,17 @@ def write_submission(
                     terminated=False,
                     success=None if task.body.success is None else False,
                     fingerprint=published(task.id),
+                    trace=made_up_digest(protocol, run, stage, task.id, episode) if is_bound else "",
                 )
                 for run, stage, (position, task), episode in product(
                     runs, stages, enumerate(members.tasks, 1), range(EVALUATION_EPISODES)
                 )
             ]
-            write_episodes(folder / group_name / f"{protocol}.csv", rows, members.task_ids)
+            log = folder / group_name / f"{protocol}.csv"
+            write_episodes(log, rows, members.task_ids)
+            if is_bound:
+                digests += [row.trace for row in rows]
+                write_sample(log, members, runs)
         if curves:
             steps = BUDGETS["smoke"].steps_for(group_name)
             points = [
@@ -120,7 +151,31 @@ def write_submission(
                 )
             ]
             write_curves(folder / group_name / "curves.csv", points, members.task_ids)
+    if is_bound:
+        manifest += f'\n[traces]\nroot = "{merkle_root(digests)}"\n'
+    (folder / "submission.toml").write_text(manifest, encoding="utf-8", newline="\n")
     return folder
+
+
+def made_up_digest(*key: object) -> str:
+    """A digest that no trace has."""
+    return hashlib.sha256(repr(key).encode()).hexdigest()[:DIGITS]
+
+
+def write_sample(log: Path, members: TaskGroup, runs: tuple[int, ...]) -> None:
+    """Writes a file for every trace of a log's audit sample, all with the same content: links are quick."""
+    folder = log.with_name("traces")
+    folder.mkdir(exist_ok=True)
+    names = {task.id: task.name for task in members.tasks}
+    first: Path | None = None
+    for row in audit_sample(log.stem, log.read_bytes(), runs, members.tasks):
+        path = folder / trace_name(log.stem, row.run, row.stage, names[row.task], row.episode)
+        path.unlink(missing_ok=True)
+        if first is None:
+            first = path
+            path.write_bytes(npz_bytes({"actions": np.zeros((1, 1), np.float32)}))
+        else:
+            os.link(first, path)
 
 
 @pytest.fixture

@@ -13,6 +13,7 @@ COMMANDS = {
     "envs": ("gym_extensions.envs.cli", "list, describe and check the environments"),
     "train": ("gym_extensions.baselines.cli", "train an agent through a protocol and write a submission"),
     "merge": ("gym_extensions.baselines.submission.cli", "join submissions of one agent with other runs"),
+    "trace": ("gym_extensions.baselines.tracing.cli", "write the traces of a submission's audit sample"),
     "reproduce": (
         "gym_extensions.baselines.reproduction.cli",
         "retrain a run of a submission and compare it with the log",

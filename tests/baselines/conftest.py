@@ -14,8 +14,8 @@ from gym_extensions import results
 from gym_extensions.baselines import train
 from gym_extensions.baselines.training.events import BatchTrained, Event
 
-SHORT_GROUP = "hopper-motor-noise"
-"""A group of two tasks: a fifth of the evaluation episodes of a group of five."""
+SHORT_GROUP = "pusher"
+"""A group of two tasks with episodes of 100 steps."""
 
 
 def digests(folder: Path) -> dict[str, str]:

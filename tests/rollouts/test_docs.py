@@ -14,6 +14,7 @@ from gym_extensions.rollouts.policies.keys import KEYS
 from gym_extensions.rollouts.rules import RULES
 from gym_extensions.rollouts.rules.__main__ import BEGIN, END, rules_table, with_table
 from gym_extensions.scoring.replay.faults import HINTS
+from gym_extensions.scoring.replay.verify import OTHER_SALT
 
 DOCS = Path(__file__).parents[2] / "docs"
 LOG = (DOCS / "rollout-log.md").read_text(encoding="utf-8")
@@ -33,7 +34,8 @@ def test_the_table_of_rules_replaces_an_older_one() -> None:
 def test_the_log_page_lists_the_problems_of_replay() -> None:
     source = Path(str(trace_reader.__file__)).read_text()
     names = [*re.findall(r'Problem\(\s*"([a-z-]+)"', source), *HINTS]
-    assert len(names) == 4
+    names.append(OTHER_SALT)
+    assert len(names) == 6
     assert [name for name in names if f"| `{name}` |" not in LOG] == []
 
 

@@ -177,3 +177,11 @@ def test_sequential_runs_are_merged_beside_a_joint_log_of_other_runs(
         "single": (0,),
         "joint": (0, 1),
     }
+
+
+def test_noise_in_the_last_digits_makes_no_other_run() -> None:
+    runs = log("single", {0: 12.5, 1: 12.5, 2: -3.0})
+    runs.return_[runs.run == 1] *= 1 + 3e-13
+    assert first_identical_runs(runs) == {0: 0, 1: 0, 2: 2}
+    runs.return_[runs.run == 1] += 1e-6
+    assert first_identical_runs(runs) == {0: 0, 1: 1, 2: 2}

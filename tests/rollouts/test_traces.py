@@ -13,21 +13,24 @@ from numpy.typing import NDArray
 
 from gym_extensions.catalog.registry import TASKS
 from gym_extensions.envs.state import DERIVED as DERIVED_STATE
+from gym_extensions.rollouts.auditing.digests import trace_digest
 from gym_extensions.rollouts.folder import scan
 from gym_extensions.rollouts.problem import Problem
 from gym_extensions.rollouts.safe_npz import read
 from gym_extensions.rollouts.trace_reader import RecordedEpisode, TraceRequest, read_trace
-from gym_extensions.rollouts.traces import DERIVED, cut, lengths, trace_bytes
+from gym_extensions.rollouts.traces import DERIVED, cut, lengths, trace_arrays, trace_bytes
 
 Arrays = dict[str, NDArray[Any]]
 PATH = "hopper-gravity/traces/trace.npz"
 LENGTH, K = 27, 10
 REWARDS = np.arange(LENGTH) / 8
-REQUEST = TraceRequest(PATH, TASKS["gym_extensions/Hopper-v0"], 7, LENGTH, float(REWARDS.sum()), True, None)
+OUTCOME = (LENGTH, float(REWARDS.sum()), True, None)
 STATES: list[Arrays] = [
     {"qpos": np.full(6, float(t)), "time": np.array(float(t)), "derived_x": np.zeros(2)} for t in (9, 19, 29)
 ]
 ACTIONS = np.linspace(-1, 1, 3 * LENGTH).reshape(LENGTH, 3)
+DIGEST = trace_digest(trace_arrays(cut(ACTIONS, REWARDS, STATES, K)), *OUTCOME)
+REQUEST = TraceRequest(PATH, TASKS["gym_extensions/Hopper-v0"], 7, *OUTCOME, digest=DIGEST)
 
 
 def valid() -> Arrays:
@@ -69,6 +72,17 @@ def test_a_written_trace_is_read_as_it_was(tmp_path: Path) -> None:
     assert (episode.length, episode.terminated, episode.segment_steps) == (LENGTH, True, K)
     assert np.array_equal(episode.actions, ACTIONS.astype(np.float32))
     assert set(episode.states) == {"qpos", "time"}
+
+
+def test_a_trace_with_another_action_is_not_the_one_of_the_log(tmp_path: Path) -> None:
+    arrays = valid()
+    arrays["actions"] = -arrays["actions"]
+    problem = reread(tmp_path, arrays)
+    assert isinstance(problem, Problem)
+    assert (problem.rule, problem.message) == (
+        "trace-differs",
+        "The log commits to another trace of this episode.",
+    )
 
 
 def test_equal_traces_have_equal_bytes() -> None:

@@ -197,7 +197,7 @@ def test_verify_replays_valid_submissions_and_shows_how_much(
 
     replayed = []
 
-    def verify(path: Path, groups: object) -> replay.Verification:
+    def verify(path: Path, groups: object, salt: None) -> replay.Verification:
         replayed.append(path.name)
         return replay.Verification(1, 1, ())
 

@@ -13,6 +13,9 @@ from gym_extensions.rollouts.reading.salvage import readable_rows
 from gym_extensions.rollouts.rules.folder import UnreadableFile
 from gym_extensions.rollouts.rules.rule import Scope
 
+MAX_HEADER = 1000
+"""Bytes in which the header of a CSV file is looked for."""
+
 
 class CheckedFolder:
     """Reads files of a folder, applies the rules and collects the problems in ``problems``."""
@@ -21,11 +24,18 @@ class CheckedFolder:
         self.folder = folder
         self.problems: list[Problem] = []
 
-    def cells_of(self, path: str, header: tuple[str, ...]) -> Cells | None:
-        """The cells of a CSV file: of all rows, or of those that can be read."""
+    def cells_of(
+        self, path: str, header: tuple[str, ...], other: tuple[str, ...] | None = None
+    ) -> Cells | None:
+        """The cells of a CSV file: of all rows, or of those that can be read.
+
+        ``other`` is the expected header of a file with that number of columns.
+        """
         data = self.bytes_of(path)
         if data is None:
             return None
+        if other is not None and data[:MAX_HEADER].split(b"\n", 1)[0].count(b",") == len(other) - 1:
+            header = other
         text = Text(path, header, data)
         return Cells(path, columns(text)) if self.passes("text", text) else readable_rows(text)
 

@@ -12,8 +12,10 @@ SUCCESS = "success"
 """The column whose cells are empty where the task defines no success."""
 EPISODE_COLUMNS = (
     *("run", "stage", "task", "episode", "seed", "length", "return", "terminated"),
-    *(SUCCESS, "fingerprint"),
+    *(SUCCESS, "trace", "fingerprint"),
 )
+UNBOUND_COLUMNS = tuple(name for name in EPISODE_COLUMNS if name != "trace")
+"""The columns of a log that commits to no traces, as logs were written before ADR 78."""
 CURVE_COLUMNS = ("protocol", "run", "task", "step", "return")
 EVALUATION_COLUMNS = ("protocol", "run", "stage", "task", "step", "episodes", "return")
 
@@ -24,7 +26,8 @@ class Episode:
 
     ``stage`` is the number of tasks trained so far (0 untrained; 1 in single and joint logs), ``return_`` the
     ``math.fsum`` of all rewards, ``terminated`` whether the task ended it (else the time limit did),
-    ``success`` the ``is_success`` of its last step, or None where the task defines none.
+    ``success`` the ``is_success`` of its last step, or None where the task defines none, ``trace`` the digest
+    of its trace (:func:`gym_extensions.rollouts.auditing.digests.trace_digest`), empty without one.
     """
 
     run: int
@@ -37,6 +40,7 @@ class Episode:
     terminated: bool
     success: bool | None
     fingerprint: str
+    trace: str = ""
 
 
 @dataclass(frozen=True)
@@ -79,19 +83,26 @@ def _cell(value: object) -> str:
     return repr(value) if isinstance(value, float) else str(value)
 
 
-def _lines(rows: Iterable[Episode | CurvePoint | EvaluationPoint]) -> str:
-    return "".join(",".join(map(_cell, astuple(row))) + "\n" for row in rows)
+def _lines(rows: Iterable[tuple[object, ...]]) -> str:
+    return "".join(",".join(map(_cell, row)) + "\n" for row in rows)
 
 
-def _text(header: tuple[str, ...], rows: Iterable[Episode | CurvePoint | EvaluationPoint]) -> str:
-    return ",".join(header) + "\n" + _lines(rows)
+def _text(header: tuple[str, ...], rows: Iterable[CurvePoint | EvaluationPoint]) -> str:
+    return ",".join(header) + "\n" + _lines(map(astuple, rows))
 
 
 def write_episodes(path: Path, episodes: Iterable[Episode], task_ids: tuple[str, ...]) -> None:
-    """Writes an evaluation log, sorted by run, stage, task in training order, episode."""
+    """Writes an evaluation log, sorted by run, stage, task in training order, episode.
+
+    If no episode has a trace, as in the logs of the references, the column ``trace`` is left out.
+    """
     position = {task: index for index, task in enumerate(task_ids)}
     ordered = sorted(episodes, key=lambda row: (row.run, row.stage, position[row.task], row.episode))
-    write_text(path, _text(EPISODE_COLUMNS, ordered))
+    columns, cells = UNBOUND_COLUMNS, [astuple(row)[:-1] for row in ordered]
+    if any(row.trace for row in ordered):
+        columns = EPISODE_COLUMNS
+        cells = [(*row[:-1], each.trace, row[-1]) for row, each in zip(cells, ordered, strict=True)]
+    write_text(path, ",".join(columns) + "\n" + _lines(cells))
 
 
 def write_curves(path: Path, points: Iterable[CurvePoint], task_ids: tuple[str, ...]) -> None:
@@ -113,4 +124,4 @@ def append_curves(path: Path, points: Iterable[CurvePoint]) -> None:
     if not path.exists():
         write_text(path, _text(CURVE_COLUMNS, ()))
     with path.open("a", encoding="utf-8", newline="\n") as file:
-        file.write(_lines(points))
+        file.write(_lines(map(astuple, points)))

@@ -5,10 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gym_extensions.rollouts.reading.evaluation_log import Log
 from gym_extensions.rollouts.submission import SubmittedGroup
 
+TOLERANCE = 1e-9
+"""Largest difference of identical returns, absolute and relative."""
 PAIRED_PROTOCOLS = (("sequential", "single"), ("joint",))
 """Protocols whose runs belong together: a run of one agent has both a sequential and a single log."""
 
@@ -60,24 +63,21 @@ def select_runs(log: Log, runs: set[int]) -> Log:
         return_=log.return_[rows],
         terminated=log.terminated[rows],
         success=log.success[rows],
+        trace=[log.trace[index] for index in rows if log.trace],
         fingerprint=[log.fingerprint[index] for index in rows],
     )
 
 
-def measurements(log: Log) -> dict[int, tuple[bytes, ...]]:
-    """The measured columns of each run as bytes, sorted by episode key, so that row order does not matter."""
+def measurements(log: Log) -> dict[int, tuple[bytes, NDArray[np.float64]]]:
+    """The measured columns of each run but the returns as bytes, and its returns, sorted by episode key."""
     order = np.lexsort((log.episode, log.position, log.stage, log.run))
     starts = np.searchsorted(log.run[order], log.runs).tolist()
     ends = [*starts[1:], order.size]
-    columns = [
-        column[order]
-        for column in (
-            *(log.stage, log.position, log.episode, log.length, log.return_, log.terminated),
-            log.success,
-        )
-    ]
+    names = ("stage", "position", "episode", "length", "terminated", "success")
+    columns = [getattr(log, name)[order] for name in names]
+    returns = log.return_[order]
     return {
-        run: tuple(column[start:end].tobytes() for column in columns)
+        run: (b"".join(column[start:end].tobytes() for column in columns), returns[start:end])
         for run, start, end in zip(log.runs, starts, ends, strict=True)
     }
 
@@ -85,7 +85,23 @@ def measurements(log: Log) -> dict[int, tuple[bytes, ...]]:
 def first_identical_runs(log: Log) -> dict[int, int]:
     """For each run, the first run that is identical in every episode.
 
-    That is the run itself if it is the first.
+    That is the run itself if it is the first. Returns that differ by less than ``TOLERANCE`` are identical,
+    so that noise in the last digits does not make a copy another run.
     """
-    first: dict[tuple[bytes, ...], int] = {}
-    return {run: first.setdefault(measured, run) for run, measured in measurements(log).items()}
+    firsts: dict[bytes, list[tuple[int, float, NDArray[np.float64]]]] = {}
+    result = {}
+    for run, (measured, returns) in measurements(log).items():
+        candidates, total = firsts.setdefault(measured, []), float(returns.sum())
+        scale = TOLERANCE * max(1.0, float(np.abs(returns).sum()))
+        result[run] = next(
+            (
+                first
+                for first, other_total, other in candidates
+                if abs(total - other_total) <= 2 * scale + TOLERANCE * returns.size
+                if np.allclose(returns, other, rtol=TOLERANCE, atol=TOLERANCE)
+            ),
+            run,
+        )
+        if result[run] == run:
+            candidates.append((run, total, returns))
+    return result

@@ -16,6 +16,8 @@ CURVES = "curves.csv"
 EVALUATIONS = "evaluations.csv"
 CSV_FILES = (*LOGS, CURVES, EVALUATIONS)
 TRACES = "traces"
+SALT_FILE = "salt.txt"
+"""The file beside a group's traces that states the salt which drew them."""
 POLICIES = "policies"
 ARRAY_FOLDERS = (TRACES, POLICIES)
 PROGRESS = ".progress"
@@ -45,6 +47,7 @@ MAX_UNPACKED_BYTES = 256 * MEBIBYTE
 MAX_POLICY_BYTES = 2 * MEBIBYTE
 MAX_UNPACKED_POLICY_BYTES = 16 * MEBIBYTE
 """Largest policy file, and its largest uncompressed size."""
+MAX_SALT_BYTES = 65
 MAX_ARRAYS = 256
 """Most arrays in one .npz file."""
 
@@ -53,6 +56,8 @@ def max_bytes(path: str) -> int:
     """The size limit of a file, by its folder and suffix."""
     if f"/{POLICIES}/" in path:
         return MAX_POLICY_BYTES
+    if path.endswith(f"/{SALT_FILE}"):
+        return MAX_SALT_BYTES
     return MAX_FILE_BYTES.get(path[path.rfind(".") :], MEBIBYTE)
 
 

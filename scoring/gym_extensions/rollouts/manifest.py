@@ -106,6 +106,13 @@ class Archive:
     sha256: Annotated[str, Key(DIGEST)]
 
 
+@dataclass(frozen=True, slots=True)
+class Traces:
+    """The Merkle root over the digests of all traces, in the order of the logs."""
+
+    root: Annotated[str, Key(DIGEST)]
+
+
 @dataclass(frozen=True)
 class Manifest:
     """A submission's manifest. ``reported`` names a published table that replaces logs.
@@ -124,6 +131,7 @@ class Manifest:
     memory: Memory | None = None
     versions: Versions | None = None
     archive: Archive | None = None
+    traces: Traces | None = None
     hyperparameters: dict[str, Hyperparameter] = field(default_factory=dict)
     reported: Annotated[str, Key(TEXT, required=False)] = ""
 
@@ -136,6 +144,7 @@ SECTION_TYPES = {
     "memory": Memory,
     "versions": Versions,
     "archive": Archive,
+    "traces": Traces,
 }
 
 
@@ -151,7 +160,7 @@ SECTIONS: dict[str, dict[str, Key]] = {
     HYPERPARAMETERS: {},
 }
 """The keys of submission.toml by section; ``""`` is the top level, and ``hyperparameters`` has free keys."""
-OPTIONAL_SECTIONS = ("archive", HYPERPARAMETERS)
+OPTIONAL_SECTIONS = ("archive", "traces", HYPERPARAMETERS)
 OPTIONAL_IF_REPORTED = ("tuning", "memory", "versions")
 """Sections that a published table, which has no logs, may leave out."""
 

@@ -12,7 +12,12 @@ from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.rollouts import declared, layout
 from gym_extensions.rollouts import manifest as toml
 from gym_extensions.rollouts.checked_folder import CheckedFolder
-from gym_extensions.rollouts.episodes import CURVE_COLUMNS, EPISODE_COLUMNS, EVALUATION_COLUMNS
+from gym_extensions.rollouts.episodes import (
+    CURVE_COLUMNS,
+    EPISODE_COLUMNS,
+    EVALUATION_COLUMNS,
+    UNBOUND_COLUMNS,
+)
 from gym_extensions.rollouts.folder import Folder, scan
 from gym_extensions.rollouts.identical_runs import merge_identical_runs
 from gym_extensions.rollouts.manifest import Manifest
@@ -23,13 +28,15 @@ from gym_extensions.rollouts.reading.evaluation_log import Cells, Log, Runs, has
 from gym_extensions.rollouts.reading.interim_evaluations import Evaluations
 from gym_extensions.rollouts.reading.salvage import fully_parsed_rows, key_parsed_rows
 from gym_extensions.rollouts.reading.training_curves import Curves
-from gym_extensions.rollouts.rules.consistency import ManifestInFolder
+from gym_extensions.rollouts.rules.consistency import CommittedTraces, ManifestInFolder
+from gym_extensions.rollouts.rules.folder import SaltFile
 from gym_extensions.rollouts.rules.npz import ArrayFile
 from gym_extensions.rollouts.rules.policies import GroupPolicies, PolicyFile, PolicySummary
 from gym_extensions.rollouts.rules.rule import Scope
 from gym_extensions.rollouts.rules.runs import GroupLogs
 from gym_extensions.rollouts.safe_npz import read as read_arrays
 from gym_extensions.rollouts.submission import Submission, SubmittedGroup
+from gym_extensions.rollouts.trace_reader import with_evidence
 
 Rows = TypeVar("Rows", Curves, Evaluations)
 Parse = Callable[[Cells, TaskGroup, Budget | None, Runs], Rows]
@@ -37,7 +44,7 @@ PARSE_ERRORS = (ValueError, KeyError, OverflowError)
 """Raised for a cell of the wrong kind."""
 
 
-def read(path: Path, groups: Mapping[str, TaskGroup] = GROUPS) -> Submission:
+def read(path: Path, groups: Mapping[str, TaskGroup] = GROUPS, *, merge_runs: bool = True) -> Submission:
     """The submission in a folder. With problems, it holds all of them and what could be read.
 
     At most ``PROBLEMS_LISTED`` problems are listed per rule; the rest are counted.
@@ -45,8 +52,9 @@ def read(path: Path, groups: Mapping[str, TaskGroup] = GROUPS) -> Submission:
     Args:
         path: the submission's folder.
         groups: the groups that it may contain, by name.
+        merge_runs: whether identical runs of an agent without parameters count as one.
     """
-    return _Reader(scan(path, groups)).submission()
+    return _Reader(scan(path, groups)).submission(merge_runs)
 
 
 class _Reader(CheckedFolder):
@@ -56,14 +64,21 @@ class _Reader(CheckedFolder):
         super().__init__(folder)
         self.tables: dict[str, Any] = {}
 
-    def submission(self) -> Submission:
+    def submission(self, merge_runs: bool) -> Submission:
         self.passes("folder", self.folder)
         manifest = self._manifest()
         readme = self._readme()
         paths = {item.path for item in self.folder.items}
         groups = {group.id: self._group(group) for name, group in self.folder.groups.items() if name in paths}
-        if not self.problems and not declared.trainable_of(self.tables):
+        if manifest is not None and not self.problems:
+            by_name = sorted(groups.values(), key=lambda group: group.group.name)
+            logs = (log for group in by_name for log in group.logs.values())
+            root = manifest.traces.root if manifest.traces else None
+            self.passes("traces", CommittedTraces(root, tuple(log.trace for log in logs)))
+        if merge_runs and not self.problems and not declared.trainable_of(self.tables):
             groups = {group_id: merge_identical_runs(group) for group_id, group in groups.items()}
+        if not self.problems:
+            groups = {group_id: with_evidence(group, self.folder) for group_id, group in groups.items()}
         problems = summarize(self.problems, self.folder.name)
         return Submission(self.folder.name, manifest, groups, problems, readme)
 
@@ -100,6 +115,9 @@ class _Reader(CheckedFolder):
         curves = self._curves(group, known_runs)
         evaluations = self._evaluations(group, known_runs)
         self._arrays(group, known_runs)
+        path = f"{group.name}/{layout.TRACES}/{layout.SALT_FILE}"
+        if (data := self.bytes_of(path)) is not None:
+            self.passes("salt", SaltFile(path, data))
         return SubmittedGroup(group, logs, curves, evaluations=evaluations)
 
     def _unknown_runs(self, group: TaskGroup) -> Runs:
@@ -110,7 +128,7 @@ class _Reader(CheckedFolder):
 
     def _log(self, group: TaskGroup, protocol: str) -> tuple[Log | None, Log | None]:
         """The rows of a log whose keys can be parsed, and those that can be parsed fully."""
-        cells = self.cells_of(f"{group.name}/{protocol}.csv", EPISODE_COLUMNS)
+        cells = self.cells_of(f"{group.name}/{protocol}.csv", EPISODE_COLUMNS, UNBOUND_COLUMNS)
         if cells is None:
             return None, None
         try:

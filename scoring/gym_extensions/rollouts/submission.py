@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.rollouts.manifest import Manifest
@@ -13,10 +13,23 @@ from gym_extensions.rollouts.reading.training_curves import Curves
 
 
 @dataclass(frozen=True)
+class Evidence:
+    """The audit sample of a log: the number of its traces, how many of them are missing, and its salt.
+
+    ``sample`` is 0 if the log commits to no traces; ``salt`` is empty if none drew the sample.
+    """
+
+    sample: int = 0
+    missing: int = 0
+    salt: str = ""
+
+
+@dataclass(frozen=True)
 class SubmittedGroup:
     """A group of a submission.
 
     ``logs`` are those without problems, by protocol; ``curves`` and ``evaluations`` are optional files.
+    ``evidence`` says what the traces of each of these logs cover.
     """
 
     group: TaskGroup
@@ -24,6 +37,7 @@ class SubmittedGroup:
     curves: Curves | None = None
     notes: tuple[str, ...] = ()
     evaluations: Evaluations | None = None
+    evidence: dict[str, Evidence] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

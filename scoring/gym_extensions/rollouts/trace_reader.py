@@ -2,41 +2,35 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Container, Iterator, Mapping
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gym_extensions.catalog.task import Task
-from gym_extensions.rollouts.audit import Audited, audit_sample, whole_log_sample
+from gym_extensions.rollouts.auditing.digests import trace_digest
+from gym_extensions.rollouts.auditing.salt import salt_of
+from gym_extensions.rollouts.auditing.sample import audit_sample
+from gym_extensions.rollouts.auditing.trace_errors import trace_errors
 from gym_extensions.rollouts.folder import Folder
-from gym_extensions.rollouts.layout import POLICIES, TRACES, policy_name, trace_name
+from gym_extensions.rollouts.layout import POLICIES, SALT_FILE, TRACES, policy_name, trace_name
 from gym_extensions.rollouts.policies import Policy
-from gym_extensions.rollouts.problem import Problem, quote
+from gym_extensions.rollouts.problem import Problem
 from gym_extensions.rollouts.reading.evaluation_log import Log
 from gym_extensions.rollouts.safe_npz import read
-from gym_extensions.rollouts.traces import (
-    ACTIONS,
-    DTYPES,
-    SEGMENT_RETURNS,
-    SEGMENT_STEPS,
-    STATE,
-    STATE_DTYPE,
-    lengths,
-)
+from gym_extensions.rollouts.submission import Evidence, SubmittedGroup
+from gym_extensions.rollouts.traces import ACTIONS, SEGMENT_RETURNS, STATE
 
 Array = NDArray[np.float64]
-Arrays = Mapping[str, NDArray[Any]]
 
 
 @dataclass(frozen=True)
 class TraceRequest:
     """An episode of the audit sample, with its row of the log and the path of its trace.
 
-    ``policy`` is the path of the policy that recorded it; ``task_index`` is the task's index in the group.
+    ``policy`` is the path of the policy that recorded it; ``task_index`` is the task's index in the group;
+    ``digest`` is that of the trace in the log.
     """
 
     path: str
@@ -48,6 +42,7 @@ class TraceRequest:
     success: bool | None
     policy: str = ""
     task_index: int = 0
+    digest: str = ""
 
 
 @dataclass(frozen=True)
@@ -77,50 +72,58 @@ class RecordedEpisode:
         return self.task.body.segments.steps
 
 
-def trace_path(log: Log, audited: Audited) -> str:
-    """The path inside the submission of an audited episode's trace."""
-    names = {task.id: task.name for task in log.group.tasks}
-    name = trace_name(log.protocol, audited.run, audited.stage, names[audited.task], audited.episode)
-    return f"{log.group.name}/{TRACES}/{name}"
+def salt_in(folder: Folder, group_name: str) -> str:
+    """The salt that drew the traces of a group, empty without one. The rules of its file have passed."""
+    path = f"{group_name}/{TRACES}/{SALT_FILE}"
+    return salt_of(folder.read(path)) or "" if path in folder.files else ""
 
 
-def sample_of(log: Log, data: bytes, files: Container[str]) -> list[Audited]:
-    """The audit sample of a log.
+def with_evidence(submitted: SubmittedGroup, folder: Folder) -> SubmittedGroup:
+    """The group without problems, with what the traces of each log cover."""
+    salt, evidence = salt_in(folder, submitted.group.name), {}
+    for protocol, log in submitted.logs.items():
+        requests = list(trace_requests(log, folder.read(log.path), salt))
+        missing = sum(request.path not in folder.files for request in requests)
+        evidence[protocol] = Evidence(len(requests), missing, salt)
+    return replace(submitted, evidence=evidence)
 
-    A log that was recorded before ADR 67 has the traces of the sample that the whole log selected. That
-    sample is accepted if it is complete and the present one is not.
+
+def trace_requests(log: Log, data: bytes, salt: str = "") -> Iterator[TraceRequest]:
+    """The episodes of a log's audit sample; none if the log commits to no traces.
 
     Args:
         log: a log without problems.
         data: the bytes of its file, which select the sample.
-        files: the paths of the submission's files.
+        salt: what draws the sample, or empty.
     """
-    arguments = (log.protocol, data, log.runs, log.group.tasks)
-    sample = audit_sample(*arguments)
-    if all(trace_path(log, audited) in files for audited in sample):
-        return sample
-    former = whole_log_sample(*arguments)
-    return former if all(trace_path(log, audited) in files for audited in former) else sample
-
-
-def trace_requests(log: Log, data: bytes, files: Container[str]) -> Iterator[TraceRequest]:
-    """The episodes of a log's audit sample; the arguments are those of :func:`sample_of`."""
-    tasks = {task.id: task for task in log.group.tasks}
+    if not log.trace:
+        return
     indices = {key: index for index, key in enumerate(log.episode_keys)}
-    for audited in sample_of(log, data, files):
-        index = indices[audited.run, audited.stage, audited.task, audited.episode]
-        policy = policy_name(log.protocol, audited.run, audited.stage, tasks[audited.task].name)
-        yield TraceRequest(
-            trace_path(log, audited),
-            tasks[audited.task],
-            int(log.seed[index]),
-            int(log.length[index]),
-            float(log.return_[index]),
-            bool(log.terminated[index]),
-            None if log.success[index] < 0 else bool(log.success[index]),
-            f"{log.group.name}/{POLICIES}/{policy}",
-            log.group.task_ids.index(audited.task),
-        )
+    for audited in audit_sample(log.protocol, data, log.runs, log.group.tasks, salt):
+        yield _request(log, indices[audited.run, audited.stage, audited.task, audited.episode])
+
+
+def all_requests(log: Log) -> Iterator[TraceRequest]:
+    """All episodes of a log that commits to traces, in the order of its rows."""
+    return (_request(log, index) for index in range(len(log.trace)))
+
+
+def _request(log: Log, index: int) -> TraceRequest:
+    run, stage, task_index = int(log.run[index]), int(log.stage[index]), int(log.position[index])
+    task, folder = log.group.tasks[task_index], log.group.name
+    name = trace_name(log.protocol, run, stage, task.name, int(log.episode[index]))
+    return TraceRequest(
+        f"{folder}/{TRACES}/{name}",
+        task,
+        int(log.seed[index]),
+        int(log.length[index]),
+        float(log.return_[index]),
+        bool(log.terminated[index]),
+        None if log.success[index] < 0 else bool(log.success[index]),
+        f"{folder}/{POLICIES}/{policy_name(log.protocol, run, stage, task.name)}",
+        task_index,
+        log.trace[index],
+    )
 
 
 def read_trace(folder: Folder, request: TraceRequest) -> RecordedEpisode | Problem:
@@ -132,10 +135,19 @@ def read_trace(folder: Folder, request: TraceRequest) -> RecordedEpisode | Probl
         arrays = read(folder.read(request.path))
     except OSError:
         arrays = None
-    error = "The file cannot be read." if arrays is None else next(_errors(arrays, request), "")
+    error = (
+        "The file cannot be read."
+        if arrays is None
+        else next(trace_errors(arrays, request.task, request.length, request.return_), "")
+    )
     if arrays is None or error:
         hint = "Record the trace as described in docs/rollout-log.md."
         return Problem("trace-malformed", request.path, error, hint)
+    outcome = (request.length, request.return_, request.terminated, request.success)
+    if trace_digest(arrays, *outcome) != request.digest:
+        message = "The log commits to another trace of this episode."
+        hint = "Include the trace that was recorded with the log; a log that was changed has other traces."
+        return Problem("trace-differs", request.path, message, hint)
     return RecordedEpisode(
         request.path,
         request.task,
@@ -148,44 +160,3 @@ def read_trace(folder: Folder, request: TraceRequest) -> RecordedEpisode | Probl
         {name.removeprefix(STATE): values for name, values in arrays.items() if name.startswith(STATE)},
         task_index=request.task_index,
     )
-
-
-def _errors(arrays: Arrays, request: TraceRequest) -> Iterator[str]:
-    """What is wrong with the arrays of a trace, a sentence each."""
-    missing = [name for name in DTYPES if name not in arrays]
-    if missing:
-        yield f"The array {missing[0]!r} is missing."
-        return
-    segment = request.task.body.segments
-    steps = arrays[SEGMENT_STEPS].tolist()
-    if steps != segment.steps:
-        yield f"{SEGMENT_STEPS!r} is {quote(steps)}; it is {segment.steps} for {request.task.base}."
-    expected = lengths(request.length, segment.steps)
-    for name, values in arrays.items():
-        if name == SEGMENT_STEPS:
-            continue
-        key = STATE if name.startswith(STATE) else name
-        if key not in expected:
-            yield f"Unexpected array {quote(name)}."
-            continue
-        yield from _array_errors(name, values, DTYPES.get(key, STATE_DTYPE), expected[key])
-    total = _sum(arrays[SEGMENT_RETURNS].tolist())
-    if not abs(total - request.return_) <= segment.tolerance * max(1.0, abs(request.return_)):
-        yield f"The segment returns sum to {total!r}; the return in the log is {request.return_!r}."
-
-
-def _array_errors(name: str, values: NDArray[Any], dtype: type[np.generic], length: int) -> Iterator[str]:
-    is_flat = name == SEGMENT_RETURNS
-    if values.dtype != dtype or values.shape[:1] != (length,) or (is_flat and values.ndim != 1):
-        shape = f"({length},)" if is_flat else f"({length}, …)"
-        actual = f"{values.dtype} of shape {quote(values.shape)}"
-        yield f"{quote(name)} is {actual}; expected {np.dtype(dtype)} of shape {shape}."
-    elif not np.isfinite(values).all():
-        yield f"{quote(name)} contains a value that is not finite."
-
-
-def _sum(returns: list[float]) -> float:
-    try:
-        return math.fsum(returns)
-    except OverflowError:
-        return math.inf

@@ -76,12 +76,16 @@ def cut(actions: Array, rewards: Array, states: Sequence[Mapping[str, Array]], s
     )
 
 
-def trace_bytes(trace: Trace) -> bytes:
-    """The content of the .npz file. Equal traces give equal bytes."""
-    arrays = {
+def trace_arrays(trace: Trace) -> dict[str, Array]:
+    """The arrays of the .npz file by name."""
+    return {
         ACTIONS: trace.actions,
         SEGMENT_STEPS: np.array(trace.segment_steps, DTYPES[SEGMENT_STEPS]),
         SEGMENT_RETURNS: trace.segment_returns,
         **{f"{STATE}{name}": values for name, values in trace.states.items()},
     }
-    return npz_bytes(arrays)
+
+
+def trace_bytes(trace: Trace) -> bytes:
+    """The content of the .npz file. Equal traces give equal bytes."""
+    return npz_bytes(trace_arrays(trace))

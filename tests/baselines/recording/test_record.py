@@ -78,7 +78,7 @@ def test_the_logs_and_traces_are_those_of_the_training_loop(recorded: Path, tmp_
 
 def test_the_submission_can_be_replayed(recorded: Path) -> None:
     verification = verify(recorded)
-    assert (verification.problems, verification.replayed) == ((), 6)
+    assert (verification.problems, verification.replayed) == ((), 13)
 
 
 def test_the_manifest_scorecard_and_board_say_that_steps_are_claimed(recorded: Path) -> None:
@@ -314,4 +314,4 @@ def test_two_processes_write_one_log(tmp_path: Path) -> None:
     assert [process.returncode for process in processes] == [0, 0], errors
     assert [row["run"] for row in logged(out, "single")] == ["0"] * 40 + ["1"] * 40
     verification = verify(out)
-    assert (verification.problems, verification.replayed) == ((), 4)
+    assert (verification.problems, verification.replayed) == ((), 8)

@@ -4,18 +4,27 @@ from __future__ import annotations
 
 import hashlib
 import json
+import shutil
 from pathlib import Path
 
 import pytest
 
-from gym_extensions.baselines.references import cli
+from gym_extensions.baselines.references import cli, content
+from gym_extensions.baselines.references.existing import existing_rows, is_provisional
 from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.registry import task
 from gym_extensions.errors import BenchError
+from gym_extensions.scoring.references import parse_references
+
+from ..conftest import digests
 
 
 def files(folder: Path) -> dict[str, bytes]:
     return {str(path): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def load_tasks(path: Path) -> list[str]:
+    return list(parse_references(path.read_bytes()).tasks)
 
 
 def sha256(path: Path) -> str:
@@ -25,15 +34,15 @@ def sha256(path: Path) -> str:
 def test_the_command_writes_the_references_and_their_logs(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(cli, "FLOOR_EPISODES", 4)
-    monkeypatch.setattr(cli, "CEILING_EPISODES", 3)
+    monkeypatch.setattr(content, "FLOOR_EPISODES", 4)
+    monkeypatch.setattr(content, "CEILING_EPISODES", 3)
     out = tmp_path / "provisional.json"
     argv = ["--groups", "hopper-motor-noise", "--budget", "smoke", "--runs", "1000", "--out", str(out)]
     assert cli.main(argv) == 0
-    content = json.loads(out.read_text())
-    assert (content["format"], content["version"], content["provisional"]) == (1, "provisional", True)
-    assert len(content["tasks"]) == 2
-    row = content["tasks"]["gym_extensions/Hopper-v0"]
+    document = json.loads(out.read_text())
+    assert (document["format"], document["version"], document["provisional"]) == (1, "provisional", True)
+    assert len(document["tasks"]) == 2
+    row = document["tasks"]["gym_extensions/Hopper-v0"]
     assert row["floor"]["episodes"] == 4
     trained = row["ceiling"] or row["attempts"]
     assert (trained["agent"], trained["budget"], trained["episodes"]) == ("trpo", "smoke", 3)
@@ -52,11 +61,73 @@ def test_the_command_writes_the_references_and_their_logs(
     assert files(tmp_path) == before
 
 
+def test_ceilings_are_added_to_the_floors_of_an_existing_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(content, "FLOOR_EPISODES", 4)
+    monkeypatch.setattr(content, "CEILING_EPISODES", 3)
+    grown, at_once = tmp_path / "grown/1.json", tmp_path / "at-once/1.json"
+    command = ["--groups", "pusher", "--budget", "smoke", "--runs", "1000"]
+    assert cli.main([*command, "--out", str(grown), "--floors-only"]) == 0
+    floors = json.loads(grown.read_text())["tasks"]
+    assert [sorted(row) for row in floors.values()] == [["floor"], ["floor"]]
+    assert load_tasks(grown) == []
+    shutil.rmtree(tmp_path / "grown/.progress")
+    monkeypatch.setattr(content, "floor_measurements", None)
+    assert cli.main([*command, "--out", str(grown)]) == 0
+    monkeypatch.undo()
+    monkeypatch.setattr(content, "FLOOR_EPISODES", 4)
+    monkeypatch.setattr(content, "CEILING_EPISODES", 3)
+    assert cli.main([*command, "--out", str(at_once)]) == 0
+    assert load_tasks(grown) == list(floors)
+    assert grown.read_text() == at_once.read_text()
+    assert digests(tmp_path / "grown") == digests(tmp_path / "at-once")
+
+
+def test_a_floor_of_another_definition_of_the_task_is_refused(tmp_path: Path) -> None:
+    out = tmp_path / "1.json"
+    row = {"floor": {"mean": 0.0, "fingerprint": "0" * 16}}
+    out.write_text(json.dumps({"format": 1, "tasks": {"gym_extensions/Pusher-v0": row}}))
+    with pytest.raises(BenchError) as error:
+        existing_rows(out, group("pusher").tasks)
+    assert str(error.value) == (
+        f"{out}: The floor of gym_extensions/Pusher-v0 was measured with another definition of the task. "
+        "Start a new version with --out."
+    )
+
+
+@pytest.mark.parametrize("text", ["{", "[]", '{"format": 2, "tasks": {}}'])
+def test_a_file_that_does_not_hold_references_is_not_replaced(text: str, tmp_path: Path) -> None:
+    out = tmp_path / "1.json"
+    out.write_text(text)
+    with pytest.raises(BenchError, match=r"The file does not hold references\. Name another file"):
+        existing_rows(out, [])
+    assert out.read_text() == text
+
+
+@pytest.mark.parametrize(
+    ("agent", "budget", "runs", "expected"),
+    [
+        ("trpo", "300k", 5, False),
+        ("trpo", "300k", 4, True),
+        ("trpo", "100k", 5, True),
+        ("oracle", "", 1, False),
+    ],
+)
+def test_references_are_provisional_with_few_runs_or_another_budget(
+    agent: str, budget: str, runs: int, expected: bool
+) -> None:
+    final = {"agent": "trpo", "budget": "300k", "runs": [0] * 5}
+    row = {"agent": agent, "budget": budget, "runs": [0] * runs}
+    rows: list[dict[str, object]] = [{"floor": {}}, {"ceiling": final}, {"ceiling": None, "attempts": row}]
+    assert is_provisional(rows) is expected
+
+
 @pytest.mark.parametrize("agent", ["trpo", "trpo-2017"])
 def test_the_ceilings_are_measured_with_the_named_agent(agent: str) -> None:
-    runs = cli.ceiling_measurements(task("Hopper"), "1M", [1000, 1001], agent)
+    runs = content.ceiling_measurements(task("Hopper"), "1M", [1000, 1001], agent)
     assert [(each.agent, each.run) for each in runs] == [(agent, 1000), (agent, 1001)]
-    oracle = cli.ceiling_measurements(group("nav-state").tasks[0], "1M", [1000, 1001], agent)
+    oracle = content.ceiling_measurements(group("nav-state").tasks[0], "1M", [1000, 1001], agent)
     assert [each.agent for each in oracle] == ["oracle"]
 
 

@@ -57,7 +57,7 @@ def test_tensorboard_reads_the_scalars_of_each_job(watched: Watched) -> None:
         tags = {tag for tag, _, _ in scalars}
         assert tags == {
             *("train/mean_return", "train/steps_per_second"),
-            *("evaluation/Hopper-v0", "evaluation/HopperMotorNoise-v0"),
+            *("evaluation/Pusher-v0", "evaluation/PusherMovingGoal-v0"),
         }
 
 

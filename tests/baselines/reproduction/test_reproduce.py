@@ -64,7 +64,7 @@ def test_a_log_with_one_changed_return_agrees_and_the_row_is_named(
     first, second, third = capsys.readouterr().out.splitlines()
     assert first.endswith("the mean returns of all 2 cells agree within evaluation noise.")
     assert second.startswith(
-        "The first difference is at stage 1, gym_extensions/Hopper-v0, episode 0: return is "
+        "The first difference is at stage 1, gym_extensions/Pusher-v0, episode 0: return is "
     )
     assert third == "The versions and the platform are those of the submission."
 
@@ -79,7 +79,7 @@ def test_a_log_with_another_mean_return_differs_and_the_cell_is_named(
     first, _, third, fourth = capsys.readouterr().out.splitlines()
     assert first.endswith("run 0: 1 of 2 cells differ.")
     assert third.startswith("The submission was made with platform Plan9-")
-    assert fourth.startswith("Stage 1, gym_extensions/Hopper-v0: mean return ")
+    assert fourth.startswith("Stage 1, gym_extensions/Pusher-v0: mean return ")
 
 
 REFERENCE_ONLY = "was not trained here as a reference agent."

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import errno
-import hashlib
 import shutil
 import tomllib
 from dataclasses import replace
@@ -21,7 +20,7 @@ from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.protocol import evaluation_seed
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.audit import Audited, audit_sample, audited_cells, whole_log_sample
+from gym_extensions.rollouts.auditing.sample import audit_sample
 from gym_extensions.rollouts.layout import trace_name
 
 from ..conftest import SHORT_GROUP, digests
@@ -73,57 +72,6 @@ def test_the_log_selects_the_audit_sample_and_its_traces_have_the_logged_returns
             assert sum(trace["segment_returns"]) == pytest.approx(float(line["return"]), abs=1e-9)
 
 
-def test_the_sample_has_an_episode_of_each_column_of_the_table() -> None:
-    # T = 5: five of R[5][j] and five of R[j][j]; R[5][5] is in both columns and gives two.
-    tasks = group("hopper-gravity").tasks
-    cells = audited_cells("sequential", tasks)
-    assert len(cells) == 10
-    assert cells.count((5, tasks[4])) == 2
-    log = made_up_log({0: "1.5", 3: "2.5"})
-    sample = audit_sample("sequential", log, [0, 3], tasks)
-    assert len(set(sample)) == len(sample) == 20
-    assert len(audit_sample("single", log, [0], tasks)) == 5
-
-
-def made_up_log(returns: dict[int, str], column: str = "", cell: str = "") -> bytes:
-    """A log with one row per run; ``column`` is an additional one."""
-    header = f"run,stage,task,episode,seed,length,return,terminated,{column}fingerprint\n"
-    rows = [f"{run},1,Hopper-v0,0,7,10,{value},true,{cell}0f\n" for run, value in returns.items()]
-    return "".join([header, *rows]).encode()
-
-
-def test_the_rows_of_a_run_select_its_sample_and_no_other() -> None:
-    tasks = group("hopper-gravity").tasks
-
-    def sample(returns: dict[int, str], run: int) -> list[Audited]:
-        return [
-            row
-            for row in audit_sample("single", made_up_log(returns), list(returns), tasks)
-            if row.run == run
-        ]
-
-    alone = sample({3: "2.5"}, 3)
-    assert sample({0: "1.5", 3: "2.5"}, 3) == alone
-    assert sample({0: "1.5", 3: "2.25"}, 3) != alone
-
-
-def test_the_sample_of_a_run_by_hand() -> None:
-    digest = hashlib.sha256(b"3,1,Hopper-v0,0,7,10,2.5,true,0f\n").hexdigest()
-    tasks = group("hopper-gravity").tasks
-    ranks = [
-        hashlib.sha256(f"{digest}/3/1/{tasks[0].id}/{episode}".encode()).hexdigest() for episode in range(20)
-    ]
-    sample = audit_sample("single", made_up_log({0: "1.5", 3: "2.5"}), [0, 3], tasks)
-    assert Audited(3, 1, tasks[0].id, ranks.index(min(ranks))) in sample
-
-
-def test_a_further_column_leaves_the_samples_as_they_are() -> None:
-    tasks = group("hopper-gravity").tasks
-    log, wider = made_up_log({0: "1.5"}), made_up_log({0: "1.5"}, "success,", "true,")
-    for select in (audit_sample, whole_log_sample):
-        assert select("single", wider, [0], tasks) == select("single", log, [0], tasks)
-
-
 def test_the_manifest_describes_the_run(trpo_submission: Path) -> None:
     manifest = tomllib.loads((trpo_submission / "submission.toml").read_text())
     assert manifest["protocol"] == {
@@ -133,8 +81,8 @@ def test_the_manifest_describes_the_run(trpo_submission: Path) -> None:
         "steps": "recorded",
     }
     assert manifest["hyperparameters"]["hidden"] == [64, 64]
-    # Policy 11-64-64-3 and three log σ; value function 11-64-64-1.
-    policy, value = 12 * 64 + 65 * 64 + 65 * 3 + 3, 12 * 64 + 65 * 64 + 65
+    # Policy 23-64-64-7 and seven log σ; value function 23-64-64-1.
+    policy, value = 24 * 64 + 65 * 64 + 65 * 7 + 7, 24 * 64 + 65 * 64 + 65
     assert manifest["memory"] == {
         "stored_steps": 250,
         "parameters_first": policy + value,

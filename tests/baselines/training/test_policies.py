@@ -55,7 +55,7 @@ class Wide(Counting):
     """An agent whose policy is too large for a submission."""
 
     def policy(self) -> Policy | None:
-        weights = np.random.default_rng(0).standard_normal((11, MAX_POLICY_BYTES // 36)).astype(np.float32)
+        weights = np.random.default_rng(0).standard_normal((23, MAX_POLICY_BYTES // 36)).astype(np.float32)
         layers = (weights, np.zeros((weights.shape[1], self.size), np.float32))
         biases = (np.zeros(weights.shape[1], np.float32), np.full(self.size, self.value(), np.float32))
         return Policy(np.zeros(self.size), np.ones(self.size), layers, biases)
@@ -72,7 +72,7 @@ def test_the_submission_has_the_policy_after_every_stage(tmp_path: Path) -> None
         f"{protocol}-run0-stage{stage}{task}.npz": 0.5 - stage / 10
         for protocol, stages, tasks in (
             ("sequential", (0, 1, 2), [""]),
-            ("single", (1,), ["-Hopper", "-HopperMotorNoise"]),
+            ("single", (1,), ["-Pusher", "-PusherMovingGoal"]),
         )
         for stage in stages
         for task in tasks
@@ -107,7 +107,7 @@ def test_a_policy_that_is_not_the_agents_stops_the_run(tmp_path: Path) -> None:
     with pytest.raises(BenchError) as error:
         train(Wrong, SHORT_GROUP, "joint", "smoke", 0, out=tmp_path / "wrong")
     assert str(error.value) == (
-        "policy(): The policy's actions differ from those of act() by 0.1 half widths. "
+        "policy(): The policy's actions differ from those of act() by 0.05 half widths. "
         "Return the policy that act() uses, or None if it cannot be expressed as plain arrays."
     )
 

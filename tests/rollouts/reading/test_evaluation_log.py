@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from gym_extensions.catalog.groups import group
-from gym_extensions.rollouts.episodes import EPISODE_COLUMNS
+from gym_extensions.rollouts.episodes import UNBOUND_COLUMNS
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.reading.csv_lines import Text, columns
 from gym_extensions.rollouts.reading.evaluation_log import (
@@ -29,7 +29,7 @@ PATH = "hopper-gravity/sequential.csv"
 
 
 def parse(data: bytes, protocol: str = "sequential") -> Log:
-    return log(Cells(PATH, columns(Text(PATH, EPISODE_COLUMNS, data))), protocol, HOPPER)
+    return log(Cells(PATH, columns(Text(PATH, UNBOUND_COLUMNS, data))), protocol, HOPPER)
 
 
 @pytest.fixture
@@ -135,7 +135,7 @@ def test_a_number_with_leading_zeros_is_the_same_number(
 def test_returns_are_parsed_exactly() -> None:
     cells = ["9007199254740993.0", "5e-324", "1.7976931348623157e308", "-0.0"]
     row = "0,0,gym_extensions/Hopper-v0,0,1,10,{},false,,f\n"
-    header = ",".join(EPISODE_COLUMNS) + "\n"
+    header = ",".join(UNBOUND_COLUMNS) + "\n"
     parsed = parse((header + "".join(map(row.format, cells))).encode())
     assert list(map(repr, parsed.return_.tolist())) == [repr(float(cell)) for cell in cells]
     assert np.signbit(parsed.return_[-1])

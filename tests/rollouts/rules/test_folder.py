@@ -89,6 +89,30 @@ EXAMPLES = (
         (("readme.md", "Unexpected file.", "Did you mean 'README.md'?"),),
     ),
     Example(
+        "malformed-salt",
+        "a salt in capital letters",
+        put(f"{GROUP}/traces/salt.txt", b"AB" * 32 + b"\n"),
+        (
+            (
+                f"{GROUP}/traces/salt.txt",
+                "The file is not 64 hexadecimal digits (0 to 9, a to f) and a line end.",
+                "Run gym-extensions trace with the salt, which writes the file.",
+            ),
+        ),
+    ),
+    Example(
+        "too-large",
+        "a long salt",
+        put(f"{GROUP}/traces/salt.txt", b"ab" * 33),
+        (
+            (
+                f"{GROUP}/traces/salt.txt",
+                "The file has 66 bytes; the limit is 65.",
+                "Leave out everything that the format does not need.",
+            ),
+        ),
+    ),
+    Example(
         "too-large",
         "a README above 64 KiB",
         put("README.md", b"a" * (2**16 + 1)),

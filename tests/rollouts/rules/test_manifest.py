@@ -6,6 +6,18 @@ from ..examples import TOML, Check, Example, edit, parametrize
 
 EXAMPLES = (
     Example(
+        "foreign-version",
+        "another version of MuJoCo",
+        edit('mujoco = "4.0.0"', 'mujoco = "9.9"', TOML),
+        (
+            (
+                f"{TOML}, [versions] mujoco",
+                "The version is '9.9'; the published tasks have '4.0.0'.",
+                "Record the episodes with mujoco 4.0.0.",
+            ),
+        ),
+    ),
+    Example(
         "malformed-toml",
         "a missing quote",
         edit('title = "An entry"', 'title = "An entry', TOML),

@@ -1,56 +1,104 @@
-"""Duplicates: entries whose every metric is the same in every run, digit for digit."""
+"""Duplicates: entries that share most of their episodes, whatever was changed in the copy."""
 
 from __future__ import annotations
 
-from gym_extensions.scoring.leaderboard.duplicates import duplicate_entries
-from gym_extensions.scoring.metrics.value import MetricValue
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from gym_extensions.rollouts.reader import read
+from gym_extensions.scoring.leaderboard.duplicates import duplicate_entries, is_common
+from gym_extensions.scoring.scorecard.sketches import SIZE, Sketch, episode_sketches
+
+GROUP = "hopper-gravity-v0"
+RUNS = (0, 1, 2)
+
+Value = Callable[[str, int, int, int, int], float]
 
 
-def entry(**runs: tuple[float, ...]) -> dict[str, MetricValue]:
-    """Metrics with these values per run."""
-    return {name: MetricValue(runs=values) for name, values in runs.items()}
+def sketch(*numbers: int) -> Sketch:
+    return tuple(f"{number:08x}" for number in numbers)
+
+
+def honest(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
+    """Returns without a common episode between runs."""
+    return 7.0 * stage + 100.0 * run + 31.0 * position + episode / 8 + 0.123456
+
+
+@pytest.fixture
+def sketches(submission: Callable[..., Path]) -> Callable[..., tuple[Sketch, ...]]:
+    def make(name: str, value: Value = honest, runs: tuple[int, ...] = RUNS) -> tuple[Sketch, ...]:
+        folder = submission(name=name, value=value, runs=runs, protocols=("sequential",))
+        return episode_sketches(read(folder).groups[GROUP].logs["sequential"])
+
+    return make
+
+
+def noise(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
+    return honest(protocol, run, stage, position, episode) * (1 + 3e-13)
+
+
+def other_runs(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
+    return honest(protocol, 2 - run, stage, position, episode)
+
+
+def a_fifth_invented(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
+    return honest(protocol, run, stage, position, episode) + (50.0 if episode % 5 == 0 else 0.0)
+
+
+def one_run_invented(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
+    return honest(protocol, run, stage, position, episode) + (55.0 if run == 1 else 0.0)
+
+
+def other_early_stages(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
+    return honest(protocol, run, stage, position, episode) + (1.5 if stage < 5 else 0.0)
+
+
+@pytest.mark.parametrize("copy", [noise, other_runs, a_fifth_invented, one_run_invented, other_early_stages])
+def test_a_changed_copy_is_recognized(sketches: Callable[..., tuple[Sketch, ...]], copy: Value) -> None:
+    entries = {"copy": sketches("copy", copy), "original": sketches("original")}
+    assert duplicate_entries(entries) == {"copy": "original", "original": "copy"}
+
+
+def test_a_copy_with_further_runs_is_recognized(sketches: Callable[..., tuple[Sketch, ...]]) -> None:
+    entries = {"copy": sketches("copy", runs=tuple(range(8))), "original": sketches("original")}
+    assert duplicate_entries(entries) == {"copy": "original", "original": "copy"}
+
+
+def shifted(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
+    return honest(protocol, run, stage, position, episode) + 0.05
+
+
+def same_early_stages(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
+    return honest(protocol, run, stage, position, episode) + (1.5 if stage == 5 else 0.0)
+
+
+@pytest.mark.parametrize("other", [shifted, same_early_stages])
+def test_other_episodes_after_the_last_stage_are_another_entry(
+    sketches: Callable[..., tuple[Sketch, ...]], other: Value
+) -> None:
+    """Methods that differ from the second task on share the episodes of the first stages."""
+    assert duplicate_entries({"a": sketches("a"), "b": sketches("b", other)}) == {}
+
+
+def test_a_sketch_has_sixteen_sorted_digests(sketches: Callable[..., tuple[Sketch, ...]]) -> None:
+    made = sketches("a")
+    assert [len(run) for run in made] == [SIZE] * len(RUNS)
+    assert all(list(run) == sorted(run) for run in made)
+
+
+@pytest.mark.parametrize(("count", "expected"), [(16, True), (8, True), (7, False), (0, False)])
+def test_half_of_the_smallest_digests_of_both_are_common(count: int, expected: bool) -> None:
+    first = sketch(*range(16))
+    second = sketch(*sorted([*range(count), *range(100, 116 - count)]))
+    assert is_common(first, second) == expected
 
 
 def test_each_duplicate_names_the_first_other_by_name() -> None:
-    same = entry(final=(0.1, 0.2))
+    same = [sketch(1, 2)]
     assert duplicate_entries({"c": same, "a": same, "b": same}) == {"a": "b", "b": "a", "c": "a"}
 
 
-def test_a_pair_names_each_other() -> None:
-    same = entry(final=(0.1,))
-    assert duplicate_entries({"b": same, "a": same, "other": entry(final=(0.2,))}) == {"a": "b", "b": "a"}
-
-
-def test_one_different_run_of_one_metric_is_enough_to_differ() -> None:
-    first = entry(final=(0.1, 0.2), forgetting=(0.0, 0.0))
-    second = entry(final=(0.1, 0.2), forgetting=(0.0, 1e-17))
-    assert duplicate_entries({"a": first, "b": second}) == {}
-
-
-def test_the_order_of_runs_and_of_metrics() -> None:
-    first = entry(final=(0.1, 0.2), forgetting=(0.3, 0.4))
-    swapped_metrics = entry(forgetting=(0.3, 0.4), final=(0.1, 0.2))
-    swapped_runs = entry(final=(0.2, 0.1), forgetting=(0.4, 0.3))
-    found = duplicate_entries({"a": first, "b": swapped_metrics, "c": swapped_runs})
-    assert found == {"a": "b", "b": "a"}
-
-
-def test_values_under_different_names_are_not_the_same() -> None:
-    entries = {"a": entry(final=(0.1,), forgetting=()), "b": entry(final=(), forgetting=(0.1,))}
-    assert duplicate_entries(entries) == {}
-
-
-def test_entries_without_a_value_in_any_run_are_not_duplicates() -> None:
-    nothing = entry(final=(), forgetting=())
-    assert duplicate_entries({"a": nothing, "b": nothing}) == {}
-
-
-def test_a_value_in_one_metric_is_enough_to_be_a_duplicate() -> None:
-    partly = entry(final=(0.5,), forgetting=())
-    assert duplicate_entries({"a": partly, "b": partly}) == {"a": "b", "b": "a"}
-
-
-def test_two_groups_of_duplicates_stay_apart() -> None:
-    first, second = entry(final=(0.1,)), entry(final=(0.2,))
-    entries = {"a": first, "b": second, "c": first, "d": second}
-    assert duplicate_entries(entries) == {"a": "c", "b": "d", "c": "a", "d": "b"}
+def test_entries_without_runs_are_not_duplicates() -> None:
+    assert duplicate_entries({"a": [], "b": [], "c": [()], "d": [()]}) == {}

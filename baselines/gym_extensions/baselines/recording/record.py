@@ -15,7 +15,8 @@ from gym_extensions.baselines.recording.policy_agent import Policy, PolicyAgent
 from gym_extensions.baselines.recording.stage import parse_stage
 from gym_extensions.baselines.submission import folder, manifest
 from gym_extensions.baselines.submission.lock import WRITE_SECONDS, lock
-from gym_extensions.baselines.submission.writer import read_episodes, write_log
+from gym_extensions.baselines.submission.rows import read_episodes
+from gym_extensions.baselines.submission.writer import write_log
 from gym_extensions.baselines.training.evaluator import Evaluator
 from gym_extensions.baselines.training.jobs import Settings, Stage, TrainingJob, jobs_of
 from gym_extensions.baselines.training.policies import store_policy

@@ -4,121 +4,20 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 from gym_extensions.atomic import write_text
 from gym_extensions.baselines import algorithms
-from gym_extensions.baselines.execution.failures import Failure, jobs_failed
-from gym_extensions.baselines.execution.workers import Workers
-from gym_extensions.baselines.references.logs import write_ceiling_log, write_floor_log
-from gym_extensions.baselines.references.measure import ORACLE, Measurement, PendingMeasurement
-from gym_extensions.baselines.references.rows import floor_row, task_row
-from gym_extensions.baselines.reporting.display import Screen, open_screen
-from gym_extensions.baselines.training.events import JobFailed, JobPlan, StagePlan, TrainingStarted
+from gym_extensions.baselines.references.content import CEILING_AGENT, measure_all
+from gym_extensions.baselines.references.existing import REFERENCE_BUDGET
+from gym_extensions.baselines.reporting.display import open_screen
 from gym_extensions.baselines.training.request import parse_groups, parse_names, parse_runs, require_positive
 from gym_extensions.catalog.budgets import BUDGETS
 from gym_extensions.catalog.budgets import budget as budget_named
-from gym_extensions.catalog.protocol import FIRST_REFERENCE_RUN, FULL_ENTRY_RUNS
+from gym_extensions.catalog.protocol import FIRST_REFERENCE_RUN
 from gym_extensions.catalog.task import Task
-from gym_extensions.envs.fingerprint import fingerprint_of, require_published_engine
+from gym_extensions.envs.fingerprint import require_published_engine
 from gym_extensions.errors import BenchError, reports_mistakes
-from gym_extensions.rollouts.episodes import Episode
-from gym_extensions.rollouts.layout import PROGRESS
-
-FLOOR_AGENTS = ("random", "zero")
-CEILING_AGENT = "trpo"
-"""The ceilings of the references ``provisional`` were measured with ``trpo-2017``."""
-FLOOR_EPISODES, CEILING_EPISODES = 1000, 100
-REFERENCE_BUDGET = "1M"
-
-Results = Mapping[Measurement, list[Episode]]
-
-
-def floor_measurements(task: Task) -> dict[str, Measurement]:
-    """The measurements of a task's floor, by agent."""
-    return {agent: Measurement(task, agent, FIRST_REFERENCE_RUN, FLOOR_EPISODES) for agent in FLOOR_AGENTS}
-
-
-def ceiling_measurements(
-    task: Task, budget: str, runs: Sequence[int], agent: str = CEILING_AGENT
-) -> list[Measurement]:
-    """The measurements of a task's ceiling: the reference runs, or the oracle in navigation."""
-    if task.base == "Navigation":
-        return [Measurement(task, ORACLE, FIRST_REFERENCE_RUN, FLOOR_EPISODES)]
-    return [Measurement(task, agent, run, CEILING_EPISODES, budget) for run in runs]
-
-
-def measure_all(
-    budgets: Mapping[Task, str], *, agent: str, runs: Sequence[int], out: Path, jobs: int, screen: Screen
-) -> dict[str, Any]:
-    """Measures every task. Episodes are logged beside ``out``, and finished measurements are stored.
-
-    Args:
-        budgets: the training budget of the reference runs, by task.
-        agent: the reference agent whose mean return is the ceiling.
-        runs: the training seeds of the reference runs.
-        out: the path of the references file; its stem is the version.
-        jobs: number of worker processes.
-        screen: shows the progress.
-
-    Returns:
-        The references file's content.
-    """
-    ceilings = {task: ceiling_measurements(task, budget, runs, agent) for task, budget in budgets.items()}
-    floors = {task: floor_measurements(task) for task in budgets}
-    measurements = [each for row in ceilings.values() for each in row]
-    measurements += [each for row in floors.values() for each in row.values()]
-    plans = (JobPlan(each.title, (StagePlan(1, each.steps, each.episodes),)) for each in measurements)
-    screen.show(TrainingStarted(tuple(plans), jobs))
-    folder = out.parent / PROGRESS / out.stem
-    pending = [PendingMeasurement(each, folder) for each in measurements]
-    results: dict[Measurement, list[Episode]] = {}
-    failures: dict[str, Failure] = {}
-    for index, outcome in Workers(jobs).run(pending, screen.show):
-        each = measurements[index]
-        if isinstance(outcome, Failure):
-            failures[each.title] = outcome
-            screen.show(JobFailed(each.title, outcome.cause))
-        else:
-            results[each] = outcome
-    if failures:
-        raise jobs_failed(
-            failures, len(measurements), "Finished measurements are stored; repeat the command."
-        )
-    logs = out.parent / f"{out.stem}-logs"
-    tasks = {task.id: _task(task, floors[task], ceilings[task], results, logs) for task in budgets}
-    final = set(budgets.values()) == {REFERENCE_BUDGET} and len(runs) >= FULL_ENTRY_RUNS
-    return {"format": 1, "version": out.stem, "provisional": not final, "tasks": tasks}
-
-
-def _task(
-    task: Task,
-    floors: Mapping[str, Measurement],
-    ceilings: Sequence[Measurement],
-    results: Results,
-    logs: Path,
-) -> dict[str, Any]:
-    """The row of one task; writes its two logs."""
-    floor_episodes = {agent: results[each] for agent, each in floors.items()}
-    floor = floor_row(
-        {agent: _returns(episodes) for agent, episodes in floor_episodes.items()},
-        {agent: each.agent_seed for agent, each in floors.items()},
-        fingerprint=fingerprint_of(task),
-        log_sha256=write_floor_log(logs, task.id, floor_episodes),
-    )
-    return task_row(
-        floor,
-        {each.run: _returns(results[each]) for each in ceilings},
-        agent=ceilings[0].agent,
-        budget=ceilings[0].budget,
-        log_sha256=write_ceiling_log(logs, task.id, [row for each in ceilings for row in results[each]]),
-    )
-
-
-def _returns(episodes: Sequence[Episode]) -> list[float]:
-    return [row.return_ for row in episodes]
 
 
 def task_budgets(groups: str, budgets: str) -> dict[Task, str]:
@@ -154,7 +53,8 @@ def parser() -> argparse.ArgumentParser:
     command.add_argument(
         "--budget",
         default=REFERENCE_BUDGET,
-        help=f"one for all groups, or comma-separated, one per group: {', '.join(BUDGETS)} (default: 1M)",
+        help="one for all groups, or comma-separated, one per group: "
+        f"{', '.join(BUDGETS)} (default: {REFERENCE_BUDGET})",
     )
     command.add_argument(
         "--runs", default="1000-1004", help="training seeds, at least 1000 (default: 1000-1004)"
@@ -165,7 +65,13 @@ def parser() -> argparse.ArgumentParser:
         choices=algorithms.names(),
         help=f"the agent that measures the ceilings (default: {CEILING_AGENT})",
     )
-    command.add_argument("--out", required=True, type=Path, help="the file; its stem is the version's name")
+    command.add_argument(
+        "--out",
+        required=True,
+        type=Path,
+        help="the file; its stem is the version's name; rows of an existing file stay as they are",
+    )
+    command.add_argument("--floors-only", action="store_true", help="measure floors and leave ceilings out")
     command.add_argument("--jobs", type=int, default=1, help="worker processes (default: 1)")
     return command
 
@@ -183,7 +89,13 @@ def main(argv: list[str] | None = None) -> int:
     require_published_engine()
     with open_screen() as screen:
         content = measure_all(
-            budgets, agent=options.agent, runs=runs, out=options.out, jobs=options.jobs, screen=screen
+            budgets,
+            agent=options.agent,
+            runs=runs,
+            out=options.out,
+            jobs=options.jobs,
+            screen=screen,
+            floors_only=options.floors_only,
         )
     write_text(options.out, json.dumps(content, indent=1, ensure_ascii=False) + "\n")
     print(f"The references are in {options.out}.")

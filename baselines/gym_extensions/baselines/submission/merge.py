@@ -10,12 +10,13 @@ from gym_extensions.atomic import write_bytes
 from gym_extensions.baselines.submission import folder, manifest
 from gym_extensions.baselines.submission.merged_logs import merge_curves, merge_log
 from gym_extensions.baselines.submission.merged_manifest import merged_tables, require_mergeable
+from gym_extensions.baselines.submission.root import require_bound, traces_root
 from gym_extensions.baselines.submission.sample import copy_traces, find_traces, sample_names, trace_folders
 from gym_extensions.catalog.custom_groups import with_custom
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.layout import CURVES, MANIFEST, POLICIES, TRACES
+from gym_extensions.rollouts.layout import CURVES, MANIFEST, POLICIES, SALT_FILE, TRACES
 from gym_extensions.rollouts.reader import read
 
 CustomGroups = Iterable[str | Path | TaskGroup]
@@ -60,6 +61,7 @@ def merge(submissions: Iterable[str | Path], out: str | Path, *, groups: CustomG
         raise BenchError("bad-out", "The folder is not empty.", str(target), hint)
     for path in paths:
         _require_valid(path, path, known)
+        require_bound(path)
     manifests = {path: manifest.read(path / MANIFEST) for path in paths}
     require_mergeable(manifests)
     partial = target.with_name(f".{target.name}.partial")
@@ -68,7 +70,8 @@ def merge(submissions: Iterable[str | Path], out: str | Path, *, groups: CustomG
         staged = partial / target.name
         for name in sorted({item.name for path in paths for item in path.iterdir()} & known.keys()):
             _merge_group(paths, staged, known[name])
-        manifest.write(staged / MANIFEST, merged_tables(list(manifests.values())))
+        tables = merged_tables(list(manifests.values())) | {"traces": {"root": traces_root(staged)}}
+        manifest.write(staged / MANIFEST, tables)
         _require_valid(staged, target, known)
         if target.exists():
             target.rmdir()
@@ -94,32 +97,50 @@ def _require_valid(path: Path, shown: Path, groups: Mapping[str, TaskGroup]) -> 
 def _merge_group(paths: list[Path], staged: Path, group: TaskGroup) -> None:
     target = staged / group.name
     sources = [path / group.name for path in paths]
+    salt = _common_salt([source for source in sources if source.exists()])
     for protocol in PROTOCOLS:
         logs = [source / f"{protocol}.csv" for source in sources if (source / f"{protocol}.csv").exists()]
         if not logs:
             continue
         text, owners = merge_log(logs)
         write_bytes(target / f"{protocol}.csv", text)
-        copy_traces(_traces(group, protocol, text, owners), target / TRACES, protocol)
+        copy_traces(_traces(group, protocol, text, owners, salt), target / TRACES, protocol)
         _copy_policies(logs, target / POLICIES, protocol)
+    if salt:
+        write_bytes(target / TRACES / SALT_FILE, f"{salt}\n".encode())
     curves = [source / CURVES for source in sources if (source / CURVES).exists()]
     if curves:
         write_bytes(target / CURVES, merge_curves(curves))
 
 
-def _traces(group: TaskGroup, protocol: str, text: bytes, owners: Mapping[int, Path]) -> dict[str, Path]:
-    """The traces of a merged log: its audit sample, or none if no submission has traces of it.
+def _common_salt(sources: list[Path]) -> str:
+    """The salt of the traces of a group, empty if none drew them.
 
-    A log that is a copy keeps its traces, which may be those of an older sample.
+    Raises:
+        BenchError: the salts differ.
     """
+    salts = {
+        source: path.read_text(encoding="ascii").strip() if path.exists() else ""
+        for source in sources
+        for path in [source / TRACES / SALT_FILE]
+    }
+    if len(set(salts.values())) > 1:
+        message = f"The salts of the traces differ from those in {sources[0]}."
+        other = next(source for source in sources if salts[source] != salts[sources[0]])
+        hint = "Run gym-extensions trace on both submissions, without a salt or with the same."
+        raise BenchError("salted-traces", message, str(other / TRACES), hint)
+    return next(iter(salts.values()), "")
+
+
+def _traces(
+    group: TaskGroup, protocol: str, text: bytes, owners: Mapping[int, Path], salt: str
+) -> dict[str, Path]:
+    """The traces of a merged log: its audit sample, or none if no submission has traces of it."""
     logs = list(dict.fromkeys(owners.values()))
-    traces = {log: sorted((log.parent / TRACES).glob(f"{protocol}-*.npz")) for log in logs}
-    if not any(traces.values()):
+    if not any(any((log.parent / TRACES).glob(f"{protocol}-*.npz")) for log in logs):
         return {}
-    if len(logs) == 1 and logs[0].read_bytes() == text:
-        return {path.name: path for path in traces[logs[0]]}
     paths: dict[str, Path] = {}
-    for name, run in sample_names(group, protocol, text, sorted(owners)).items():
+    for name, run in sample_names(group, protocol, text, sorted(owners), salt).items():
         log = owners[run]
         folders = trace_folders(log.parents[1], group.name)
         paths |= find_traces({name: run}, folders, f"{group.name}/{log.name}")

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from gym_extensions.baselines.submission.manifest import DEFAULTS, PHYSICS_PACKAGES
+from gym_extensions.baselines.submission.manifest import DEFAULTS
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.layout import MANIFEST
 from gym_extensions.rollouts.manifest_values import SHORT
@@ -19,7 +19,7 @@ Tables = Mapping[str, Any]
 
 
 def require_mergeable(manifests: Mapping[Path, Tables]) -> None:
-    """Raises ``BenchError`` if a manifest has another agent, budget, setting or physics than the first."""
+    """Raises ``BenchError`` if a manifest has another agent, budget or setting than the first."""
     (first, expected), *others = manifests.items()
     for path, tables in others:
         for section in SAME_SECTIONS:
@@ -30,12 +30,6 @@ def require_mergeable(manifests: Mapping[Path, Tables]) -> None:
                 if old.get(key) != new.get(key):
                     difference = f"{section}.{key} is {old.get(key)!r} in {first} and {new.get(key)!r} here."
                     raise BenchError("mixed-submission", difference, str(path / MANIFEST), ONE_AGENT)
-        for package in PHYSICS_PACKAGES:
-            old_version, new_version = (item["versions"][package] for item in (expected, tables))
-            if old_version != new_version:
-                difference = f"It was made with {package} {new_version}, and {first} with {old_version}."
-                hint = "Train all runs with the same version."
-                raise BenchError("mixed-versions", difference, str(path / MANIFEST), hint)
 
 
 def merged_tables(manifests: Sequence[Tables]) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from gym_extensions.atomic import write_bytes
 from gym_extensions.baselines.training.progress import traces_folder
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.audit import audit_sample
+from gym_extensions.rollouts.auditing.sample import audit_sample
 from gym_extensions.rollouts.layout import PROGRESS, TRACES, trace_name
 
 
@@ -18,10 +18,12 @@ def trace_folders(out: Path, group_name: str) -> tuple[Path, Path]:
     return traces_folder(out, group_name), out / group_name / TRACES
 
 
-def sample_names(group: TaskGroup, protocol: str, log: bytes, runs: Sequence[int]) -> dict[str, int]:
+def sample_names(
+    group: TaskGroup, protocol: str, log: bytes, runs: Sequence[int], salt: str = ""
+) -> dict[str, int]:
     """The file names of a log's audit sample, sorted, each with its run."""
     names = {task.id: task.name for task in group.tasks}
-    sample = audit_sample(protocol, log, runs, group.tasks)
+    sample = audit_sample(protocol, log, runs, group.tasks, salt)
     files = {
         trace_name(protocol, row.run, row.stage, names[row.task], row.episode): row.run for row in sample
     }

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Sequence
 from pathlib import Path
 
 from gym_extensions.baselines.submission import manifest
 from gym_extensions.baselines.submission.lock import write_lock
+from gym_extensions.baselines.submission.root import require_bound, require_unsalted, traces_root
+from gym_extensions.baselines.submission.rows import read_curves, read_episodes, read_evaluations
 from gym_extensions.baselines.submission.sample import (
     find_traces,
     remove_other_traces,
@@ -20,14 +21,7 @@ from gym_extensions.baselines.training.jobs import Settings, TrainingJob, jobs_o
 from gym_extensions.baselines.training.policies import policies_folder
 from gym_extensions.baselines.training.progress import FinishedStage, Progress
 from gym_extensions.catalog.groups import TaskGroup
-from gym_extensions.rollouts.episodes import (
-    CurvePoint,
-    Episode,
-    EvaluationPoint,
-    write_curves,
-    write_episodes,
-    write_evaluations,
-)
+from gym_extensions.rollouts.episodes import write_curves, write_episodes, write_evaluations
 from gym_extensions.rollouts.layout import (
     CURVES,
     EVALUATIONS,
@@ -38,46 +32,6 @@ from gym_extensions.rollouts.layout import (
 )
 
 
-def read_episodes(path: Path) -> list[Episode]:
-    """The rows of a log that this module wrote, empty if the file does not exist."""
-    if not path.exists():
-        return []
-    with path.open(newline="", encoding="utf-8") as file:
-        return [
-            Episode(
-                *(int(row["run"]), int(row["stage"]), row["task"], int(row["episode"]), int(row["seed"])),
-                *(int(row["length"]), float(row["return"]), row["terminated"] == "true"),
-                *({"true": True, "false": False}.get(row["success"]), row["fingerprint"]),
-            )
-            for row in csv.DictReader(file)
-        ]
-
-
-def read_curves(path: Path) -> list[CurvePoint]:
-    """The points of a curves file that this module wrote, empty if the file does not exist."""
-    if not path.exists():
-        return []
-    with path.open(newline="", encoding="utf-8") as file:
-        return [
-            CurvePoint(row["protocol"], int(row["run"]), row["task"], int(row["step"]), float(row["return"]))
-            for row in csv.DictReader(file)
-        ]
-
-
-def read_evaluations(path: Path) -> list[EvaluationPoint]:
-    """The rows of an evaluations file that this module wrote, empty if the file does not exist."""
-    if not path.exists():
-        return []
-    with path.open(newline="", encoding="utf-8") as file:
-        return [
-            EvaluationPoint(
-                *(row["protocol"], int(row["run"]), int(row["stage"]), row["task"], int(row["step"])),
-                *(int(row["episodes"]), float(row["return"])),
-            )
-            for row in csv.DictReader(file)
-        ]
-
-
 def missing_jobs(out: Path, group: TaskGroup, protocol: str, runs: Sequence[int]) -> list[TrainingJob]:
     """The jobs of the runs that are not yet in the log. Folders of jobs that are in it are deleted."""
     logged = {row.run for row in read_episodes(_log(out, group, protocol))}
@@ -85,6 +39,8 @@ def missing_jobs(out: Path, group: TaskGroup, protocol: str, runs: Sequence[int]
         Progress.of(out, job).remove()
     missing = [run for run in runs if run not in logged]
     if missing:
+        require_bound(out)
+        require_unsalted(out, group.name)
         require_traces(out, group, protocol)
     return jobs_of(group, protocol, missing)
 
@@ -144,7 +100,8 @@ def _write_log(
             write_curves(folder / CURVES, points, ids)
         if interim:
             write_evaluations(folder / EVALUATIONS, interim, ids)
-        _write_manifest(out / MANIFEST, staged / MANIFEST, records, settings)
+        root = traces_root(staged, out)
+        _write_manifest(out / MANIFEST, staged / MANIFEST, records, settings, root)
         _move_policies(out, group, protocol, sorted({row.run for row in rows}))
         move_into_place(staged, out, last=Path(group.name, path.name))
     remove_other_traces(traces, path.with_name(TRACES), protocol)
@@ -173,7 +130,9 @@ def _move_policies(out: Path, group: TaskGroup, protocol: str, runs: Sequence[in
             (source / name).replace(target / name)
 
 
-def _write_manifest(path: Path, target: Path, records: Sequence[FinishedStage], settings: Settings) -> None:
+def _write_manifest(
+    path: Path, target: Path, records: Sequence[FinishedStage], settings: Settings, root: str
+) -> None:
     existing = manifest.read(path)
     card = max((record.card for record in records), key=lambda card: card.stored_steps)
     new = manifest.run_sections(
@@ -181,4 +140,5 @@ def _write_manifest(path: Path, target: Path, records: Sequence[FinishedStage], 
     )
     manifest.require_same(path, existing, new)
     first, last = (max(record.parameters[end] for record in records) for end in (0, 1))
-    manifest.write(target, manifest.merge(existing, card, new, first, last))
+    tables = manifest.merge(existing, card, new, first, last) | {"traces": {"root": root}}
+    manifest.write(target, tables)

@@ -17,10 +17,11 @@ from gym_extensions.catalog.protocol import EVALUATION_EPISODES, evaluation_seed
 from gym_extensions.catalog.task import Task
 from gym_extensions.envs import make_vec
 from gym_extensions.envs.fingerprint import fingerprint_of
+from gym_extensions.rollouts.auditing.digests import trace_digest
 from gym_extensions.rollouts.episodes import Episode
 from gym_extensions.rollouts.layout import trace_name
 from gym_extensions.rollouts.policies import Policy
-from gym_extensions.rollouts.traces import trace_bytes
+from gym_extensions.rollouts.traces import trace_arrays, trace_bytes
 
 
 class Evaluator:
@@ -42,11 +43,15 @@ class Evaluator:
         job, rows = self._job, []
         seeds, rollouts = self._rollouts(agent, task, EVALUATION_EPISODES, task.body.segments.steps)
         for episode, (seed, rollout) in enumerate(zip(seeds, rollouts, strict=True)):
+            result = (rollout.length, rollout.return_, rollout.terminated, rollout.success)
+            digest = ""
             if rollout.trace is not None:
                 name = trace_name(job.protocol, job.run, stage, task.name, episode)
                 write_bytes(self._traces / name, trace_bytes(rollout.trace))
-            result = (rollout.length, rollout.return_, rollout.terminated, rollout.success)
-            rows.append(Episode(job.run, stage, task.id, episode, seed, *result, fingerprint_of(task)))
+                digest = trace_digest(trace_arrays(rollout.trace), *result)
+            rows.append(
+                Episode(job.run, stage, task.id, episode, seed, *result, fingerprint_of(task), digest)
+            )
         if policy is not None:
             actions = [rollout.trace.actions[0] for rollout in rollouts if rollout.trace is not None]
             require_agreement(policy, self.envs(task), seeds, actions, job.group.tasks.index(task))

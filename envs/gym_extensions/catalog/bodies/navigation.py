@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from gym_extensions.catalog.bodies.body import Body, Prose, RewardBounds
+from gym_extensions.catalog.bodies.body import Body, Prose, RewardBounds, Segments
 from gym_extensions.catalog.bodies.success import Arrival
 
 NAVIGATION = (
@@ -19,6 +19,7 @@ NAVIGATION = (
             "The paper, section on 2-D navigation.",
         ),
         rewards=RewardBounds(-6.0, -1.0, end=10.0),  # −1 per step, −5 per collision, +10 at the goal
+        segments=Segments(tolerance=0.0),  # sums and products alone, the same on every processor
         has_gravity=False,
         success=Arrival("The episode ends at the goal."),
     ),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import product
 
 import numpy as np
@@ -14,6 +14,7 @@ from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, evaluation_seed, stages
 from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.auditing.digests import DIGEST
 
 Integers = NDArray[np.int64]
 INTEGER_COLUMNS = ("run", "stage", "episode", "seed", "length")
@@ -45,7 +46,8 @@ class Log:
     """The rows of an evaluation log by column, in the order of the file.
 
     ``position`` is the index of each row's task in the group, -1 for a task of another group. ``success`` is
-    1, 0, or -1 where the cell is empty. ``numbers`` and ``unread`` are as in ``Cells``.
+    1, 0, or -1 where the cell is empty. ``trace`` has the digests of the traces, or nothing if the
+    log has no such column. ``numbers`` and ``unread`` are as in ``Cells``.
     """
 
     path: str
@@ -65,6 +67,7 @@ class Log:
     fingerprint: list[str]
     numbers: Integers | None = None
     unread: int = 0
+    trace: list[str] = field(default_factory=list)
 
     @property
     def episode_keys(self) -> list[tuple[int, int, str, int]]:
@@ -94,17 +97,29 @@ def is_number(cell: str) -> bool:
     return "_" not in cell
 
 
+def is_digest(cell: str) -> bool:
+    """Whether a cell is the digest of a trace."""
+    return DIGEST.fullmatch(cell) is not None
+
+
 KINDS: dict[str, tuple[Callable[[str], bool], str]] = {
     **dict.fromkeys((*INTEGER_COLUMNS, "step", "episodes"), (is_integer, "an integer")),
     "return": (is_number, "a number"),
     "terminated": (FLAGS.__contains__, "true or false"),
     "success": (SUCCESSES.__contains__, "true, false or nothing"),
+    "trace": (is_digest, "32 hexadecimal digits (0 to 9, a to f)"),
 }
 """By column: the test of a cell, and what it must be, in words."""
 
 
 def _integers(cells: list[str]) -> Integers:
     return np.array(list(map(int, cells)), dtype=np.int64)
+
+
+def _digests(cells: list[str]) -> list[str]:
+    if not all(map(is_digest, cells)):
+        raise ValueError("A cell is not the digest of a trace.")
+    return cells
 
 
 def log(cells: Cells, protocol: str, group: TaskGroup) -> Log:
@@ -125,6 +140,7 @@ def log(cells: Cells, protocol: str, group: TaskGroup) -> Log:
         return_=np.array(list(map(float, columns["return"])), dtype=np.float64),
         terminated=np.array([FLAGS[cell] for cell in columns["terminated"]], dtype=np.bool_),
         success=np.array([SUCCESSES[cell] for cell in columns["success"]], dtype=np.int8),
+        trace=_digests(columns.get("trace", [])),
         fingerprint=columns["fingerprint"],
         numbers=cells.numbers,
         unread=cells.unread,

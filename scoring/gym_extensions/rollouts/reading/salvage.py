@@ -11,12 +11,13 @@ from string import ascii_letters, digits
 import numpy as np
 from numpy.typing import NDArray
 
+from gym_extensions.rollouts.auditing.digests import DIGITS
 from gym_extensions.rollouts.reading.csv_lines import LINE_END, Lines, Text, columns, lines, plain
 from gym_extensions.rollouts.reading.evaluation_log import KINDS, Cells
 
 ALLOWED = np.isin(np.arange(256), list((ascii_letters + digits + ",./_\n+-").encode()))
 KEYS = ("run", "stage", "episode", "seed")
-BLANK = {"length": "1", "return": "0.0", "terminated": "false", "success": ""}
+BLANK = {"length": "1", "return": "0.0", "terminated": "false", "success": "", "trace": "0" * DIGITS}
 """Placeholders for measured cells that are not read."""
 
 
@@ -67,7 +68,9 @@ def key_parsed_rows(cells: Cells) -> Cells | None:
     parsed = _parsed_rows(cells, KEYS)
     if parsed is None:
         return None
-    blank = {name: [cell] * len(parsed.columns[name]) for name, cell in BLANK.items()}
+    blank = {
+        name: [cell] * len(parsed.columns[name]) for name, cell in BLANK.items() if name in parsed.columns
+    }
     return replace(parsed, columns=parsed.columns | blank)
 
 

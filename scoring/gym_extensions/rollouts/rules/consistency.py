@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from gym_extensions.catalog.published import REPORTS
+from gym_extensions.rollouts.auditing.digests import merkle_root
 from gym_extensions.rollouts.folder import Folder
 from gym_extensions.rollouts.layout import MANIFEST
 from gym_extensions.rollouts.problem import Finding, quote
@@ -19,6 +20,14 @@ class ManifestInFolder:
 
     folder: Folder
     tables: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class CommittedTraces:
+    """The root in [traces], None without one, and the digests of the traces of every log in order."""
+
+    root: str | None
+    logs: tuple[list[str], ...]
 
 
 @rule("manifest in folder")
@@ -55,3 +64,24 @@ def foreign_report(manifest: ManifestInFolder) -> Iterator[Finding]:
         if isinstance(value, str) and value != expected:
             message = f"The value is {quote(value)}; expected {expected!r} for the table {table!r}."
             yield Finding(f"{MANIFEST}, [protocol] {name}", message, f"Write {expected!r}.")
+
+
+@rule("traces")
+def different_root(traces: CommittedTraces) -> Iterator[Finding]:
+    """[traces] root is the Merkle root of the column `trace` of all logs, and all logs have this column or
+    none has."""
+    where = f"{MANIFEST}, [traces] root"
+    with_digests = [digests for digests in traces.logs if digests]
+    if with_digests and len(with_digests) < len(traces.logs):
+        message = "Some logs of the submission have the column `trace`, and others do not."
+        yield Finding(where, message, "Record all logs with the same version of gym-extensions.")
+        return
+    expected = merkle_root([digest for digests in traces.logs for digest in digests])
+    if traces.root is not None and not with_digests:
+        yield Finding(where, "No log has the column `trace`.", "Remove the section [traces].")
+    elif with_digests and traces.root != expected:
+        actual = "missing" if traces.root is None else quote(traces.root)
+        message = f"The root is {actual}; the logs have the root {expected}."
+        yield Finding(
+            where, message, "Write the root when the logs are written, and do not change them later."
+        )

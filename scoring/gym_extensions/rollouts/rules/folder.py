@@ -8,6 +8,7 @@ from pathlib import Path
 
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.errors import did_you_mean
+from gym_extensions.rollouts.auditing.salt import salt_of
 from gym_extensions.rollouts.folder import ROOT, Folder, exists_readable
 from gym_extensions.rollouts.layout import (
     ARRAY_FOLDERS,
@@ -21,7 +22,9 @@ from gym_extensions.rollouts.layout import (
     POLICIES,
     POLICY,
     README,
+    SALT_FILE,
     TRACE,
+    TRACES,
     max_bytes,
 )
 from gym_extensions.rollouts.problem import Finding
@@ -44,6 +47,14 @@ class UnreadableFile:
 
     path: str
     reason: str
+
+
+@dataclass(frozen=True)
+class SaltFile:
+    """The path and the bytes of a file ``salt.txt``."""
+
+    path: str
+    data: bytes
 
 
 @rule("folder")
@@ -108,7 +119,9 @@ def _is_expected(path: str, groups: Mapping[str, TaskGroup]) -> bool:
             return match[4] is None
     else:
         match = TRACE.fullmatch(parts[2])
-    return match is not None and any(match[4] == task.name for task in groups[parts[0]].tasks)
+    is_salt = parts[1:] == [TRACES, SALT_FILE]
+    names = [task.name for task in groups[parts[0]].tasks]
+    return is_salt or (match is not None and match[4] in names)
 
 
 @rule("folder")
@@ -158,3 +171,13 @@ def too_large(folder: Folder) -> Iterator[Finding]:
 def unreadable_file(file: UnreadableFile) -> Iterator[Finding]:
     """Every file of a submission can be read."""
     yield Finding(file.path, f"The file cannot be read: {file.reason}.", READABLE)
+
+
+@rule("salt")
+def malformed_salt(file: SaltFile) -> Iterator[Finding]:
+    """traces/salt.txt is 64 hexadecimal digits and a line end."""
+    if salt_of(file.data) is None:
+        hint = "Run gym-extensions trace with the salt, which writes the file."
+        yield Finding(
+            file.path, "The file is not 64 hexadecimal digits (0 to 9, a to f) and a line end.", hint
+        )

@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterable, Iterator
 from typing import Any
 
+from gym_extensions.catalog import fingerprints
 from gym_extensions.catalog.published import TABLES
 from gym_extensions.errors import did_you_mean
 from gym_extensions.rollouts.layout import MANIFEST
@@ -105,6 +106,18 @@ def bad_value(tables: Tables) -> Iterator[Finding]:
             elif key.choices and value not in key.choices:
                 hint = did_you_mean(str(value), [str(choice) for choice in key.choices])
                 yield Finding(where, f"The value is {quote(value)}.", hint)
+
+
+@rule("manifest")
+def foreign_version(tables: Tables) -> Iterator[Finding]:
+    """[versions] gymnasium and mujoco are the versions of the published tasks."""
+    table = tables.get("versions")
+    for name, expected in fingerprints.table()["engine"].items() if isinstance(table, dict) else ():
+        version = table.get(name)
+        if isinstance(version, str) and version != expected:
+            message = f"The version is {quote(version)}; the published tasks have {expected!r}."
+            hint = f"Record the episodes with {name} {expected}."
+            yield Finding(key_path("versions", name), message, hint)
 
 
 @rule("manifest")

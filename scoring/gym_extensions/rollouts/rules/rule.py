@@ -25,6 +25,8 @@ Scope = Literal[
     "arrays",
     "policy",
     "policies",
+    "salt",
+    "traces",
 ]
 """What a rule checks. Each scope has one type of subject, the parameter of its rules."""
 Check = Callable[[Any], Iterator[Finding]]

@@ -29,6 +29,7 @@ from gym_extensions.scoring.metrics.metric import Metric
 from gym_extensions.scoring.metrics.value import MetricValue, learned_nothing
 from gym_extensions.scoring.scorecard.estimates import estimate
 from gym_extensions.scoring.scorecard.model import REPORTED, GroupScore, Scorecard, SuiteScore
+from gym_extensions.scoring.scorecard.sketches import Sketch
 from gym_extensions.scoring.statistics.intervals import Summary, subtract, to_interval
 from gym_extensions.scoring.statistics.ranking import rank_intervals, runs_to_separate
 from gym_extensions.scoring.statistics.welch import significant_pairs
@@ -46,14 +47,15 @@ class Ranks:
     vs_next: Mapping[str, VersusNext]
 
 
-def _why_not_ranked(card: Scorecard, runs: int, first: MetricValue) -> str:
+def _why_not_ranked(card: Scorecard, key: BoardKey, runs: int, first: MetricValue) -> str:
     if card.trust == REPORTED:
         return "Reported from a publication: no logs."
     if card.ledger and card.ledger.is_pending:
         return NOT_ACCEPTED
     if runs < FULL_ENTRY_RUNS:
         return f"Fewer than {FULL_ENTRY_RUNS} runs."
-    return first.why if first.mean is None else ""
+    evidence = (card.groups[name][key.protocol].missing_evidence for name in key.groups)
+    return next(filter(None, evidence), first.why if first.mean is None else "")
 
 
 def _entry(
@@ -64,7 +66,7 @@ def _entry(
     related: tuple[str, ...],
 ) -> BoardEntry:
     runs = min(len(card.groups[name][key.protocol].runs) for name in key.groups)
-    why = _why_not_ranked(card, runs, score.metrics[METRICS[key.protocol][0].name])
+    why = _why_not_ranked(card, key, runs, score.metrics[METRICS[key.protocol][0].name])
     unranked = FORGETTING if learned_nothing(score.metrics) else ()
     return BoardEntry(
         name=card.name,
@@ -127,11 +129,20 @@ def _versus(
     return VersusNext(below[0].name, Difference.of(to_interval(gap)), separated, 0 if separated else more)
 
 
+def _sketches(card: Scorecard, key: BoardKey) -> list[Sketch]:
+    """The sketches of all runs on a board; those of a suite are told apart by their group."""
+    return [
+        tuple(f"{name} {digest}" for digest in sketch)
+        for name in key.groups
+        for sketch in card.groups[name][key.protocol].episode_sketches
+    ]
+
+
 def board(cards: Sequence[Scorecard], key: BoardKey) -> Board:
     """One board. Ranked entries come first, best first by their first metric, then those without a rank."""
     scores = {card.name: score for card in cards if (score := lookup(card, key)) is not None}
     cards_by_name = {card.name: card for card in cards if card.name in scores}
-    duplicates = duplicate_entries({name: score.metrics for name, score in scores.items()})
+    duplicates = duplicate_entries({name: _sketches(card, key) for name, card in cards_by_name.items()})
     related = related_entries(cards_by_name)
     first = METRICS[key.protocol][0]
 

@@ -1,26 +1,49 @@
-"""Entries whose results equal those of another entry."""
+"""Entries that share most of their episodes with another entry."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
 
-from gym_extensions.scoring.metrics.value import MetricValue
+from gym_extensions.scoring.scorecard.sketches import SIZE, Sketch
+
+SHARE = 0.5
+"""Least share of common episodes of two runs, and of such runs of an entry, that makes it a duplicate."""
 
 
-def duplicate_entries(entries: Mapping[str, Mapping[str, MetricValue]]) -> dict[str, str]:
-    """The first other entry that an entry equals in every metric and run, by name of the entry.
+def is_common(first: Sketch, second: Sketch) -> bool:
+    """Whether two runs share at least half of their episodes, as estimated from their sketches."""
+    union = sorted({*first, *second})[:SIZE]
+    return bool(union) and len({*first} & {*second} & {*union}) >= SHARE * len(union)
+
+
+def duplicate_entries(entries: Mapping[str, Sequence[Sketch]]) -> dict[str, str]:
+    """The first other entry, by name, that shares most episodes with an entry, by name of the entry.
+
+    Two entries share most episodes if half of the runs of either do: a copy with further runs, with changed
+    runs or episodes, or without its training curves is still recognized.
 
     Args:
-        entries: metrics by the entry's name. Entries without a value per run equal no other entry.
+        entries: the sketches of the runs by the entry's name. Entries without runs share nothing.
     """
-    names_by_runs: dict[tuple[tuple[str, tuple[float, ...]], ...], list[str]] = {}
-    for name, metrics in sorted(entries.items()):
-        runs = tuple((metric, metrics[metric].runs) for metric in sorted(metrics))
-        if any(values for _, values in runs):
-            names_by_runs.setdefault(runs, []).append(name)
+    holders: dict[str, set[str]] = defaultdict(set)
+    for name, sketches in entries.items():
+        for sketch in sketches:
+            for digest in sketch:
+                holders[digest].add(name)
+    others: dict[str, set[str]] = {name: set() for name in entries}
+    for names in holders.values():
+        for name in names:
+            others[name] |= names - {name}
     return {
-        name: names[1] if name == names[0] else names[0]
-        for names in names_by_runs.values()
-        for name in names
-        if len(names) > 1
+        name: match
+        for name in entries
+        if (match := next((o for o in sorted(others[name]) if _share(entries[name], entries[o])), ""))
     }
+
+
+def _share(first: Sequence[Sketch], second: Sequence[Sketch]) -> bool:
+    return any(
+        sum(any(is_common(run, other) for other in theirs) for run in ours) >= SHARE * len(ours)
+        for ours, theirs in ((first, second), (second, first))
+    )

@@ -51,6 +51,8 @@ def strip_for_boards(card: Scorecard) -> Scorecard:
                 metrics=score.metrics,
                 reference={},
                 return_matrix=(),
+                episode_sketches=score.episode_sketches,
+                missing_evidence=score.missing_evidence,
             )
             for protocol, score in protocols.items()
         }

@@ -63,7 +63,8 @@ class BoardEntry:
     runs: Annotated[int, about("number of runs; on a suite the fewest of its groups")]
     ranked: Annotated[bool, about("whether the board ranks it")]
     why: Annotated[
-        str, about("why it is not ranked: fewer than five runs, reported, no score; else empty")
+        str,
+        about("why it is not ranked: fewer than five runs, missing traces, reported, no score; else empty"),
     ] = ""
     steps: Annotated[
         Steps | None, about("whether the training steps are `recorded` or `claimed`, as in the manifest")
@@ -85,8 +86,8 @@ class BoardEntry:
     duplicate_of: Annotated[
         str | None,
         about(
-            "another entry of the board whose every metric is the same in every run, digit for digit. Agents "
-            "without randomness are rightly the same; otherwise one is a copy. Null without one"
+            "another entry of the board with most of the same episodes after the last stage in half of its "
+            "runs. Agents without randomness rightly do; otherwise one is a copy. Null without one"
         ),
     ] = None
 

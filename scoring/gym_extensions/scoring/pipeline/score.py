@@ -104,6 +104,7 @@ def scorecards(
     scorer: Scorer,
     workers: int | None = None,
     verify: bool = False,
+    salt: str | None = None,
 ) -> Iterator[Scorecard]:
     """The scorecards of the folders in their order, whatever the number of worker processes.
 
@@ -112,13 +113,15 @@ def scorecards(
         scorer: scores each of them.
         workers: number of processes; None chooses it.
         verify: also replay the recorded episodes, which loads the simulator.
+        salt: the salt that must have drawn the replayed episodes; None accepts each submission's own.
     """
     cards = _in_order(folders, scorer, workers)
     if not verify:
         return cards
     from gym_extensions.scoring.replay import verify as replay
 
-    return (replay.verified(card, path, scorer.groups) for card, path in zip(cards, folders, strict=True))
+    pairs = zip(cards, folders, strict=True)
+    return (replay.verified(card, path, scorer.groups, salt) for card, path in pairs)
 
 
 def find_submissions(paths: Sequence[Path]) -> list[Path]:

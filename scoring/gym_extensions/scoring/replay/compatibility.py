@@ -19,13 +19,15 @@ MISFIT_ERRORS = (KeyError, ValueError, OverflowError, BenchError)
 def misfits(env: Any, episodes: Sequence[RecordedEpisode]) -> Iterator[tuple[str, str]]:
     """Path and sentence for each trace whose actions or states have other shapes than the environment's."""
     env.reset(seed=[episode.seed for episode in episodes[:1]])
-    actions = env.single_action_space.shape
+    space = env.single_action_space
     expected = {name: rows.shape[1:] for name, rows in env.save_states().items() if is_recorded(name)}
     for episode in episodes:
         shapes = {name: rows.shape[1:] for name, rows in episode.states.items()}
         wrong = sorted(name for name in {*shapes, *expected} if shapes.get(name) != expected.get(name))
-        if episode.actions.shape[1:] != actions:
-            yield episode.where, f"the recorded actions do not fit the task, whose actions are {actions}."
+        if episode.actions.shape[1:] != space.shape:
+            yield episode.where, f"the recorded actions do not fit the task, whose actions are {space.shape}."
+        elif ((episode.actions < space.low) | (episode.actions > space.high)).any():
+            yield episode.where, "a recorded action is outside the action space."
         elif wrong and episode.length > episode.segment_steps:
             yield episode.where, f"the recorded states do not fit the task: {quote(wrong[0])}."
 

@@ -6,7 +6,6 @@ import math
 import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import Any
 
 import mujoco
@@ -19,37 +18,13 @@ from gym_extensions.envs import make_vec
 from gym_extensions.rollouts.problem import Problem
 from gym_extensions.rollouts.trace_reader import Array, RecordedEpisode
 from gym_extensions.scoring.replay.compatibility import misfits, restored
-from gym_extensions.scoring.replay.faults import ACTIONS_DIFFER, HINTS, REPLAY_DIFFERS, Fault
+from gym_extensions.scoring.replay.faults import ACTIONS_DIFFER, HINTS, REPLAY_DIFFERS, Fault, segment_fault
 from gym_extensions.scoring.replay.policy_actions import action_fault
+from gym_extensions.scoring.replay.segment import Segment, segments_of
 
 SUCCESSES = {1: True, 0: False, -1: None}
 MAX_ENVIRONMENTS = 256
 """Segments that are replayed side by side."""
-
-
-@dataclass(frozen=True)
-class Segment:
-    """The ``index``-th segment of an episode, from step ``start`` to ``end`` (exclusive)."""
-
-    episode: RecordedEpisode
-    index: int
-    start: int
-    end: int
-
-    @property
-    def last(self) -> bool:
-        """Whether the episode ends with it."""
-        return self.end == self.episode.length
-
-
-def segments_of(episode: RecordedEpisode) -> list[Segment]:
-    """The segments of an episode, in order."""
-    starts = range(0, episode.length, episode.segment_steps)
-    ends = [*starts[1:], episode.length]
-    return [
-        Segment(episode, index, start, end)
-        for index, (start, end) in enumerate(zip(starts, ends, strict=True))
-    ]
 
 
 @contextmanager
@@ -135,17 +110,12 @@ def _faults(env: Any, parts: Sequence[Segment]) -> Iterator[Fault | None]:
         ended = np.flatnonzero(ends[:count, index])
         state = {name: values[index] for name, values in seam.items()}
         success = SUCCESSES[int(successes[count - 1, index])]
-        if fault := _fault(part, math.fsum(rewards[:count, index]), ended.tolist(), success, state):
+        if fault := segment_fault(part, math.fsum(rewards[:count, index]), ended.tolist(), success, state):
             yield Fault(REPLAY_DIFFERS, part.start, fault)
             continue
         seen = [rows[index] for rows in observations[:count]]
         step, fault = action_fault(part.episode, part.start, seen, env.single_action_space)
         yield Fault(ACTIONS_DIFFER, step, fault) if fault else None
-
-
-def describe_success(success: bool | None) -> str:
-    """The end of an episode in words."""
-    return {True: "with success", False: "without success", None: "without a definition of success"}[success]
 
 
 def _state(part: Segment) -> dict[str, Array]:
@@ -162,37 +132,3 @@ def _actions(parts: Sequence[Segment], steps: int) -> NDArray[np.float32]:
         row = first - part.start + 1
         actions[row : row + part.end - first, index] = part.episode.actions[first : part.end]
     return actions
-
-
-def _fault(
-    part: Segment, total: float, ended: list[int], success: bool | None, seam: dict[str, Array]
-) -> str:
-    """A sentence on what differs in one segment, or an empty string.
-
-    Args:
-        part: the segment.
-        total: sum of the replayed rewards.
-        ended: steps of the segment, from 0, at which the replayed episode terminated.
-        success: ``is_success`` of the last replayed step; None where the task defines no success.
-        seam: the replayed state before the next segment.
-    """
-    tolerance = part.episode.task.body.segments.tolerance
-    expected = [part.end - part.start - 1] if part.last and part.episode.terminated else []
-    if ended != expected:
-        replayed = f"after step {part.start + ended[0] + 1}" if ended else "not in this segment"
-        claimed = f"after step {part.end}" if expected else "not in this segment"
-        return f"the episode terminates {replayed}, the log says {claimed}."
-    claimed_return = float(part.episode.returns[part.index])
-    if not abs(total - claimed_return) <= tolerance * max(1.0, abs(claimed_return)):
-        return f"the rewards sum to {total!r}, the trace says {claimed_return!r}."
-    if part.last:
-        if success != part.episode.success:
-            replayed, claimed = describe_success(success), describe_success(part.episode.success)
-            return f"the episode ends {replayed}, the log says {claimed}."
-        return ""
-    for name, states in sorted(part.episode.states.items()):
-        claimed_state = states[part.index]
-        apart = np.abs(seam[name] - claimed_state) / np.maximum(1.0, np.abs(claimed_state))
-        if not (apart <= tolerance).all():
-            return f"the state's {name!r} before the next segment differs by {float(np.max(apart)):.3g}."
-    return ""

@@ -10,24 +10,34 @@ from pathlib import Path
 
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.envs.fingerprint import require_published_engine
+from gym_extensions.rollouts.auditing.salt import parse_salt
 from gym_extensions.rollouts.folder import scan
+from gym_extensions.rollouts.layout import SALT_FILE, TRACES
 from gym_extensions.rollouts.policies import Policy
 from gym_extensions.rollouts.problem import Problem, summarize
 from gym_extensions.rollouts.reader import read
-from gym_extensions.rollouts.trace_reader import RecordedEpisode, read_trace, trace_requests
+from gym_extensions.rollouts.trace_reader import RecordedEpisode, read_trace, salt_in, trace_requests
 from gym_extensions.scoring.replay.segments import replay
 from gym_extensions.scoring.scorecard.model import REPORTED, VALIDATED, Scorecard
 
 NO_TRACES = "It holds no traces: nothing could be replayed."
+UNBOUND = "Its logs do not commit to traces: nothing could be replayed."
+OTHER_SALT = "other-salt"
 
 
 @dataclass(frozen=True)
 class Verification:
-    """The result of a replay, with the number of replayed and logged episodes and every problem."""
+    """The result of a replay, with the number of replayed and logged episodes and every problem.
+
+    ``is_salted`` is whether salts drew the samples of all groups, ``is_bound`` whether the logs commit to
+    traces.
+    """
 
     replayed: int
     episodes: int
     problems: tuple[Problem, ...]
+    is_salted: bool = False
+    is_bound: bool = True
 
     @property
     def level(self) -> str | None:
@@ -38,36 +48,54 @@ class Verification:
             return VALIDATED
         if self.replayed == self.episodes:
             return "replayed (all)"
-        return f"replayed (sample: {self.replayed} of {self.episodes} episodes)"
+        kind = "salted sample" if self.is_salted else "unsalted sample"
+        return f"replayed ({kind}: {self.replayed} of {self.episodes} episodes)"
 
 
 def _task_id(episode: RecordedEpisode) -> str:
     return episode.task.id
 
 
-def verify(path: Path, groups: Mapping[str, TaskGroup] = GROUPS) -> Verification:
+def verify(path: Path, groups: Mapping[str, TaskGroup] = GROUPS, salt: str | None = None) -> Verification:
     """Replays the audit sample of a submission; one with problems is not replayed.
 
     Where the submission has the policy of an episode's stage, the recorded actions are compared with it.
-    Traces are optional: without any, nothing is replayed and there is no problem.
+    Traces are optional: without any, nothing is replayed and there is no problem. Without them an entry has
+    no rank.
+
+    Args:
+        path: the submission's folder.
+        groups: the groups that it may contain, by name.
+        salt: the salt that must have drawn the sample of every group, 64 hexadecimal digits, or empty for
+            none. By default each group's own (``traces/salt.txt``), or none.
 
     Raises:
-        BenchError: there are traces, and another version of MuJoCo or Gymnasium is installed.
+        BenchError: the salt is not 64 hexadecimal digits; or there are traces, and another version of MuJoCo
+            or Gymnasium is installed.
     """
+    expected = None if salt is None else parse_salt(salt, "salt")
     submission = read(path, groups)
     if submission.problems:
         return Verification(0, 0, submission.problems)
     folder = scan(path, groups)
     logs = [log for entry in submission.groups.values() for log in entry.logs.values()]
     logged = sum(len(log.run) for log in logs)
+    if not all(log.trace for log in logs):
+        return Verification(0, logged, (), is_bound=False)
     if not any("/traces/" in name for name in folder.files):
         return Verification(0, logged, ())
+    salts = {name: salt_in(folder, entry.group.name) for name, entry in submission.groups.items()}
+    if problems := [
+        _other_salt(submission.groups[name].group.name, actual, expected)
+        for name, actual in salts.items()
+        if expected not in (None, actual)
+    ]:
+        return Verification(0, logged, tuple(problems))
     require_published_engine()
     episodes: list[RecordedEpisode] = []
-    problems: list[Problem] = []
     policies = functools.cache(lambda path: Policy.from_bytes(folder.read(path)))
     for log in logs:
-        for request in trace_requests(log, folder.read(log.path), folder.files):
+        for request in trace_requests(log, folder.read(log.path), salts[log.group.id]):
             trace = read_trace(folder, request)
             if isinstance(trace, Problem):
                 problems.append(trace)
@@ -77,10 +105,19 @@ def verify(path: Path, groups: Mapping[str, TaskGroup] = GROUPS) -> Verification
     for _, group in groupby(sorted(episodes, key=_task_id), key=_task_id):
         episodes_of_task = list(group)
         problems += replay(episodes_of_task[0].task, episodes_of_task)
-    return Verification(len(episodes), logged, tuple(problems))
+    return Verification(len(episodes), logged, tuple(problems), all(salts.values()))
 
 
-def verified(card: Scorecard, path: Path, groups: Mapping[str, TaskGroup] = GROUPS) -> Scorecard:
+def _other_salt(group_name: str, actual: str, expected: str | None) -> Problem:
+    stated = f"The salt is {actual}" if actual else "The traces were drawn without a salt"
+    hint = f"Run: gym-extensions trace FOLDER --salt {expected}" if expected else "Run gym-extensions trace."
+    where = f"{group_name}/{TRACES}/{SALT_FILE}"
+    return Problem(OTHER_SALT, where, f"{stated}; expected {expected or 'none'}.", hint)
+
+
+def verified(
+    card: Scorecard, path: Path, groups: Mapping[str, TaskGroup] = GROUPS, salt: str | None = None
+) -> Scorecard:
     """The scorecard with the trust that replay gives or with the problems that it finds.
 
     A submission with problems and a reported one are returned unchanged.
@@ -89,12 +126,14 @@ def verified(card: Scorecard, path: Path, groups: Mapping[str, TaskGroup] = GROU
         card: the scorecard of the submission.
         path: the submission's folder.
         groups: the groups that it may contain, by name.
+        salt: as for :func:`verify`.
     """
     if card.problems or card.trust == REPORTED:
         return card
-    verification = verify(path, groups)
+    verification = verify(path, groups, salt)
     problems = tuple(summarize(verification.problems, card.name))
     if problems:
         return replace(card, trust=None, problems=problems, groups={}, suites={})
-    notes = card.notes if verification.replayed else (*card.notes, NO_TRACES)
+    reason = NO_TRACES if verification.is_bound else UNBOUND
+    notes = card.notes if verification.replayed else (*card.notes, reason)
     return replace(card, trust=verification.level, notes=notes)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS
-from gym_extensions.rollouts.submission import Submission
+from gym_extensions.rollouts.reading.evaluation_log import Log
+from gym_extensions.rollouts.submission import Evidence, Submission
 from gym_extensions.scoring.metrics.aggregates import iqm, profile
 from gym_extensions.scoring.metrics.evaluate import metric_values, no_reference
 from gym_extensions.scoring.metrics.normalization import normalized_runs
@@ -21,6 +22,7 @@ from gym_extensions.scoring.scorecard.model import (
 )
 from gym_extensions.scoring.scorecard.reported import reported_groups
 from gym_extensions.scoring.scorecard.signs import signs
+from gym_extensions.scoring.scorecard.sketches import episode_sketches
 from gym_extensions.scoring.scorecard.suites import suite_scores
 
 NO_REFERENCE = ReferenceValue(None, None, None)
@@ -46,8 +48,20 @@ def missing_for_full_entry(results: Results, protocol: str) -> tuple[str, ...]:
     return (*runs, *(f"{name}.csv" for name in needed if name not in present))
 
 
-def score_group(results: Results, references: References, protocol: str, budget: str) -> GroupScore:
+def missing_evidence(evidence: Evidence) -> str:
+    """Why the traces of a log do not suffice for a rank, in words; empty if they do."""
+    if not evidence.sample:
+        return "The log does not commit to traces."
+    if evidence.missing:
+        return f"{evidence.missing} of {evidence.sample} traces of the audit sample are missing."
+    return ""
+
+
+def score_group(
+    results: Results, references: References, log: Log, budget: str, evidence: Evidence
+) -> GroupScore:
     """Scores one group and protocol, with metrics, the paper's table, references and raw returns."""
+    protocol = log.protocol
     normalized = no_reference(results, references) == ""
     runs = normalized_runs(results, references, protocol) if normalized else []
     final = [[run.p(run.T, j) for j in run.scored] for run in runs]
@@ -68,6 +82,8 @@ def score_group(results: Results, references: References, protocol: str, budget:
             for (name, run, task), (steps, values) in results.curves.items()
             if name == protocol and run in results.runs[protocol]
         ),
+        episode_sketches=episode_sketches(log),
+        missing_evidence=missing_evidence(evidence),
         missing_for_full_entry=missing_for_full_entry(results, protocol),
         paper_table=rows,
         paper_total=total,
@@ -87,7 +103,10 @@ def score(submission: Submission, references: References) -> Scorecard:
         for name, entry in submission.groups.items():
             returns = results(entry, manifest.protocol.budget)
             groups[name] = {
-                protocol: score_group(returns, references, protocol, manifest.protocol.budget)
+                protocol: score_group(
+                    *(returns, references, entry.logs[protocol], manifest.protocol.budget),
+                    entry.evidence.get(protocol, Evidence()),
+                )
                 for protocol in returns.runs
             }
     return Scorecard(

@@ -82,6 +82,14 @@ class GroupScore:
     curves: Annotated[
         tuple[Curve, ...], about("training curves, one per run and task; empty without `curves.csv`")
     ] = ()
+    episode_sketches: Annotated[
+        tuple[tuple[str, ...], ...],
+        about("16 digests of episodes per run, by which boards recognize copies; empty in a reported entry"),
+    ] = ()
+    missing_evidence: Annotated[
+        str,
+        about("why the traces do not suffice for a rank, in words; empty if the audit sample is complete"),
+    ] = ""
     missing_for_full_entry: Annotated[tuple[str, ...], about("what a full entry still needs, in words")] = ()
     paper_table: Annotated[
         tuple[PaperRow, ...], about("one row per task; empty in `single` and `joint`")

@@ -1,0 +1,197 @@
+"""Writes docs/findings.md and its figures from the committed submissions: ``make findings``.
+
+Every number and verdict is computed from the submissions; the text is in ``page.md.jinja``.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from figures import draw_learned_and_final, draw_retention
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from gym_extensions.atomic import write_text
+from gym_extensions.catalog.groups import GROUPS
+from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS
+from gym_extensions.results.evaluations import evaluations
+from gym_extensions.scoring.pipeline.score import make_scorer
+from gym_extensions.scoring.scorecard.model import Scorecard
+from gym_extensions.scoring.statistics.intervals import Interval, difference, interval, summary
+from gym_extensions.scoring.statistics.student_t import two_sided_p
+from gym_extensions.scoring.statistics.welch import holm, welch
+
+ROOT = Path(__file__).resolve().parents[2]
+FOLDER, PAGE = ROOT / "docs" / "findings", ROOT / "docs" / "findings.md"
+BUDGET, FINE_TUNING = "300k", "trpo"
+METRICS = ("learning_performance", "final_performance", "forgetting")
+UNTRAINED = {"random", "zero"}
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """A method minus fine-tuning in one metric, and whether the corrected test separates the two."""
+
+    gap: Interval
+    is_separated: bool
+
+
+@dataclass(frozen=True)
+class Row:
+    """One method on one group, with the values of its runs."""
+
+    name: str
+    title: str
+    observes_task: bool
+    values: tuple[Sequence[float], ...]
+    final_verdict: Verdict | None = None
+    forgetting_verdict: Verdict | None = None
+
+    @property
+    def runs(self) -> int:
+        """Number of runs."""
+        return len(self.values[0])
+
+    @property
+    def learned(self) -> Interval:
+        """Score right after training on a task."""
+        return interval(self.values[0])
+
+    @property
+    def final(self) -> Interval:
+        """Score of all tasks at the end."""
+        return interval(self.values[1])
+
+    @property
+    def forgetting(self) -> Interval:
+        """Score that was lost in between."""
+        return interval(self.values[2])
+
+
+@dataclass(frozen=True)
+class Group:
+    """The methods on one group: fine-tuning first, then the others by final performance."""
+
+    name: str
+    rows: tuple[Row, ...]
+
+
+@dataclass(frozen=True)
+class Count:
+    """How many methods are separated from fine-tuning in one metric, over all groups."""
+
+    metric: str
+    above: int
+    below: int
+    comparisons: int
+
+    @property
+    def ties(self) -> int:
+        """Comparisons without a verdict."""
+        return self.comparisons - self.above - self.below
+
+
+def group_rows(cards: Sequence[Scorecard], group: str) -> list[Row]:
+    """The methods with at least five runs at the budget and a value of every metric in each."""
+    rows = []
+    for card in cards:
+        score = card.groups.get(group, {}).get("sequential")
+        if score is None or score.budget != BUDGET or card.name in UNTRAINED or card.manifest is None:
+            continue
+        values = tuple(tuple(score.metrics[name].runs) for name in METRICS)
+        if min(map(len, values)) >= FULL_ENTRY_RUNS:
+            rows.append(Row(card.name, card.title, card.manifest.observes.task_in_evaluation, values))
+    return sorted(rows, key=lambda row: (row.name != FINE_TUNING, -row.final.mean))
+
+
+def verdicts(values: Sequence[Sequence[float]]) -> list[Verdict | None]:
+    """Every row after the first against the first: Welch's test, with Holm's correction over the rows."""
+    first, *others = values
+    p_values = [float(two_sided_p(*welch([summary(runs), summary(first)]))[0]) for runs in others]
+    separated = holm(np.array(p_values, dtype=np.float64))
+    pairs = zip(others, separated, strict=True)
+    return [None, *(Verdict(difference(runs, first), bool(apart)) for runs, apart in pairs)]
+
+
+def with_verdicts(rows: Sequence[Row]) -> tuple[Row, ...]:
+    """The rows with their verdicts against the first one, fine-tuning."""
+    final, lost = (verdicts([row.values[index] for row in rows]) for index in (1, 2))
+    return tuple(
+        replace(row, final_verdict=one, forgetting_verdict=other)
+        for row, one, other in zip(rows, final, lost, strict=True)
+    )
+
+
+def count(metric: str, table: Sequence[Verdict | None]) -> Count:
+    """The verdicts of one metric, counted."""
+    present = [verdict for verdict in table if verdict is not None]
+    signs = [verdict.gap.mean > 0 for verdict in present if verdict.is_separated]
+    return Count(metric, sum(signs), len(signs) - sum(signs), len(present))
+
+
+def fixed(value: float) -> str:
+    """Two decimals with a minus sign."""
+    return f"{value + 0.0:.2f}".replace("-", "−")
+
+
+def mean(each: Interval) -> str:
+    """A mean with its interval."""
+    return f"{fixed(each.mean)} ({fixed(each.low or 0.0)} to {fixed(each.high or 0.0)})"
+
+
+def excludes_zero(each: Interval) -> str:
+    """``yes`` if the interval excludes 0, else ``no``."""
+    return "no" if (each.low or 0.0) <= 0 <= (each.high or 0.0) else "yes"
+
+
+def verdict(each: Verdict | None) -> str:
+    """A difference with its interval and verdict; empty for fine-tuning itself."""
+    return "" if each is None else f"{mean(each.gap)}, {'**separated**' if each.is_separated else 'tie'}"
+
+
+def page(groups: Sequence[Group]) -> str:
+    """The text of the page."""
+    templates = Environment(
+        loader=FileSystemLoader(FOLDER), undefined=StrictUndefined, trim_blocks=True, autoescape=False
+    )
+    templates.filters.update(mean=mean, excludes_zero=excludes_zero, verdict=verdict)
+    rows = [row for group in groups for row in group.rows]
+    return (
+        templates.get_template("page.md.jinja").render(
+            budget=BUDGET,
+            fine_tuning=FINE_TUNING,
+            groups=groups,
+            by_forgetting=sorted(groups, key=lambda group: -group.rows[0].forgetting.mean),
+            counts=[
+                count("final performance", [row.final_verdict for row in rows]),
+                count("forgetting", [row.forgetting_verdict for row in rows]),
+            ],
+        )
+        + "\n"
+    )
+
+
+def main(submissions: Path = ROOT / "submissions") -> None:
+    """Writes the page and its figures."""
+    scorer = make_scorer()
+    folders = [path.parent for path in sorted(submissions.glob("*/submission.toml"))]
+    cards = [card for card in map(scorer, folders) if not card.problems]
+    groups = [
+        Group(group.name, with_verdicts(rows))
+        for group in GROUPS.values()
+        if (rows := group_rows(cards, group.id)) and rows[0].name == FINE_TUNING
+    ]
+    for group in groups:
+        points = [(row.title, row.learned, row.final) for row in group.rows]
+        draw_learned_and_final(points, FOLDER / f"{group.name}.svg")
+    if groups:
+        frame = evaluations(submissions / FINE_TUNING)
+        draw_retention(frame, [group.name for group in groups], FOLDER / "retention.svg")
+    write_text(PAGE, page(groups))
+
+
+if __name__ == "__main__":
+    main(*map(Path, sys.argv[1:]))

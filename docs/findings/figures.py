@@ -1,0 +1,60 @@
+"""The figures of the findings page, as SVG files whose bytes depend on the data alone."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import matplotlib
+import pandas as pd
+from matplotlib.figure import Figure
+
+from gym_extensions.results.plots import plot_retention
+from gym_extensions.scoring.statistics.intervals import Interval
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+matplotlib.rcParams |= {"svg.hashsalt": "gym-extensions", "svg.fonttype": "none", "font.size": 9}
+COLUMNS = 2
+
+
+def draw_learned_and_final(rows: Sequence[tuple[str, Interval, Interval]], path: Path) -> None:
+    """One line per method from its learned performance (ring) to its final performance (disc)."""
+    figure = Figure(figsize=(6.4, 0.6 + 0.36 * len(rows)), layout="constrained")
+    axes = figure.subplots()
+    for height, (_, learned, final) in enumerate(rows):
+        axes.plot([learned.mean, final.mean], [height, height], color="0.45", linewidth=1.5, zorder=2)
+        _draw_interval(axes, learned, height + 0.18, "C1")
+        _draw_interval(axes, final, height - 0.18, "C0")
+        axes.plot(learned.mean, height, "o", color="C1", markerfacecolor="white", zorder=3)
+        axes.plot(final.mean, height, "o", color="C0", zorder=3)
+    axes.axvline(0, color="0.8", linewidth=0.8, zorder=0)
+    axes.axvline(1, color="0.8", linewidth=0.8, zorder=0)
+    axes.set_yticks(range(len(rows)), [title for title, _, _ in rows])
+    axes.invert_yaxis()
+    axes.set_xlabel("score: ring right after training on a task, disc at the end (0 = floor, 1 = reference)")
+    _save(figure, path)
+
+
+def _draw_interval(axes: Axes, each: Interval, height: float, color: str) -> None:
+    if each.low is not None and each.high is not None:
+        axes.plot([each.low, each.high], [height, height], color=color, linewidth=3, alpha=0.45, zorder=1)
+
+
+def draw_retention(frame: pd.DataFrame, groups: Sequence[str], path: Path) -> None:
+    """The return on every task while the tasks are trained in order, one panel per group."""
+    rows = -(-len(groups) // COLUMNS)
+    figure = Figure(figsize=(8.0, 2.8 * rows), layout="constrained")
+    panels = figure.subplots(rows, COLUMNS, squeeze=False).flat
+    for axes, group in zip(panels, groups, strict=False):
+        plot_retention(frame, group, ax=axes)
+        axes.set_title(group)
+    for axes in panels:  # without a group
+        axes.set_axis_off()
+    _save(figure, path)
+
+
+def _save(figure: Figure, path: Path) -> None:
+    figure.savefig(path, format="svg", metadata={"Date": None, "Creator": None})

@@ -1,0 +1,85 @@
+"""Selects the audit sample, the episodes whose traces a submission must include.
+
+The sample has the episode with the largest return of every cell of every run, and one more episode of the
+cells that the paper's table is computed from. A run's own rows and a salt draw it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from gym_extensions.catalog.protocol import EVALUATION_EPISODES
+from gym_extensions.catalog.task import Task
+
+
+@dataclass(frozen=True, order=True)
+class Audited:
+    """One episode of the sample."""
+
+    run: int
+    stage: int
+    task: str
+    episode: int
+
+
+def drawn_cells(protocol: str, tasks: Sequence[Task]) -> list[tuple[int, str]]:
+    """(stage, task id) of the cells of a run of which a second episode is drawn.
+
+    Sequential: R[T][j] and R[j][j]. Single and joint: every task at stage 1.
+    """
+    if protocol != "sequential":
+        return [(1, task.id) for task in tasks]
+    last = [(len(tasks), task.id) for task in tasks]
+    return list(dict.fromkeys([*last, *((stage, task.id) for stage, task in enumerate(tasks, start=1))]))
+
+
+def audit_sample(
+    protocol: str, log: bytes, runs: Sequence[int], tasks: Sequence[Task], salt: str = ""
+) -> list[Audited]:
+    """The episodes of one log whose traces a submission must include, sorted.
+
+    Of every cell, the episode with the largest return, the first of several. Of the cells of
+    :func:`drawn_cells`, the one of the others whose SHA-256 of
+    ``D/<salt>/<run>/<stage>/<task id>/<episode>`` is lowest, with D the hexadecimal SHA-256 of the run's
+    rows; without a salt, of ``D/<run>/…``.
+
+    Args:
+        protocol: sequential, single or joint.
+        log: the bytes of ``<protocol>.csv``, without problems.
+        runs: runs in it; identical runs that count as one are left out.
+        tasks: the group's tasks, in training order.
+        salt: 64 hexadecimal digits, or empty.
+    """
+    header, *lines = log.decode().splitlines()
+    columns = header.split(",")
+    where = [columns.index(name) for name in ("run", "stage", "task", "return")]
+    rows: dict[int, list[str]] = {run: [] for run in runs}
+    returns: dict[tuple[int, int, str], list[float]] = {}
+    for line in lines:
+        cells = line.split(",")
+        run, stage, task, return_ = (cells[index] for index in where)
+        if int(run) in rows:
+            rows[int(run)].append(line)
+            returns.setdefault((int(run), int(stage), task), []).append(float(return_))
+    seeds = {run: _seed(run_rows, salt) for run, run_rows in rows.items()}
+    drawn = set(drawn_cells(protocol, tasks))
+    sample = []
+    for (run, stage, task), values in returns.items():
+        largest = values.index(max(values))
+        sample.append(Audited(run, stage, task, largest))
+        if (stage, task) in drawn:
+            cell = f"{seeds[run]}/{run}/{stage}/{task}"
+            others = (episode for episode in range(EVALUATION_EPISODES) if episode != largest)
+            sample.append(Audited(run, stage, task, min(others, key=lambda each: _rank(cell, each))))
+    return sorted(sample)
+
+
+def _seed(rows: Sequence[str], salt: str) -> str:
+    digest = hashlib.sha256("".join(f"{row}\n" for row in rows).encode()).hexdigest()
+    return f"{digest}/{salt}" if salt else digest
+
+
+def _rank(cell: str, episode: int) -> str:
+    return hashlib.sha256(f"{cell}/{episode}".encode()).hexdigest()

@@ -1,0 +1,162 @@
+"""The command trace: the sample of a salt, from stored traces or from the policies; what it refuses."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from gym_extensions.baselines import train
+from gym_extensions.baselines.tracing.cli import main
+from gym_extensions.baselines.tracing.trace import trace
+from gym_extensions.errors import BenchError
+from gym_extensions.scoring.replay.archive import check_archive
+from gym_extensions.scoring.replay.verify import verify
+
+from ..conftest import SHORT_GROUP, digests
+
+GROUP = "hopper-gravity"
+"""The group of ``random_submission``."""
+SALT, OTHER = "5a" * 32, "b7" * 32
+
+
+@pytest.fixture
+def trpo(trpo_submission: Path, tmp_path: Path) -> Path:
+    """A deterministic agent with policies, as git contains it: without ``.progress``."""
+    ignore = shutil.ignore_patterns(".progress")
+    return Path(shutil.copytree(trpo_submission, tmp_path / "trpo", ignore=ignore))
+
+
+@pytest.fixture
+def random(random_submission: Path, tmp_path: Path) -> Path:
+    """An agent that draws its actions with a generator of its own, with the traces of all episodes."""
+    return Path(shutil.copytree(random_submission, tmp_path / "random"))
+
+
+def salt_file(folder: Path) -> Path:
+    return folder / SHORT_GROUP / "traces" / "salt.txt"
+
+
+def test_policies_repeat_the_episodes_of_a_salt(
+    trpo: Path, trpo_submission: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([str(trpo), "--salt", SALT]) == 0
+    assert re.fullmatch(rf"{SHORT_GROUP}: \d+ traces, drawn with the salt\.\n", capsys.readouterr().out)
+    assert salt_file(trpo).read_text() == f"{SALT}\n"
+    recorded = trpo_submission / ".progress" / SHORT_GROUP / "traces"
+    drawn = [path for path in salt_file(trpo).parent.iterdir() if path.suffix == ".npz"]
+    assert all(path.read_bytes() == (recorded / path.name).read_bytes() for path in drawn)
+    before = {path.name for path in (trpo_submission / SHORT_GROUP / "traces").iterdir()}
+    assert {path.name for path in drawn} != before
+    verification = verify(trpo, salt=SALT)
+    assert (verification.problems, verification.replayed) == ((), len(drawn))
+    assert str(verification.level).startswith("replayed (salted sample: ")
+    assert [problem.rule for problem in verify(trpo, salt=OTHER).problems] == ["other-salt"]
+
+
+def test_without_a_salt_the_recorders_files_are_written_again(trpo: Path, trpo_submission: Path) -> None:
+    before = digests(trpo)
+    trace(trpo, SALT)
+    trace(trpo)
+    assert digests(trpo) == before == digests(trpo_submission)
+
+
+def refusal(folder: Path, salt: str = SALT) -> tuple[str, str]:
+    before = digests(folder)
+    with pytest.raises(BenchError) as error:
+        trace(folder, salt)
+    assert digests(folder) == before
+    return error.value.code, error.value.message
+
+
+def test_a_policy_that_gives_other_episodes_is_refused(random: Path) -> None:
+    shutil.rmtree(random / ".progress")
+    assert refusal(random) == ("policy-differs", "The stored policy gives another episode than the log.")
+
+
+def test_a_lost_trace_without_a_policy_is_refused(random: Path) -> None:
+    shutil.rmtree(random / ".progress")
+    shutil.rmtree(random / GROUP / "policies")
+    message = "The trace is not stored, and no stored policy can repeat it."
+    assert refusal(random) == ("traces-lost", message)
+
+
+def test_a_salt_of_the_wrong_form_is_refused(trpo: Path) -> None:
+    code, message = refusal(trpo, "5A" * 32)
+    assert (code, message) == ("bad-salt", f"'{'5A' * 32}' is not 64 hexadecimal digits (0 to 9, a to f).")
+
+
+def test_a_submission_with_problems_is_refused(trpo: Path) -> None:
+    (trpo / "notes.txt").write_text("x")
+    assert refusal(trpo) == ("not-valid", "The submission has problems: Unexpected file.")
+
+
+def test_a_run_is_not_added_to_salted_traces(random: Path) -> None:
+    trace(random, SALT)
+    with pytest.raises(BenchError) as error:
+        train("random", GROUP, "single", "smoke", [0, 1], out=random)
+    assert error.value.code == "salted-traces"
+
+
+def test_a_run_is_not_added_to_a_log_without_traces(random: Path) -> None:
+    log = random / GROUP / "single.csv"
+    rows = [line.split(",") for line in log.read_text().splitlines()]
+    log.write_text("".join(",".join([*cells[:9], cells[10]]) + "\n" for cells in rows), newline="\n")
+    with pytest.raises(BenchError) as error:
+        train("random", GROUP, "single", "smoke", [0, 1], out=random)
+    assert error.value.code == "unbound-log"
+
+
+def archive_of(folder: Path, edit: Callable[[dict[str, bytes]], object]) -> Path:
+    """A zip file of the traces of all episodes, changed."""
+    traces = (folder / ".progress" / GROUP / "traces").iterdir()
+    content = {f"{GROUP}/traces/{path.name}": path.read_bytes() for path in traces}
+    edit(content)
+    path = folder.with_name("archive.zip")
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, data in content.items():
+            archive.writestr(name, data)
+    return path
+
+
+def test_an_archive_of_all_traces_has_the_root(random: Path) -> None:
+    assert check_archive(random, archive_of(random, lambda content: None)) == ()
+
+
+def lose(content: dict[str, bytes]) -> None:
+    del content[min(content)]
+
+
+def swap(content: dict[str, bytes]) -> None:
+    first, second = sorted(content)[:2]
+    content[first], content[second] = content[second], content[first]
+
+
+@pytest.mark.parametrize(("edit", "count"), [(lose, 1), (swap, 2)])
+def test_an_archive_with_another_root_is_a_problem(
+    random: Path, edit: Callable[[dict[str, bytes]], object], count: int
+) -> None:
+    (problem,) = check_archive(random, archive_of(random, edit))
+    assert (problem.rule, problem.where) == ("archive-differs", "archive.zip")
+    assert problem.message.count(".npz") == count
+
+
+def test_an_archive_with_another_digest_than_the_manifest_states_is_a_problem(random: Path) -> None:
+    with (random / "submission.toml").open("a") as file:
+        file.write(f'\n[archive]\nurl = ""\nsha256 = "{64 * "0"}"\n')
+    (problem,) = check_archive(random, archive_of(random, lambda content: None))
+    assert (problem.rule, problem.message) == (
+        "archive-differs",
+        "Its SHA-256 is not the one in [archive].",
+    )
+
+
+def test_a_file_that_is_not_an_archive_is_refused(random: Path, tmp_path: Path) -> None:
+    (tmp_path / "archive.zip").write_bytes(b"not a zip file")
+    with pytest.raises(BenchError) as error:
+        check_archive(random, tmp_path / "archive.zip")
+    assert error.value.code == "bad-archive"

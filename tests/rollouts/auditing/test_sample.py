@@ -1,0 +1,81 @@
+"""The audit sample: the largest return of every cell, and drawn episodes that a salt changes."""
+
+from __future__ import annotations
+
+import hashlib
+from itertools import product
+
+from gym_extensions.catalog.groups import group
+from gym_extensions.rollouts.auditing.sample import Audited, audit_sample, drawn_cells
+
+TASKS = group("hopper-gravity").tasks
+SALT = "5a" * 32
+
+
+def log(protocol: str, runs: tuple[int, ...], shift: int = 0) -> bytes:
+    """A log whose largest return is that of episode (run + stage + position) modulo 20."""
+    stages = range(6) if protocol == "sequential" else [1]
+    rows = [
+        f"{run},{stage},{task.id},{episode},{float(-((episode - run - stage - position - shift) % 20))}\n"
+        for run, stage, (position, task), episode in product(runs, stages, enumerate(TASKS), range(20))
+    ]
+    return "".join(["run,stage,task,episode,return\n", *rows]).encode()
+
+
+def test_a_second_episode_is_drawn_of_the_cells_of_the_table() -> None:
+    # T = 5: five of R[5][j] and four of R[j][j] that are not R[5][5].
+    cells = drawn_cells("sequential", TASKS)
+    assert len(cells) == len(set(cells)) == 9
+    assert {stage for stage, _ in cells} == {1, 2, 3, 4, 5}
+    assert drawn_cells("single", TASKS) == drawn_cells("joint", TASKS) == [(1, task.id) for task in TASKS]
+
+
+def test_the_sample_has_the_largest_return_of_every_cell() -> None:
+    sample = audit_sample("sequential", log("sequential", (0, 3)), [0, 3], TASKS)
+    assert len(sample) == len(set(sample)) == 2 * (30 + 9)
+    for run, stage, (position, task) in product((0, 3), range(6), enumerate(TASKS)):
+        assert Audited(run, stage, task.id, (run + stage + position) % 20) in sample
+
+
+def test_five_runs_of_five_tasks_have_245_traces() -> None:
+    runs = (0, 1, 2, 3, 4)
+    samples = [audit_sample(name, log(name, runs), runs, TASKS) for name in ("sequential", "single")]
+    assert sum(map(len, samples)) == 245
+
+
+def test_the_first_of_equal_returns_is_the_largest() -> None:
+    text = log("single", (0,)).decode()
+    head, *rows = text.splitlines()
+    equal = "\n".join([head, *(row.rpartition(",")[0] + ",1.0" for row in rows), ""]).encode()
+    assert {row.episode for row in audit_sample("single", equal, [0], TASKS)} >= {0}
+
+
+def test_a_salt_changes_drawn_episodes_and_no_largest() -> None:
+    data = log("single", (0,))
+    samples = [set(audit_sample("single", data, [0], TASKS, salt)) for salt in ("", SALT, "5b" * 32)]
+    largest = {Audited(0, 1, task.id, (1 + position) % 20) for position, task in enumerate(TASKS)}
+    assert set.intersection(*samples) >= largest
+    assert len({frozenset(sample) for sample in samples}) == 3
+
+
+def test_a_drawn_episode_by_hand() -> None:
+    data = log("single", (0,))
+    digest = hashlib.sha256(data.partition(b"\n")[2]).hexdigest()
+    others = [episode for episode in range(20) if episode != 1]
+    for salt, seed in (("", digest), (SALT, f"{digest}/{SALT}")):
+        drawn = min(others, key=lambda episode, seed=seed: rank(seed, episode))  # type: ignore[misc]
+        assert Audited(0, 1, TASKS[0].id, drawn) in audit_sample("single", data, [0], TASKS, salt)
+
+
+def rank(seed: str, episode: int) -> str:
+    return hashlib.sha256(f"{seed}/0/1/{TASKS[0].id}/{episode}".encode()).hexdigest()
+
+
+def test_the_rows_of_a_run_select_its_sample_and_no_other() -> None:
+    def of_run_three(data: bytes) -> list[Audited]:
+        runs = sorted({int(line.split(b",")[0]) for line in data.splitlines()[1:]})
+        return [row for row in audit_sample("single", data, runs, TASKS) if row.run == 3]
+
+    alone = of_run_three(log("single", (3,)))
+    assert of_run_three(log("single", (0, 3))) == alone
+    assert of_run_three(log("single", (0, 3), shift=1)) != alone
