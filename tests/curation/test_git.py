@@ -6,12 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from gym_extensions.curation.evidence import salt_arguments
+from gym_extensions.curation.digest import digest_without_traces, folder_hashes
 from gym_extensions.curation.git import Repository
 from gym_extensions.curation.salt import derive_salt, fixing_commit
 from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.digest import submission_digest
 
-from .repositories import commit, make_repository
+from .repositories import commit, make_repository, write_entry
 
 
 def test_a_machine_without_git_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -55,8 +56,8 @@ def test_a_salt_is_a_hash_of_the_digest_and_the_value() -> None:
     assert derive_salt("a" * 64, "1" * 40) == expected
 
 
-def test_a_salt_is_passed_to_a_verification_that_knows_salts() -> None:
-    def salted(path: Path, salt: str | None = None) -> None: ...
-    def unsalted(path: Path) -> None: ...
-
-    assert (salt_arguments(salted, "a"), salt_arguments(unsalted, "a")) == ({"salt": "a"}, {})
+def test_the_digest_for_a_salt_is_that_of_the_submission(tmp_path: Path) -> None:
+    folder = write_entry(tmp_path, "entry")
+    (folder / "hopper-gravity" / "traces").mkdir()
+    (folder / "hopper-gravity" / "traces" / "salt.txt").write_text("x")
+    assert digest_without_traces(folder_hashes(folder)) == submission_digest(folder)

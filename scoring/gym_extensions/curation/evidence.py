@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.rollouts.problem import Problem
@@ -24,12 +22,6 @@ class Evidence:
     replayed: int
     episodes: int
     problems: tuple[Problem, ...]
-
-
-def salt_arguments(function: object, salt: str) -> dict[str, Any]:
-    """The keyword argument ``salt`` where a function has that parameter."""
-    accepts = callable(function) and "salt" in inspect.signature(function).parameters
-    return {"salt": salt} if accepts else {}
 
 
 def prove(path: Path, salt: str = "", groups: Mapping[str, TaskGroup] = GROUPS) -> Evidence:
@@ -50,7 +42,7 @@ def prove(path: Path, salt: str = "", groups: Mapping[str, TaskGroup] = GROUPS) 
         return Evidence(card, None, 0, 0, card.problems)
     if card.trust == REPORTED:
         return Evidence(card, "reported", 0, 0, ())
-    verification = verify(path, groups, **salt_arguments(verify, salt))
+    verification = verify(path, groups, salt)
     if verification.problems:
         return Evidence(card, None, 0, verification.episodes, verification.problems)
     level: Level = "replayed" if verification.replayed else "validated"

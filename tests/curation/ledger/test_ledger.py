@@ -229,7 +229,7 @@ def test_the_recorded_level_is_shown_without_replay_only_for_the_recorded_files(
     path.write_bytes(
         path.read_bytes().replace(b'"validated"', b'"replayed"').replace(b'"replayed":0', b'"replayed":3')
     )
-    assert cards(repository)["first"].trust == "replayed (sample: 3 of 200 episodes)"
+    assert cards(repository)["first"].trust == "replayed (unsalted sample: 3 of 200 episodes)"
     readme = repository / "submissions" / "first" / "README.md"
     readme.write_text("Another file.\n")
     assert cards(repository)["first"].trust == "validated"

@@ -51,7 +51,7 @@ class LedgerRecord:
             return self.level or "validated"
         if self.replayed == self.episodes:
             return f"{self.level} (all)"
-        sample = "salted sample" if self.salt else "sample"
+        sample = "salted sample" if self.salt else "unsalted sample"
         return f"{self.level} ({sample}: {self.replayed} of {self.episodes} episodes)"
 
 
