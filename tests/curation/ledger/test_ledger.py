@@ -308,6 +308,12 @@ def test_wrong_arguments_are_named(
     assert message in problem(capsys, repository, *command.split(), "--reason", "Why.")
 
 
+def test_the_salt_of_an_entry_that_does_not_exist_is_refused(
+    repository: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert "There is no submission 'frist'. Did you mean" in problem(capsys, repository, "salt", "frist")
+
+
 def test_a_board_after_lines_that_do_not_exist_is_refused(
     repository: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -103,6 +103,20 @@ def verified_line(path: Path, event: Event, author: Author, level: Level | None 
     )
 
 
+def entry_folder(folder: Path, entry: str) -> Path:
+    """The folder of an entry.
+
+    Raises:
+        BenchError: there is none.
+    """
+    path = folder / entry
+    if not path.is_dir():
+        names = [candidate.name for candidate in submission_folders([folder])]
+        message = f"There is no submission {entry!r}."
+        raise BenchError("unknown-entry", message, str(folder), did_you_mean(entry, names))
+    return path
+
+
 def merge_salt(path: Path) -> tuple[str, str]:
     """The commit that fixed a submission's folder, and the salt that follows from it.
 
@@ -142,12 +156,7 @@ def add(folder: Path, entry: str, event: Event, author: Author, level: Level | N
         BenchError: there is no such entry, it has problems, or the event cannot follow its last one.
     """
     if event in ("accepted", "rescored"):
-        path = folder / entry
-        if not path.is_dir():
-            names = [candidate.name for candidate in submission_folders([folder])]
-            message = f"There is no submission {entry!r}."
-            raise BenchError("unknown-entry", message, str(folder), did_you_mean(entry, names))
-        line = verified_line(path, event, author, level)
+        line = verified_line(entry_folder(folder, entry), event, author, level)
     else:
         state = states(read(folder)).get(entry)
         if state is None:

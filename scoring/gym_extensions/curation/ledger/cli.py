@@ -102,7 +102,7 @@ def main(argv: list[str] | None = None) -> int:
     if options.action == "verify":
         return _verify(options)
     if options.action == "salt":
-        print(append.merge_salt(options.submissions / options.entry)[1])
+        print(append.merge_salt(append.entry_folder(options.submissions, options.entry))[1])
         return 0
     if options.action == "board":
         rebuild.write_board(options.submissions, options.lines, options.out)
