@@ -5,13 +5,18 @@ PIP = .venv/bin/python -m pip --disable-pip-version-check --no-input install --q
 export OPENBLAS_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help leaderboard test extras check docs docsite findings bench slow coverage reproduce changelog clean
+.PHONY: help leaderboard verify test extras check docs docsite findings bench slow coverage reproduce changelog clean
 
 help:  ## list the commands
 	@awk -F ':.*  ## ' '/^[a-z]+:.*  ## / { printf "make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 leaderboard: .venv/scoring.installed  ## check and score every submission, build _site/
 	@.venv/bin/gym-extensions site submissions --out _site
+
+# Without the whole git history (a shallow clone, an archive), the ledger's old versions are not compared.
+verify: .venv/scoring.installed  ## check the ledger and replay every entry as it states (a minute)
+	.venv/bin/gym-extensions ledger verify --replay \
+	  $(shell test "$$(git rev-parse --is-shallow-repository 2>/dev/null)" = false || echo --no-history)
 
 test: .venv/everything.installed  ## run the tests, except the slow ones and the benchmarks
 	.venv/bin/pytest -n 2 --dist loadfile --no-loadscope-reorder
@@ -23,11 +28,14 @@ extras: .venv/everything.installed  ## run the tests that need the extras cluste
 slow: .venv/everything.installed  ## run the tests that train for minutes
 	.venv/bin/pytest -m slow
 
-check: .venv/everything.installed  ## check style, types and import layers
+check: .venv/everything.installed  ## check style, types, import layers and workflows
 	.venv/bin/ruff check .
 	.venv/bin/ruff format --check .
 	.venv/bin/mypy
 	.venv/bin/lint-imports
+	.venv/bin/zizmor --offline --quiet .github
+	.venv/bin/check-jsonschema --quiet --builtin-schema vendor.github-workflows .github/workflows/*.yml
+	.venv/bin/check-jsonschema --quiet --builtin-schema vendor.dependabot .github/dependabot.yml
 
 coverage: .venv/everything.installed  ## run the tests and measure which lines and branches they reach
 	.venv/bin/pytest -n 2 --dist loadfile --no-loadscope-reorder --cov --cov-report=term

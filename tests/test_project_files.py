@@ -15,6 +15,7 @@ PACKAGES = {
     "rollouts": "scoring/gym_extensions/rollouts",
     "scoring": "scoring/gym_extensions/scoring",
     "baselines": "baselines/gym_extensions/baselines",
+    "curation": "scoring/gym_extensions/curation",
     "results": "scoring/gym_extensions/results",
     "site": "site/gym_extensions/site",
 }
@@ -85,7 +86,21 @@ def test_actions_are_pinned_by_commit_and_the_token_can_only_read(workflow: Path
     uses = re.findall(r"uses: (.*)$", text, flags=re.MULTILINE)
     assert uses
     assert [use for use in uses if not re.fullmatch(r"[\w/-]+@[0-9a-f]{40} # v[\d.]+", use)] == []
-    assert "\npermissions:\n  contents: read\n" in text
+    assert "\npermissions:\n  contents: read\n" in text or "\npermissions: {}\n" in text
+
+
+def test_a_workflow_that_runs_on_untrusted_input_starts_without_permissions_and_runs_none_of_it() -> None:
+    texts = {path.name: path.read_text("utf-8") for path in WORKFLOWS}
+    privileged = {
+        name
+        for name, text in texts.items()
+        if re.search("^  (pull_request_target|workflow_run):", text, flags=re.MULTILINE)
+    }
+    assert privileged == {"gate.yml", "gate-comment.yml"}
+    assert all("\npermissions: {}\n" in texts[name] for name in privileged)
+    assert "write" not in re.findall("^    permissions:\n((?:      .*\n)+)", texts["gate.yml"], re.M)[0]
+    assert re.findall("ref: (.*)", texts["gate.yml"]) == ["${{ github.event.pull_request.base.sha }}"]
+    assert "github.event.pull_request.title" not in texts["gate.yml"]
 
 
 def test_one_action_has_one_pin() -> None:

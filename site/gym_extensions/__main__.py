@@ -20,6 +20,8 @@ COMMANDS = {
     ),
     "reference": ("gym_extensions.baselines.references.cli", "measure the floors and ceilings of tasks"),
     "score": ("gym_extensions.scoring.cli", "check and score submissions"),
+    "ledger": ("gym_extensions.curation.ledger.cli", "verify and extend the ledger of submissions"),
+    "check-pr": ("gym_extensions.curation.gate.cli", "check a pull request with a submission"),
     "site": ("gym_extensions.site.cli", "build the pages of the leaderboard"),
 }
 

@@ -14,6 +14,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from gym_extensions.curation.ledger.apply import with_ledgers
+from gym_extensions.curation.ledger.chain import FILE
 from gym_extensions.errors import reports_mistakes
 from gym_extensions.scoring.output.summary import show_line
 from gym_extensions.scoring.pipeline.score import score_folders
@@ -43,12 +45,12 @@ def parser() -> argparse.ArgumentParser:
 
 
 def is_empty(folder: Path) -> bool:
-    """Whether a folder contains nothing but hidden files and a README, so that no submission is meant."""
+    """Whether a folder has only hidden files, a README and a ledger, so that no submission is meant."""
     try:
         names = [child.name for child in folder.iterdir()]
     except OSError:  # not a folder, or not readable: the scorer reports it
         return False
-    return all(name.startswith(".") or name == "README.md" for name in names)
+    return all(name.startswith(".") or name in ("README.md", FILE) for name in names)
 
 
 def chapter(board: Board) -> str:
@@ -84,9 +86,8 @@ def main(argv: list[str] | None = None) -> int:
     """Builds the site. Prints the boards, the problems of refused submissions and the path of the index."""
     options = parser().parse_args(argv)
     empty = [folder for folder in options.submissions if is_empty(folder)]
-    document = score_folders(
-        [folder for folder in options.submissions if folder not in empty], verify=options.verify
-    )
+    folders = [folder for folder in options.submissions if folder not in empty]
+    document = with_ledgers(score_folders(folders, verify=options.verify), folders)
     index = build(document, options.out)
     # Text from submissions is printed literally, and never stops the output in a narrow encoding.
     if isinstance(sys.stdout, TextIOWrapper):
@@ -97,6 +98,8 @@ def main(argv: list[str] | None = None) -> int:
         console.print()
     for folder in empty:
         print(f"{folder} contains no submissions.")
+    if pending := [card.name for card in document.submissions if card.ledger and card.ledger.is_pending]:
+        console.print(f"Not accepted yet, so without a rank (docs/ledger.md): {', '.join(pending)}")
     refused = [card for card in document.submissions if card.problems]
     if refused:
         console.print("Refused (not on a board until all problems are fixed):")

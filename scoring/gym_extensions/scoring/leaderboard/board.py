@@ -23,6 +23,7 @@ from gym_extensions.scoring.leaderboard.model import (
     Difference,
     VersusNext,
 )
+from gym_extensions.scoring.leaderboard.related import related_entries
 from gym_extensions.scoring.metrics.definitions import METRICS
 from gym_extensions.scoring.metrics.metric import Metric
 from gym_extensions.scoring.metrics.value import MetricValue, learned_nothing
@@ -33,6 +34,7 @@ from gym_extensions.scoring.statistics.intervals import Summary, subtract, to_in
 from gym_extensions.scoring.statistics.ranking import rank_intervals, runs_to_separate
 from gym_extensions.scoring.statistics.welch import significant_pairs
 
+NOT_ACCEPTED = "Not accepted yet: the ledger does not have its files."
 NOTHING_LEARNED = "nothing learned to forget"
 FORGETTING = ("forgetting", "worst_case_forgetting", "mean_later_forgetting")
 
@@ -48,6 +50,8 @@ class Ranks:
 def _why_not_ranked(card: Scorecard, key: BoardKey, runs: int, first: MetricValue) -> str:
     if card.trust == REPORTED:
         return "Reported from a publication: no logs."
+    if card.ledger and card.ledger.is_pending:
+        return NOT_ACCEPTED
     if runs < FULL_ENTRY_RUNS:
         return f"Fewer than {FULL_ENTRY_RUNS} runs."
     evidence = (card.groups[name][key.protocol].missing_evidence for name in key.groups)
@@ -55,7 +59,11 @@ def _why_not_ranked(card: Scorecard, key: BoardKey, runs: int, first: MetricValu
 
 
 def _entry(
-    card: Scorecard, key: BoardKey, score: GroupScore | SuiteScore, duplicate: str | None
+    card: Scorecard,
+    key: BoardKey,
+    score: GroupScore | SuiteScore,
+    duplicate: str | None,
+    related: tuple[str, ...],
 ) -> BoardEntry:
     runs = min(len(card.groups[name][key.protocol].runs) for name in key.groups)
     why = _why_not_ranked(card, key, runs, score.metrics[METRICS[key.protocol][0].name])
@@ -82,6 +90,7 @@ def _entry(
             for name, value in score.metrics.items()
         },
         duplicate_of=duplicate,
+        related=related,
     )
 
 
@@ -134,6 +143,7 @@ def board(cards: Sequence[Scorecard], key: BoardKey) -> Board:
     scores = {card.name: score for card in cards if (score := lookup(card, key)) is not None}
     cards_by_name = {card.name: card for card in cards if card.name in scores}
     duplicates = duplicate_entries({name: _sketches(card, key) for name, card in cards_by_name.items()})
+    related = related_entries(cards_by_name)
     first = METRICS[key.protocol][0]
 
     def order(entry: BoardEntry) -> tuple[bool, float, str]:
@@ -141,7 +151,10 @@ def board(cards: Sequence[Scorecard], key: BoardKey) -> Board:
         return (not entry.ranked, float("inf") if mean is None else -mean, entry.name)
 
     entries = sorted(
-        (_entry(cards_by_name[name], key, score, duplicates.get(name)) for name, score in scores.items()),
+        (
+            _entry(cards_by_name[name], key, score, duplicates.get(name), related[name])
+            for name, score in scores.items()
+        ),
         key=order,
     )
     ranks = {metric.name: _ranks(entries, cards_by_name, key, metric) for metric in METRICS[key.protocol]}
@@ -162,5 +175,6 @@ def board(cards: Sequence[Scorecard], key: BoardKey) -> Board:
 
 
 def boards(cards: Sequence[Scorecard]) -> BoardsDocument:
-    """Every board of the scorecards."""
-    return BoardsDocument(boards=tuple(board(cards, key) for key in board_keys(cards)))
+    """Every board of the scorecards. Those that the ledger withdrew or superseded are left out."""
+    shown = [card for card in cards if card.ledger is None or card.ledger.on_boards]
+    return BoardsDocument(boards=tuple(board(shown, key) for key in board_keys(shown)))

@@ -75,6 +75,13 @@ class BoardEntry:
     observes: Annotated[Observes | None, about("as in the scorecard's manifest")]
     memory: Annotated[Memory | None, about("as in the scorecard's manifest")]
     metrics: Annotated[dict[str, BoardMetric], about("every metric of the protocol by name")]
+    related: Annotated[
+        tuple[str, ...],
+        about(
+            "other entries of the board with a common author and the same family of algorithms (the name of "
+            "the algorithm up to its first dash), sorted"
+        ),
+    ] = ()
     vs_next: Annotated[VersusNext | None, about("ranked entries but the last; else null")] = None
     duplicate_of: Annotated[
         str | None,

@@ -21,6 +21,7 @@ from gym_extensions.scoring.scorecard.model import (
     Scorecard,
 )
 from gym_extensions.scoring.scorecard.reported import reported_groups
+from gym_extensions.scoring.scorecard.signs import signs
 from gym_extensions.scoring.scorecard.sketches import episode_sketches
 from gym_extensions.scoring.scorecard.suites import suite_scores
 
@@ -94,6 +95,7 @@ def score(submission: Submission, references: References) -> Scorecard:
     manifest = submission.manifest
     scored = manifest is not None and not submission.problems
     trust = (REPORTED if manifest.reported else VALIDATED) if manifest and scored else None
+    scored_groups = tuple(submission.groups.values()) if trust == VALIDATED else ()
     groups: dict[str, dict[str, GroupScore]] = {}
     if manifest and trust == REPORTED:
         groups = reported_groups(manifest.reported, manifest.protocol.budget)
@@ -115,6 +117,7 @@ def score(submission: Submission, references: References) -> Scorecard:
         manifest=summarize_manifest(manifest) if manifest else None,
         readme=submission.readme,
         notes=tuple(f"{name}: {note}" for name, entry in submission.groups.items() for note in entry.notes),
+        signs=tuple(text for entry in scored_groups for text in signs(entry)),
         groups=groups,
         suites={} if trust == REPORTED else suite_scores(groups),
     )

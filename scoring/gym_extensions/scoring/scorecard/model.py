@@ -14,6 +14,7 @@ from gym_extensions.scoring.metrics.aggregates import Profile
 from gym_extensions.scoring.metrics.paper_table import PaperColumns, PaperRow
 from gym_extensions.scoring.metrics.value import MetricValue
 from gym_extensions.scoring.scorecard.manifest import ManifestSummary
+from gym_extensions.scoring.scorecard.record import Challenge, LedgerRecord
 
 REPORTED = "reported"
 VALIDATED = "validated"
@@ -131,6 +132,17 @@ class Scorecard:
         str, about("text of `README.md`, plain and never markup; empty without one or if it has problems")
     ] = ""
     notes: Annotated[tuple[str, ...], about("what scoring did, such as counting identical runs as one")] = ()
+    signs: Annotated[
+        tuple[str, ...],
+        about("unusual patterns in the logs, for a reader to judge; none of them is a verdict"),
+    ] = ()
+    ledger: Annotated[
+        LedgerRecord | None,
+        about("what the ledger says of the submission; null where it was scored without a ledger"),
+    ] = None
+    challenges: Annotated[
+        tuple[Challenge, ...], about("challenges to the entry, as they were submitted (`challenges/`)")
+    ] = ()
     groups: Annotated[dict[str, dict[str, GroupScore]], about("scores by group id and protocol")] = field(
         default_factory=dict
     )

@@ -1,0 +1,180 @@
+"""Reads commits with git's plumbing commands. Nothing is checked out, and no hook or filter is run."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+from gym_extensions.errors import BenchError
+
+OPTIONS = (
+    "--no-pager",
+    *("-c", "core.hooksPath=/dev/null"),
+    *("-c", "core.fsmonitor=false"),
+    *("-c", "protocol.allow=never"),
+    *("-c", "core.packedGitWindowSize=64m"),
+    *("-c", "core.packedGitLimit=512m"),
+)
+"""No hooks, no file watcher, no network, and less memory than the limit for large repositories."""
+ENVIRONMENT = {
+    "GIT_NO_LAZY_FETCH": "1",
+    "GIT_NO_REPLACE_OBJECTS": "1",
+    "GIT_OPTIONAL_LOCKS": "0",
+    "GIT_TERMINAL_PROMPT": "0",
+    "LC_ALL": "C",
+}
+MAX_MEMORY = 2 * 2**30
+MAX_CPU_SECONDS = 120
+"""Limits of one git command: a small commit can stand for billions of files."""
+LIMIT = f'ulimit -v "$0" 2>/dev/null; ulimit -t {MAX_CPU_SECONDS}; exec "$@"'
+"""Runs a command with these limits. A system without a limit on memory (macOS) skips that one."""
+NOT_FOUND = 127
+NO_GIT = BenchError("no-git", "The command git was not found.", hint="Install git.")
+REDIRECTIONS = ("GIT_DIR", "GIT_WORK_TREE", "GIT_INDEX_FILE", "GIT_OBJECT_DIRECTORY")
+"""Variables with which git would read another repository; git sets some of them for hooks."""
+
+
+@dataclass(frozen=True)
+class TreeEntry:
+    """A file of a commit. ``size`` is None for a submodule, which has no content."""
+
+    mode: str
+    object_id: str
+    size: int | None
+    path: str
+
+
+@dataclass(frozen=True)
+class Repository:
+    """A git repository, by any folder of one of its work trees."""
+
+    folder: Path
+
+    def _command(self, *arguments: str) -> list[str]:
+        limited = () if sys.platform == "win32" else ("sh", "-c", LIMIT, f"{MAX_MEMORY // 1024}")
+        return [*limited, "git", *OPTIONS, "-C", str(self.folder), *arguments]
+
+    def run(self, *arguments: str) -> bytes:
+        """The output of a git command.
+
+        Raises:
+            BenchError: git is not installed, or the command fails.
+        """
+        try:
+            result = subprocess.run(
+                self._command(*arguments),
+                input=b"",
+                capture_output=True,
+                check=False,
+                env=_environment(),
+            )
+        except FileNotFoundError:
+            raise NO_GIT from None
+        if result.returncode == NOT_FOUND:
+            raise NO_GIT
+        if result.returncode < 0 or b"out of memory" in result.stderr.lower():
+            message = f"git {arguments[0]} reached its limit of memory or processor time."
+            raise BenchError("git-limit", message, hint="The commit has far too many files.")
+        if result.returncode:
+            lines = result.stderr.decode(errors="replace").strip().splitlines() or ["git failed."]
+            raise BenchError("git-failed", lines[-1], f"git {arguments[0]} in {self.folder}")
+        return result.stdout
+
+    @cached_property
+    def top(self) -> Path:
+        """The top folder of the work tree.
+
+        Raises:
+            BenchError: the folder is not in a git work tree.
+        """
+        try:
+            return Path(os.fsdecode(self.run("rev-parse", "--show-toplevel").removesuffix(b"\n")))
+        except BenchError as error:
+            if error.code != "git-failed":
+                raise
+            hint = "Run the command in a clone of the repository."
+            raise BenchError("no-repository", "It is not a git work tree.", str(self.folder), hint) from None
+
+    @cached_property
+    def is_shallow(self) -> bool:
+        """Whether the clone lacks older commits."""
+        return self.run("rev-parse", "--is-shallow-repository") == b"true\n"
+
+    def commit(self, name: str) -> str:
+        """The id of the commit that a branch, tag or id names.
+
+        Raises:
+            BenchError: there is no such commit.
+        """
+        try:
+            id_ = self.run("rev-parse", "--verify", "--quiet", "--end-of-options", f"{name}^{{commit}}")
+        except BenchError as error:
+            if error.code != "git-failed":
+                raise
+            hint = "Name a branch, a tag or a commit of this clone; `git fetch` may be needed."
+            raise BenchError("unknown-commit", f"There is no commit {name!r}.", hint=hint) from None
+        return id_.decode().strip()
+
+    def merge_base(self, first: str, second: str) -> str | None:
+        """The common ancestor of two commits; None without one."""
+        try:
+            return self.run("merge-base", first, second).decode().split()[0]
+        except BenchError:
+            return None
+
+    def tree(self, commit: str, path: str = "") -> tuple[TreeEntry, ...]:
+        """All files of a commit below a folder (the whole tree by default), with full paths."""
+        output = self.run("ls-tree", "-r", "-l", "-z", "--full-tree", commit, *([f"{path}/"] if path else []))
+        return tuple(_tree_entry(line) for line in output.split(b"\0") if line)
+
+    def blobs(self, object_ids: Iterable[str]) -> Iterator[bytes]:
+        """The contents of files by object id, in that order, one at a time.
+
+        Raises:
+            BenchError: an object is missing or not a file.
+        """
+        with subprocess.Popen(
+            self._command("cat-file", "--batch"),
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            env=_environment(),
+        ) as process:
+            requests, answers = process.stdin, process.stdout
+            assert requests is not None
+            assert answers is not None
+            for object_id in object_ids:
+                requests.write(f"{object_id}\n".encode())
+                requests.flush()
+                header = answers.readline().split()
+                if len(header) != 3 or header[1] != b"blob":
+                    message = f"The object {object_id} is not a file."
+                    raise BenchError("git-failed", message, str(self.folder))
+                content = answers.read(int(header[2]) + 1)
+                yield content[:-1]
+
+    def file(self, commit: str, path: str) -> bytes | None:
+        """The content of a file of a commit; None without such a file."""
+        output = self.run("ls-tree", "-l", "-z", "--full-tree", commit, path)
+        entries = [_tree_entry(line) for line in output.split(b"\0") if line]
+        files = [entry for entry in entries if entry.path == path and entry.size is not None]
+        return next(iter(self.blobs([files[0].object_id]))) if files else None
+
+    def versions(self, path: str, head: str = "HEAD") -> list[str]:
+        """The commits of the first-parent history that changed a file, oldest first."""
+        output = self.run("rev-list", "--first-parent", "--reverse", head, "--", path)
+        return output.decode().split()
+
+
+def _environment() -> dict[str, str]:
+    return {name: value for name, value in os.environ.items() if name not in REDIRECTIONS} | ENVIRONMENT
+
+
+def _tree_entry(line: bytes) -> TreeEntry:
+    meta, _, path = line.partition(b"\t")
+    mode, _, object_id, size = meta.decode().split()
+    return TreeEntry(mode, object_id, None if size == "-" else int(size), os.fsdecode(path))

@@ -1,0 +1,79 @@
+"""Scorecards with what the ledger says of them: the board is built from its lines, without replay."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from gym_extensions.curation.challenges import challenges_of, read_challenges
+from gym_extensions.curation.digest import folder_digest
+from gym_extensions.curation.ledger.chain import FILE, EntryState, read, states
+from gym_extensions.scoring.pipeline.score import find_submissions
+from gym_extensions.scoring.scorecard.model import VALIDATED, Scorecard, ScorecardDocument
+from gym_extensions.scoring.scorecard.record import Challenge, LedgerRecord
+
+
+def ledger_record(digest: str, state: EntryState | None) -> LedgerRecord:
+    """What the ledger says of files with a digest.
+
+    Args:
+        digest: the digest of the submission's files.
+        state: the state of the entry of that name; None if the ledger does not have it.
+    """
+    if state is None or state.last.digest != digest:
+        return LedgerRecord(event="pending", digest=digest)
+    line = state.last
+    return LedgerRecord(
+        event=line.event,
+        digest=digest,
+        date=line.date,
+        accepted=state.accepted.date,
+        reason=line.reason,
+        level=line.level,
+        replayed=line.replayed,
+        episodes=line.episodes,
+        scorer=line.scorer,
+        salt=line.salt,
+    )
+
+
+def with_record(card: Scorecard, record: LedgerRecord) -> Scorecard:
+    """The scorecard with the ledger's record, and with its level of trust unless a replay gave one already.
+
+    A scorecard with problems is returned unchanged: files that break a rule are not what was accepted.
+    """
+    if card.problems:
+        return card
+    trust = record.trust if card.trust == VALIDATED and not record.is_pending else card.trust
+    return replace(card, ledger=record, trust=trust)
+
+
+def with_ledgers(document: ScorecardDocument, paths: Sequence[Path]) -> ScorecardDocument:
+    """The scorecards with the records of the ledgers and with the challenges of their entries.
+
+    Args:
+        document: the scorecards of the submissions at the paths.
+        paths: submissions, or folders of submissions. A submission's ledger is the file ``ledger.jsonl``
+            beside its folder; without one, its scorecard is unchanged.
+
+    Raises:
+        BenchError: a ledger is broken.
+    """
+    folders = {path.name: path for path in find_submissions(paths)}
+    ledgers: dict[Path, Mapping[str, EntryState]] = {}
+    challenges: dict[Path, tuple[Challenge, ...]] = {}
+    cards = []
+    for card in document.submissions:
+        path = folders[card.name]
+        root = path.resolve().parent
+        if not (root / FILE).is_file() or card.problems:
+            cards.append(card)
+            continue
+        if root not in ledgers:
+            ledgers[root] = states(read(root))
+            challenges[root] = read_challenges(root.parent)
+        record = ledger_record(folder_digest(path), ledgers[root].get(card.name))
+        doubts = challenges_of(card.name, challenges[root])
+        cards.append(replace(with_record(card, record), challenges=doubts))
+    return replace(document, submissions=tuple(cards))

@@ -1,0 +1,81 @@
+"""Signs of trouble in a submission's logs, as notes for a reader to judge. None of them is a verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gym_extensions.catalog.protocol import EVALUATION_EPISODES
+from gym_extensions.rollouts.reading.evaluation_log import Log
+from gym_extensions.rollouts.submission import SubmittedGroup
+
+OUTLIER_RANGES = 12.0
+"""Interquartile ranges above the upper quartile from which a cell's largest return per step is an outlier.
+The largest of 1,540 cells of the entries of November 2026 is 9.2."""
+CURVE_RANGES = 0.5
+"""Ranges of a training curve above its maximum from which a mean return is far above the curve. The largest
+of 200 curves of these entries is 0.16."""
+
+
+def signs(entry: SubmittedGroup) -> tuple[str, ...]:
+    """One sentence per kind of sign and log of a group that has no problem."""
+    return tuple(
+        f"{entry.group.id}, {protocol}: {text}"
+        for protocol, log in entry.logs.items()
+        for text in (*_outliers(log), *_identical_lengths(log), *_above_curves(entry, log))
+    )
+
+
+def _cells(column: NDArray[np.generic]) -> NDArray[np.float64]:
+    """The column with one row per cell and one column per episode."""
+    return np.asarray(column, dtype=np.float64).reshape(-1, EVALUATION_EPISODES)
+
+
+def _outliers(log: Log) -> Iterator[str]:
+    rates = _cells(log.return_) / _cells(log.length)
+    lower, upper = np.percentile(rates, [25, 75], axis=1)
+    rounding = 1e-6 * (1 + np.abs(upper))
+    count = int(np.sum(rates.max(axis=1) - upper > OUTLIER_RANGES * (upper - lower) + rounding))
+    if count:
+        yield (
+            f"In {count} of {len(rates)} cells, the largest return per step is more than {OUTLIER_RANGES:g} "
+            "interquartile ranges above the upper quartile."
+        )
+
+
+def _identical_lengths(log: Log) -> Iterator[str]:
+    lengths = _cells(log.length)
+    limits = np.array([task.max_steps for task in log.group.tasks])[_cells(log.position)[:, 0].astype(int)]
+    count = int(np.sum(np.all(lengths == lengths[:, :1], axis=1) & (lengths[:, 0] < limits)))
+    if count:
+        yield (
+            f"In {count} of {len(lengths)} cells, all {EVALUATION_EPISODES} episodes have the same length, "
+            "which is below the time limit."
+        )
+
+
+def _above_curves(entry: SubmittedGroup, log: Log) -> Iterator[str]:
+    """Compares the mean return right after the training on a task with the training curve of that task."""
+    if entry.curves is None:
+        return
+    curves = {
+        (run, task): entry.curves.return_[start:stop]
+        for (protocol, run, task), start, stop in entry.curves.blocks
+        if protocol == log.protocol
+    }
+    ids = entry.group.task_ids
+    count = 0
+    means = _cells(log.return_).mean(axis=1)
+    keys = (_cells(column)[:, 0].astype(int) for column in (log.run, log.stage, log.position))
+    for run, stage, position, mean in zip(*keys, means, strict=True):
+        curve = curves.get((int(run), ids[position]))
+        trained_last = stage == position + 1 if log.protocol == "sequential" else True
+        if curve is not None and trained_last and curve.size:
+            count += bool(mean > curve.max() + CURVE_RANGES * (curve.max() - curve.min()))
+    if count:
+        yield (
+            f"In {count} of {len(curves)} cells right after training, the mean return is far above the "
+            "training curve."
+        )

@@ -1,0 +1,79 @@
+"""Reports are read strictly, and their comment has no active markup of strangers."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import pytest
+
+from gym_extensions.curation.gate.comment import code_block, comment
+from gym_extensions.curation.gate.judgement import GateScore
+from gym_extensions.curation.gate.report import MAX_BYTES, GateReport, read_report
+from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.problem import Problem
+
+REPORT = GateReport(
+    pull_request=3,
+    base="a" * 40,
+    head="b" * 40,
+    kind="submission",
+    verdict="passed",
+    entry="entry",
+    digest="c" * 64,
+    level="replayed",
+    replayed=75,
+    episodes=3500,
+    scores=(GateScore("hopper-gravity-v0", "sequential", "1M", 5, "final_performance", 1.234, 1.0, None),),
+    labels=("replayed", "submission"),
+)
+
+
+def test_a_report_is_read_back_as_it_was() -> None:
+    assert read_report(REPORT.to_json().encode()) == REPORT
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("format", 2),
+        ("head", "--all"),
+        ("kind", "praise"),
+        ("verdict", "merged"),
+        ("entry", "../entry"),
+        ("salt", "abc"),
+        ("labels", ["maintainer-approved"]),
+        ("notes", ["x" * 501]),
+        ("problems", [{"rule": "r", "where": "", "message": "\x1b[2J", "hint": ""}]),
+        ("problems", [{"rule": "r", "where": "", "message": "", "hint": ""}] * 51),
+        ("unknown", 1),
+    ],
+)
+def test_a_value_that_the_gate_never_writes_is_refused(key: str, value: object) -> None:
+    values = {**json.loads(REPORT.to_json()), key: value}
+    text = json.dumps(values, sort_keys=True, ensure_ascii=False, indent=1) + "\n"
+    with pytest.raises(BenchError) as error:
+        read_report(text.encode())
+    assert error.value.code == "malformed-report"
+
+
+@pytest.mark.parametrize("data", [b"", b"[]", b"\xff", b"x" * (MAX_BYTES + 1)])
+def test_bytes_that_are_not_a_report_are_refused(data: bytes) -> None:
+    with pytest.raises(BenchError) as error:
+        read_report(data)
+    assert error.value.code == "malformed-report"
+
+
+def test_the_comment_says_what_was_proven() -> None:
+    text = comment(REPORT)
+    assert text.startswith("### The submission passed\n\nEntry `entry`.")
+    assert "Level: **replayed**: 75 of 3500 episodes." in text
+    assert "hopper-gravity-v0  sequential  1M  5 runs  final_performance 1.23 [1.00, –]" in text
+
+
+def test_texts_of_the_pull_request_stay_in_a_code_block() -> None:
+    problem = Problem("rule", "a```b", "@alice ![x](https://example.org)\n# heading", "<script>")
+    text = comment(replace(REPORT, verdict="refused", problems=(problem,), more_problems=2))
+    block = "````text\na```b: rule: @alice ![x](https://example.org)\\n# heading <script>\n… and 2 more\n````"
+    assert block in text
+    assert code_block(["`````"]) == "``````text\n`````\n``````"

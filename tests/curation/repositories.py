@@ -1,0 +1,51 @@
+"""Small git repositories with submissions, made in a test's folder."""
+
+from __future__ import annotations
+
+import subprocess
+from collections.abc import Mapping
+from pathlib import Path
+
+from ..conftest import MANIFEST, write_submission
+
+BOARD_MANIFEST = MANIFEST.replace('"smoke"', '"100k"')
+"""The manifest of a submission that boards show."""
+IDENTITY = ("-c", "user.name=Tester", "-c", "user.email=tester@example.org", "-c", "commit.gpgsign=false")
+
+
+def git(folder: Path, *arguments: str, data: bytes | None = None) -> str:
+    """The output of a git command in a folder."""
+    command = ["git", *IDENTITY, "-C", str(folder), *arguments]
+    return subprocess.run(command, input=data, capture_output=True, check=True).stdout.decode().strip()
+
+
+def make_repository(folder: Path) -> Path:
+    """A repository with the branch ``main`` and no commit."""
+    folder.mkdir(parents=True, exist_ok=True)
+    git(folder, "init", "--quiet", "--initial-branch=main", "--template=")
+    return folder
+
+
+def commit(
+    folder: Path, files: Mapping[str, str | bytes | None] | None = None, message: str = "change"
+) -> str:
+    """Writes files (None removes one), commits everything, and gives the commit's id."""
+    for name, content in (files or {}).items():
+        path = folder / name
+        if content is None:
+            path.unlink()
+            continue
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    git(folder, "add", "--all", "--force")
+    git(folder, "commit", "--quiet", "--allow-empty", "-m", message)
+    return git(folder, "rev-parse", "HEAD")
+
+
+def write_entry(folder: Path, name: str, bonus: float = 0.0) -> Path:
+    """A small submission without traces: one group, two runs, the single protocol."""
+
+    def value(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
+        return bonus + 10.0 * position + run + episode / 8
+
+    return write_submission(folder, name=name, protocols=("single",), value=value, manifest=BOARD_MANIFEST)
