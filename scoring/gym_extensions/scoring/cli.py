@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from gym_extensions.errors import BenchError, reports_mistakes
 
 if TYPE_CHECKING:
+    from gym_extensions.scoring.pipeline.evidence import Evidence
     from gym_extensions.scoring.pipeline.score import Scorer
     from gym_extensions.scoring.scorecard.model import Scorecard, ScorecardDocument
 
@@ -42,6 +43,18 @@ def parser() -> argparse.ArgumentParser:
     )
     add("--references", type=Path, metavar="FILE", help="references of the custom groups' tasks")
     add("--verify", action="store_true", help="also replay the recorded episodes in the simulator")
+    add(
+        "--salt",
+        metavar="HEX",
+        help="64 hexadecimal digits that were fixed after the submission: with --verify, the traces must "
+        "have been drawn with it; with --reevaluate, the new seeds follow from it",
+    )
+    add(
+        "--reevaluate",
+        action="store_true",
+        help="also replay the recorded episodes, and evaluate the policies on new seeds",
+    )
+    add("--archive", type=Path, metavar="ZIP", help="also check the archive of all traces of one submission")
     out_help = (
         "write scorecards/NAME.json and boards.json to DIR; scorecards of other submissions are removed"
     )
@@ -57,9 +70,13 @@ def parse_args(argv: list[str] | None) -> argparse.Namespace:
     options = command.parse_args(argv)
     if not options.folders and not options.compare:
         command.error("name at least one FOLDER, or two with --compare")
-    others = ("folders", "csv", "markdown", "out", "verify", "jobs")
+    others = ("folders", "csv", "markdown", "out", "verify", "jobs", "salt", "reevaluate", "archive")
     if options.compare and any(getattr(options, name) for name in others):
         command.error("--compare takes two submissions and no other option than --json")
+    if options.salt is not None and not (options.verify or options.reevaluate):
+        command.error("--salt needs --verify or --reevaluate")
+    if options.reevaluate and options.salt is None:
+        command.error("--reevaluate needs --salt")
     if options.jobs is not None and options.jobs < 1:
         command.error("--jobs takes a number from 1")
     return options
@@ -118,7 +135,7 @@ def _score(options: argparse.Namespace) -> int:
     publisher = Publisher(options.out, references) if options.out else None
     cards: list[Scorecard] = []
     out, problems = console(), False
-    for card in pipeline.scorecards(folders, scorer, options.jobs, options.verify):
+    for card in pipeline.scorecards(folders, scorer, options.jobs, evidence=_evidence(options, len(folders))):
         problems = problems or bool(card.problems)
         try:
             if as_text:
@@ -138,6 +155,17 @@ def _score(options: argparse.Namespace) -> int:
     if as_text:
         _print(_as_text(pipeline.scorecard_document(cards, references), options))
     return 1 if problems else 0
+
+
+def _evidence(options: argparse.Namespace, submissions: int) -> Evidence:
+    from gym_extensions.rollouts.auditing.salt import require_salt
+    from gym_extensions.scoring.pipeline.evidence import Evidence
+
+    if options.salt is not None:
+        require_salt(options.salt, "--salt")
+    if options.archive is not None and submissions != 1:
+        raise BenchError("bad-archive", f"There are {submissions} submissions.", "--archive", "Name one.")
+    return Evidence(options.verify, options.salt, options.reevaluate, options.archive)
 
 
 def _as_text(document: ScorecardDocument, options: argparse.Namespace) -> str:

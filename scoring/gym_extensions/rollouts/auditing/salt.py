@@ -22,6 +22,13 @@ def parse_salt(text: str, where: str = "--salt") -> str:
     return text
 
 
+def require_salt(text: str, where: str = "salt") -> None:
+    """Raises ``BenchError`` unless the text is a salt."""
+    if not parse_salt(text, where):
+        hint = "Use a public value that was fixed after the submission, such as a SHA-256 digest."
+        raise BenchError("bad-salt", "Expected 64 hexadecimal digits.", where, hint)
+
+
 def salt_of(data: bytes) -> str | None:
     """The salt in a file ``salt.txt``; None if it is malformed."""
     text = data.decode("ascii", "replace")

@@ -59,10 +59,10 @@ def audit_sample(
     returns: dict[tuple[int, int, str], list[float]] = {}
     for line in lines:
         cells = line.split(",")
-        run, stage, task, return_ = (cells[index] for index in where)
-        if int(run) in rows:
-            rows[int(run)].append(line)
-            returns.setdefault((int(run), int(stage), task), []).append(float(return_))
+        number, stage_number, task_id, return_ = (cells[index] for index in where)
+        if int(number) in rows:
+            rows[int(number)].append(line)
+            returns.setdefault((int(number), int(stage_number), task_id), []).append(float(return_))
     seeds = {run: _seed(run_rows, salt) for run, run_rows in rows.items()}
     drawn = set(drawn_cells(protocol, tasks))
     sample = []

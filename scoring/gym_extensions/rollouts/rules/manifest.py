@@ -112,8 +112,9 @@ def bad_value(tables: Tables) -> Iterator[Finding]:
 def foreign_version(tables: Tables) -> Iterator[Finding]:
     """[versions] gymnasium and mujoco are the versions of the published tasks."""
     table = tables.get("versions")
-    for name, expected in fingerprints.table()["engine"].items() if isinstance(table, dict) else ():
-        version = table.get(name)
+    stated: Tables = table if isinstance(table, dict) else {}
+    for name, expected in fingerprints.table()["engine"].items():
+        version = stated.get(name)
         if isinstance(version, str) and version != expected:
             message = f"The version is {quote(version)}; the published tasks have {expected!r}."
             hint = f"Record the episodes with {name} {expected}."

@@ -18,6 +18,7 @@ from gym_extensions.rollouts.folder import submission_folders
 from gym_extensions.rollouts.problem import Problem, escape
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.submission import Submission
+from gym_extensions.scoring.pipeline.evidence import Evidence, with_evidence
 from gym_extensions.scoring.references import References, add_references, load_references, read_references
 from gym_extensions.scoring.scorecard.build import score
 from gym_extensions.scoring.scorecard.model import ReferencesInfo, Scorecard, ScorecardDocument
@@ -104,7 +105,7 @@ def scorecards(
     scorer: Scorer,
     workers: int | None = None,
     verify: bool = False,
-    salt: str | None = None,
+    evidence: Evidence | None = None,
 ) -> Iterator[Scorecard]:
     """The scorecards of the folders in their order, whatever the number of worker processes.
 
@@ -113,15 +114,15 @@ def scorecards(
         scorer: scores each of them.
         workers: number of processes; None chooses it.
         verify: also replay the recorded episodes, which loads the simulator.
-        salt: the salt that must have drawn the replayed episodes; None accepts each submission's own.
+        evidence: what else is checked; by default nothing.
     """
     cards = _in_order(folders, scorer, workers)
-    if not verify:
+    checks = evidence or Evidence(verify)
+    if not checks.is_needed:
         return cards
-    from gym_extensions.scoring.replay import verify as replay
-
-    pairs = zip(cards, folders, strict=True)
-    return (replay.verified(card, path, scorer.groups, salt) for card, path in pairs)
+    return (
+        with_evidence(card, path, checks, scorer.groups) for card, path in zip(cards, folders, strict=True)
+    )
 
 
 def find_submissions(paths: Sequence[Path]) -> list[Path]:

@@ -1,10 +1,10 @@
 """Whether logged returns are higher than returns on new seeds, by a permutation test.
 
 Under the null hypothesis the logged and the new seeds of a task are exchangeable: both are drawn from the
-same distribution, and the policies were fixed before the new ones. All runs, stages and protocols of a task are
-evaluated on the same seeds, and tasks may be much harder from some of them, so that returns of one seed are
-not independent. The test therefore exchanges seeds and not returns, which makes it exact for any dependence
-between runs: it rejects an honest entry with a probability of at most ``ALPHA``.
+same distribution, and the policies were fixed before the new ones. All runs, stages and protocols of a task
+are evaluated on the same seeds, and tasks may be much harder from some of them, so that returns of one seed
+are not independent. The test therefore exchanges seeds and not returns, which makes it exact for any
+dependence between runs: it rejects an honest entry with a probability of at most ``ALPHA``.
 """
 
 from __future__ import annotations

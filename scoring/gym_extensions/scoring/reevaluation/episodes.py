@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -24,7 +25,7 @@ class Environments:
 
     def __init__(self, task: Task, index: int, seeds: Sequence[int]) -> None:
         self._index, self._seeds = index, list(seeds)
-        self._env = make_vec(task, len(seeds))
+        self._env: Any = make_vec(task, len(seeds))
 
     def returns(self, policy: Policy, rng: np.random.Generator) -> list[float]:
         """The return of the first episode of every environment.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import zipfile
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
@@ -16,6 +17,7 @@ from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.safe_npz import ERRORS
 from gym_extensions.rollouts.safe_npz import read as read_arrays
 from gym_extensions.rollouts.trace_reader import TraceRequest, all_requests
+from gym_extensions.scoring.scorecard.model import REPORTED, Scorecard
 
 ARCHIVE_DIFFERS = "archive-differs"
 LISTED = 3
@@ -83,3 +85,18 @@ def _digests(archive: zipfile.ZipFile, requests: list[TraceRequest]) -> Iterator
         arrays = read_arrays(archive.read(request.path)) if is_readable else None
         outcome = (request.length, request.return_, request.terminated, request.success)
         yield "0" * DIGITS if arrays is None else trace_digest(arrays, *outcome)
+
+
+def with_archive(card: Scorecard, path: Path, archive: Path, groups: Mapping[str, TaskGroup]) -> Scorecard:
+    """The scorecard, with the problems of the archive of all traces if it has any.
+
+    Args:
+        card: the scorecard of the submission.
+        path: the submission's folder.
+        archive: a zip file with the traces of all episodes.
+        groups: the groups that the submission may contain, by name.
+    """
+    if card.problems or card.trust == REPORTED:
+        return card
+    problems = check_archive(path, archive, groups)
+    return replace(card, trust=None, problems=problems, groups={}, suites={}) if problems else card

@@ -5,10 +5,8 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
 from typing import Any
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
@@ -21,21 +19,11 @@ from gym_extensions.scoring.replay.compatibility import misfits, restored
 from gym_extensions.scoring.replay.faults import ACTIONS_DIFFER, HINTS, REPLAY_DIFFERS, Fault, segment_fault
 from gym_extensions.scoring.replay.policy_actions import action_fault
 from gym_extensions.scoring.replay.segment import Segment, segments_of
+from gym_extensions.scoring.replay.silence import no_log_file
 
 SUCCESSES = {1: True, 0: False, -1: None}
 MAX_ENVIRONMENTS = 256
 """Segments that are replayed side by side."""
-
-
-@contextmanager
-def _no_log_file() -> Iterator[None]:
-    """Stops MuJoCo from writing warnings (recorded states may be unstable) into the current folder."""
-    before = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(lambda _: None)
-    try:
-        yield
-    finally:
-        mujoco.set_mju_user_warning(before)
 
 
 def usable_cpus() -> int:
@@ -46,7 +34,7 @@ def usable_cpus() -> int:
 
 def replay(task: Task, episodes: Sequence[RecordedEpisode]) -> list[Problem]:
     """The first difference of each episode between its trace and its replay or policy, as a problem."""
-    with _no_log_file():
+    with no_log_file():
         model = make_vec(task, 1)
         faults = {path: Fault(REPLAY_DIFFERS, 0, fault) for path, fault in misfits(model, episodes)}
         model.close()

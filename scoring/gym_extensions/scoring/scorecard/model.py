@@ -53,6 +53,37 @@ class Curve:
     ]
 
 
+@dataclass(frozen=True, slots=True)
+class FreshCell:
+    """A run, stage and task whose policy was evaluated on new seeds."""
+
+    run: Annotated[int, about("training seed")]
+    stage: Annotated[int, about("number of tasks trained so far")]
+    task: Annotated[str, about("task id")]
+    logged: Annotated[float, about("mean raw return of the 20 logged episodes")]
+    fresh: Annotated[float, about("mean raw return of the 20 episodes on new seeds")]
+
+
+@dataclass(frozen=True, slots=True)
+class FreshScore:
+    """The policies of one log on new seeds (`score --reevaluate`)."""
+
+    logged: Annotated[float, about("mean of the cells' logged returns")]
+    fresh: Annotated[float, about("mean of the cells' returns on new seeds")]
+    cells: Annotated[tuple[FreshCell, ...], about("R[T][j] and R[j][j], or S[j], of every run")]
+
+
+@dataclass(frozen=True, slots=True)
+class NewSeeds:
+    """What the new seeds of a re-evaluation follow from, and its test."""
+
+    digest: Annotated[str, about("digest of the submission")]
+    salt: Annotated[str, about("value that was fixed after the submission")]
+    p_value: Annotated[
+        float, about("of the test that the logged returns are not higher, over all cells; refused up to .004")
+    ]
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GroupScore:
     """One submission on one group under one protocol."""
@@ -86,6 +117,9 @@ class GroupScore:
         tuple[tuple[str, ...], ...],
         about("16 digests of episodes per run, by which boards recognize copies; empty in a reported entry"),
     ] = ()
+    reevaluation: Annotated[
+        FreshScore | None, about("the policies on new seeds; null unless they were evaluated")
+    ] = None
     missing_evidence: Annotated[
         str,
         about("why the traces do not suffice for a rank, in words; empty if the audit sample is complete"),
@@ -119,7 +153,10 @@ class Scorecard:
 
     name: Annotated[str, about("name of the submission's folder")]
     title: Annotated[str, about("from `submission.toml`; the name if that cannot be read")]
-    trust: Annotated[str | None, about("`reported` < `validated` < `replayed (…)`; null with problems")]
+    trust: Annotated[
+        str | None,
+        about("`reported` < `validated` < `replayed (…)` < `re-evaluated (…)`; null with problems"),
+    ]
     problems: Annotated[
         tuple[Problem, ...],
         about(
@@ -131,6 +168,9 @@ class Scorecard:
     readme: Annotated[
         str, about("text of `README.md`, plain and never markup; empty without one or if it has problems")
     ] = ""
+    new_seeds: Annotated[NewSeeds | None, about("the evaluation on new seeds; null unless it was made")] = (
+        None
+    )
     notes: Annotated[tuple[str, ...], about("what scoring did, such as counting identical runs as one")] = ()
     signs: Annotated[
         tuple[str, ...],

@@ -35,6 +35,10 @@ TRUST = {
         "drawn by a salt that was fixed after the log. Without a salt, a determined cheat could edit the log "
         "until the drawn part misses the edit. Replay does not show how often a policy was trained."
     ),
+    "re-evaluated": (
+        "Replayed, and the submitted policies were evaluated on new seeds that follow from a salt, which was "
+        "fixed after the submission. The logged returns are not significantly higher than the new ones."
+    ),
     "refused": "Breaks a rule, and is not on a board.",
 }
 TRUST_LABELS = {VALIDATED: "checked, not replayed"}

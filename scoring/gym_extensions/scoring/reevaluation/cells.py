@@ -1,0 +1,55 @@
+"""The cells of a submission that are evaluated again, with their policies and logged returns."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gym_extensions.catalog.protocol import EVALUATION_EPISODES
+from gym_extensions.rollouts.auditing.sample import drawn_cells
+from gym_extensions.rollouts.folder import Folder
+from gym_extensions.rollouts.layout import POLICIES, policy_name
+from gym_extensions.rollouts.reading.evaluation_log import Log
+from gym_extensions.rollouts.submission import SubmittedGroup
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A cell: its log, run, stage and task, the path of its policy, and the logged returns."""
+
+    protocol: str
+    run: int
+    stage: int
+    task_index: int
+    policy: str
+    logged: NDArray[np.float64]
+
+
+def has_policies(log: Log, folder: Folder) -> bool:
+    """Whether the submission has policies of a log. The rules say that it then has all of them."""
+    prefix = f"{log.group.name}/{POLICIES}/{log.protocol}-"
+    return any(path.startswith(prefix) for path in folder.files)
+
+
+def cells_of(submitted: SubmittedGroup, folder: Folder) -> Iterator[Cell]:
+    """The cells of :func:`drawn_cells` of every log with policies: R[T][j], R[j][j] and S[j] of every run."""
+    for protocol, log in submitted.logs.items():
+        if not has_policies(log, folder):
+            continue
+        returns = dict(_returns(log))
+        for run in log.runs:
+            for stage, task_id in drawn_cells(protocol, log.group.tasks):
+                index = log.group.task_ids.index(task_id)
+                name = policy_name(protocol, run, stage, log.group.tasks[index].name)
+                path = f"{log.group.name}/{POLICIES}/{name}"
+                yield Cell(protocol, run, stage, index, path, returns[run, stage, index])
+
+
+def _returns(log: Log) -> Iterator[tuple[tuple[int, int, int], NDArray[np.float64]]]:
+    """The returns of each cell by run, stage and task. The rows of a log without problems are sorted."""
+    for start in range(0, len(log.run), EVALUATION_EPISODES):
+        key = int(log.run[start]), int(log.stage[start]), int(log.position[start])
+        yield key, log.return_[start : start + EVALUATION_EPISODES]
