@@ -19,6 +19,7 @@ COMMANDS = {
     ),
     "reference": ("gym_extensions.baselines.references.cli", "measure the floors and ceilings of tasks"),
     "score": ("gym_extensions.scoring.cli", "check and score submissions"),
+    "watch": ("gym_extensions.scoring.replay.cli", "replay audited episodes for the pages of entries"),
     "site": ("gym_extensions.site.cli", "build the pages of the leaderboard"),
 }
 

@@ -53,7 +53,7 @@ def segments_of(episode: RecordedEpisode) -> list[Segment]:
 
 
 @contextmanager
-def _no_log_file() -> Iterator[None]:
+def quiet() -> Iterator[None]:
     """Stops MuJoCo from writing warnings (recorded states may be unstable) into the current folder."""
     before = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(lambda _: None)
@@ -71,7 +71,7 @@ def usable_cpus() -> int:
 
 def replay(task: Task, episodes: Sequence[RecordedEpisode]) -> list[Problem]:
     """The first difference of each episode between its trace and its replay or policy, as a problem."""
-    with _no_log_file():
+    with quiet():
         model = make_vec(task, 1)
         faults = {path: Fault(REPLAY_DIFFERS, 0, fault) for path, fault in misfits(model, episodes)}
         model.close()
@@ -104,10 +104,10 @@ def _replay_batch(task: Task, batch: Sequence[Segment]) -> Iterator[tuple[Segmen
 def _faults(env: Any, parts: Sequence[Segment]) -> Iterator[Fault | None]:
     """For each segment what differs, or None."""
     steps = parts[0].episode.segment_steps
-    actions = _actions(parts, steps)
+    actions = padded_actions(parts, steps)
     observation, _ = env.reset(seed=[part.episode.seed for part in parts])
     if parts[0].index > 0:
-        faults = restored(env, [_state(part) for part in parts])
+        faults = restored(env, [recorded_state(part) for part in parts])
         if any(faults):
             yield from (
                 Fault(REPLAY_DIFFERS, part.start, fault) if fault else None
@@ -148,12 +148,12 @@ def describe_success(success: bool | None) -> str:
     return {True: "with success", False: "without success", None: "without a definition of success"}[success]
 
 
-def _state(part: Segment) -> dict[str, Array]:
+def recorded_state(part: Segment) -> dict[str, Array]:
     """The recorded state one step before the segment."""
     return {name: states[part.index - 1] for name, states in part.episode.states.items()}
 
 
-def _actions(parts: Sequence[Segment], steps: int) -> NDArray[np.float32]:
+def padded_actions(parts: Sequence[Segment], steps: int) -> NDArray[np.float32]:
     """Actions (steps + 1, segments, …) of each segment and the step before it, padded with zeros."""
     recorded = parts[0].episode.actions
     actions = np.zeros((steps + 1, len(parts), *recorded.shape[1:]), recorded.dtype)
