@@ -6,7 +6,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from gym_extensions.catalog import fingerprints
+from gym_extensions.catalog import fingerprints, sheets
 from gym_extensions.catalog.groups import GROUPS, group
 from gym_extensions.catalog.registry import TASKS, task
 from gym_extensions.catalog.task import Task
@@ -29,6 +29,9 @@ def _parser() -> argparse.ArgumentParser:
     documenting = commands.add_parser("docs", help="write the documentation pages of the environments")
     documenting.add_argument(
         "--out", type=Path, default=Path("docs/environments"), help="output folder (default: %(default)s)"
+    )
+    documenting.add_argument(
+        "--sheets", type=Path, default=sheets.PATH, help="file of the sheets (default: in the package)"
     )
     documenting.add_argument(
         "--pictures", action="store_true", help="also render the pictures (needs OpenGL)"
@@ -92,12 +95,14 @@ def _write(replace: bool) -> int:
     return 0
 
 
-def _docs(out: Path, with_pictures: bool) -> int:
+def _docs(out: Path, sheets_file: Path, with_pictures: bool) -> int:
     from gym_extensions.atomic import write_bytes, write_text
     from gym_extensions.envs.docgen.pages import pages
+    from gym_extensions.envs.docgen.sheets import sheets as sheets_text
     from gym_extensions.envs.docgen.thumbnails import pictures
 
     texts, images = pages(), pictures() if with_pictures else {}
+    write_text(sheets_file, sheets_text())
     for name, text in texts.items():
         write_text(out / name, text)
     for name, image in images.items():
@@ -115,5 +120,5 @@ def main(argv: list[str] | None = None) -> int:
     if args.command == "show":
         return _show(task(args.task))
     if args.command == "docs":
-        return _docs(args.out, args.pictures)
+        return _docs(args.out, args.sheets, args.pictures)
     return _check(args.task) if args.command == "check" else _write(args.replace)

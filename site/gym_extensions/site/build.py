@@ -14,15 +14,19 @@ from markupsafe import Markup
 from gym_extensions.errors import BenchError
 from gym_extensions.scoring.metrics.definitions import BY_NAME
 from gym_extensions.scoring.metrics.paper_table import COLUMNS as PAPER_COLUMNS
+from gym_extensions.scoring.poses.files import PosesByGroup
 from gym_extensions.scoring.scorecard.model import REPORTED, ScorecardDocument
 from gym_extensions.site.charts import heatmap, performance_profile, small_multiples, strip_plot
+from gym_extensions.site.charts.episode_dots import episode_dots
 from gym_extensions.site.charts.speed_bar import speed_bar
+from gym_extensions.site.charts.stroboscope import stroboscopes
 from gym_extensions.site.leaderboard import Leaderboard
 from gym_extensions.site.page import pages
 from gym_extensions.site.text import labels, names, numbers
 from gym_extensions.site.views import losses, trial
 from gym_extensions.site.views.board import missing_reasons
 from gym_extensions.site.views.board_row import COLUMNS
+from gym_extensions.site.views.watch import watch
 
 FOLDER = Path(__file__).parent
 MARK = ".gym-extensions-site"
@@ -45,6 +49,7 @@ def environment() -> Environment:
     )
     templates.globals.update(
         board_columns=COLUMNS,
+        episode_dots=episode_dots,
         group_trials=trial.group_trials,
         heatmap=heatmap,
         labels=labels,
@@ -61,15 +66,17 @@ def environment() -> Environment:
         small_multiples=small_multiples,
         speed_bar=speed_bar,
         strip_plot=strip_plot,
+        stroboscopes=stroboscopes,
         suite_trials=trial.suite_trials,
         table_digits=trial.table_digits,
+        watch=watch,
     )
     return templates
 
 
-def files(document: ScorecardDocument) -> Iterator[tuple[str, str]]:
+def files(document: ScorecardDocument, poses: PosesByGroup | None = None) -> Iterator[tuple[str, str]]:
     """Every file of the site as (path, text), in the order of the pages."""
-    leaderboard = Leaderboard(document)
+    leaderboard = Leaderboard(document, poses or {})
     registry = pages()
     menu = [page for page in registry if page.path]
     templates = environment()
@@ -87,8 +94,13 @@ def files(document: ScorecardDocument) -> Iterator[tuple[str, str]]:
         yield f"static/{file.name}", file.read_text(encoding="utf-8")
 
 
-def build(document: ScorecardDocument, out: Path) -> Path:
+def build(document: ScorecardDocument, out: Path, poses: PosesByGroup | None = None) -> Path:
     """Writes the site to ``out`` and returns the path of its index; a failed build leaves ``out`` unchanged.
+
+    Args:
+        document: the scorecards.
+        out: the folder of the site.
+        poses: the poses of entries, for their Watch panels; those of other results are not shown.
 
     Raises:
         BenchError: ``out`` exists, is not empty, and was not written by an earlier build.
@@ -103,7 +115,7 @@ def build(document: ScorecardDocument, out: Path) -> Path:
     out.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=f".{out.name}.", dir=out.parent) as scratch:
         new = Path(scratch) / "new"
-        for path, text in [(MARK, ""), *files(document)]:
+        for path, text in [(MARK, ""), *files(document, poses)]:
             target = new / path
             target.parent.mkdir(parents=True, exist_ok=True)
             target.write_bytes(text.encode())

@@ -17,6 +17,7 @@ from rich.text import Text
 from gym_extensions.errors import reports_mistakes
 from gym_extensions.scoring.output.summary import show_line
 from gym_extensions.scoring.pipeline.score import score_folders
+from gym_extensions.scoring.poses.files import FOLDER, load_all
 from gym_extensions.site.build import build
 from gym_extensions.site.leaderboard import Leaderboard
 from gym_extensions.site.text.labels import ends, mean
@@ -38,6 +39,9 @@ def parser() -> argparse.ArgumentParser:
         help="submission folders, or folders that contain them (default: submissions/)",
     )
     options.add_argument("--out", type=Path, default=Path("_site"), help="output folder (default: _site)")
+    options.add_argument(
+        "--poses", type=Path, default=FOLDER, help="poses of `gym-extensions watch` (default: %(default)s)"
+    )
     options.add_argument("--verify", action="store_true", help="also replay the recorded episodes (slow)")
     return options
 
@@ -87,7 +91,8 @@ def main(argv: list[str] | None = None) -> int:
     document = score_folders(
         [folder for folder in options.submissions if folder not in empty], verify=options.verify
     )
-    index = build(document, options.out)
+    poses = load_all(options.poses, [card.name for card in document.submissions])
+    index = build(document, options.out, poses)
     # Text from submissions is printed literally, and never stops the output in a narrow encoding.
     if isinstance(sys.stdout, TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")

@@ -4,21 +4,23 @@ from __future__ import annotations
 
 import hashlib
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 from gym_extensions.errors import BenchError
 from gym_extensions.scoring.leaderboard.board import boards as scored_boards
 from gym_extensions.scoring.leaderboard.model import BoardsDocument
+from gym_extensions.scoring.poses.files import PosesByGroup
 from gym_extensions.scoring.scorecard.model import ReferencesInfo, Scorecard, ScorecardDocument
 from gym_extensions.site.views.board import Board, boards
 
 
 @dataclass(frozen=True)
 class Leaderboard:
-    """The scorecards and their boards."""
+    """The scorecards and their boards, and the poses of entries."""
 
     document: ScorecardDocument
+    poses: PosesByGroup = field(default_factory=dict)
 
     @cached_property
     def entries(self) -> tuple[Scorecard, ...]:

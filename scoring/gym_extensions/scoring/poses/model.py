@@ -38,7 +38,7 @@ class Clip:
     motion: Annotated[
         str,
         about(
-            "base64 VLQ of every coordinate in turn: its first value, then the differences between frames, in `unit`"
+            "base64 VLQ of each coordinate in turn: its first value, then the steps between frames, in `unit`"
         ),
     ]
 

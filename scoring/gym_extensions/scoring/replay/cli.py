@@ -1,4 +1,4 @@
-"""``gym-extensions watch``: replays audited episodes and writes their poses, which the pages of entries show."""
+"""``gym-extensions watch``: replays audited episodes and writes their poses for the pages of entries."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def watch(path: Path, out: Path, again: bool = False) -> list[tuple[Path, bool]]
         problem = submission.problems[0]
         raise BenchError(problem.rule, problem.message, f"{submission.name}: {problem.where}", problem.hint)
     folder, files = scan(path), []
-    for group_id, submitted in submission.groups.items():
+    for submitted in submission.groups.values():
         log = submitted.logs.get("sequential")
         group = submitted.group
         if log is None or not any(name.startswith(f"{group.name}/traces/") for name in folder.files):

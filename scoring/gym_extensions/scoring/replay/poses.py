@@ -107,7 +107,7 @@ def poses_of(folder: Folder, log: Log) -> Poses:
 
 
 def frames_of(track: Array, timing: Timing) -> Array:
-    """The coordinates at the frames, interpolated between steps; the last is at most one frame before the end."""
+    """The coordinates at the frames, interpolated between steps; the last is within a frame of the end."""
     count = math.floor((len(track) - 1) / timing.steps_per_frame + 1e-9) + 1
     at = np.arange(count) * timing.steps_per_frame
     if timing.steps_per_second == 0:

@@ -1,0 +1,139 @@
+"""Stroboscopes: about twelve poses of an episode in one picture, the later the darker."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from markupsafe import Markup, escape
+
+from gym_extensions.site.charts.kinematics import Placed, placed
+from gym_extensions.site.views.watch import Episode, WatchedTask
+
+GHOSTS = 12
+WIDTH, HEIGHT = 1280, 300
+"""Largest picture, in units of the view box; two are one pixel."""
+MARGIN = 0.15
+"""Space around the track, in m."""
+FAINTEST = 0.2
+"""Opacity of the first pose; that of the last is 1."""
+
+
+@dataclass(frozen=True)
+class Frame:
+    """The part of the view that all episodes of a task share, in m, and its scale in units per m."""
+
+    left: float
+    bottom: float
+    right: float
+    top: float
+
+    @property
+    def scale(self) -> float:
+        """Units of the view box per m."""
+        return min(WIDTH / (self.right - self.left), HEIGHT / (self.top - self.bottom))
+
+    def at(self, point: Sequence[float]) -> tuple[int, int]:
+        """The coordinates of a point in the picture."""
+        return round((point[0] - self.left) * self.scale), round((self.top - point[1]) * self.scale)
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height in units."""
+        return self.at((self.right, self.bottom))
+
+
+def stroboscopes(task: WatchedTask) -> list[Markup]:
+    """A picture per episode of the task, all on one scale."""
+    if task.sheet.skeleton is None:
+        return [_path(task, episode) for episode in task.episodes]
+    bodies = [placed(task.sheet.skeleton, _ghosts(episode)) for episode in task.episodes]
+    frame = frame_of([shape for shapes in bodies for shape in shapes], task.travels)
+    return [
+        _picture(shapes, frame, episode, task.travels)
+        for shapes, episode in zip(bodies, task.episodes, strict=True)
+    ]
+
+
+def frame_of(shapes: Sequence[Placed], travels: bool) -> Frame:
+    """The smallest part of the view that contains all shapes, and the floor of a body that travels."""
+    ends = [
+        point + sign * shape.radius
+        for shape in shapes
+        for point in (shape.start, shape.end)
+        for sign in (-1, 1)
+    ]
+    points = np.concatenate(ends)
+    low, high = points.min(axis=0) - MARGIN, points.max(axis=0) + MARGIN
+    if travels:
+        low[1] = min(low[1], -MARGIN)
+    return Frame(float(low[0]), float(low[1]), float(high[0]), float(high[1]))
+
+
+def _ghosts(episode: Episode) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+    rows = episode.coordinates
+    return rows[np.unique(np.rint(np.linspace(0, len(rows) - 1, GHOSTS)).astype(int))]
+
+
+def _picture(shapes: Sequence[Placed], frame: Frame, episode: Episode, travels: bool) -> Markup:
+    width, height = frame.size
+    parts = [_floor(frame)] if travels else []
+    limbs = [shape for shape in shapes if shape.role in ("body", "far", "changed")]
+    thickness = round(2 * float(np.median([shape.radius for shape in limbs])) * frame.scale)
+    for shape in shapes:
+        if shape.role == "wall":
+            (left, bottom), (right, top) = frame.at(shape.start[-1]), frame.at(shape.end[-1])
+            parts.append(f'<path class="wall" d="M{left} {top}H{right}V{bottom}H{left}"/>')
+        elif shape.role in ("goal", "object"):
+            (x, y), radius = frame.at(shape.start[-1]), max(round(shape.radius * frame.scale), 2)
+            parts.append(f'<circle class="{shape.role}" cx="{x}" cy="{y}" r="{radius}"/>')
+    count = len(limbs[0].start)
+    for ghost in range(count):
+        opacity = FAINTEST + (1 - FAINTEST) * (ghost + 1) / count
+        shown = "" if ghost == count - 1 else f' opacity="{opacity:.1f}"'
+        parts.append(f'<path{shown} d="{_limbs(limbs, ghost, frame)}"/>')
+    label = f"{episode.title}: {episode.facts}"
+    return Markup(
+        f'<svg class="strobe" viewBox="0 0 {width} {height}" width="{math.ceil(width / 2)}" role="img" '
+        f'aria-label="{escape(label)}" stroke-width="{max(thickness, 3)}">{"".join(parts)}</svg>'
+    )
+
+
+def _limbs(limbs: Sequence[Placed], ghost: int, frame: Frame) -> str:
+    """The limbs of one pose as a path; a limb that begins where the last ended continues it."""
+    path, pen = "", (-1, -1)
+    for limb in limbs:
+        start, end = frame.at(limb.start[ghost]), frame.at(limb.end[ghost])
+        if end == pen:
+            start, end = end, start
+        if start != pen:
+            path += f"M{start[0]} {start[1]}"
+        path += f"l{end[0] - start[0]} {end[1] - start[1]}".replace(" -", "-")
+        pen = end
+    return path
+
+
+def _floor(frame: Frame) -> str:
+    """The floor with a tick per m."""
+    ticks = range(math.ceil(frame.left), math.floor(frame.right) + 1)
+    marks = "".join("M{} {}v8".format(*frame.at((tick, 0.0))) for tick in ticks)
+    return f'<path class="floor" d="M0 {frame.at((0.0, 0.0))[1]}h{frame.size[0]}{marks}"/>'
+
+
+def _path(task: WatchedTask, episode: Episode) -> Markup:
+    """The map with the goal and the whole path of an episode of 2-D navigation."""
+    rows = np.rint(episode.coordinates).astype(int)
+    rows[:, 1] = 480 - rows[:, 1]
+    steps = np.diff(rows, axis=0)
+    line = f"M{rows[0, 0]} {rows[0, 1]}l" + " ".join(f"{x} {y}" for x, y in steps.tolist())
+    obstacles = "".join(f"M{x} {y}h{w}v{h}h-{w}" for x, y, w, h in task.sheet.obstacles)
+    goal = task.sheet.goal or (0.0, 0.0)
+    label = f"{episode.title}: {episode.facts}"
+    return Markup(
+        f'<svg class="strobe map" viewBox="0 0 640 480" width="320" role="img" aria-label="{escape(label)}" '
+        f'stroke-width="4"><path class="wall" d="{obstacles}"/><circle class="goal" cx="{goal[0]:g}" '
+        f'cy="{goal[1]:g}" r="20"/><path d="{line}"/><circle class="object" cx="{rows[-1, 0]}" '
+        f'cy="{rows[-1, 1]}" r="8"/></svg>'
+    )

@@ -1,0 +1,130 @@
+"""The Watch panel of an entry: the audited episode right after training beside the one at the end, by task."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from markupsafe import Markup
+from numpy.typing import NDArray
+
+from gym_extensions.catalog.registry import TASKS
+from gym_extensions.catalog.sheets import Sheet, sheet
+from gym_extensions.scoring.poses.model import MAX_SECONDS, Clip, Poses, TaskPoses
+from gym_extensions.site.text.numbers import count, digits_for, fixed
+from gym_extensions.site.views.trial import Trial
+
+TRAVELLING = ("planar", "humanoid")
+"""Families whose bodies move along x, so that the view follows them."""
+
+
+@dataclass(frozen=True)
+class Episode:
+    """An audited episode: its clip, its cell in words, and its coordinates (frames, n)."""
+
+    clip: Clip
+    title: str
+    poses: TaskPoses
+    travels: bool
+
+    @cached_property
+    def coordinates(self) -> NDArray[np.float64]:
+        """The coordinates, (frames, n)."""
+        return self.clip.coordinates(self.poses.unit)
+
+    @property
+    def return_(self) -> float:
+        """Its return."""
+        return self.clip.returns[self.clip.episode]
+
+    @property
+    def facts(self) -> str:
+        """Return, length, distance and success in words."""
+        facts = [f"return {fixed(self.return_, digits_for(self.clip.returns))}"]
+        facts.append(count(self.clip.steps, "step"))
+        if self.poses.steps_per_second:
+            seconds = self.clip.steps / self.poses.steps_per_second
+            facts[-1] += f" ({fixed(seconds, 1)} s)"
+            if seconds > MAX_SECONDS:
+                facts.append(f"the first {fixed(MAX_SECONDS, 0)} s are shown")
+        if self.travels:
+            facts.append(f"{fixed(float(self.coordinates[-1, 0] - self.coordinates[0, 0]), 1)} m forward")
+        if self.clip.success is not None:
+            facts.append("success" if self.clip.success else "no success")
+        return ", ".join(facts)
+
+
+@dataclass(frozen=True)
+class WatchedTask:
+    """A task of the panel: its episodes (two, or one for the task that was trained last) and its sheet."""
+
+    task: str
+    episodes: tuple[Episode, ...]
+    sheet: Sheet
+
+    @property
+    def travels(self) -> bool:
+        """Whether the body moves along x."""
+        return self.episodes[0].travels
+
+
+@dataclass(frozen=True)
+class Watch:
+    """The panel of one group."""
+
+    id: str
+    run: int
+    tasks: tuple[WatchedTask, ...]
+
+    @property
+    def data(self) -> Markup:
+        """What the player needs, as JSON that is safe inside a ``script`` element."""
+        skeletons: list[Any] = []
+        maps: list[Any] = []
+        rows = []
+        for task in self.tasks:
+            facts = task.sheet
+            row: dict[str, Any] = {
+                "unit": task.episodes[0].poses.unit,
+                "rate": task.episodes[0].poses.steps_per_second / task.episodes[0].poses.steps_per_frame
+                or 15.0,
+                "clips": [[episode.clip.frames, episode.clip.motion] for episode in task.episodes],
+            }
+            if facts.skeleton is not None:
+                row |= {"skeleton": _index(skeletons, facts.skeleton), "travels": task.travels}
+            else:
+                row |= {"map": _index(maps, facts.obstacles), "goal": facts.goal}
+            rows.append(row)
+        text = json.dumps({"tasks": rows, "skeletons": skeletons, "maps": maps}, separators=(",", ":"))
+        return Markup(text.replace("<", "\\u003c"))
+
+
+def _index(values: list[Any], value: Any) -> int:
+    if value not in values:
+        values.append(value)
+    return values.index(value)
+
+
+def watch(trial: Trial, poses: Poses | None) -> Watch | None:
+    """The panel of a sequential trial; None without poses, or if they belong to other results."""
+    if poses is None or not trial.stage_matrices or tuple(row.task for row in poses.tasks) != trial.tasks:
+        return None
+    if not poses.shows(trial.runs, trial.stage_matrices):
+        return None
+    tasks = [_task(row) for row in poses.tasks]
+    return Watch(f"watch-{trial.id}", poses.run, tuple(task for task in tasks if task is not None))
+
+
+def _task(row: TaskPoses) -> WatchedTask | None:
+    facts, task = sheet(row.task), TASKS.get(row.task)
+    if facts is None or task is None:
+        return None
+    travels = task.body.family in TRAVELLING
+    cells = [(row.after, "Right after its training"), (row.end, "At the end")]
+    if row.end is None:
+        cells = [(row.after, "At the end, right after its training")]
+    episodes = tuple(Episode(clip, title, row, travels) for clip, title in cells if clip is not None)
+    return WatchedTask(row.task, episodes, facts)
