@@ -42,6 +42,10 @@ class Leaderboard:
         """The scorer's boards of all submissions without problems."""
         return scored_boards([card for card in self.document.submissions if not card.problems])
 
+    def has_poses(self, name: str) -> bool:
+        """Whether there are poses of the entry with this name."""
+        return any(entry == name for entry, _ in self.poses)
+
     @cached_property
     def addresses(self) -> dict[str, str]:
         """The path of every submission's page, by the submission's name."""

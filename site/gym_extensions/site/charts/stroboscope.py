@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from markupsafe import Markup, escape
@@ -13,8 +13,16 @@ from gym_extensions.site.charts.kinematics import Placed, placed
 from gym_extensions.site.views.watch import Episode, WatchedTask
 
 GHOSTS = 12
-WIDTH, HEIGHT = 1280, 300
-"""Largest picture, in units of the view box; two are one pixel."""
+WIDTH, HEIGHT = 640, 150
+"""Largest picture, in pixels."""
+SHORT_TRACK = 3.0
+"""Where all episodes of a task are shorter, in m, the poses are moved apart, evenly in time."""
+APART, LEAST_APART = 0.6, 0.55
+"""Distance of poses that are moved apart: relative to the width of a body, and at least in m."""
+NEAR = 0.35
+"""A shape without length that is closer to the one before it, in m, is joined to it."""
+SMALL = 0.055
+"""Such a shape with a smaller radius, in m, is left out: a hand at the end of its arm."""
 MARGIN = 0.15
 """Space around the track, in m."""
 FAINTEST = 0.2
@@ -32,7 +40,7 @@ class Frame:
 
     @property
     def scale(self) -> float:
-        """Units of the view box per m."""
+        """Pixels per m."""
         return min(WIDTH / (self.right - self.left), HEIGHT / (self.top - self.bottom))
 
     def at(self, point: Sequence[float]) -> tuple[int, int]:
@@ -41,7 +49,7 @@ class Frame:
 
     @property
     def size(self) -> tuple[int, int]:
-        """Width and height in units."""
+        """Width and height in pixels."""
         return self.at((self.right, self.bottom))
 
 
@@ -50,11 +58,35 @@ def stroboscopes(task: WatchedTask) -> list[Markup]:
     if task.sheet.skeleton is None:
         return [_path(task, episode) for episode in task.episodes]
     bodies = [placed(task.sheet.skeleton, _ghosts(episode)) for episode in task.episodes]
+    is_moved_apart = task.travels and all(abs(episode.distance) < SHORT_TRACK for episode in task.episodes)
+    if is_moved_apart:
+        bodies = _moved_apart(bodies, task.episodes)
     frame = frame_of([shape for shapes in bodies for shape in shapes], task.travels)
     return [
-        _picture(shapes, frame, episode, task.travels)
+        _picture(shapes, frame, episode, (task.travels, not is_moved_apart))
         for shapes, episode in zip(bodies, task.episodes, strict=True)
     ]
+
+
+def _moved_apart(bodies: Sequence[Sequence[Placed]], episodes: Sequence[Episode]) -> list[list[Placed]]:
+    """The poses of each episode side by side, the body's own motion along x taken out, walls left out."""
+    widths = []
+    for shapes in bodies:
+        ends = np.stack([point[:, 0] for shape in shapes for point in (shape.start, shape.end)])
+        widths.append(np.median(np.ptp(ends, axis=0)))
+    apart = max(APART * float(max(widths)), LEAST_APART)
+    moved = []
+    for shapes, episode in zip(bodies, episodes, strict=True):
+        root = _ghosts(episode)[:, 0]
+        shift = np.stack([apart * np.arange(len(root)) - root, np.zeros(len(root))], axis=1)
+        moved.append(
+            [
+                replace(shape, start=shape.start + shift, end=shape.end + shift)
+                for shape in shapes
+                if shape.role != "wall"
+            ]
+        )
+    return moved
 
 
 def frame_of(shapes: Sequence[Placed], travels: bool) -> Frame:
@@ -77,9 +109,10 @@ def _ghosts(episode: Episode) -> np.ndarray[tuple[int, ...], np.dtype[np.float64
     return rows[np.unique(np.rint(np.linspace(0, len(rows) - 1, GHOSTS)).astype(int))]
 
 
-def _picture(shapes: Sequence[Placed], frame: Frame, episode: Episode, travels: bool) -> Markup:
+def _picture(shapes: Sequence[Placed], frame: Frame, episode: Episode, floor: tuple[bool, bool]) -> Markup:
+    """The picture of one episode; ``floor`` says whether it has a floor, and whether that has ticks."""
     width, height = frame.size
-    parts = [_floor(frame)] if travels else []
+    parts = [_floor(frame, floor[1])] if floor[0] else []
     limbs = [shape for shape in shapes if shape.role in ("body", "far", "changed")]
     thickness = round(2 * float(np.median([shape.radius for shape in limbs])) * frame.scale)
     for shape in shapes:
@@ -92,33 +125,40 @@ def _picture(shapes: Sequence[Placed], frame: Frame, episode: Episode, travels: 
     count = len(limbs[0].start)
     for ghost in range(count):
         opacity = FAINTEST + (1 - FAINTEST) * (ghost + 1) / count
-        shown = "" if ghost == count - 1 else f' opacity="{opacity:.1f}"'
+        shown = "" if ghost == count - 1 else f' opacity="{opacity:.1f}"'.replace("0.", ".")
         parts.append(f'<path{shown} d="{_limbs(limbs, ghost, frame)}"/>')
     label = f"{episode.title}: {episode.facts}"
     return Markup(
-        f'<svg class="strobe" viewBox="0 0 {width} {height}" width="{math.ceil(width / 2)}" role="img" '
-        f'aria-label="{escape(label)}" stroke-width="{max(thickness, 3)}">{"".join(parts)}</svg>'
+        f'<svg class="strobe" viewBox="0 0 {width} {height}" width="{width}" role="img" '
+        f'aria-label="{escape(label)}" stroke-width="{max(thickness, 2)}">{"".join(parts)}</svg>'
     )
 
 
 def _limbs(limbs: Sequence[Placed], ghost: int, frame: Frame) -> str:
-    """The limbs of one pose as a path; a limb that begins where the last ended continues it."""
-    path, pen = "", (-1, -1)
+    """The limbs of one pose as a path; a limb continues the one before where it begins at its end."""
+    path, pen, last = "", (-1, -1), np.full(2, np.inf)
     for limb in limbs:
-        start, end = frame.at(limb.start[ghost]), frame.at(limb.end[ghost])
-        if end == pen:
-            start, end = end, start
-        if start != pen:
+        ends = [limb.start[ghost], limb.end[ghost]]
+        is_point = float(np.ptp(ends, axis=0).max()) < NEAR / 10
+        if not is_point and math.dist(ends[1], last) < math.dist(ends[0], last):
+            ends.reverse()
+        start, end = frame.at(ends[0]), frame.at(ends[1])
+        if is_point and math.dist(ends[0], last) < NEAR:
+            if limb.radius < SMALL:
+                continue
+            start = pen
+        elif start != pen:
             path += f"M{start[0]} {start[1]}"
-        path += f"l{end[0] - start[0]} {end[1] - start[1]}".replace(" -", "-")
-        pen = end
+        if start != end or is_point and start != pen:
+            path += f"l{end[0] - start[0]} {end[1] - start[1]}".replace(" -", "-")
+        pen, last = end, ends[1]
     return path
 
 
-def _floor(frame: Frame) -> str:
-    """The floor with a tick per m."""
-    ticks = range(math.ceil(frame.left), math.floor(frame.right) + 1)
-    marks = "".join("M{} {}v8".format(*frame.at((tick, 0.0))) for tick in ticks)
+def _floor(frame: Frame, has_ticks: bool) -> str:
+    """The floor, with a tick per m where poses are at their true distance."""
+    ticks = range(math.ceil(frame.left), math.floor(frame.right) + 1) if has_ticks else ()
+    marks = "".join("M{} {}v5".format(*frame.at((tick, 0.0))) for tick in ticks)
     return f'<path class="floor" d="M0 {frame.at((0.0, 0.0))[1]}h{frame.size[0]}{marks}"/>'
 
 

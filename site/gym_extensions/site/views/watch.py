@@ -41,6 +41,11 @@ class Episode:
         return self.clip.returns[self.clip.episode]
 
     @property
+    def distance(self) -> float:
+        """How far a travelling body comes in the part that is shown, m."""
+        return float(self.coordinates[-1, 0] - self.coordinates[0, 0])
+
+    @property
     def facts(self) -> str:
         """Return, length, distance and success in words."""
         facts = [f"return {fixed(self.return_, digits_for(self.clip.returns))}"]
@@ -51,7 +56,7 @@ class Episode:
             if seconds > MAX_SECONDS:
                 facts.append(f"the first {fixed(MAX_SECONDS, 0)} s are shown")
         if self.travels:
-            facts.append(f"{fixed(float(self.coordinates[-1, 0] - self.coordinates[0, 0]), 1)} m forward")
+            facts.append(f"{fixed(self.distance, 1)} m forward")
         if self.clip.success is not None:
             facts.append("success" if self.clip.success else "no success")
         return ", ".join(facts)
