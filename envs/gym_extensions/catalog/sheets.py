@@ -43,7 +43,7 @@ class Shape(NamedTuple):
 
 
 class Link(NamedTuple):
-    """A body of the model: index of its parent (-1 for the world), pose in it (m, quaternion), and content."""
+    """A body of the model: index of its parent (-1: the world), pose in it (m, quaternion), and content."""
 
     parent: int
     position: tuple[float, float, float]

@@ -19,7 +19,7 @@ from gym_extensions.envs.fields import Field
 
 
 def sheets() -> str:
-    """Returns the text of ``sheets.json``: one row per task, and the tables, skeletons and maps that they share."""
+    """Returns the text of ``sheets.json``: a row per task, and the tables, skeletons and maps they share."""
     tables, skeletons = _Shared(), _Shared()
     tasks = {}
     for row in TASKS.values():

@@ -1,4 +1,4 @@
-"""The skeleton of a task: its links, joints and capsules, from which pages draw the body without a simulator."""
+"""The skeleton of a task: links, joints and capsules, from which pages draw it without a simulator."""
 
 from __future__ import annotations
 
@@ -21,7 +21,10 @@ GEOM = mujoco.mjtGeom
 
 
 def skeleton(task: Task) -> Skeleton:
-    """Returns the skeleton of a MuJoCo task. The x and y of mocap bodies are coordinates after those of ``qpos``."""
+    """Returns the skeleton of a MuJoCo task.
+
+    The x and y of a mocap body are coordinates after those of ``qpos``.
+    """
     model = compile_model(task)
     camera = task.body.camera
     is_arm = task.body.family == "arm" and camera is not None

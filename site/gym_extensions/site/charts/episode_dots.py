@@ -28,14 +28,14 @@ def _dots(episode: Episode, scale: Scale) -> Markup:
     y = LINE / 2
     parts = [stroke(scale.at(scale.low), y, scale.at(scale.high), y, "level")]
     parts += [text("tick", scale.at(mark), LINE + 8, tick_label(mark)) for mark in scale.ticks(TICKS)]
-    parts += [
-        f'<circle class="run final" cx="{px(scale.at(value))}" cy="{px(y)}" r="2.4"/>' for value in returns
-    ]
+    dots = "".join(f"M{px(scale.at(value))} {px(y)}h0" for value in returns)
+    parts.append(f'<path class="episodes" d="{dots}"/>')
     mean = statistics.fmean(returns)
     parts.append(stroke(scale.at(mean), y - 9, scale.at(mean), y + 9, "cell-mean"))
     parts.append(f'<circle class="shown" cx="{px(scale.at(episode.return_))}" cy="{px(y)}" r="5.5"/>')
     label = (
-        f"Returns of the {len(returns)} episodes: mean {fixed(mean, digits)}, from {fixed(min(returns), digits)} "
-        f"to {fixed(max(returns), digits)}; the episode shown has {fixed(episode.return_, digits)}"
+        f"Returns of the {len(returns)} episodes: mean {fixed(mean, digits)}, "
+        f"from {fixed(min(returns), digits)} to {fixed(max(returns), digits)}; "
+        f"the episode shown has {fixed(episode.return_, digits)}"
     )
     return picture("dots", str(WIDTH), str(LINE + 12), label, "".join(parts))

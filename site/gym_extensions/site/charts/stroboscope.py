@@ -12,7 +12,8 @@ from markupsafe import Markup, escape
 from gym_extensions.site.charts.kinematics import Placed, placed
 from gym_extensions.site.views.watch import Episode, WatchedTask
 
-GHOSTS = 12
+GHOSTS, MANY_LIMBS = 12, 12
+"""Poses of an episode; two fewer if a body has more limbs than this."""
 WIDTH, HEIGHT = 640, 150
 """Largest picture, in pixels."""
 SHORT_TRACK = 3.0
@@ -105,8 +106,10 @@ def frame_of(shapes: Sequence[Placed], travels: bool) -> Frame:
 
 
 def _ghosts(episode: Episode) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
-    rows = episode.coordinates
-    return rows[np.unique(np.rint(np.linspace(0, len(rows) - 1, GHOSTS)).astype(int))]
+    rows, skeleton = episode.coordinates, episode.sheet.skeleton
+    limbs = sum(len(link.shapes) for link in skeleton.links) if skeleton else 0
+    ghosts = GHOSTS - 2 * (limbs > MANY_LIMBS)
+    return rows[np.unique(np.rint(np.linspace(0, len(rows) - 1, ghosts)).astype(int))]
 
 
 def _picture(shapes: Sequence[Placed], frame: Frame, episode: Episode, floor: tuple[bool, bool]) -> Markup:
@@ -149,7 +152,7 @@ def _limbs(limbs: Sequence[Placed], ghost: int, frame: Frame) -> str:
             start = pen
         elif start != pen:
             path += f"M{start[0]} {start[1]}"
-        if start != end or is_point and start != pen:
+        if start != end or (is_point and start != pen):
             path += f"l{end[0] - start[0]} {end[1] - start[1]}".replace(" -", "-")
         pen, last = end, ends[1]
     return path

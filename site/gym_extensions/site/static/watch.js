@@ -1,5 +1,4 @@
-// The player of the Watch panel: adds Play to every task whose poses are on the page, and draws both episodes
-// at once on canvases. Kinematics as in charts/kinematics.py, the text of motions as in scoring/poses/vlq.py.
+// The player of the Watch panel: adds Play to every task, and draws both episodes at once on canvases. Kinematics as in charts/kinematics.py, the text of motions as in scoring/poses/vlq.py.
 "use strict";
 (() => {
   const DIGITS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -96,8 +95,7 @@
     return [box[0] - 0.1, box[1] - 0.1, box[2] + 0.1, box[3] + 0.1];
   }
 
-  function player(section) {
-    const data = JSON.parse(document.getElementById(section.dataset.poses).textContent);
+  function player(section, data) {
     const task = data.tasks[section.dataset.task];
     task.rows = task.clips.map((clip) => decode(clip, task.unit));
     const skeleton = data.skeletons[task.skeleton], frames = Math.max(...task.rows.map((rows) => rows.length));
@@ -215,6 +213,21 @@
     return () => run(!running);
   }
 
+  // Loads the script with the poses of a group once; it calls watchPoses. (fetch does not work from file://.)
+  const loaded = {}, waiting = {};
+  globalThis.watchPoses = (id, data) => {
+    loaded[id] = data;
+    waiting[id].forEach((ready) => ready(data));
+  };
+  function load({ dataset: { poses, script } }, ready) {
+    if (loaded[poses]) return ready(loaded[poses]);
+    if (waiting[poses]) return waiting[poses].push(ready);
+    waiting[poses] = [ready];
+    const element = document.createElement("script");
+    element.src = script;
+    document.head.append(element);
+  }
+
   for (const section of document.querySelectorAll(".watch")) {
     const button = document.createElement("button");
     let toggle = null;
@@ -222,7 +235,10 @@
     button.className = "play";
     button.textContent = "Play";
     button.setAttribute("aria-describedby", section.getAttribute("aria-labelledby"));
-    button.addEventListener("click", () => (toggle ||= player(section))());
+    button.addEventListener("click", () => {
+      if (toggle) toggle();
+      else load(section, (data) => (toggle ||= player(section, data))());
+    });
     section.querySelector("h4").after(button);
   }
 })();

@@ -1,14 +1,14 @@
-"""The Watch panel of an entry: the audited episode right after training beside the one at the end, by task."""
+"""The Watch panel of an entry: by task, the audited episode right after training and the one at the end."""
 
 from __future__ import annotations
 
 import json
+import posixpath
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
-from markupsafe import Markup
 from numpy.typing import NDArray
 
 from gym_extensions.catalog.registry import TASKS
@@ -23,11 +23,15 @@ TRAVELLING = ("planar", "humanoid")
 
 @dataclass(frozen=True)
 class Episode:
-    """An audited episode: its clip, its cell in words, and its coordinates (frames, n)."""
+    """An audited episode: its clip, its cell in words, and the facts of its task.
+
+    ``travels`` says whether its body moves along x, so that the view follows it.
+    """
 
     clip: Clip
     title: str
     poses: TaskPoses
+    sheet: Sheet
     travels: bool
 
     @cached_property
@@ -64,11 +68,15 @@ class Episode:
 
 @dataclass(frozen=True)
 class WatchedTask:
-    """A task of the panel: its episodes (two, or one for the task that was trained last) and its sheet."""
+    """A task of the panel with its episodes: two, or one for the task that was trained last."""
 
     task: str
     episodes: tuple[Episode, ...]
-    sheet: Sheet
+
+    @property
+    def sheet(self) -> Sheet:
+        """The facts of the task."""
+        return self.episodes[0].sheet
 
     @property
     def travels(self) -> bool:
@@ -78,15 +86,16 @@ class WatchedTask:
 
 @dataclass(frozen=True)
 class Watch:
-    """The panel of one group."""
+    """The panel of one group. ``path`` is that of the script with its poses."""
 
     id: str
+    path: str
     run: int
     tasks: tuple[WatchedTask, ...]
 
     @property
-    def data(self) -> Markup:
-        """What the player needs, as JSON that is safe inside a ``script`` element."""
+    def script(self) -> str:
+        """The script that hands the poses to the player, which loads it when Play is pressed."""
         skeletons: list[Any] = []
         maps: list[Any] = []
         rows = []
@@ -104,7 +113,7 @@ class Watch:
                 row |= {"map": _index(maps, facts.obstacles), "goal": facts.goal}
             rows.append(row)
         text = json.dumps({"tasks": rows, "skeletons": skeletons, "maps": maps}, separators=(",", ":"))
-        return Markup(text.replace("<", "\\u003c"))
+        return f"watchPoses({json.dumps(self.id)},{text});\n"
 
 
 def _index(values: list[Any], value: Any) -> int:
@@ -113,14 +122,22 @@ def _index(values: list[Any], value: Any) -> int:
     return values.index(value)
 
 
-def watch(trial: Trial, poses: Poses | None) -> Watch | None:
-    """The panel of a sequential trial; None without poses, or if they belong to other results."""
+def watch(trial: Trial, poses: Poses | None, entry_path: str) -> Watch | None:
+    """The panel of a sequential trial; None without poses, or if they belong to other results.
+
+    Args:
+        trial: the scores of a group.
+        poses: the poses of the entry on this group.
+        entry_path: the path of the entry's page.
+    """
     if poses is None or not trial.stage_matrices or tuple(row.task for row in poses.tasks) != trial.tasks:
         return None
     if not poses.shows(trial.runs, trial.stage_matrices):
         return None
     tasks = [_task(row) for row in poses.tasks]
-    return Watch(f"watch-{trial.id}", poses.run, tuple(task for task in tasks if task is not None))
+    folder = posixpath.splitext(entry_path)[0]
+    path = f"{folder}/poses-{trial.group}.js"
+    return Watch(f"watch-{trial.id}", path, poses.run, tuple(task for task in tasks if task is not None))
 
 
 def _task(row: TaskPoses) -> WatchedTask | None:
@@ -131,5 +148,5 @@ def _task(row: TaskPoses) -> WatchedTask | None:
     cells = [(row.after, "Right after its training"), (row.end, "At the end")]
     if row.end is None:
         cells = [(row.after, "At the end, right after its training")]
-    episodes = tuple(Episode(clip, title, row, travels) for clip, title in cells if clip is not None)
-    return WatchedTask(row.task, episodes, facts)
+    episodes = tuple(Episode(clip, title, row, facts, travels) for clip, title in cells if clip is not None)
+    return WatchedTask(row.task, episodes)
