@@ -36,6 +36,9 @@ def _parser() -> argparse.ArgumentParser:
     documenting.add_argument(
         "--pictures", action="store_true", help="also render the pictures (needs OpenGL)"
     )
+    documenting.add_argument(
+        "--large", type=Path, metavar="DIR", help="also render the large pictures of the site into DIR"
+    )
     return parser
 
 
@@ -95,19 +98,25 @@ def _write(replace: bool) -> int:
     return 0
 
 
-def _docs(out: Path, sheets_file: Path, with_pictures: bool) -> int:
+def _docs(args: argparse.Namespace) -> int:
     from gym_extensions.atomic import write_bytes, write_text
     from gym_extensions.envs.docgen.pages import pages
+    from gym_extensions.envs.docgen.pictures import large_pictures
     from gym_extensions.envs.docgen.sheets import sheets as sheets_text
     from gym_extensions.envs.docgen.thumbnails import pictures
 
-    texts, images = pages(), pictures() if with_pictures else {}
-    write_text(sheets_file, sheets_text())
+    texts, images = pages(), pictures() if args.pictures else {}
+    write_text(args.sheets, sheets_text())
     for name, text in texts.items():
-        write_text(out / name, text)
+        write_text(args.out / name, text)
     for name, image in images.items():
-        write_bytes(out / "pictures" / name, image)
-    print(f"{len(texts)} pages and {len(images)} pictures written to {out}.")
+        write_bytes(args.out / "pictures" / name, image)
+    print(f"{len(texts)} pages and {len(images)} pictures written to {args.out}.")
+    if args.large:
+        large = large_pictures()
+        for name, image in large.items():
+            write_bytes(args.large / name, image)
+        print(f"{len(large)} large pictures written to {args.large}.")
     return 0
 
 
@@ -120,5 +129,5 @@ def main(argv: list[str] | None = None) -> int:
     if args.command == "show":
         return _show(task(args.task))
     if args.command == "docs":
-        return _docs(args.out, args.sheets, args.pictures)
+        return _docs(args)
     return _check(args.task) if args.command == "check" else _write(args.replace)
