@@ -36,3 +36,24 @@ def group_path(group_id: str) -> str:
 def task_path(task_id: str) -> str:
     """The page of a task, for example ``tasks/hopperwall-v0.html``. The namespace is not part of it."""
     return f"tasks/{slug(task_id.rsplit('/', maxsplit=1)[-1].lower())}.html"
+
+
+def board_path(board_id: str, page: int = 1, *, everything: bool = False) -> str:
+    """A page of a board, from 1; with ``everything``, a page of the table of all rows."""
+    part = "-all" if everything else ""
+    return f"boards/{slug(board_id.lower())}{part}{f'-{page}' if page > 1 else ''}.html"
+
+
+def entry_data(name: str) -> str:
+    """The scorecard of a submission."""
+    return f"api/entries/{slug(name)}.json"
+
+
+def board_data(board_id: str, suffix: str = "json") -> str:
+    """A board as JSON, or its table as ``csv``."""
+    return f"api/boards/{slug(board_id.lower())}.{suffix}"
+
+
+def group_data(group_id: str) -> str:
+    """A group or suite with its tasks and boards."""
+    return f"api/groups/{slug(group_id)}.json"

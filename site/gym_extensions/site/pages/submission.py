@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from gym_extensions.site.leaderboard import Leaderboard
-from gym_extensions.site.page import Page, Render
+import msgspec
+
+from gym_extensions.scoring.scorecard.model import Scorecard
+from gym_extensions.site.addresses import entry_path
+from gym_extensions.site.page import Draft, File, Page, Render
 
 
-def publish(site: Leaderboard, render: Render) -> Iterator[tuple[str, str]]:
-    """A page per submission; that of a refused one lists its problems."""
-    for entry in site.entries:
-        path = site.addresses[entry.name]
-        yield path, render("submission.html", path, entry=entry)
+def publish_entry(entry: Scorecard, render: Render) -> Iterator[File]:
+    """The page of a submission; that of a refused one lists its problems."""
+    path = entry_path(entry.name)
+    inputs = msgspec.json.encode(entry, order="sorted")
+    yield path, Draft(inputs, lambda: render("submission.html", path, entry=entry))
 
 
-PAGE = Page(title="Submissions", order=10, publish=publish)
+PAGE = Page(title="Submissions", order=10, publish_entry=publish_entry)
