@@ -8,19 +8,16 @@ from gym_extensions.scoring.metrics.value import MetricValue
 
 
 def duplicate_entries(entries: Mapping[str, Mapping[str, MetricValue]]) -> dict[str, str]:
-    """The first other entry that an entry equals in every metric and run, by name of the entry.
+    """The entry that an entry equals in every metric and run, by the name of the later one.
 
     Args:
-        entries: metrics by the entry's name. Entries without a value per run equal no other entry.
+        entries: metrics by the entry's name. Of equal entries, the first of the mapping is not a duplicate.
+            Entries without a value per run equal no other entry.
     """
-    names_by_runs: dict[tuple[tuple[str, tuple[float, ...]], ...], list[str]] = {}
-    for name, metrics in sorted(entries.items()):
+    originals: dict[tuple[tuple[str, tuple[float, ...]], ...], str] = {}
+    duplicates = {}
+    for name, metrics in entries.items():
         runs = tuple((metric, metrics[metric].runs) for metric in sorted(metrics))
-        if any(values for _, values in runs):
-            names_by_runs.setdefault(runs, []).append(name)
-    return {
-        name: names[1] if name == names[0] else names[0]
-        for names in names_by_runs.values()
-        for name in names
-        if len(names) > 1
-    }
+        if any(values for _, values in runs) and originals.setdefault(runs, name) != name:
+            duplicates[name] = originals[runs]
+    return duplicates

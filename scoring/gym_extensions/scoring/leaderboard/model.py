@@ -53,6 +53,18 @@ class VersusNext:
     ]
 
 
+@dataclass(frozen=True, slots=True)
+class VersusLeader:
+    """A ranked entry against the first entry of the board."""
+
+    name: Annotated[str, about("the first entry")]
+    difference: Annotated[Difference, about("first − this entry, of the metric that sorts the board")]
+    separated: Annotated[
+        bool,
+        about("whether Welch's test separates the two, with Holm's correction over the M − 1 such tests"),
+    ]
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BoardEntry:
     """One submission on one board."""
@@ -63,7 +75,7 @@ class BoardEntry:
     runs: Annotated[int, about("number of runs; on a suite the fewest of its groups")]
     ranked: Annotated[bool, about("whether the board ranks it")]
     why: Annotated[
-        str, about("why it is not ranked: fewer than five runs, reported, no score; else empty")
+        str, about("why it is not ranked: fewer than five runs, reported, identical, no score; else empty")
     ] = ""
     steps: Annotated[
         Steps | None, about("whether the training steps are `recorded` or `claimed`, as in the manifest")
@@ -75,11 +87,12 @@ class BoardEntry:
     memory: Annotated[Memory | None, about("as in the scorecard's manifest")]
     metrics: Annotated[dict[str, BoardMetric], about("every metric of the protocol by name")]
     vs_next: Annotated[VersusNext | None, about("ranked entries but the last; else null")] = None
+    vs_leader: Annotated[VersusLeader | None, about("ranked entries but the first; else null")] = None
     duplicate_of: Annotated[
         str | None,
         about(
-            "another entry of the board whose every metric is the same in every run, digit for digit. Agents "
-            "without randomness are rightly the same; otherwise one is a copy. Null without one"
+            "the entry above it whose every metric is the same in every run, digit for digit. Agents without "
+            "randomness are rightly the same; otherwise one is a copy. Null without one"
         ),
     ] = None
 
@@ -95,7 +108,11 @@ class Board:
     task_conditioned: Annotated[bool, about("whether its agents observe the task in evaluation")]
     ranked: Annotated[int, about("M, the number of ranked entries")]
     rows: Annotated[
-        tuple[BoardEntry, ...], about("ranked entries by the first metric, best first; then the others")
+        tuple[BoardEntry, ...],
+        about(
+            "ranked entries by the first metric, best first; then the others; an identical entry follows the "
+            "one that it equals"
+        ),
     ]
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from pathlib import Path
 
 from gym_extensions.atomic import write_text
@@ -11,9 +10,6 @@ from gym_extensions.scoring.poses.model import Poses
 
 FOLDER = Path("scoring/poses")
 """The committed poses, relative to the root of the repository."""
-
-PosesByGroup = dict[tuple[str, str], Poses]
-"""Poses by name of the entry and group id."""
 
 
 def path_of(folder: Path, submission: str, group_name: str) -> Path:
@@ -43,12 +39,9 @@ def load(path: Path) -> Poses | None:
         raise BenchError("bad-poses", f"It cannot be read: {fault}.", str(path), hint) from fault
 
 
-def load_all(folder: Path, submissions: Iterable[str]) -> PosesByGroup:
-    """All poses of these entries. Raises ``BenchError`` if a file cannot be read."""
-    poses: PosesByGroup = {}
-    for name in submissions:
-        for path in sorted((folder / name).glob("*.json")):
-            document = load(path)
-            if document is not None:
-                poses[name, document.group] = document
-    return poses
+def load_entry(folder: Path | None, submission: str) -> dict[str, Poses]:
+    """The poses of an entry by group id, sorted. Raises ``BenchError`` if a file cannot be read."""
+    if folder is None:
+        return {}
+    documents = [load(path) for path in sorted((folder / submission).glob("*.json"))]
+    return {document.group: document for document in documents if document is not None}

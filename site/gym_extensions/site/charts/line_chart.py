@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from markupsafe import Markup
 
 from gym_extensions.site.charts.scale import Scale
-from gym_extensions.site.charts.svg import picture, points, px, text, tick_label
+from gym_extensions.site.charts.svg import apart, picture, points, px, text, tick_label
 
 MARGIN = 8
 
@@ -31,7 +31,7 @@ def line_chart(
         label: the chart in words.
         bold: the bold line, with a dot per point.
         since: the area left of this x is shaded, and the dot at it is large.
-        levels: labelled horizontal lines.
+        levels: horizontal lines, labelled where labels do not overlap, the first ones first.
     """
     left, right, top, bottom = px(x.start), px(x.end), min(y.start, y.end), max(y.start, y.end)
     body = []
@@ -44,7 +44,7 @@ def line_chart(
         f'<line class="level" x1="{left}" x2="{right}" y1="{px(y.at(v))}" y2="{px(y.at(v))}"/>'
         for v in levels
     ]
-    body += [text("tick side", x.start - 4, y.at(v) + 3, tick_label(v)) for v in levels]
+    body += [text("tick side", x.start - 4, y.at(v) + 3, tick_label(v)) for v in apart(levels, y)]
     body += [f'<polyline class="thin" points="{points(line, x, y)}"/>' for line in lines]
     if bold:
         body.append(f'<polyline class="bold" points="{points(bold, x, y)}"/>')

@@ -50,3 +50,18 @@ def tick_label(value: float) -> str:
     """The number at a tick: two digits after the point below 10, without trailing zeros."""
     label = fixed(value, 2 if abs(value) < 10 else 0)
     return label.rstrip("0").rstrip(".") if "." in label else label
+
+
+LABEL_DISTANCE = 11.0
+"""Minimum distance of two labels of a vertical scale, in pixels."""
+
+
+def apart(levels: Iterable[float], scale: Scale) -> list[float]:
+    """The levels on the scale whose labels do not overlap those of earlier ones."""
+    placed: list[float] = []
+    for level in levels:
+        if scale.contains(level) and all(
+            abs(scale.at(level) - scale.at(other)) >= LABEL_DISTANCE for other in placed
+        ):
+            placed.append(level)
+    return placed

@@ -4,21 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from gym_extensions.site.leaderboard import Leaderboard
-from gym_extensions.site.page import Page, Render
-from gym_extensions.site.views.trial import group_trials
-from gym_extensions.site.views.watch import watch
+import msgspec
+
+from gym_extensions.scoring.poses.files import load_entry
+from gym_extensions.scoring.scorecard.model import Scorecard
+from gym_extensions.site.addresses import entry_path
+from gym_extensions.site.page import Draft, File, Page, Render
+from gym_extensions.site.views.watch import watches
 
 
-def publish(site: Leaderboard, render: Render) -> Iterator[tuple[str, str]]:
-    """A page per submission; that of a refused one lists its problems."""
-    for entry in site.entries:
-        path = site.addresses[entry.name]
-        yield path, render("submission.html", path, entry=entry)
-        for trial in group_trials(entry):
-            panel = watch(trial, site.poses.get((entry.name, trial.group)), path)
-            if panel is not None:
-                yield panel.path, panel.script
+def publish_entry(entry: Scorecard, render: Render) -> Iterator[File]:
+    """The page of a submission; that of a refused one lists its problems."""
+    path = entry_path(entry.name)
+    poses = load_entry(render.site.poses, entry.name)
+    panels = watches(entry, poses, path)
+    inputs = msgspec.json.encode((entry, poses), order="sorted")
+    yield path, Draft(inputs, lambda: render("submission.html", path, entry=entry, watches=panels))
+    for panel in panels.values():
+        yield panel.path, panel.script
 
 
-PAGE = Page(title="Submissions", order=10, publish=publish)
+PAGE = Page(title="Submissions", order=10, publish_entry=publish_entry)

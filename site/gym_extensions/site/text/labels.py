@@ -78,6 +78,15 @@ def observed(card: Scorecard) -> str:
     return ", ".join(label for key, label in OBSERVED.items() if getattr(observes, key)) or "none"
 
 
+def task_label(card: Scorecard) -> str:
+    """When the agent receives the task label: ``none``, ``training``, ``evaluation`` or both."""
+    if card.manifest is None:
+        return NOT_STATED
+    observes = card.manifest.observes
+    times = {"training": observes.task_in_training, "evaluation": observes.task_in_evaluation}
+    return " and ".join(name for name, received in times.items() if received) or "none"
+
+
 def parameters(card: Scorecard) -> str:
     """The number of parameters at the start, and at the end if it differs."""
     memory = card.manifest.memory if card.manifest else None
@@ -137,6 +146,21 @@ def level(card: Scorecard) -> str:
     """The level of trust without the sample, as ``replayed``; ``refused`` with problems."""
     first = (card.trust or "refused").split(" ", maxsplit=1)[0]
     return first if first in TRUST else "other"
+
+
+def short_trust(card: Scorecard) -> str:
+    """The level of trust in one or two words."""
+    return {VALIDATED: "checked", "other": card.trust or ""}.get(level(card), level(card))
+
+
+def half_width(value: MetricValue) -> float | None:
+    """Half of the interval, which is symmetric; None with fewer than two runs."""
+    return (value.ends[1] - value.ends[0]) / 2 if value.ends else None
+
+
+def tied(others: int) -> str:
+    """With how many other entries an entry is tied, or nothing."""
+    return f"tied with {others} other{'' if others == 1 else 's'}" if others else ""
 
 
 def trust(card: Scorecard) -> str:

@@ -12,6 +12,7 @@ from gym_extensions.scoring.leaderboard.board import NOTHING_LEARNED
 from gym_extensions.scoring.metrics.value import LEAST_LEARNED, MetricValue, learned_nothing
 from gym_extensions.scoring.scorecard.model import GroupScore, ReferenceValue, Scorecard, SuiteScore
 from gym_extensions.site.text.numbers import count, digits_for
+from gym_extensions.site.views.profile import whole_profile
 
 NO_METRIC = MetricValue(why="not part of this protocol")
 Points = tuple[tuple[float, float], ...]
@@ -61,8 +62,9 @@ class Trial:
 
     @property
     def profile(self) -> Points:
-        """Points of the performance profile; empty without one."""
-        return self.detail.profile.points if self.detail and self.detail.profile else ()
+        """Points of the performance profile, up to the highest score; empty without one."""
+        whole = whole_profile(self.detail) if self.detail else None
+        return whole.points if whole else ()
 
     @property
     def iqm(self) -> float | None:
@@ -81,6 +83,18 @@ class Trial:
             tuple(math.fsum(cells) / len(cells) for cells in zip(*stages, strict=True))
             for stages in zip(*self.stage_matrices, strict=True)
         )
+
+    @property
+    def top_score(self) -> float:
+        """The highest normalized mean return of the matrices, at least 1: the strongest tint."""
+        rows = [*self.final_returns, *(stage for run in self.stage_matrices for stage in run)]
+        scores = (
+            reference.normalize(value)
+            for row in rows
+            for task, value in zip(self.tasks, row, strict=True)
+            if (reference := self.reference(task))
+        )
+        return max(1.0, *(score for score in scores if score is not None), 1.0)
 
     @property
     def final_returns(self) -> Matrix:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import posixpath
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -14,8 +15,9 @@ from numpy.typing import NDArray
 from gym_extensions.catalog.registry import TASKS
 from gym_extensions.catalog.sheets import Sheet, sheet
 from gym_extensions.scoring.poses.model import MAX_SECONDS, Clip, Poses, TaskPoses
+from gym_extensions.scoring.scorecard.model import Scorecard
 from gym_extensions.site.text.numbers import count, digits_for, fixed
-from gym_extensions.site.views.trial import Trial
+from gym_extensions.site.views.trial import Trial, group_trials
 
 TRAVELLING = ("planar", "humanoid")
 """Families whose bodies move along x, so that the view follows them."""
@@ -122,14 +124,23 @@ def _index(values: list[Any], value: Any) -> int:
     return values.index(value)
 
 
-def watch(trial: Trial, poses: Poses | None, entry_path: str) -> Watch | None:
-    """The panel of a sequential trial; None without poses, or if they belong to other results.
+def watches(entry: Scorecard, poses: Mapping[str, Poses], entry_path: str) -> dict[str, Watch]:
+    """The panels of an entry by group id, for the groups with poses of the entry's present results.
 
     Args:
-        trial: the scores of a group.
-        poses: the poses of the entry on this group.
+        entry: the scorecard.
+        poses: the poses of the entry by group id.
         entry_path: the path of the entry's page.
     """
+    panels = {
+        trial.group: _watch(trial, poses.get(trial.group), entry_path)
+        for trial in group_trials(entry)
+        if trial.stage_matrices
+    }
+    return {group: panel for group, panel in panels.items() if panel is not None}
+
+
+def _watch(trial: Trial, poses: Poses | None, entry_path: str) -> Watch | None:
     if poses is None or not trial.stage_matrices or tuple(row.task for row in poses.tasks) != trial.tasks:
         return None
     if not poses.shows(trial.runs, trial.stage_matrices):
