@@ -20,10 +20,12 @@ from gym_extensions.site.charts import (
     small_multiples,
     strip_plot,
 )
-from gym_extensions.site.charts.episode_dots import episode_dots
 from gym_extensions.site.charts.speed_bar import speed_bar
-from gym_extensions.site.charts.stroboscope import stroboscopes
+from gym_extensions.site.motion.episode_dots import episode_dots
+from gym_extensions.site.motion.stroboscope import stroboscopes
 from gym_extensions.site.output import digest
+from gym_extensions.site.tasks.gravity_arrows import gravity_arrows
+from gym_extensions.site.tasks.reference_dots import reference_dots
 from gym_extensions.site.text import labels, names, numbers
 from gym_extensions.site.views import losses, pictures, trial
 from gym_extensions.site.views.board import missing_reasons
@@ -56,6 +58,7 @@ def environment() -> Environment:
         band_chart=band_chart,
         board_columns=COLUMNS,
         episode_dots=episode_dots,
+        gravity_arrows=gravity_arrows,
         group_trials=trial.group_trials,
         heatmap=heatmap,
         labels=labels,
@@ -69,6 +72,7 @@ def environment() -> Environment:
         paper_columns=PAPER_COLUMNS,
         performance_profile=performance_profile,
         pictures=pictures,
+        reference_dots=reference_dots,
         reported=REPORTED,
         small_multiples=small_multiples,
         speed_bar=speed_bar,

@@ -9,8 +9,8 @@ import msgspec
 from gym_extensions.scoring.poses.files import load_entry
 from gym_extensions.scoring.scorecard.model import Scorecard
 from gym_extensions.site.addresses import entry_path
+from gym_extensions.site.motion.watch import watches
 from gym_extensions.site.page import Draft, File, Page, Render
-from gym_extensions.site.views.watch import watches
 
 
 def publish_entry(entry: Scorecard, render: Render) -> Iterator[File]:

@@ -1,4 +1,4 @@
-"""Pictures of groups: that of the first task which has one."""
+"""Pictures of tasks and groups: files of the package, and drawn maps."""
 
 from __future__ import annotations
 
@@ -6,24 +6,35 @@ from functools import cache
 from pathlib import Path
 
 from gym_extensions.catalog.groups import GROUPS
+from gym_extensions.catalog.pictures import large_picture
+from gym_extensions.catalog.registry import TASKS
 from gym_extensions.catalog.suites import SUITES
+from gym_extensions.catalog.task import Task
+from gym_extensions.catalog.variations.maps import Course
 
 FOLDER = Path(__file__).parent.parent / "pictures"
-SUFFIXES = (".png", ".svg", ".webp")
 
 
 @cache
 def pictures() -> dict[str, Path]:
-    """The picture files of the package by their names without suffix; empty without the folder."""
-    files = sorted(FOLDER.iterdir()) if FOLDER.is_dir() else []
-    return {file.stem: file for file in files if file.suffix in SUFFIXES}
+    """The picture files of the package by their names; empty without the folder."""
+    return {file.name: file for file in sorted(FOLDER.iterdir())} if FOLDER.is_dir() else {}
+
+
+def map_picture(task: Task) -> str:
+    """The file name of the drawn map with its goal; empty for a task without a map."""
+    courses = [variation for variation in task.variations if isinstance(variation, Course)]
+    return f"map{courses[0].map}-goal{courses[0].goal}.svg" if courses else ""
 
 
 def task_picture(task_id: str) -> str:
     """The path of a task's picture on the site; empty without one."""
-    name = task_id.rsplit("/", maxsplit=1)[-1].rpartition("-v")[0].lower()
-    file = pictures().get(name)
-    return f"pictures/{file.name}" if file else ""
+    task = TASKS.get(task_id)
+    if task is None:
+        return ""
+    name = large_picture(task)
+    name = name if name in pictures() else map_picture(task)
+    return f"pictures/{name}" if name else ""
 
 
 def group_picture(group_id: str) -> str:

@@ -9,8 +9,8 @@ from markupsafe import Markup
 
 from gym_extensions.site.charts.scale import Scale, scale_around
 from gym_extensions.site.charts.svg import picture, px, stroke, text, tick_label
+from gym_extensions.site.motion.watch import Episode
 from gym_extensions.site.text.numbers import digits_for, fixed
-from gym_extensions.site.views.watch import Episode
 
 WIDTH, MARGIN, LINE = 280, 12, 26
 TICKS = 4

@@ -9,8 +9,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from markupsafe import Markup, escape
 
-from gym_extensions.site.charts.kinematics import Placed, placed
-from gym_extensions.site.views.watch import Episode, WatchedTask
+from gym_extensions.site.motion.kinematics import Placed, placed
+from gym_extensions.site.motion.maps import SIZE, map_elements
+from gym_extensions.site.motion.watch import Episode, WatchedTask
 
 GHOSTS, MANY_LIMBS = 12, 12
 """Poses of an episode; two fewer if a body has more limbs than this."""
@@ -166,17 +167,15 @@ def _floor(frame: Frame, has_ticks: bool) -> str:
 
 
 def _path(task: WatchedTask, episode: Episode) -> Markup:
-    """The map with the goal and the whole path of an episode of 2-D navigation."""
+    """The map with the goal and the path of an episode of 2-D navigation."""
+    width, height = SIZE
     rows = np.rint(episode.coordinates).astype(int)
-    rows[:, 1] = 480 - rows[:, 1]
+    rows[:, 1] = height - rows[:, 1]
     steps = np.diff(rows, axis=0)
     line = f"M{rows[0, 0]} {rows[0, 1]}l" + " ".join(f"{x} {y}" for x, y in steps.tolist())
-    obstacles = "".join(f"M{x} {y}h{w}v{h}h-{w}" for x, y, w, h in task.sheet.obstacles)
-    goal = task.sheet.goal or (0.0, 0.0)
     label = f"{episode.title}: {episode.facts}"
     return Markup(
-        f'<svg class="strobe map" viewBox="0 0 640 480" width="320" role="img" aria-label="{escape(label)}" '
-        f'stroke-width="4"><path class="wall" d="{obstacles}"/><circle class="goal" cx="{goal[0]:g}" '
-        f'cy="{goal[1]:g}" r="20"/><path d="{line}"/><circle class="object" cx="{rows[-1, 0]}" '
-        f'cy="{rows[-1, 1]}" r="8"/></svg>'
+        f'<svg class="strobe map" viewBox="0 0 {width} {height}" width="320" role="img" '
+        f'aria-label="{escape(label)}" stroke-width="4">{map_elements(task.sheet)}<path d="{line}"/>'
+        f'<circle class="object" cx="{rows[-1, 0]}" cy="{rows[-1, 1]}" r="8"/></svg>'
     )
