@@ -57,3 +57,8 @@ def board_data(board_id: str, suffix: str = "json") -> str:
 def group_data(group_id: str) -> str:
     """A group or suite with its tasks and boards."""
     return f"api/groups/{slug(group_id)}.json"
+
+
+def entry_file(name: str, file: str) -> str:
+    """A file that belongs to the page of a submission, by the names of its folder and of the file."""
+    return f"submissions/{slug(name)}/{file}"

@@ -21,6 +21,7 @@ from gym_extensions.site.charts import (
     strip_plot,
 )
 from gym_extensions.site.charts.speed_bar import speed_bar
+from gym_extensions.site.exports.commands import commands
 from gym_extensions.site.motion.episode_dots import episode_dots
 from gym_extensions.site.motion.stroboscope import stroboscopes
 from gym_extensions.site.output import digest
@@ -57,6 +58,7 @@ def environment() -> Environment:
         addresses=addresses,
         band_chart=band_chart,
         board_columns=COLUMNS,
+        commands=commands,
         episode_dots=episode_dots,
         gravity_arrows=gravity_arrows,
         group_trials=trial.group_trials,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import posixpath
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -16,6 +15,7 @@ from gym_extensions.catalog.registry import TASKS
 from gym_extensions.catalog.sheets import Sheet, sheet
 from gym_extensions.scoring.poses.model import MAX_SECONDS, Clip, Poses, TaskPoses
 from gym_extensions.scoring.scorecard.model import Scorecard
+from gym_extensions.site.addresses import entry_file
 from gym_extensions.site.text.numbers import count, digits_for, fixed
 from gym_extensions.site.views.trial import Trial, group_trials
 
@@ -124,30 +124,28 @@ def _index(values: list[Any], value: Any) -> int:
     return values.index(value)
 
 
-def watches(entry: Scorecard, poses: Mapping[str, Poses], entry_path: str) -> dict[str, Watch]:
+def watches(entry: Scorecard, poses: Mapping[str, Poses]) -> dict[str, Watch]:
     """The panels of an entry by group id, for the groups with poses of the entry's present results.
 
     Args:
         entry: the scorecard.
         poses: the poses of the entry by group id.
-        entry_path: the path of the entry's page.
     """
     panels = {
-        trial.group: _watch(trial, poses.get(trial.group), entry_path)
+        trial.group: _watch(entry.name, trial, poses.get(trial.group))
         for trial in group_trials(entry)
         if trial.stage_matrices
     }
     return {group: panel for group, panel in panels.items() if panel is not None}
 
 
-def _watch(trial: Trial, poses: Poses | None, entry_path: str) -> Watch | None:
+def _watch(name: str, trial: Trial, poses: Poses | None) -> Watch | None:
     if poses is None or not trial.stage_matrices or tuple(row.task for row in poses.tasks) != trial.tasks:
         return None
     if not poses.shows(trial.runs, trial.stage_matrices):
         return None
     tasks = [_task(row) for row in poses.tasks]
-    folder = posixpath.splitext(entry_path)[0]
-    path = f"{folder}/poses-{trial.group}.js"
+    path = entry_file(name, f"poses-{trial.group}.js")
     return Watch(f"watch-{trial.id}", path, poses.run, tuple(task for task in tasks if task is not None))
 
 

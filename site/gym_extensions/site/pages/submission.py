@@ -17,7 +17,7 @@ def publish_entry(entry: Scorecard, render: Render) -> Iterator[File]:
     """The page of a submission; that of a refused one lists its problems."""
     path = entry_path(entry.name)
     poses = load_entry(render.site.poses, entry.name)
-    panels = watches(entry, poses, path)
+    panels = watches(entry, poses)
     inputs = msgspec.json.encode((entry, poses), order="sorted")
     yield path, Draft(inputs, lambda: render("submission.html", path, entry=entry, watches=panels))
     for panel in panels.values():
