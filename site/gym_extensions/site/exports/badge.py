@@ -36,7 +36,8 @@ def _svg(left: str, right: str) -> str:
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{first + second}" height="{HEIGHT}" role="img" '
         f'aria-label="{label}"><title>{label}</title><rect width="{first + second}" height="{HEIGHT}" rx="3" '
-        f'fill="#0b5a8f"/><path d="M3 0h{first - 3}v{HEIGHT}H3a3 3 0 0 1-3-3V3a3 3 0 0 1 3-3" fill="#3b4148"/>'
+        f'fill="#0b5a8f"/><path d="M3 0h{first - 3}v{HEIGHT}H3a3 3 0 0 1-3-3V3a3 3 0 0 1 3-3" '
+        'fill="#3b4148"/>'
         f'<g fill="#fff" font-family="Verdana,DejaVu Sans,sans-serif" font-size="11" text-anchor="middle">'
         f'<text x="{first / 2:g}" y="14" textLength="{first - 2 * PADDING}">{escape(left)}</text>'
         f'<text x="{first + second / 2:g}" y="14" textLength="{second - 2 * PADDING}">{escape(right)}</text>'
