@@ -30,7 +30,7 @@ REFERENCES = References(
 
 
 def entries(count: int, seed: int = 0) -> Iterator[Scorecard]:
-    """Scorecards of ``count`` entries with five sequential runs each; the same seed gives the same entries."""
+    """Scorecards of ``count`` entries with sequential runs; the same seed gives the same entries."""
     rng = np.random.default_rng(seed)
     for index in range(count):
         yield _entry(f"entry-{index:04d}", rng, runs=RUNS if index % 10 else 2)

@@ -57,7 +57,6 @@ def environment() -> Environment:
         heatmap=heatmap,
         labels=labels,
         largest_loss=losses.largest_loss,
-        matrix_digits=trial.matrix_digits,
         metrics=BY_NAME,
         missing_reasons=missing_reasons,
         names=names,

@@ -14,7 +14,7 @@ from gym_extensions.site.page import Draft, File, Page, Render
 def publish_entry(entry: Scorecard, render: Render) -> Iterator[File]:
     """The page of a submission; that of a refused one lists its problems."""
     path = entry_path(entry.name)
-    inputs = msgspec.json.encode(entry, order="sorted")
+    inputs = msgspec.json.encode(entry)
     yield path, Draft(inputs, lambda: render("submission.html", path, entry=entry))
 
 
