@@ -22,7 +22,7 @@ from gym_extensions.site.charts import (
 )
 from gym_extensions.site.charts.speed_bar import speed_bar
 from gym_extensions.site.output import digest
-from gym_extensions.site.text import labels, names, numbers
+from gym_extensions.site.text import labels, names, numbers, values
 from gym_extensions.site.views import losses, pictures, trial
 from gym_extensions.site.views.board import missing_reasons
 from gym_extensions.site.views.board_row import COLUMNS
@@ -71,6 +71,7 @@ def environment() -> Environment:
         strip_plot=strip_plot,
         suite_trials=trial.suite_trials,
         table_digits=trial.table_digits,
+        values=values,
     )
     return templates
 
