@@ -14,8 +14,8 @@ MAX_SLUG = 80
 def slug(name: str) -> str:
     """A file name without suffix, safe in file systems and URLs: ``[a-z0-9_-]``, at most 93 characters.
 
-    Different names have different slugs, even where case is ignored: a name that has to change gets its digest
-    behind an underscore, which no unchanged name contains.
+    Different names have different slugs, even where case is ignored: a name that has to change gets its
+    digest behind an underscore, which no unchanged name contains.
     """
     plain = re.sub(r"[^a-z0-9-]+", "-", name.lower()).strip("-")[:MAX_SLUG]
     if plain == name:

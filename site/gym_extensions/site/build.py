@@ -1,7 +1,7 @@
 """Builds the site from scorecards. The same scorecards give the same bytes.
 
-Scorecards are read one after another: the files of an entry are written from its whole scorecard, and the pages
-that show many entries are written at the end, from what ``entrant`` keeps of each.
+Scorecards are read one after another: the files of an entry are written from its whole scorecard, and the
+pages that show many entries are written at the end, from what ``entrant`` keeps of each.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Writes the files of a site into a folder: only what changed, and all of it or nothing.
 
-The new site is prepared beside the old one. Files whose inputs did not change are linked from the old site, and
-the folders are swapped at the end. The file ``.gym-extensions-site`` marks a site, so that a build never
+The new site is prepared beside the old one. Files whose inputs did not change are linked from the old site,
+and the folders are swapped at the end. The file ``.gym-extensions-site`` marks a site, so that a build never
 replaces another folder, and holds per path the digests of its inputs and of its content.
 """
 

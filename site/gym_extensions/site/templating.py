@@ -27,7 +27,7 @@ from gym_extensions.site.motion.stroboscope import stroboscopes
 from gym_extensions.site.output import digest
 from gym_extensions.site.tasks.gravity_arrows import gravity_arrows
 from gym_extensions.site.tasks.reference_dots import reference_dots
-from gym_extensions.site.text import labels, names, numbers
+from gym_extensions.site.text import labels, names, numbers, values
 from gym_extensions.site.views import losses, pictures, trial
 from gym_extensions.site.views.board import missing_reasons
 from gym_extensions.site.views.board_row import COLUMNS
@@ -65,7 +65,6 @@ def environment() -> Environment:
         heatmap=heatmap,
         labels=labels,
         largest_loss=losses.largest_loss,
-        matrix_digits=trial.matrix_digits,
         metrics=BY_NAME,
         missing_reasons=missing_reasons,
         names=names,
@@ -82,6 +81,7 @@ def environment() -> Environment:
         stroboscopes=stroboscopes,
         suite_trials=trial.suite_trials,
         table_digits=trial.table_digits,
+        values=values,
     )
     return templates
 

@@ -95,6 +95,7 @@ def _panel(lines: Sequence[Drawn], at: int, x: Scale, y: Scale) -> Markup:
         body.append(f'<polyline class="line {line.kind}" points="{points(mean, x, y)}"/>')
         after, end = mean[min(at + 1, len(mean) - 1)][1], mean[-1][1]
         labels.append(
-            f"{short(line.title)} ({line.name}): {fixed(after)} right after its training, {fixed(end)} at the end"
+            f"{short(line.title)} ({line.name}): {fixed(after)} right after its training, "
+            f"{fixed(end)} at the end"
         )
     return picture("panel", str(WIDTH), str(HEIGHT), "; ".join(reversed(labels)), "".join(body))

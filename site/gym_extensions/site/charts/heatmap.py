@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from gym_extensions.scoring.scorecard.model import ReferenceValue
+from gym_extensions.site.text.numbers import fixed
 from gym_extensions.site.views.retention import Change
+from gym_extensions.site.views.trial import Trial
 
 STEPS = 10
 CHANGE_STEPS = 5
@@ -28,9 +31,23 @@ def tint(value: float, reference: ReferenceValue | None, top: float = 1.0) -> st
     return "below" if level < 0 else f"h{min(level, STEPS)}"
 
 
+def tinted(rows: Sequence[Sequence[float]], trial: Trial) -> list[list[tuple[str, str]]]:
+    """The cells of a matrix ``[row][task]`` of raw returns: tint and text of each."""
+    columns = [(trial.reference(task), trial.top_score, trial.matrix_digits) for task in trial.tasks]
+    return [
+        [
+            (tint(value, reference, top), fixed(value, digits))
+            for value, (reference, top, digits) in zip(row, columns, strict=True)
+        ]
+        for row in rows
+    ]
+
+
 def change_tint(change: Change) -> str:
-    """Classes of the style sheet: ``lost1`` … ``lost5``, ``kept``, ``won1`` … ``won5``; ``unsure`` where the
-    interval contains 0 or there is none; ``raw`` without a ceiling."""
+    """Classes of the style sheet: ``lost1`` … ``lost5``, ``kept``, ``won1`` … ``won5``.
+
+    It is ``raw`` without a ceiling. ``unsure`` is added where the interval contains 0 or there is none.
+    """
     unsure = "" if change.is_certain else " unsure"
     mean = change.value.mean
     if mean is None or not change.normalized:

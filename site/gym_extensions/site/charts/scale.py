@@ -19,6 +19,11 @@ class Scale:
     start: float
     end: float
 
+    @property
+    def slope(self) -> float:
+        """Coordinates per unit of value."""
+        return (self.end - self.start) / (self.high - self.low)
+
     def at(self, value: float) -> float:
         """The coordinate of a value, clipped to the scale."""
         share = (min(max(value, self.low), self.high) - self.low) / (self.high - self.low)

@@ -42,8 +42,16 @@ def text(kind: str, x: float, y: float, content: str) -> str:
 
 
 def points(line: Iterable[tuple[float, float]], x: Scale, y: Scale) -> str:
-    """The ``points`` of a polyline through these values."""
-    return " ".join(f"{px(x.at(across))},{px(y.at(up))}" for across, up in line)
+    """The ``points`` of a polyline through these values, clipped to the scales."""
+    left, across = x.start - x.low * x.slope, x.slope
+    bottom, up = y.start - y.low * y.slope, y.slope
+    text = " ".join(
+        [
+            f"{left + min(max(a, x.low), x.high) * across:.1f},{bottom + min(max(b, y.low), y.high) * up:.1f}"
+            for a, b in line
+        ]
+    )
+    return text.replace("-0.0", "0.0")
 
 
 def tick_label(value: float) -> str:

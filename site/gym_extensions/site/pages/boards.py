@@ -1,4 +1,4 @@
-"""The pages of every board: its entries, what they retain of each task, and their scores over the sequence."""
+"""The pages of every board: its entries, what they retain of each task, their scores over the sequence."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def _inputs(page: BoardPage) -> bytes:
     first = board.rows[0].entry
     rows = [(row.entry, row.card, row.trial.score, row.retention) for row in page.rows]
     return msgspec.json.encode(
-        (board.id, len(board.rows), page.pages, certainty, board.unsolved_tasks, first, rows), order="sorted"
+        (board.id, len(board.rows), page.pages, certainty, board.unsolved_tasks, first, rows)
     )
 
 

@@ -23,7 +23,7 @@ PATH = "data.html"
 def publish_entry(entry: Scorecard, render: Render) -> Iterator[File]:
     """The scorecard of a submission, as ``score --json`` prints it."""
     document = ScorecardDocument(references=render.site.references, submissions=(entry,))
-    yield entry_data(entry.name), Draft(msgspec.json.encode(entry, order="sorted"), document.to_json)
+    yield entry_data(entry.name), Draft(msgspec.json.encode(entry), document.to_json)
 
 
 def publish(site: Leaderboard, render: Render) -> Iterator[File]:

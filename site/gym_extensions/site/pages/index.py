@@ -1,4 +1,4 @@
-"""The overview: who ends best and who forgets least, per group and budget. Its size does not grow with entries."""
+"""The overview: who ends best and who forgets least, per group and budget."""
 
 from __future__ import annotations
 

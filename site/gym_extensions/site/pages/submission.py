@@ -18,7 +18,7 @@ def publish_entry(entry: Scorecard, render: Render) -> Iterator[File]:
     path = entry_path(entry.name)
     poses = load_entry(render.site.poses, entry.name)
     panels = watches(entry, poses)
-    inputs = msgspec.json.encode((entry, poses), order="sorted")
+    inputs = msgspec.json.encode((entry, poses))
     yield path, Draft(inputs, lambda: render("submission.html", path, entry=entry, watches=panels))
     for panel in panels.values():
         yield panel.path, panel.script

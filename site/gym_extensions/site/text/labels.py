@@ -153,16 +153,6 @@ def short_trust(card: Scorecard) -> str:
     return {VALIDATED: "checked", "other": card.trust or ""}.get(level(card), level(card))
 
 
-def half_width(value: MetricValue) -> float | None:
-    """Half of the interval, which is symmetric; None with fewer than two runs."""
-    return (value.ends[1] - value.ends[0]) / 2 if value.ends else None
-
-
-def tied(others: int) -> str:
-    """With how many other entries an entry is tied, or nothing."""
-    return f"tied with {others} other{'' if others == 1 else 's'}" if others else ""
-
-
 def trust(card: Scorecard) -> str:
     """The level of trust as it is shown; ``refused`` with problems."""
     return TRUST_LABELS.get(card.trust or "", card.trust or "refused")

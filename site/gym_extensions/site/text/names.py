@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
+from functools import lru_cache
 
 from markupsafe import Markup, escape
 
@@ -40,11 +41,13 @@ def _task(name: str, version: str) -> Markup:
     )
 
 
+@lru_cache(maxsize=1024)
 def task(task_id: str) -> Markup:
     """A task's name without its namespace and version 0, for example ``HopperWall`` or ``HopperWall-v1``."""
     return _task(*split_version(task_id))
 
 
+@lru_cache(maxsize=1024)
 def variation(task_id: str, tasks: tuple[str, ...]) -> Markup:
     """A task's name without the base name that all tasks of its group share. The base task keeps its name."""
     names = [split_version(other)[0] for other in tasks]

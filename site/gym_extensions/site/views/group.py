@@ -79,6 +79,11 @@ class Group:
         return group_picture(self.id)
 
     @property
+    def task_ids(self) -> tuple[str, ...]:
+        """Its tasks in training order."""
+        return tuple(row.task for row in self.tasks)
+
+    @property
     def entries(self) -> int:
         """The number of different entries on its boards."""
         return len({row.entry.name for board in self.boards for row in board.rows})

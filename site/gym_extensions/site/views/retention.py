@@ -1,4 +1,4 @@
-"""What an entry keeps of each task: scores after every stage, and the change since right after its training."""
+"""What an entry keeps of each task: scores after every stage, and the change since its training."""
 
 from __future__ import annotations
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.protocol import PROTOCOLS
@@ -60,7 +61,7 @@ class Trial:
         """Floor and ceiling of a task; None for a suite or without references."""
         return self.detail.reference.get(task) if self.detail else None
 
-    @property
+    @cached_property
     def profile(self) -> Points:
         """Points of the performance profile, up to the highest score; empty without one."""
         whole = whole_profile(self.detail) if self.detail else None
@@ -71,12 +72,12 @@ class Trial:
         """Interquartile mean of the scores at the end, or None."""
         return self.detail.iqm if self.detail else None
 
-    @property
+    @cached_property
     def stage_matrices(self) -> tuple[Matrix, ...]:
         """Mean raw returns [run][stage][task] of a sequential log; else empty."""
         return self.detail.return_matrix if self.detail and self.protocol == "sequential" else ()
 
-    @property
+    @cached_property
     def mean_matrix(self) -> Matrix:
         """Mean raw returns [stage][task], averaged over runs."""
         return tuple(
@@ -84,7 +85,13 @@ class Trial:
             for stages in zip(*self.stage_matrices, strict=True)
         )
 
-    @property
+    @cached_property
+    def matrix_digits(self) -> int:
+        """Digits after the point in all matrices: none if returns reach the hundreds."""
+        rows = (*self.final_returns, *(stage for run in self.stage_matrices for stage in run))
+        return digits_for(10 * cell for row in rows for cell in row)
+
+    @cached_property
     def top_score(self) -> float:
         """The highest normalized mean return of the matrices, at least 1: the strongest tint."""
         rows = [*self.final_returns, *(stage for run in self.stage_matrices for stage in run)]
@@ -96,13 +103,13 @@ class Trial:
         )
         return max(1.0, *(score for score in scores if score is not None), 1.0)
 
-    @property
+    @cached_property
     def final_returns(self) -> Matrix:
         """Mean raw returns [run][task] of a single or joint log; else empty."""
         staged = self.protocol == "sequential"
         return tuple(run[-1] for run in self.detail.return_matrix) if self.detail and not staged else ()
 
-    @property
+    @cached_property
     def success_rates(self) -> tuple[tuple[float | None, ...], ...]:
         """Success rates [stage][task], averaged over runs; empty if no task of the group defines success."""
         runs = self.detail.success_rates if self.detail else ()
@@ -111,7 +118,7 @@ class Trial:
             for stages in zip(*runs, strict=True)
         )
 
-    @property
+    @cached_property
     def learned_nothing(self) -> bool:
         """Whether the agent learned nothing that it could forget."""
         return learned_nothing(self.score.metrics)
@@ -168,9 +175,3 @@ def table_digits(trial: Trial) -> int:
         return 2
     cells = [cell for row in trial.detail.paper_table for cell in row.cells() if cell]
     return digits_for(cell.mean / 10 for cell in cells)
-
-
-def matrix_digits(trial: Trial) -> int:
-    """Digits after the point in all matrices of a trial: none if returns reach the hundreds."""
-    rows = (*trial.final_returns, *(stage for run in trial.stage_matrices for stage in run))
-    return digits_for(10 * cell for row in rows for cell in row)
