@@ -5,15 +5,18 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from html.parser import HTMLParser
+from pathlib import Path
 from typing import Any
 
 import msgspec
 
 from gym_extensions.scoring.scorecard.model import ScorecardDocument
+from gym_extensions.site.build import TASK_PAGES
 from gym_extensions.site.build import files as site_files
+from gym_extensions.site.page import pages
 
 VOID = {"meta", "link", "br", "col", "wbr", "img", "input", "hr"}
-SELF_CLOSING = {"line", "circle", "polygon", "polyline", "rect"}
+SELF_CLOSING = {"line", "circle", "polygon", "polyline", "rect", "path"}
 
 
 class Reader(HTMLParser):
@@ -63,9 +66,10 @@ def typed(document: dict[str, Any]) -> ScorecardDocument:
     return msgspec.convert(document, ScorecardDocument)
 
 
-def files(document: dict[str, Any]) -> Iterator[tuple[str, str]]:
-    """Every file of the site that shows these JSON values."""
-    return site_files(typed(document))
+def files(document: dict[str, Any], poses: Path | None = None) -> Iterator[tuple[str, str]]:
+    """Every file of the site that shows these JSON values, except the pages of tasks, which are many."""
+    kinds = tuple(page for page in pages() if page.title != TASK_PAGES)
+    return site_files(typed(document), poses, kinds)
 
 
 def read(document: dict[str, Any]) -> dict[str, Reader]:

@@ -104,9 +104,12 @@ class Built:
     written: int
 
 
-def files(document: ScorecardDocument, poses: Path | None = None) -> Iterator[tuple[str, str]]:
-    """Every text file of the site of a document, as (path, text)."""
-    for path, content in Site(document.references, poses).files(document.submissions):
+def files(
+    document: ScorecardDocument, poses: Path | None = None, kinds: tuple[Page, ...] | None = None
+) -> Iterator[tuple[str, str]]:
+    """Every text file of the site of a document, as (path, text); of all kinds of pages, or of some."""
+    site = Site(document.references, poses, pages() if kinds is None else kinds)
+    for path, content in site.files(document.submissions):
         if isinstance(content, Draft):
             yield path, content.write()
         elif isinstance(content, str):

@@ -130,7 +130,9 @@ def test_a_path_on_a_map_is_the_position_after_every_step() -> None:
     np.testing.assert_array_equal(frames_of(track, timing)[-1], positions[-1])
 
 
-@pytest.mark.parametrize("path", sorted(COMMITTED.glob("*/*.json")), ids=lambda path: "/".join(path.parts[-2:]))
+@pytest.mark.parametrize(
+    "path", sorted(COMMITTED.glob("*/*.json")), ids=lambda path: "/".join(path.parts[-2:])
+)
 def test_committed_poses_belong_to_the_committed_logs(path: Path) -> None:
     document = load(path)
     assert document is not None

@@ -28,7 +28,7 @@ def _dots(episode: Episode, scale: Scale) -> Markup:
     y = LINE / 2
     parts = [stroke(scale.at(scale.low), y, scale.at(scale.high), y, "level")]
     parts += [text("tick", scale.at(mark), LINE + 8, tick_label(mark)) for mark in scale.ticks(TICKS)]
-    dots = "".join(f"M{px(scale.at(value))} {px(y)}h0" for value in returns)
+    dots = "".join(f"M{scale.at(value):.0f} {y:.0f}h0" for value in returns)
     parts.append(f'<path class="episodes" d="{dots}"/>')
     mean = statistics.fmean(returns)
     parts.append(stroke(scale.at(mean), y - 9, scale.at(mean), y + 9, "cell-mean"))

@@ -144,12 +144,13 @@ def _watch(name: str, trial: Trial, poses: Poses | None) -> Watch | None:
         return None
     if not poses.shows(trial.runs, trial.stage_matrices):
         return None
-    tasks = [_task(row) for row in poses.tasks]
+    tasks = [watched_task(row) for row in poses.tasks]
     path = entry_file(name, f"poses-{trial.group}.js")
     return Watch(f"watch-{trial.id}", path, poses.run, tuple(task for task in tasks if task is not None))
 
 
-def _task(row: TaskPoses) -> WatchedTask | None:
+def watched_task(row: TaskPoses) -> WatchedTask | None:
+    """A task with its episodes; None for a task that is not published."""
     facts, task = sheet(row.task), TASKS.get(row.task)
     if facts is None or task is None:
         return None
