@@ -17,8 +17,12 @@ PATH = Path(__file__).with_name("sheets.json")
 
 FREE, SLIDE, HINGE = 0, 2, 3
 """Kinds of joints, as in MuJoCo."""
-Role = Literal["body", "far", "changed", "object", "goal", "wall"]
-"""What a shape is; ``far`` is a left limb, ``changed`` a part that differs from the base body."""
+Role = Literal["body", "far", "changed", "object", "goal", "wall", "beam", "world-beam"]
+"""What a shape is.
+
+``far`` is a left limb, ``changed`` a part that differs from the base body. A ``beam`` turns with its link, a
+``world-beam`` keeps its direction.
+"""
 Row = tuple[str, str, str, str]
 """A row of a table: index, meaning, unit and range."""
 

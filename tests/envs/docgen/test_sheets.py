@@ -45,7 +45,7 @@ def test_a_parked_wall_is_not_drawn() -> None:
         facts = sheet(task(name).id)
         assert facts is not None and facts.skeleton is not None
         roles[name] = {shape.role for link in facts.skeleton.links for shape in link.shapes}
-    assert roles == {"HopperWall": {"body", "wall"}, "HopperWithSensor": {"body"}}
+    assert roles == {"HopperWall": {"body", "wall", "beam"}, "HopperWithSensor": {"body", "beam"}}
 
 
 def test_rectangles_cover_every_obstacle_once() -> None:

@@ -11,7 +11,9 @@ import numpy as np
 from gym_extensions.catalog.sheets import HINGE, SLIDE, Joint, Link, Role, Shape, Skeleton
 from gym_extensions.catalog.task import Task
 from gym_extensions.catalog.variations.morphology import LimbScale
-from gym_extensions.catalog.variations.obstacles import WALL, Wall
+from gym_extensions.catalog.variations.obstacles import WALL, RangeSensor, Wall
+from gym_extensions.envs.effects.range_sensor import REACH, fan_of
+from gym_extensions.envs.make import construct_mujoco
 from gym_extensions.envs.mujoco.compile import compile_model
 
 SIDE_VIEW = (90.0, 0.0)
@@ -29,7 +31,24 @@ def skeleton(task: Task) -> Skeleton:
     camera = task.body.camera
     is_arm = task.body.family == "arm" and camera is not None
     view = (camera.azimuth, camera.elevation) if is_arm and camera else SIDE_VIEW
-    return Skeleton(view, tuple(_link(task, model, index) for index in range(1, model.nbody)))
+    links = [_link(task, model, index) for index in range(1, model.nbody)]
+    links[0] = links[0]._replace(shapes=(*links[0].shapes, *_beams(task, model)))
+    return Skeleton(view, tuple(links))
+
+
+def _beams(task: Task, model: Any) -> Iterator[Shape]:
+    """The range beams, at full length, in the frame of the torso."""
+    if not any(isinstance(row, RangeSensor) for row in task.variations):
+        return
+    env: Any = construct_mujoco(task)
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    origin, directions = fan_of(task.body)(data.qpos, env.root_lift)
+    role: Role = "world-beam" if task.body.beams == "world" else "beam"
+    turn = np.eye(3) if role == "world-beam" else data.xmat[1].reshape(3, 3).T
+    start = turn @ (origin - data.xpos[1])
+    for direction in directions:
+        yield Shape(role, 0.0, _vector(start), _vector(start + REACH * turn @ direction))
 
 
 def _link(task: Task, model: Any, index: int) -> Link:

@@ -55,7 +55,7 @@ def motions(task: Task, episodes: Sequence[RecordedEpisode], most_steps: int) ->
 def _replayed(task: Task, parts: Sequence[Segment]) -> dict[tuple[str, int], Array]:
     """The coordinates after every step of each segment; in the first one, also those at the start."""
     steps = parts[0].episode.segment_steps
-    env = make_vec(task, len(parts))
+    env: Any = make_vec(task, len(parts))
     env.reset(seed=[part.episode.seed for part in parts])
     actions = padded_actions(parts, steps)
     if parts[0].index > 0:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -53,7 +54,8 @@ def timing_of(task: Task) -> Timing:
     if task.body.family == "navigation":
         every = math.ceil(task.max_steps / MAX_PATH_POINTS)
         return Timing(MAP_UNIT, 0.0, float(every), task.max_steps)
-    rate = 1 / float(construct_mujoco(task).unwrapped.dt)
+    env: Any = construct_mujoco(task)
+    rate = 1 / float(env.dt)
     return Timing(BODY_UNIT, rate, rate / RATE, math.ceil(MAX_SECONDS * rate))
 
 

@@ -57,7 +57,8 @@ def placed(skeleton: Skeleton, coordinates: Array) -> list[Placed]:
             start, end = np.array(shape.start), np.array(shape.end)
             if shape.role == "wall":
                 start, end = start - end, start + end
-            ends = [(origin + turn @ point) @ view.T for point in (start, end)]
+            fixed = np.eye(3) if shape.role == "world-beam" else turn
+            ends = [(origin + fixed @ point) @ view.T for point in (start, end)]
             shapes.append(Placed(shape.role, shape.radius, *ends))
     return shapes
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from markupsafe import Markup, escape
 
-from gym_extensions.site.motion.kinematics import Placed, placed
+from gym_extensions.site.motion.kinematics import Array, Placed, placed
 from gym_extensions.site.motion.maps import SIZE, map_elements
 from gym_extensions.site.motion.watch import Episode, WatchedTask
 
@@ -18,7 +18,7 @@ GHOSTS, MANY_LIMBS = 12, 12
 WIDTH, HEIGHT = 640, 150
 """Largest picture, in pixels."""
 SHORT_TRACK = 3.0
-"""Where all episodes of a task are shorter, in m, the poses are moved apart, evenly in time."""
+"""Where all episodes of a task are shorter, in m, and there is no wall, the poses are moved apart."""
 APART, LEAST_APART = 0.6, 0.55
 """Distance of poses that are moved apart: relative to the width of a body, and at least in m."""
 NEAR = 0.35
@@ -59,8 +59,13 @@ def stroboscopes(task: WatchedTask) -> list[Markup]:
     """A picture per episode of the task, all on one scale."""
     if task.sheet.skeleton is None:
         return [_path(task, episode) for episode in task.episodes]
-    bodies = [placed(task.sheet.skeleton, _ghosts(episode)) for episode in task.episodes]
-    is_moved_apart = task.travels and all(abs(episode.distance) < SHORT_TRACK for episode in task.episodes)
+    bodies = [
+        [shape for shape in placed(task.sheet.skeleton, _ghosts(episode)) if not shape.role.endswith("beam")]
+        for episode in task.episodes
+    ]
+    has_wall = any(shape.role == "wall" for shape in bodies[0])
+    is_short = all(abs(episode.distance) < SHORT_TRACK for episode in task.episodes)
+    is_moved_apart = task.travels and is_short and not has_wall
     if is_moved_apart:
         bodies = _moved_apart(bodies, task.episodes)
     frame = frame_of([shape for shapes in bodies for shape in shapes], task.travels)
@@ -71,7 +76,7 @@ def stroboscopes(task: WatchedTask) -> list[Markup]:
 
 
 def _moved_apart(bodies: Sequence[Sequence[Placed]], episodes: Sequence[Episode]) -> list[list[Placed]]:
-    """The poses of each episode side by side, the body's own motion along x taken out, walls left out."""
+    """The poses of each episode side by side, the body's own motion along x taken out."""
     widths = []
     for shapes in bodies:
         ends = np.stack([point[:, 0] for shape in shapes for point in (shape.start, shape.end)])
@@ -81,13 +86,7 @@ def _moved_apart(bodies: Sequence[Sequence[Placed]], episodes: Sequence[Episode]
     for shapes, episode in zip(bodies, episodes, strict=True):
         root = _ghosts(episode)[:, 0]
         shift = np.stack([apart * np.arange(len(root)) - root, np.zeros(len(root))], axis=1)
-        moved.append(
-            [
-                replace(shape, start=shape.start + shift, end=shape.end + shift)
-                for shape in shapes
-                if shape.role != "wall"
-            ]
-        )
+        moved.append([replace(row, start=row.start + shift, end=row.end + shift) for row in shapes])
     return moved
 
 
@@ -106,11 +105,12 @@ def frame_of(shapes: Sequence[Placed], travels: bool) -> Frame:
     return Frame(float(low[0]), float(low[1]), float(high[0]), float(high[1]))
 
 
-def _ghosts(episode: Episode) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+def _ghosts(episode: Episode) -> Array:
     rows, skeleton = episode.coordinates, episode.sheet.skeleton
     limbs = sum(len(link.shapes) for link in skeleton.links) if skeleton else 0
     ghosts = GHOSTS - 2 * (limbs > MANY_LIMBS)
-    return rows[np.unique(np.rint(np.linspace(0, len(rows) - 1, ghosts)).astype(int))]
+    shown: Array = rows[np.unique(np.rint(np.linspace(0, len(rows) - 1, ghosts)).astype(int))]
+    return shown
 
 
 def _picture(shapes: Sequence[Placed], frame: Frame, episode: Episode, floor: tuple[bool, bool]) -> Markup:

@@ -2,7 +2,7 @@
 "use strict";
 (() => {
   const DIGITS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  const SPEEDS = [0.25, 0.5, 1, 2, 4];
+  const SPEEDS = [0.25, 0.5, 1, 2, 4], FREE_BEAM = 0.25;
   const calm = matchMedia("(prefers-reduced-motion: reduce)");
 
   // The coordinates of a clip: an array of numbers per frame.
@@ -61,12 +61,23 @@
       for (const [role, radius, first, second] of content) {
         const ends = role === "wall" ? [sum(first, second, -1), sum(first, second)] : [first, second];
         shapes.push([role, radius, ...ends.flatMap((end) => {
-          const point = sum(origin, turned(turn, end));
+          const point = sum(origin, role === "world-beam" ? end : turned(turn, end));
           return [dot(point, right), dot(point, up)];
         })]);
       }
     }
     return shapes;
+  }
+
+  // The part of a beam before it enters a wall, from 0 to 1; 0 if it misses.
+  function enter(start, along, [, , ...corners]) {
+    let first = 0, last = 1;
+    for (const axis of [0, 1]) {
+      const ends = [corners[axis], corners[axis + 2]].map((side) => (side - start[axis]) / (along[axis] || 1e-9));
+      first = Math.max(first, Math.min(...ends));
+      last = Math.min(last, Math.max(...ends));
+    }
+    return first < last ? first : 0;
   }
 
   // Linear between two frames.
@@ -81,7 +92,7 @@
     const box = [Infinity, Infinity, -Infinity, -Infinity];
     for (const rows of task.rows) for (let i = 0; i < rows.length; i += 5) {
       for (const [role, radius, ...ends] of placed(skeleton, rows[i])) {
-        if (role === "wall") continue;
+        if (role === "wall" || role.endsWith("beam")) continue;
         for (const k of [0, 2]) {
           const x = ends[k] - (task.travels ? rows[i][0] : 0), y = ends[k + 1];
           box[0] = Math.min(box[0], x - radius);
@@ -152,8 +163,18 @@
         }
         pen.stroke();
       }
-      for (const [role, radius, x1, y1, x2, y2] of placed(skeleton, q)) {
-        if (role === "wall") {
+      const shapes = placed(skeleton, q), wall = shapes.find(([role]) => role === "wall");
+      for (const [role, radius, x1, y1, x2, y2] of shapes) {
+        if (role.endsWith("beam")) {
+          const along = [x2 - x1, y2 - y1], hit = wall && enter([x1, y1], along, wall);
+          const length = hit || Math.min(FREE_BEAM, along[1] < 0 ? -y1 / along[1] : 1);
+          pen.strokeStyle = colour(hit ? "--warn-ink" : "--rule");
+          pen.lineWidth = 1;
+          pen.beginPath();
+          pen.moveTo(X(x1), Y(y1));
+          pen.lineTo(X(x1 + length * along[0]), Y(y1 + length * along[1]));
+          pen.stroke();
+        } else if (role === "wall") {
           pen.fillStyle = colour("--cold");
           pen.fillRect(X(x1), Y(y2), (x2 - x1) * scale, (y2 - y1) * scale);
         } else if (role === "goal" || role === "object") {
