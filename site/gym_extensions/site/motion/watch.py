@@ -62,7 +62,9 @@ class Episode:
             if seconds > MAX_SECONDS:
                 facts.append(f"the first {fixed(MAX_SECONDS, 0)} s are shown")
         if self.travels:
-            facts.append(f"{fixed(self.distance, 1)} m forward")
+            facts.append(
+                f"{fixed(abs(self.distance), 1)} m {'backward' if self.distance < -0.05 else 'forward'}"
+            )
         if self.clip.success is not None:
             facts.append("success" if self.clip.success else "no success")
         return ", ".join(facts)

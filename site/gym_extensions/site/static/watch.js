@@ -92,6 +92,7 @@
     const box = [Infinity, Infinity, -Infinity, -Infinity];
     for (const rows of task.rows) for (let i = 0; i < rows.length; i += 5) {
       for (const [role, radius, ...ends] of placed(skeleton, rows[i])) {
+        if (role === "wall") box[2] = Math.max(box[2], 2.5);
         if (role === "wall" || role.endsWith("beam")) continue;
         for (const k of [0, 2]) {
           const x = ends[k] - (task.travels ? rows[i][0] : 0), y = ends[k + 1];
