@@ -86,6 +86,8 @@ def _panel(lines: Sequence[Drawn], at: int, x: Scale, y: Scale) -> Markup:
     for line in reversed(lines):
         values = [stage[at] for stage in line.retention.stages]
         mean = [(float(stage), value.mean) for stage, value in enumerate(values) if value.mean is not None]
+        if not mean:
+            continue
         low = [(float(stage), value.ends[0]) for stage, value in enumerate(values) if value.ends]
         high = [(float(stage), value.ends[1]) for stage, value in enumerate(values) if value.ends]
         if low:

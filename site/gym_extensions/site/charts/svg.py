@@ -43,15 +43,11 @@ def text(kind: str, x: float, y: float, content: str) -> str:
 
 def points(line: Iterable[tuple[float, float]], x: Scale, y: Scale) -> str:
     """The ``points`` of a polyline through these values, clipped to the scales."""
-    left, across = x.start - x.low * x.slope, x.slope
-    bottom, up = y.start - y.low * y.slope, y.slope
-    text = " ".join(
-        [
-            f"{left + min(max(a, x.low), x.high) * across:.1f},{bottom + min(max(b, y.low), y.high) * up:.1f}"
-            for a, b in line
-        ]
-    )
-    return text.replace("-0.0", "0.0")
+    across, up = zip(*line, strict=True)
+    pairs = [0.0] * (2 * len(across))
+    pairs[::2], pairs[1::2] = x.all_at(across), y.all_at(up)
+    # One operation for all numbers: large boards have millions of points.
+    return (("%.1f,%.1f " * len(across)) % tuple(pairs)).rstrip().replace("-0.0", "0.0")
 
 
 def tick_label(value: float) -> str:

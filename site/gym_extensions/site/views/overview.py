@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import accumulate
+
+from markupsafe import escape
 
 from gym_extensions.catalog.suites import SUITES
 from gym_extensions.site.text.labels import ends, mean
@@ -14,8 +18,11 @@ from gym_extensions.site.views.board import Board
 from gym_extensions.site.views.board_row import Row
 from gym_extensions.site.views.entrant import SEQUENTIAL
 
-MAX_ROWS = 36
-"""Rows of the overview; further boards are on the pages of the groups."""
+ROWS_BYTES = 28_000
+"""About the largest size of all rows; further boards are on the pages of the groups."""
+ROW_BYTES = 700
+"""Size of a row without titles and names."""
+MAX_REASONS = 6
 MAX_TITLE = 40
 
 
@@ -55,20 +62,30 @@ def overview(boards: Sequence[Board]) -> Overview:
     """The overview of all boards, those of all budgets in the order of ``boards``."""
     sequential = [board for board in boards if board.protocol == SEQUENTIAL]
     scored = [board for board in sequential if board.leader]
+    sizes = list(accumulate(map(_bytes, scored)))
+    rows = bisect_right(sizes, ROWS_BYTES)
     return Overview(
-        rows=tuple(scored[:MAX_ROWS]),
+        rows=tuple(scored[:rows]),
         without_score=tuple(board for board in sequential if not board.leader),
-        more=max(0, len(scored) - MAX_ROWS),
+        more=len(scored) - rows,
     )
 
 
+def _bytes(board: Board) -> int:
+    """About the size of a row; an escaped character takes up to six bytes."""
+    rows = (board.leader.row if board.leader else None, board.least_forgetting)
+    entries = [row.entry for row in rows if row]
+    texts = [text for entry in entries for text in (entry.title[:MAX_TITLE], entry.name, entry.name)]
+    return ROW_BYTES + sum(len(str(escape(text)).encode()) for text in texts)
+
+
 def reasons(boards: Sequence[Board]) -> tuple[tuple[str, tuple[Board, ...]], ...]:
-    """Boards without a score by the reason, in order; a suite lacks a group's score."""
+    """Boards without a score by the reason, the first reasons; a suite lacks a group's score."""
     by_reason: dict[str, list[Board]] = {}
     for board in boards:
         why = "A suite needs a score in every group." if board.suite else board.why_no_score
         by_reason.setdefault(why, []).append(board)
-    return tuple((why, tuple(members)) for why, members in by_reason.items())
+    return tuple((why, tuple(members)) for why, members in by_reason.items())[:MAX_REASONS]
 
 
 def _answer(what: str, rows: Sequence[tuple[Board, Row]], metric: str, verb: str) -> str:
