@@ -151,9 +151,9 @@ def test_a_path_is_drawn_over_its_map_with_the_goal(document: dict[str, Any]) ->
     walk = replace(clip, frames=2, motion=motion_of(track, 0.1))
     mapped = replace(row, task=name, after=walk, unit=0.1, steps_per_second=0.0, steps_per_frame=4.0)
     episode = Episode(walk, "At the end", mapped, facts, False)
-    [drawing] = stroboscopes(WatchedTask(name, (episode,)))
-    assert 'd="M100 400l3 -4"' in drawing
-    assert 'class="goal"' in drawing
+    [drawing] = stroboscopes(WatchedTask(name, (episode,)), "../")
+    assert 'd="M100 400l3-4"' in drawing
+    assert 'href="../pictures/map0-goal0.svg"' in drawing
     assert episode.facts.endswith("500 steps")
 
 

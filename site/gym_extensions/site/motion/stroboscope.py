@@ -10,8 +10,9 @@ import numpy as np
 from markupsafe import Markup, escape
 
 from gym_extensions.site.motion.kinematics import Array, Placed, placed
-from gym_extensions.site.motion.maps import SIZE, map_elements
+from gym_extensions.site.motion.maps import SIZE
 from gym_extensions.site.motion.watch import Episode, WatchedTask
+from gym_extensions.site.views.pictures import task_picture
 
 GHOSTS, MANY_LIMBS = 12, 12
 """Poses of an episode; two fewer if a body has more limbs than this."""
@@ -55,10 +56,10 @@ class Frame:
         return self.at((self.right, self.bottom))
 
 
-def stroboscopes(task: WatchedTask) -> list[Markup]:
-    """A picture per episode of the task, all on one scale."""
+def stroboscopes(task: WatchedTask, root: str = "") -> list[Markup]:
+    """A picture per episode of the task, all on one scale; ``root`` leads from the page to the index."""
     if task.sheet.skeleton is None:
-        return [_path(task, episode) for episode in task.episodes]
+        return [_path(f"{root}{task_picture(task.task)}", episode) for episode in task.episodes]
     bodies = [
         [shape for shape in placed(task.sheet.skeleton, _ghosts(episode)) if not shape.role.endswith("beam")]
         for episode in task.episodes
@@ -166,16 +167,17 @@ def _floor(frame: Frame, has_ticks: bool) -> str:
     return f'<path class="floor" d="M0 {frame.at((0.0, 0.0))[1]}h{frame.size[0]}{marks}"/>'
 
 
-def _path(task: WatchedTask, episode: Episode) -> Markup:
-    """The map with the goal and the path of an episode of 2-D navigation."""
+def _path(picture: str, episode: Episode) -> Markup:
+    """The path of an episode of 2-D navigation over the picture of its map."""
     width, height = SIZE
     rows = np.rint(episode.coordinates).astype(int)
     rows[:, 1] = height - rows[:, 1]
     steps = np.diff(rows, axis=0)
-    line = f"M{rows[0, 0]} {rows[0, 1]}l" + " ".join(f"{x} {y}" for x, y in steps.tolist())
+    line = f"M{rows[0, 0]} {rows[0, 1]}l" + " ".join(f"{x} {y}" for x, y in steps.tolist()).replace(" -", "-")
     label = f"{episode.title}: {episode.facts}"
     return Markup(
         f'<svg class="strobe map" viewBox="0 0 {width} {height}" width="320" role="img" '
-        f'aria-label="{escape(label)}" stroke-width="4">{map_elements(task.sheet)}<path d="{line}"/>'
+        f'aria-label="{escape(label)}" stroke-width="4"><image href="{picture}" width="{width}" '
+        f'height="{height}"/><path d="{line}"/>'
         f'<circle class="object" cx="{rows[-1, 0]}" cy="{rows[-1, 1]}" r="8"/></svg>'
     )
