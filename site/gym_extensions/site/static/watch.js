@@ -1,4 +1,5 @@
-// The player of the Watch panel: adds Play to every task, and draws both episodes at once on canvases. Kinematics as in charts/kinematics.py, the text of motions as in scoring/poses/vlq.py.
+// The player of the Watch panel: adds Play to every task, and draws both episodes at once on canvases.
+// Kinematics as in motion/kinematics.py, the text of motions as in scoring/poses/vlq.py.
 "use strict";
 (() => {
   const DIGITS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
