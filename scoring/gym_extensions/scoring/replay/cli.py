@@ -13,7 +13,7 @@ from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.reading.evaluation_log import Log
 from gym_extensions.scoring.poses.files import FOLDER, load, path_of, write
 from gym_extensions.scoring.poses.model import Poses
-from gym_extensions.scoring.replay.poses import poses_of, shown_episodes
+from gym_extensions.scoring.replay.poses import episode_of, poses_of, shown_episodes
 
 
 def parser() -> argparse.ArgumentParser:
@@ -41,8 +41,11 @@ def is_current(poses: Poses | None, log: Log, folder: Folder) -> bool:
         for clip in (task.after, task.end)
         if clip
     }
-    shown = shown_episodes(log, folder.read(log.path), dict(folder.files), poses.run)
-    if {(audited.stage, audited.task, audited.episode) for audited in shown} != set(clips):
+    shown = {
+        (stage, task_id, episode_of(request))
+        for (stage, task_id), request in shown_episodes(folder, log).items()
+    }
+    if shown != set(clips):
         return False
     returns = dict(zip(log.episode_keys, log.return_.tolist(), strict=True))
     return all(
@@ -69,7 +72,8 @@ def watch(path: Path, out: Path, again: bool = False) -> list[tuple[Path, bool]]
     for submitted in submission.groups.values():
         log = submitted.logs.get("sequential")
         group = submitted.group
-        if log is None or not any(name.startswith(f"{group.name}/traces/") for name in folder.files):
+        has_traces = any(name.startswith(f"{group.name}/traces/") for name in folder.files)
+        if log is None or not has_traces or not shown_episodes(folder, log):
             continue
         file = path_of(out, submission.name, group.name)
         if not again and is_current(load(file), log, folder):

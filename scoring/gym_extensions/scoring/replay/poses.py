@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,16 +12,15 @@ from gym_extensions.catalog.protocol import EVALUATION_EPISODES
 from gym_extensions.catalog.task import Task
 from gym_extensions.envs.make import construct_mujoco
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.audit import Audited
 from gym_extensions.rollouts.folder import Folder
+from gym_extensions.rollouts.layout import TRACE
 from gym_extensions.rollouts.problem import Problem
 from gym_extensions.rollouts.reading.evaluation_log import Log
 from gym_extensions.rollouts.trace_reader import (
     Array,
     RecordedEpisode,
+    TraceRequest,
     read_trace,
-    sample_of,
-    trace_path,
     trace_requests,
 )
 from gym_extensions.scoring.poses.model import (
@@ -37,6 +35,9 @@ from gym_extensions.scoring.poses.model import (
     motion_of,
 )
 from gym_extensions.scoring.replay.motion import motions
+
+Cell = tuple[int, str]
+"""Stage and task id."""
 
 
 @dataclass(frozen=True)
@@ -59,41 +60,53 @@ def timing_of(task: Task) -> Timing:
     return Timing(BODY_UNIT, rate, rate / RATE, math.ceil(MAX_SECONDS * rate))
 
 
-def shown_episodes(log: Log, data: bytes, files: dict[str, object], run: int) -> list[Audited]:
-    """The audited episodes of a run that are shown: the first of each audited cell, sorted."""
-    first: dict[tuple[int, str], Audited] = {}
-    for audited in sample_of(log, data, files):
-        if audited.run == run:
-            first.setdefault((audited.stage, audited.task), audited)
-    return list(first.values())
+def shown_episodes(folder: Folder, log: Log) -> dict[Cell, TraceRequest]:
+    """The audited episode of the first run that is shown, by stage and task: of each cell the first one."""
+    shown: dict[Cell, TraceRequest] = {}
+    for request in sorted(trace_requests(log, folder.read(log.path), folder.files), key=_numbers):
+        run, stage, _ = _numbers(request)
+        if run == log.runs[0]:
+            shown.setdefault((stage, request.task.id), request)
+    return shown
+
+
+def episode_of(request: TraceRequest) -> int:
+    """The number of the episode in its cell."""
+    return _numbers(request)[2]
+
+
+def _numbers(request: TraceRequest) -> tuple[int, int, int]:
+    """Run, stage and episode, from the name of the trace."""
+    match = TRACE.fullmatch(request.path.rpartition("/")[2])
+    if match is None:
+        raise BenchError("bad-trace-name", "The name of the trace is not in the format.", request.path)
+    return int(match[2]), int(match[3]), int(match[5])
 
 
 def poses_of(folder: Folder, log: Log) -> Poses:
     """The poses of the first run of a sequential log.
 
     Raises:
-        BenchError: a trace is missing or malformed, or its replay differs.
+        BenchError: the log has no traces, one is missing or malformed, or its replay differs.
     """
-    data, run = folder.read(log.path), log.runs[0]
-    shown = {
-        trace_path(log, audited): audited for audited in shown_episodes(log, data, dict(folder.files), run)
-    }
-    episodes = dict(_read(folder, log, data, set(shown)))
-    clips: dict[tuple[int, str], Clip] = {}
+    shown = shown_episodes(folder, log)
+    if not shown:
+        raise BenchError("no-traces", "The log has no audited traces.", log.path, "Record it again.")
+    episodes = {cell: _episode(folder, request) for cell, request in shown.items()}
+    clips: dict[Cell, Clip] = {}
     timings = {task.id: timing_of(task) for task in log.group.tasks}
     for task in log.group.tasks:
         timing = timings[task.id]
-        chosen = [(audited, episodes[path]) for path, audited in shown.items() if audited.task == task.id]
-        tracks = motions(task, [episode for _, episode in chosen], timing.most_steps)
-        for (audited, episode), track in zip(chosen, tracks, strict=True):
-            clips[audited.stage, task.id] = _clip(
-                log, audited, episode, frames_of(track, timing), timing.unit
-            )
+        cells = [cell for cell in shown if cell[1] == task.id]
+        tracks = motions(task, [episodes[cell] for cell in cells], timing.most_steps)
+        for cell, track in zip(cells, tracks, strict=True):
+            frames = frames_of(track, timing)
+            clips[cell] = _clip(log, cell, shown[cell], frames, timing.unit)
     last = len(log.group.tasks)
     return Poses(
         submission=folder.name,
         group=log.group.id,
-        run=run,
+        run=log.runs[0],
         tasks=tuple(
             TaskPoses(
                 task=task.id,
@@ -118,27 +131,27 @@ def frames_of(track: Array, timing: Timing) -> Array:
     return np.stack([np.interp(at, steps, column) for column in track.T], axis=1)
 
 
-def _read(folder: Folder, log: Log, data: bytes, paths: set[str]) -> Iterator[tuple[str, RecordedEpisode]]:
-    for request in trace_requests(log, data, folder.files):
-        if request.path in paths:
-            trace = read_trace(folder, request)
-            if isinstance(trace, Problem):
-                raise BenchError(trace.rule, trace.message, trace.where, trace.hint)
-            yield request.path, trace
+def _episode(folder: Folder, request: TraceRequest) -> RecordedEpisode:
+    trace = read_trace(folder, request)
+    if isinstance(trace, Problem):
+        raise BenchError(trace.rule, trace.message, trace.where, trace.hint)
+    return trace
 
 
-def _clip(log: Log, audited: Audited, episode: RecordedEpisode, frames: Array, unit: float) -> Clip:
-    cell = (log.run == audited.run) & (log.stage == audited.stage)
-    cell &= log.position == log.group.task_ids.index(audited.task)
-    returns = log.return_[cell]
+def _clip(log: Log, cell: Cell, request: TraceRequest, frames: Array, unit: float) -> Clip:
+    stage, task_id = cell
+    rows = (
+        (log.run == log.runs[0]) & (log.stage == stage) & (log.position == log.group.task_ids.index(task_id))
+    )
+    returns = log.return_[rows]
     if len(returns) != EVALUATION_EPISODES:
         raise BenchError("missing-cell", f"The cell has {len(returns)} episodes.", log.path)
     return Clip(
-        stage=audited.stage,
-        episode=audited.episode,
-        steps=episode.length,
-        success=episode.success,
-        returns=tuple(round(value, 2) for value in returns[np.argsort(log.episode[cell])].tolist()),
+        stage=stage,
+        episode=episode_of(request),
+        steps=request.length,
+        success=request.success,
+        returns=tuple(round(value, 2) for value in returns[np.argsort(log.episode[rows])].tolist()),
         frames=len(frames),
         motion=motion_of(frames, unit),
     )
