@@ -66,6 +66,7 @@ def environment() -> Environment:
         performance_profile=performance_profile,
         pictures=pictures,
         reported=REPORTED,
+        separate_groups=trial.separate_groups,
         small_multiples=small_multiples,
         speed_bar=speed_bar,
         strip_plot=strip_plot,
