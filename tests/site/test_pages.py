@@ -262,9 +262,9 @@ def test_boards_without_a_score_are_in_one_line_with_the_reason(document: dict[s
 def test_the_overview_says_who_ends_best_and_who_forgets_least(document: dict[str, Any]) -> None:
     text = read(document)["index.html"].text
     assert (
-        "Best final performance: Agile (agile) leads on 1 of 3 boards with a score; on hopper-gravity-v0 with 0.55 "
-        "(0.48 to 0.61). Least forgetting among those that learned: Agile (agile) forgets least on 1 of 3 boards "
-        "with a score; on hopper-gravity-v0 with 0.44 (0.39 to 0.49)."
+        "Best final performance: Agile (agile) leads on 1 of 3 boards with a score; on hopper-gravity-v0 "
+        "with 0.55 (0.48 to 0.61). Least forgetting among those that learned: Agile (agile) forgets least on "
+        "1 of 3 boards with a score; on hopper-gravity-v0 with 0.44 (0.39 to 0.49)."
     ) in text
 
 
