@@ -126,7 +126,7 @@ def test_the_overview_has_at_most_forty_kilobytes_for_any_number_of_boards() -> 
 
 
 def test_sixty_entries_have_two_pages_and_a_table_of_all_rows() -> None:
-    entries = []
+    entries: list[dict[str, Any]] = []
     for number in range(60):
         entry = copy.deepcopy(one_run()) if number == 0 else {**entries[0], "name": f"e{number}"}
         entries.append(entry)
