@@ -108,6 +108,7 @@ def _manifest(algorithm: str, conditioned: bool) -> ManifestSummary:
 def write(line: str) -> None:
     """Prints a line."""
     sys.stdout.write(f"{line}\n")
+    sys.stdout.flush()
 
 
 def read(files: Sequence[Path]) -> Iterator[Scorecard]:

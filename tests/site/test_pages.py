@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from gym_extensions.scoring.references import load_references
 from gym_extensions.scoring.scorecard.model import REPORTED, VALIDATED
 from gym_extensions.site.page import pages
 
@@ -209,6 +210,62 @@ def test_the_levels_of_trust_of_the_scorer_are_explained(document: dict[str, Any
         ("replayed", "replayed"),
         ("refused", "refused"),
     ]
+
+
+def test_an_entry_on_several_groups_has_a_page_of_results_per_group(document: dict[str, Any]) -> None:
+    built = read(document)
+    paths = [f"submissions/keeper/{body}-gravity-v0.html" for body in ("hopper", "walker2d")]
+    links = {a.get("href", "") for _, a in built["submissions/keeper.html"].elements}
+    for path in paths:
+        assert "Evaluation matrix" in built[path].text
+        assert path.removeprefix("submissions/") in {link.removeprefix("../submissions/") for link in links}
+    assert "Evaluation matrix" not in built["submissions/keeper.html"].text
+    assert "Evaluation matrix" in built["submissions/agile.html"].text
+    assert not [path for path in built if path.startswith("submissions/agile/")]
+
+
+def test_a_group_page_spells_out_what_one_means(document: dict[str, Any]) -> None:
+    document["references"] = {**document["references"], "sha256": load_references().digest}
+    text = read(document)["groups/hopper-gravity-v0.html"].text
+    assert re.search(
+        r"1 = [\w-]+, \w+ steps, five runs: returns \d+, \d+, \d+, \d+, \d+; mean \d+\. 0 = ", text
+    )
+    document["references"]["sha256"] = "00" * 32
+    assert "No reference has been measured." in read(document)["groups/hopper-gravity-v0.html"].text
+
+
+def test_a_group_page_has_the_numbers_of_a_publication_beside_those_of_the_first_entries(
+    document: dict[str, Any],
+) -> None:
+    printed = copy.deepcopy(document["submissions"][0])
+    printed.update(name="printed", title="Printed", trust="reported")
+    printed["groups"]["hopper-gravity-v0"].pop("single")
+    document["submissions"].append(printed)
+    page = read(document)["groups/hopper-gravity-v0.html"]
+    assert "The paper’s four columns" in page.text
+    assert "Gravity Half Printed printed" in page.text
+    assert "Agile agile" in page.text.split("four columns")[1]
+    assert "four columns" not in read(document)["groups/walker2d-gravity-v0.html"].text
+
+
+def test_boards_without_a_score_are_in_one_line_with_the_reason(document: dict[str, Any]) -> None:
+    null: dict[str, Any] = {"mean": None, "low": None, "high": None, "runs": [], "why": "All unsolved."}
+    scores = document["submissions"][1]["groups"]["walker2d-gravity-v0"]["sequential"]
+    scores["metrics"] = dict.fromkeys(scores["metrics"], null)
+    page = dict(files(document))["index.html"]
+    folded = page.split("<details")[1].split("</details>")[0]
+    assert "No score yet: 1 board" in folded
+    assert "All unsolved." in folded
+    assert "walker2d-gravity-v0" not in page.split("<details")[0]
+
+
+def test_the_overview_says_who_ends_best_and_who_forgets_least(document: dict[str, Any]) -> None:
+    text = read(document)["index.html"].text
+    assert (
+        "Best final performance: Agile (agile) leads on 1 of 3 boards with a score; on hopper-gravity-v0 "
+        "with 0.55 (0.48 to 0.61). Least forgetting among those that learned: Agile (agile) forgets least on "
+        "1 of 3 boards with a score; on hopper-gravity-v0 with 0.44 (0.39 to 0.49)."
+    ) in text
 
 
 def test_the_metrics_page_says_which_comparison_is_which(document: dict[str, Any]) -> None:

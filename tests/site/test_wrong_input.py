@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 from typing import Any
 
 import pytest
@@ -123,29 +122,3 @@ def test_the_overview_has_at_most_forty_kilobytes_for_any_number_of_boards() -> 
     shown = index.count('class="shot">') - 1
     assert 15 < shown < len(entries)
     assert f"{len(entries) - shown} more boards with a score" in index
-
-
-def test_sixty_entries_have_two_pages_and_a_table_of_all_rows() -> None:
-    entries = []
-    for number in range(60):
-        entry = copy.deepcopy(one_run()) if number == 0 else {**entries[0], "name": f"e{number}"}
-        entries.append(entry)
-    scores = sequential("hopper-gravity", learner(0.9, 0.75, 1))
-    for number, entry in enumerate(entries):
-        final = {**scores["metrics"]["final_performance"], "runs": [number / 100], "mean": number / 100}
-        metrics = {**scores["metrics"], "final_performance": final}
-        entry["groups"] = {"hopper-gravity-v0": {"sequential": {**scores, "metrics": metrics}}}
-    pages = read(only(*entries))
-    first, second = (pages[BOARD.replace(".html", f"{end}.html")] for end in ("", "-2"))
-    everything_page = pages[BOARD.replace(".html", "-all.html")]
-    rows = [sum("data-entry" in a for _, a in page.elements) for page in (first, second)]
-    assert rows == [50, 10]
-    assert "1 to 50 of 60" in first.text
-    assert "51 to 60 of 60" in second.text
-    tables = [
-        next("data-table" in a for tag, a in page.elements if tag == "table")
-        for page in (first, everything_page)
-    ]
-    assert tables == [False, True]
-    assert sum(tag == "i" for tag, _ in everything_page.elements) == 60
-    assert "sort, search, filter, compare" in first.text

@@ -28,6 +28,11 @@ def entry_path(name: str) -> str:
     return f"submissions/{slug(name)}.html"
 
 
+def results_path(name: str, group_id: str) -> str:
+    """The results of a submission on one group, where they are not on its own page."""
+    return f"submissions/{slug(name)}/{slug(group_id)}.html"
+
+
 def group_path(group_id: str) -> str:
     """The page of a group or suite, for example ``groups/hopper-gravity-v0.html``."""
     return f"groups/{slug(group_id)}.html"

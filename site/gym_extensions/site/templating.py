@@ -46,6 +46,7 @@ def environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
         keep_trailing_newline=True,
+        auto_reload=False,
     )
     templates.filters.update(
         fixed=numbers.fixed,
@@ -75,6 +76,7 @@ def environment() -> Environment:
         pictures=pictures,
         reference_dots=reference_dots,
         reported=REPORTED,
+        separate_groups=trial.separate_groups,
         small_multiples=small_multiples,
         speed_bar=speed_bar,
         strip_plot=strip_plot,

@@ -66,7 +66,7 @@ def test_an_unsolved_task_has_a_raw_change() -> None:
 
 def test_a_score_without_returns_has_no_changes() -> None:
     empty = GroupScore(budget="paper", runs=(), tasks=("a",), metrics={}, reference={}, return_matrix=())
-    assert retention(empty).changes == retention(empty).stages == ()
+    assert (retention(empty).changes, retention(empty).stages) == ((), ())
 
 
 def test_tints_of_a_matrix_reach_its_highest_score() -> None:

@@ -8,7 +8,7 @@ import msgspec
 
 from gym_extensions.site.leaderboard import Leaderboard
 from gym_extensions.site.page import Draft, File, Page, Render
-from gym_extensions.site.views.board_page import BoardPage, board_pages
+from gym_extensions.site.tables.board_page import BoardPage, board_pages
 
 
 def publish(site: Leaderboard, render: Render) -> Iterator[File]:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from gym_extensions.site.leaderboard import Leaderboard
 from gym_extensions.site.page import File, Page, Render
-from gym_extensions.site.views.board_page import PAGE_ROWS
+from gym_extensions.site.tables.board_page import PAGE_ROWS
 
 PATH = "compare.html"
 MAX_BOARDS = 40

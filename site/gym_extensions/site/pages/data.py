@@ -13,8 +13,8 @@ from gym_extensions.site.addresses import board_data, board_path, entry_data, en
 from gym_extensions.site.api import GroupDocument, Index, IndexBoard, IndexEntry, schemas
 from gym_extensions.site.leaderboard import Leaderboard
 from gym_extensions.site.page import Draft, File, Page, Render
+from gym_extensions.site.tables.board_csv import board_csv
 from gym_extensions.site.views.board import Board
-from gym_extensions.site.views.board_csv import board_csv
 from gym_extensions.site.views.group import Group, groups
 
 PATH = "data.html"

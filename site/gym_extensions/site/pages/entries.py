@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from gym_extensions.site.leaderboard import Leaderboard
 from gym_extensions.site.page import File, Page, Render
-from gym_extensions.site.views.entry_list import entry_pages
+from gym_extensions.site.tables.entry_list import entry_pages
 
 PATH = "entries.html"
 

@@ -106,7 +106,7 @@ function shownRows(rows, state, columns) {
       const [p, q] = [a.values[column.key].v, b.values[column.key].v];
       return p === null || q === null ? (p === null) - (q === null) : sign * (p - q);
     }
-    : (a, b) => -sign * a.values[column.key].text.localeCompare(b.values[column.key].text);
+    : (a, b) => sign * a.values[column.key].text.localeCompare(b.values[column.key].text);
   return kept.sort((a, b) => compare(a, b) || a.order - b.order);
 }
 
@@ -188,7 +188,7 @@ function start(table) {
     const button = make("button", { type: "button", className: "sort", textContent: "\u21c5" });
     button.setAttribute("aria-label", `Sort by ${column.title}`);
     button.onclick = () => {
-      state.up = state.sort === column.key ? !state.up : false;
+      state.up = state.sort === column.key ? !state.up : !column.number || "lower" in column.head.dataset;
       state.sort = column.key;
       update();
     };

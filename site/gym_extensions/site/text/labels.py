@@ -166,8 +166,8 @@ def facts(card: Scorecard) -> list[tuple[str, str]]:
         ("Algorithm", card.manifest.protocol.algorithm),
         ("Actions in evaluation", card.manifest.protocol.evaluation),
         ("Training steps", STEPS[card.manifest.protocol.steps]),
-        ("Task information", observed(card)),
-        ("Stored transitions", stored(card)),
+        ("Task label, task boundaries", observed(card)),
+        ("Replay memory", f"{stored(card)} transitions"),
         ("Parameters", parameters(card)),
         ("Tuning", tuning(card)),
     ]

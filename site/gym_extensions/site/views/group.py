@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
+from gym_extensions.catalog.registry import TASKS
 from gym_extensions.catalog.suites import SUITES
 from gym_extensions.scoring.metrics.paper_table import PaperRow
 from gym_extensions.scoring.scorecard.model import REPORTED, ReferencesInfo
@@ -27,6 +28,11 @@ class TaskRow:
     task: str
     picture: str
     measured: Measured | None
+
+    @property
+    def has_page(self) -> bool:
+        """Whether the task is published, so that it has a page."""
+        return self.task in TASKS
 
     @property
     def one(self) -> str:

@@ -158,6 +158,12 @@ def group_trials(card: Scorecard) -> tuple[Trial, ...]:
     return _sorted([Trial(g, p, score) for g, scores in card.groups.items() for p, score in scores.items()])
 
 
+def separate_groups(card: Scorecard) -> tuple[str, ...]:
+    """The groups whose results have a page of their own: all, if there are several."""
+    groups = tuple(dict.fromkeys(trial.group for trial in group_trials(card)))
+    return groups if len(groups) > 1 else ()
+
+
 def suite_trials(card: Scorecard) -> tuple[Trial, ...]:
     """The scores of every suite and protocol."""
     return _sorted([Trial(s, p, score) for s, scores in card.suites.items() for p, score in scores.items()])
