@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from html.parser import HTMLParser
+from pathlib import Path
 from typing import Any
 
 import msgspec
 
 from gym_extensions.scoring.scorecard.model import ScorecardDocument
+from gym_extensions.site.build import TASK_PAGES
 from gym_extensions.site.build import files as site_files
+from gym_extensions.site.page import pages
 
 VOID = {"meta", "link", "br", "col", "wbr", "img", "input", "hr"}
-SELF_CLOSING = {"line", "circle", "polygon", "polyline", "rect"}
+SELF_CLOSING = {"line", "circle", "polygon", "polyline", "rect", "path"}
+CELLS = {"td", "th"}
+"""Their end tags, and those of rows, may be left out in HTML."""
 
 
 class Reader(HTMLParser):
@@ -35,8 +40,17 @@ class Reader(HTMLParser):
         self.errors += [f"{name} is repeated in <{tag}>" for name in set(names) if names.count(name) > 1]
         self.elements.append((tag, {name: value or "" for name, value in attrs}))
         self.ids += [value or "" for name, value in attrs if name == "id"]
+        if tag in CELLS:
+            self._close(CELLS)
+        if tag == "tr":
+            self._close(CELLS)
+            self._close({"tr"})
         if tag not in VOID:
             self.open.append(tag)
+
+    def _close(self, tags: set[str]) -> None:
+        if self.open and self.open[-1] in tags:
+            self.open.pop()
 
     def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         if tag not in SELF_CLOSING:
@@ -44,6 +58,10 @@ class Reader(HTMLParser):
         self.elements.append((tag, {name: value or "" for name, value in attrs}))
 
     def handle_endtag(self, tag: str) -> None:
+        if tag in {"tr", "tbody"} and tag in self.open:
+            self._close(CELLS)
+        if tag == "tbody":
+            self._close({"tr"})
         if not self.open or self.open[-1] != tag:
             self.errors.append(f"</{tag}> where {self.open[-1:]} is open")
         else:
@@ -51,6 +69,12 @@ class Reader(HTMLParser):
 
     def handle_data(self, data: str) -> None:
         self.words.append(data)
+
+    @property
+    def policy(self) -> str:
+        """Its Content-Security-Policy."""
+        metas = [attributes for tag, attributes in self.elements if tag == "meta"]
+        return next(a["content"] for a in metas if a.get("http-equiv") == "Content-Security-Policy")
 
     @property
     def text(self) -> str:
@@ -63,11 +87,31 @@ def typed(document: dict[str, Any]) -> ScorecardDocument:
     return msgspec.convert(document, ScorecardDocument)
 
 
-def files(document: dict[str, Any]) -> Iterator[tuple[str, str]]:
-    """Every file of the site that shows these JSON values."""
-    return site_files(typed(document))
+def files(document: dict[str, Any], poses: Path | None = None) -> Iterator[tuple[str, str]]:
+    """Every file of the site that shows these JSON values, except the pages of tasks, which are many."""
+    kinds = tuple(page for page in pages() if page.title != TASK_PAGES)
+    return site_files(typed(document), poses, kinds)
 
 
-def read(document: dict[str, Any]) -> dict[str, Reader]:
+class Pages(Mapping[str, Reader]):
+    """The HTML pages of a site by path, each read when it is needed."""
+
+    def __init__(self, texts: dict[str, str]) -> None:
+        self._texts = texts
+        self._pages: dict[str, Reader] = {}
+
+    def __getitem__(self, path: str) -> Reader:
+        if path not in self._pages:
+            self._pages[path] = Reader(self._texts[path])
+        return self._pages[path]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._texts)
+
+    def __len__(self) -> int:
+        return len(self._texts)
+
+
+def read(document: dict[str, Any]) -> Pages:
     """Every HTML page of the site, by its path."""
-    return {path: Reader(text) for path, text in files(document) if path.endswith(".html")}
+    return Pages({path: text for path, text in files(document) if path.endswith(".html")})

@@ -11,12 +11,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from jsonschema import Draft202012Validator
 
 from gym_extensions.errors import BenchError
-from gym_extensions.scoring.scorecard.model import ScorecardDocument
 from gym_extensions.site import build as module
-from gym_extensions.site.build import MARK
+from gym_extensions.site.output import MARK
 
 from .browser import files, typed
 
@@ -86,11 +84,11 @@ def test_a_failed_build_leaves_the_previous_one(
     build(document, tmp_path / "site")
     before = contents(tmp_path / "site")
 
-    def broken(document: ScorecardDocument) -> Any:
+    def broken(site: module.Site, cards: Any) -> Any:
         yield "index.html", "half"
         raise RuntimeError("the disk is full")
 
-    monkeypatch.setattr(module, "files", broken)
+    monkeypatch.setattr(module.Site, "files", broken)
     with pytest.raises(RuntimeError, match="the disk is full"):
         build(document, tmp_path / "site")
     assert contents(tmp_path / "site") == before
@@ -146,25 +144,5 @@ def test_a_site_without_submissions_says_how_to_add_one(document: dict[str, Any]
 def test_submissions_without_a_board_are_not_called_absent(document: dict[str, Any], tmp_path: Path) -> None:
     document["submissions"] = [row for row in document["submissions"] if row["name"] == "trial"]
     text = build(document, tmp_path / "site").read_text(encoding="utf-8")
-    assert "No submission is on a board yet." in text
+    assert "No submission is on a board of sequential training yet." in text
     assert "There are no submissions yet." not in text
-
-
-def test_the_data_page_is_the_document(document: dict[str, Any]) -> None:
-    written = dict(files(document))["scorecards.json"]
-    assert ScorecardDocument.from_json(written) == typed(document)
-
-
-def test_the_schemas_are_published(document: dict[str, Any]) -> None:
-    written = dict(files(document))
-    assert {path for path in written if path.startswith("schemas/")} == {
-        "schemas/submission.json",
-        "schemas/scorecard.json",
-        "schemas/boards.json",
-    }
-    Draft202012Validator(json.loads(written["schemas/scorecard.json"])).validate(
-        json.loads(written["scorecards.json"])
-    )
-    Draft202012Validator(json.loads(written["schemas/boards.json"])).validate(
-        json.loads(written["boards.json"])
-    )

@@ -19,6 +19,7 @@ from gym_extensions.rollouts.episodes import Episode, write_episodes
 from gym_extensions.scoring.pipeline import score as pipeline
 from gym_extensions.scoring.pipeline.score import score_folders
 from gym_extensions.scoring.references import Reference, References
+from gym_extensions.site import cli
 
 MANIFEST = """format = 1
 title = "{title}"
@@ -90,7 +91,9 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty working directory; every task of hopper-gravity has the floor 0 and the ceiling 100."""
     monkeypatch.chdir(tmp_path)
     tasks = {task: Reference(0.0, 100.0, unsolved=False) for task in group("hopper-gravity").task_ids}
-    monkeypatch.setattr(pipeline, "load_references", lambda: References("made-up", True, tasks, "0f" * 32))
+    references = References("made-up", True, tasks, "0f" * 32)
+    for module in (pipeline, cli):
+        monkeypatch.setattr(module, "load_references", lambda: references)
     return tmp_path
 
 
@@ -106,17 +109,17 @@ def test_submissions_are_built_into_the_folder_site_by_default(
     (row,) = [line.split() for line in out.splitlines() if line.startswith("hopper-gravity-v0")]
     # 50 + mean(0 … 19) / 7 + run, over 100: .5136 and .5236; 12.706 · .00707 / √2 = .0635 on both sides.
     assert row == ["hopper-gravity-v0", "Alpha", "0.52", "0.46", "to", "0.58", "0.00", "2"]
-    page = (folder / "_site" / "index.html").read_text(encoding="utf-8")
-    assert "Alpha" in page
-    assert "Beta" in page
+    page = folder / "_site" / "boards" / "hopper-gravity-v0-sequential-100k.html"
+    assert "Alpha" in page.read_text(encoding="utf-8")
+    assert "Beta" in page.read_text(encoding="utf-8")
 
 
 def test_one_submission_and_another_output_folder(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     alpha = submission(folder, "alpha")
     assert main(["site", str(alpha), "--out", "elsewhere/pages"]) == 0
     assert capsys.readouterr().out.splitlines()[-1] == "elsewhere/pages/index.html"
-    document = json.loads((folder / "elsewhere/pages/scorecards.json").read_text(encoding="utf-8"))
-    assert [row["name"] for row in document["submissions"]] == ["alpha"]
+    index = json.loads((folder / "elsewhere/pages/api/index.json").read_text(encoding="utf-8"))
+    assert [row["name"] for row in index["entries"]] == ["alpha"]
 
 
 def test_a_refused_submission_is_printed_with_all_problems_and_the_exit_status_is_1(
@@ -206,7 +209,8 @@ def test_verify_replays_valid_submissions_and_shows_how_much(
     (submission(folder / "submissions", "beta") / "hopper-gravity" / "sequential.csv").unlink()
     assert main(["site", "--verify"]) == 1
     assert replayed == ["alpha"], "a refused submission is not replayed"
-    assert ">replayed (all)</a>" in (folder / "_site" / "index.html").read_text(encoding="utf-8")
+    board = folder / "_site" / "boards" / "hopper-gravity-v0-sequential-100k.html"
+    assert ">replayed (all)</a>" in board.read_text(encoding="utf-8")
 
 
 def test_the_page_of_a_scored_submission_is_complete(folder: Path) -> None:

@@ -9,24 +9,27 @@ from typing import Any
 
 import pytest
 
+from gym_extensions.scoring.references import load_references
 from gym_extensions.scoring.scorecard.model import REPORTED, VALIDATED
 from gym_extensions.site.page import pages
 
 from .browser import files, read
 
+BOARD = "boards/hopper-gravity-v0-sequential-100k.html"
+
 
 def test_a_missing_value_has_a_reason_and_is_not_zero(document: dict[str, Any]) -> None:
     document["submissions"] = document["submissions"][:1]
     built = read(document)
-    assert "there is no single.csv to pair with" in built["index.html"].text
+    assert "there is no single.csv to pair with" in built[BOARD].text
     assert "there is no single.csv to pair with" in built["submissions/agile.html"].text
-    row = dict(files(document))["index.html"].split('data-label="Asymptotic transfer"')[1].split("</td>")[0]
+    row = dict(files(document))[BOARD].split('data-label="Asymptotic transfer"')[1].split("</td>")[0]
     assert "0.00" not in row
     assert 'class="none"' in row
 
 
 def test_the_dash_of_a_missing_value_links_to_its_reason(document: dict[str, Any]) -> None:
-    page = dict(files(document))["index.html"]
+    page = dict(files(document))[BOARD]
     cell = page.split('data-label="Asymptotic transfer"')[1].split("</td>")[0]
     (note,) = re.findall(r'– <a class="see" href="#([a-z0-9-]+)" title="[^"]+">note 1</a>', cell)
     assert f'<li id="{note}">there is no single.csv to pair with</li>' in page
@@ -47,24 +50,27 @@ def test_a_blank_readme_has_no_section(document: dict[str, Any], text: str) -> N
 
 def test_a_row_of_a_board_says_how_actions_are_selected(document: dict[str, Any]) -> None:
     document["submissions"][0]["manifest"]["protocol"]["evaluation"] = "deterministic"
-    page = dict(files(document))["index.html"]
-    cells = re.findall(r'data-label="Evaluation, task information" class="small">(\w+ \w+)<br>', page)
+    page = dict(files(document))[BOARD]
+    cells = re.findall(r'<span class="tags">(\w+ \w+)<', page)
     assert set(cells) == {"deterministic actions", "sampled actions"}
 
 
 def test_a_refused_submission_is_listed_with_its_problems_and_hints(document: dict[str, Any]) -> None:
-    for path in ("index.html", "submissions/broken.html"):
-        text = read(document)[path].text
-        assert "missing-cell hopper-gravity/sequential.csv, row 7" in text
-        assert "Run 0, stage 2 has no episode of gym_extensions/Hopper-v0." in text
-        assert "Evaluate every task after every stage." in text
+    pages = read(document)
+    text = pages["submissions/broken.html"].text
+    assert "missing-cell hopper-gravity/sequential.csv, row 7" in text
+    assert "Run 0, stage 2 has no episode of gym_extensions/Hopper-v0." in text
+    assert "Evaluate every task after every stage." in text
+    assert "Broken broken refused 1 problem: missing-cell" in pages["entries.html"].text
+    assert "1 refused" in pages["index.html"].text
 
 
 def test_every_page_with_scores_says_that_references_are_provisional(document: dict[str, Any]) -> None:
-    for path in ("index.html", "submissions/agile.html"):
+    paths = ("index.html", BOARD, "groups/hopper-gravity-v0.html", "submissions/agile.html")
+    for path in paths:
         assert "rovisional references" in read(document)[path].text
     document["references"]["provisional"] = False
-    for path in ("index.html", "submissions/agile.html"):
+    for path in paths:
         assert "rovisional references" not in read(document)[path].text
 
 
@@ -113,15 +119,15 @@ def test_a_published_table_shows_what_it_has_and_lists_what_is_missing(document:
     pages = read(document)
     text = pages["submissions/keeper.html"].text
     for sentence in (
-        "Missing for a full entry: logs, 5 runs.",
+        "Missing: logs, 5 runs.",
         "No metrics. Reported: no floor.",
         "Group, as printed 990.95 ± 1022.32",
         "The printed total is not the mean of its rows.",
     ):
         assert sentence in text
     assert "Evaluation matrix" not in text
-    assert "Reported elsewhere" in pages["index.html"].text
-    assert "hopper-gravity-v0-sequential-paper" not in pages["index.html"].ids
+    assert "Reported elsewhere" in pages["entries.html"].text
+    assert "boards/hopper-gravity-v0-sequential-paper.html" not in pages
 
 
 def test_a_suite_is_on_a_board_before_its_groups_and_on_the_page_of_the_entry(
@@ -136,17 +142,20 @@ def test_a_suite_is_on_a_board_before_its_groups_and_on_the_page_of_the_entry(
         "gravity": {"sequential": {"budget": "100k", "groups": list(card["groups"]), "metrics": metrics}}
     }
     pages = read(document)
-    ids = [name for name in pages["index.html"].ids if name.endswith("-sequential-100k")]
-    assert ids[0] == "gravity-sequential-100k"
-    assert "gravity suite, mean of 4 groups" in pages["index.html"].text
+    first = next(
+        a["href"] for tag, a in pages["index.html"].elements if a.get("href", "").startswith("boards/")
+    )
+    assert first == "boards/gravity-sequential-100k.html"
+    for path in ("index.html", "groups.html", "groups/gravity.html", first):
+        assert "gravity suite, mean of 4 groups" in pages[path].text
     assert "gravity suite, mean of 4 groups" in pages["submissions/agile.html"].text
 
 
 def test_the_leader_of_a_board_is_its_first_ranked_entry(document: dict[str, Any]) -> None:
     """The board does not call a ranked entry full, which means that no protocol is missing."""
-    index = read(document)["index.html"].text
-    assert "Agile leads the ranked entries with 0.55" in index
-    assert "full entr" not in index
+    board = read(document)[BOARD].text
+    assert "Agile agile leads the ranked entries with 0.55" in board
+    assert "full entr" not in board
 
 
 @pytest.mark.parametrize(
@@ -203,19 +212,95 @@ def test_the_levels_of_trust_of_the_scorer_are_explained(document: dict[str, Any
     ]
 
 
+def test_an_entry_on_several_groups_has_a_page_of_results_per_group(document: dict[str, Any]) -> None:
+    built = read(document)
+    paths = [f"submissions/keeper/{body}-gravity-v0.html" for body in ("hopper", "walker2d")]
+    links = {a.get("href", "") for _, a in built["submissions/keeper.html"].elements}
+    for path in paths:
+        assert "Evaluation matrix" in built[path].text
+        assert path.removeprefix("submissions/") in {link.removeprefix("../submissions/") for link in links}
+    assert "Evaluation matrix" not in built["submissions/keeper.html"].text
+    assert "Evaluation matrix" in built["submissions/agile.html"].text
+    assert not [path for path in built if path.startswith("submissions/agile/")]
+
+
+def test_a_group_page_spells_out_what_one_means(document: dict[str, Any]) -> None:
+    document["references"] = {**document["references"], "sha256": load_references().digest}
+    text = read(document)["groups/hopper-gravity-v0.html"].text
+    assert re.search(
+        r"1 = [\w-]+, \w+ steps, five runs: returns \d+, \d+, \d+, \d+, \d+; mean \d+\. 0 = ", text
+    )
+    document["references"]["sha256"] = "00" * 32
+    assert "No reference has been measured." in read(document)["groups/hopper-gravity-v0.html"].text
+
+
+def test_a_group_page_has_the_numbers_of_a_publication_beside_those_of_the_first_entries(
+    document: dict[str, Any],
+) -> None:
+    printed = copy.deepcopy(document["submissions"][0])
+    printed.update(name="printed", title="Printed", trust="reported")
+    printed["groups"]["hopper-gravity-v0"].pop("single")
+    document["submissions"].append(printed)
+    page = read(document)["groups/hopper-gravity-v0.html"]
+    assert "The paper’s four columns" in page.text
+    assert "Gravity Half Printed printed" in page.text
+    assert "Agile agile" in page.text.split("four columns")[1]
+    assert "four columns" not in read(document)["groups/walker2d-gravity-v0.html"].text
+
+
+def test_boards_without_a_score_are_in_one_line_with_the_reason(document: dict[str, Any]) -> None:
+    null: dict[str, Any] = {"mean": None, "low": None, "high": None, "runs": [], "why": "All unsolved."}
+    scores = document["submissions"][1]["groups"]["walker2d-gravity-v0"]["sequential"]
+    scores["metrics"] = dict.fromkeys(scores["metrics"], null)
+    page = dict(files(document))["index.html"]
+    folded = page.split("<details")[1].split("</details>")[0]
+    assert "No score yet: 1 board" in folded
+    assert "All unsolved." in folded
+    assert "walker2d-gravity-v0" not in page.split("<details")[0]
+
+
+def test_the_overview_says_who_ends_best_and_who_forgets_least(document: dict[str, Any]) -> None:
+    text = read(document)["index.html"].text
+    assert (
+        "Best final performance: Agile (agile) leads on 1 of 3 boards with a score; on hopper-gravity-v0 "
+        "with 0.55 (0.48 to 0.61). Least forgetting among those that learned: Agile (agile) forgets least on "
+        "1 of 3 boards with a score; on hopper-gravity-v0 with 0.44 (0.39 to 0.49)."
+    ) in text
+
+
+def test_the_metrics_page_says_which_comparison_is_which(document: dict[str, Any]) -> None:
+    text = read(document)["metrics.html"].text
+    assert "Tied with N others" in text
+    assert "Level with the first" in text
+    assert "M − 1" in text
+
+
+def test_speed_is_linked_in_the_footer_and_not_in_the_menu(document: dict[str, Any]) -> None:
+    menu, footer = (
+        re.search(rf"<{tag}.*?</{tag}>", dict(files(document))["index.html"], re.DOTALL)
+        for tag in ("nav", "footer")
+    )
+    assert menu
+    assert footer
+    assert ("speed.html" in menu[0], "speed.html" in footer[0]) == (False, True)
+
+
 def test_every_module_in_the_folder_is_a_page_in_the_order_of_the_menu(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     import gym_extensions.site.pages as folder
 
     titles = [page.title for page in pages()]
-    assert titles == ["Leaderboard", "Submissions", "Metrics", "Speed", "Data (JSON)"]
+    assert titles == [
+        *("Overview", "Groups", "Boards", "Tasks", "Submissions", "Entries", "Compare", "Metrics", "Data"),
+        *("Speed", "Pictures", "Exports"),
+    ]
     module = (
-        "from gym_extensions.site.page import Page\nPAGE = Page('Extra', 15, lambda site, render: iter(()))\n"
+        "from gym_extensions.site.page import Page\nPAGE = Page('Extra', 7, lambda site, render: iter(()))\n"
     )
     (tmp_path / "extra.py").write_text(module, encoding="utf-8")
     monkeypatch.setattr(folder, "__path__", [*folder.__path__, str(tmp_path)])
-    assert [page.title for page in pages()] == [*titles[:2], "Extra", *titles[2:]]
+    assert [page.title for page in pages()] == [*titles[:3], "Extra", *titles[3:]]
 
 
 def test_training_curves_of_the_document_are_drawn(document: dict[str, Any]) -> None:
@@ -228,18 +313,17 @@ def test_training_curves_of_the_document_are_drawn(document: dict[str, Any]) -> 
     assert "gym_extensions/Hopper-v0: training returns, at the end 100" in str(page.elements)
 
 
-def test_a_duplicate_entry_links_to_the_entry_with_the_same_results(document: dict[str, Any]) -> None:
-    assert "shares most episodes" not in read(document)["index.html"].text
+def test_a_copy_stands_below_the_other_entry_without_a_rank(document: dict[str, Any]) -> None:
+    assert "Has most episodes" not in read(document)[BOARD].text
     for protocols in document["submissions"][0]["groups"].values():
         for scores in protocols.values():
             scores["episode_sketches"] = [["00c0ffee"]]
     copied = copy.deepcopy(document["submissions"][0])
     copied.update(name="copied", title="Something new")
     document["submissions"].insert(1, copied)
-    index = dict(files(document))["index.html"]
-    for name in ("copied", "agile"):
-        link = f'<a href="submissions/{name}.html">{name}</a>'
-        assert f"shares most episodes with entry {link}" in index
+    board = dict(files(document))[BOARD]
+    assert re.findall(r'data-entry="(\w+)"', board)[:2] == ["agile", "copied"]
+    assert "Not ranked: Has most episodes of agile." in board
 
 
 def test_a_budget_without_a_board_says_so(document: dict[str, Any]) -> None:

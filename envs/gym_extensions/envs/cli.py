@@ -6,7 +6,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from gym_extensions.catalog import fingerprints
+from gym_extensions.catalog import fingerprints, sheets
 from gym_extensions.catalog.groups import GROUPS, group
 from gym_extensions.catalog.registry import TASKS, task
 from gym_extensions.catalog.task import Task
@@ -31,7 +31,13 @@ def _parser() -> argparse.ArgumentParser:
         "--out", type=Path, default=Path("docs/environments"), help="output folder (default: %(default)s)"
     )
     documenting.add_argument(
+        "--sheets", type=Path, default=sheets.PATH, help="file of the sheets (default: in the package)"
+    )
+    documenting.add_argument(
         "--pictures", action="store_true", help="also render the pictures (needs OpenGL)"
+    )
+    documenting.add_argument(
+        "--large", type=Path, metavar="DIR", help="also render the large pictures of the site into DIR"
     )
     return parser
 
@@ -92,17 +98,25 @@ def _write(replace: bool) -> int:
     return 0
 
 
-def _docs(out: Path, with_pictures: bool) -> int:
+def _docs(args: argparse.Namespace) -> int:
     from gym_extensions.atomic import write_bytes, write_text
     from gym_extensions.envs.docgen.pages import pages
+    from gym_extensions.envs.docgen.pictures import large_pictures
+    from gym_extensions.envs.docgen.sheets import sheets as sheets_text
     from gym_extensions.envs.docgen.thumbnails import pictures
 
-    texts, images = pages(), pictures() if with_pictures else {}
+    texts, images = pages(), pictures() if args.pictures else {}
+    write_text(args.sheets, sheets_text())
     for name, text in texts.items():
-        write_text(out / name, text)
+        write_text(args.out / name, text)
     for name, image in images.items():
-        write_bytes(out / "pictures" / name, image)
-    print(f"{len(texts)} pages and {len(images)} pictures written to {out}.")
+        write_bytes(args.out / "pictures" / name, image)
+    print(f"{len(texts)} pages and {len(images)} pictures written to {args.out}.")
+    if args.large:
+        large = large_pictures()
+        for name, image in large.items():
+            write_bytes(args.large / name, image)
+        print(f"{len(large)} large pictures written to {args.large}.")
     return 0
 
 
@@ -115,5 +129,5 @@ def main(argv: list[str] | None = None) -> int:
     if args.command == "show":
         return _show(task(args.task))
     if args.command == "docs":
-        return _docs(args.out, args.pictures)
+        return _docs(args)
     return _check(args.task) if args.command == "check" else _write(args.replace)

@@ -1,113 +1,150 @@
-"""Writes every page into a folder. The same document gives the same bytes."""
+"""Builds the site from scorecards. The same scorecards give the same bytes.
+
+Scorecards are read one after another: the files of an entry are written from its whole scorecard, and the
+pages that show many entries are written at the end, from what ``entrant`` keeps of each.
+"""
 
 from __future__ import annotations
 
 import posixpath
-import tempfile
-from collections.abc import Iterator
-from functools import cache
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from gym_extensions.errors import BenchError
-from gym_extensions.scoring.metrics.definitions import BY_NAME
-from gym_extensions.scoring.metrics.paper_table import COLUMNS as PAPER_COLUMNS
-from gym_extensions.scoring.scorecard.model import REPORTED, ScorecardDocument
-from gym_extensions.site.charts import heatmap, performance_profile, small_multiples, strip_plot
-from gym_extensions.site.charts.speed_bar import speed_bar
-from gym_extensions.site.leaderboard import Leaderboard
-from gym_extensions.site.page import pages
-from gym_extensions.site.text import labels, names, numbers
-from gym_extensions.site.views import losses, trial
-from gym_extensions.site.views.board import missing_reasons
-from gym_extensions.site.views.board_row import COLUMNS
+from gym_extensions.scoring.scorecard.model import ReferencesInfo, Scorecard, ScorecardDocument
+from gym_extensions.site.leaderboard import Frame, Leaderboard
+from gym_extensions.site.output import Output, digest
+from gym_extensions.site.page import Draft, File, Page, pages
+from gym_extensions.site.templating import FOLDER, environment, source_digest
+from gym_extensions.site.views.entrant import Entrant, entrant
 
-FOLDER = Path(__file__).parent
-MARK = ".gym-extensions-site"
-"""A file that marks a built site, so that a build never replaces another folder."""
+TASK_PAGES = "Tasks"
+"""The title of the pages of tasks; other pages link to them if the site has them."""
 
 
-@cache
-def environment() -> Environment:
-    """The templates, compiled once. All values are escaped, and an unknown name is an error."""
-    templates = Environment(
-        loader=FileSystemLoader(FOLDER / "templates"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
-    templates.filters.update(
-        fixed=numbers.fixed, grouped=numbers.grouped, readable=numbers.readable, task=names.task
-    )
-    templates.globals.update(
-        board_columns=COLUMNS,
-        group_trials=trial.group_trials,
-        heatmap=heatmap,
-        labels=labels,
-        largest_loss=losses.largest_loss,
-        matrix_digits=trial.matrix_digits,
-        metrics=BY_NAME,
-        missing_reasons=missing_reasons,
-        names=names,
-        nothing_to_forget=trial.nothing_to_forget,
-        numbers=numbers,
-        paper_columns=PAPER_COLUMNS,
-        performance_profile=performance_profile,
-        reported=REPORTED,
-        small_multiples=small_multiples,
-        speed_bar=speed_bar,
-        strip_plot=strip_plot,
-        suite_trials=trial.suite_trials,
-        table_digits=trial.table_digits,
-    )
-    return templates
+@dataclass(frozen=True)
+class Renderer:
+    """Fills the templates with the menu and what every page shows."""
 
+    site: Frame
+    pages: tuple[Page, ...]
 
-def files(document: ScorecardDocument) -> Iterator[tuple[str, str]]:
-    """Every file of the site as (path, text), in the order of the pages."""
-    leaderboard = Leaderboard(document)
-    registry = pages()
-    menu = [page for page in registry if page.path]
-    templates = environment()
-
-    def render(template: str, path: str, **values: object) -> str:
+    def __call__(self, template: str, path: str, **values: object) -> str:
+        """The text of the page at ``path``."""
         relative = posixpath.relpath(".", posixpath.dirname(path) or ".")
-        root = Markup("" if relative == "." else f"{relative}/")
-        return templates.get_template(template).render(
-            site=leaderboard, menu=menu, path=path, root=root, **values
+        linked = [page for page in self.pages if page.path]
+        return (
+            environment()
+            .get_template(template)
+            .render(
+                site=self.site,
+                menu=[page for page in linked if not page.in_footer],
+                footer=[page for page in linked if page.in_footer],
+                has_task_pages=any(page.title == TASK_PAGES for page in self.pages),
+                path=path,
+                root=Markup("" if relative == "." else f"{relative}/"),
+                **values,
+            )
         )
 
-    for page in registry:
-        yield from page.publish(leaderboard, render)
-    for file in sorted((FOLDER / "static").iterdir()):
-        yield f"static/{file.name}", file.read_text(encoding="utf-8")
+
+@dataclass
+class Site:
+    """The files of a site, as its scorecards come."""
+
+    references: ReferencesInfo
+    poses: Path | None = None
+    pages: tuple[Page, ...] = field(default_factory=pages)
+    entrants: dict[str, Entrant] = field(default_factory=dict)
+
+    def entry_files(self, card: Scorecard) -> Iterator[File]:
+        """The files of one entry.
+
+        Raises:
+            BenchError: an entry before it has the same name.
+        """
+        if card.name in self.entrants:
+            hint = "Rename one of the folders."
+            raise BenchError("same-name", f"Two submissions have the name {card.name!r}.", hint=hint)
+        render = Renderer(Frame(self.references, poses=self.poses), self.pages)
+        for page in self.pages:
+            yield from page.publish_entry(card, render)
+        self.entrants[card.name] = entrant(card)
+
+    @cached_property
+    def leaderboard(self) -> Leaderboard:
+        """All entries and their boards. No entry may follow."""
+        return Leaderboard(self.references, tuple(self.entrants[name] for name in sorted(self.entrants)))
+
+    def shared_files(self) -> Iterator[File]:
+        """The files that are made from all entries."""
+        render = Renderer(self.leaderboard, self.pages)
+        for page in self.pages:
+            yield from page.publish(self.leaderboard, render)
+        for file in sorted((FOLDER / "static").iterdir()):
+            yield f"static/{file.name}", file.read_bytes()
+
+    def files(self, cards: Iterable[Scorecard]) -> Iterator[File]:
+        """Every file: those of each entry as it comes, then the others."""
+        for card in cards:
+            yield from self.entry_files(card)
+        yield from self.shared_files()
+
+
+@dataclass(frozen=True)
+class Built:
+    """A site that was written: the path of its index, its leaderboard, and how many files are new."""
+
+    index: Path
+    leaderboard: Leaderboard
+    written: int
+
+
+def files(
+    document: ScorecardDocument, poses: Path | None = None, kinds: tuple[Page, ...] | None = None
+) -> Iterator[tuple[str, str]]:
+    """Every text file of the site of a document, as (path, text); of all kinds of pages, or of some."""
+    site = Site(document.references, poses, pages() if kinds is None else kinds)
+    for path, content in site.files(document.submissions):
+        if isinstance(content, Draft):
+            yield path, content.write()
+        elif isinstance(content, str):
+            yield path, content
+        elif path.startswith("static/"):
+            yield path, content.decode()
 
 
 def build(document: ScorecardDocument, out: Path) -> Path:
-    """Writes the site to ``out`` and returns the path of its index; a failed build leaves ``out`` unchanged.
+    """Writes the site of a document and returns the path of its index; see ``build_site``."""
+    return build_site(document.submissions, document.references, out).index
+
+
+def build_site(
+    cards: Iterable[Scorecard], references: ReferencesInfo, out: Path, poses: Path | None = None
+) -> Built:
+    """Writes the site to ``out``; a failed build leaves ``out`` unchanged.
+
+    Files whose inputs did not change since the last build are kept.
+
+    Args:
+        cards: scorecards, which may come from a generator: only one is in memory at a time.
+        references: the references that normalize all of them.
+        out: the folder.
+        poses: the folder of poses, for Watch panels; poses of other results are not shown.
 
     Raises:
-        BenchError: ``out`` exists, is not empty, and was not written by an earlier build.
+        BenchError: ``out`` exists, is not empty, and was not written by an earlier build, or two entries have
+            the same name.
     """
-    if out.exists() and not (out / MARK).is_file() and not (out.is_dir() and not any(out.iterdir())):
-        raise BenchError(
-            "not-a-site",
-            "It exists and does not contain a built site.",
-            where=str(out),
-            hint="Name a new or empty folder with --out.",
-        )
-    out.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=f".{out.name}.", dir=out.parent) as scratch:
-        new = Path(scratch) / "new"
-        for path, text in [(MARK, ""), *files(document)]:
-            target = new / path
-            target.parent.mkdir(parents=True, exist_ok=True)
-            target.write_bytes(text.encode())
-        if out.exists():
-            out.replace(Path(scratch) / "old")
-        new.replace(out)
-    return out / "index.html"
+    site = Site(references, poses)
+    with Output(out, digest(source_digest().encode(), repr(references).encode())) as output:
+        for path, content in site.files(cards):
+            if isinstance(content, Draft):
+                output.add_draft(path, content.inputs, content.write)
+            else:
+                output.add(path, content.encode() if isinstance(content, str) else content)
+    return Built(out / "index.html", site.leaderboard, output.written)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from io import TextIOWrapper
 from itertools import groupby
 from pathlib import Path
@@ -18,9 +18,11 @@ from gym_extensions.curation.ledger.apply import with_ledgers
 from gym_extensions.curation.ledger.chain import FILE
 from gym_extensions.errors import reports_mistakes
 from gym_extensions.scoring.output.summary import show_line
-from gym_extensions.scoring.pipeline.score import score_folders
-from gym_extensions.site.build import build
-from gym_extensions.site.leaderboard import Leaderboard
+from gym_extensions.scoring.pipeline.score import Scorer, find_submissions, references_info, scorecards
+from gym_extensions.scoring.poses.files import FOLDER
+from gym_extensions.scoring.references import load_references
+from gym_extensions.scoring.scorecard.model import Scorecard
+from gym_extensions.site.build import build_site
 from gym_extensions.site.text.labels import ends, mean
 from gym_extensions.site.views.board import Board
 
@@ -40,6 +42,9 @@ def parser() -> argparse.ArgumentParser:
         help="submission folders, or folders that contain them (default: submissions/)",
     )
     options.add_argument("--out", type=Path, default=Path("_site"), help="output folder (default: _site)")
+    options.add_argument(
+        "--poses", type=Path, default=FOLDER, help="poses of `gym-extensions watch` (default: %(default)s)"
+    )
     options.add_argument("--verify", action="store_true", help="also replay the recorded episodes (slow)")
     return options
 
@@ -73,7 +78,7 @@ def table(title: str, boards: Sequence[Board]) -> Table:
 
 
 def _leader(board: Board) -> tuple[str, str, str, str]:
-    leader = board.leader()
+    leader = board.leader
     if leader is None:
         return ("no score yet", "–", "–", "–")
     row = leader.row
@@ -86,24 +91,33 @@ def main(argv: list[str] | None = None) -> int:
     """Builds the site. Prints the boards, the problems of refused submissions and the path of the index."""
     options = parser().parse_args(argv)
     empty = [folder for folder in options.submissions if is_empty(folder)]
-    folders = [folder for folder in options.submissions if folder not in empty]
-    document = with_ledgers(score_folders(folders, verify=options.verify), folders)
-    index = build(document, options.out)
+    folders = find_submissions([folder for folder in options.submissions if folder not in empty])
+    references = load_references()
+    refused, pending = [], []
+
+    def scored() -> Iterator[Scorecard]:
+        for card in with_ledgers(scorecards(folders, Scorer(references), verify=options.verify), folders):
+            if card.problems:
+                refused.append(card)
+            if card.ledger and card.ledger.is_pending:
+                pending.append(card.name)
+            yield card
+
+    built = build_site(scored(), references_info(references), options.out, options.poses)
     # Text from submissions is printed literally, and never stops the output in a narrow encoding.
     if isinstance(sys.stdout, TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")
     console = Console(highlight=False, markup=False, emoji=False)
-    for title, boards in groupby(Leaderboard(document).boards, key=chapter):
+    for title, boards in groupby(built.leaderboard.boards, key=chapter):
         console.print(table(title, tuple(boards)))
         console.print()
     for folder in empty:
         print(f"{folder} contains no submissions.")
-    if pending := [card.name for card in document.submissions if card.ledger and card.ledger.is_pending]:
+    if pending:
         console.print(f"Not accepted yet, so without a rank (docs/ledger.md): {', '.join(pending)}")
-    refused = [card for card in document.submissions if card.problems]
     if refused:
         console.print("Refused (not on a board until all problems are fixed):")
     for card in refused:
         show_line(console, card)
-    print(index)
+    print(built.index)
     return 1 if refused else 0

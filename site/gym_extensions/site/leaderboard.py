@@ -1,67 +1,43 @@
-"""The document that all pages are made from: scorecards, their boards, and the paths of their pages."""
+"""What all pages are made from: the references, the entries without their logs, and the boards."""
 
 from __future__ import annotations
 
-import hashlib
-import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 
-from gym_extensions.errors import BenchError
 from gym_extensions.scoring.leaderboard.board import boards as scored_boards
 from gym_extensions.scoring.leaderboard.model import BoardsDocument
-from gym_extensions.scoring.scorecard.model import ReferencesInfo, Scorecard, ScorecardDocument
+from gym_extensions.scoring.scorecard.model import ReferencesInfo, Scorecard
 from gym_extensions.site.views.board import Board, boards
+from gym_extensions.site.views.entrant import Entrant
 
 
 @dataclass(frozen=True)
-class Leaderboard:
-    """The scorecards and their boards."""
+class Frame:
+    """What every page needs: the references that normalize all scores, and the folder of poses, if any."""
 
-    document: ScorecardDocument
+    references: ReferencesInfo
+    poses: Path | None = field(default=None, kw_only=True)
+
+
+@dataclass(frozen=True)
+class Leaderboard(Frame):
+    """All entries, sorted by name, and their boards."""
+
+    entrants: tuple[Entrant, ...]
 
     @cached_property
     def entries(self) -> tuple[Scorecard, ...]:
-        """Every submission, sorted by name."""
-        return tuple(sorted(self.document.submissions, key=lambda card: card.name))
-
-    @cached_property
-    def references(self) -> ReferencesInfo:
-        """The references that normalize all scores."""
-        return self.document.references
+        """Every submission's scorecard without logs, sorted by name."""
+        return tuple(entrant.card for entrant in self.entrants)
 
     @cached_property
     def boards(self) -> tuple[Board, ...]:
-        """Every board, in the order of the index."""
-        return boards(self.scored.boards, self.entries)
+        """Every board, in the order of the overview."""
+        return boards(self.scored.boards, self.entrants)
 
     @cached_property
     def scored(self) -> BoardsDocument:
         """The scorer's boards of all submissions without problems."""
-        return scored_boards([card for card in self.document.submissions if not card.problems])
-
-    @cached_property
-    def addresses(self) -> dict[str, str]:
-        """The path of every submission's page, by the submission's name."""
-        return addresses([entry.name for entry in self.entries])
-
-
-def addresses(names: list[str]) -> dict[str, str]:
-    """A path per name, safe in file systems and URLs, and unique even where case is ignored.
-
-    Raises:
-        BenchError: two submissions have the same name.
-    """
-    for name in names:
-        if names.count(name) > 1:
-            hint = "Rename one of the folders."
-            raise BenchError("same-name", f"Two submissions have the name {name!r}.", hint=hint)
-    paths: dict[str, str] = {}
-    slugs: set[str] = set()
-    for name in sorted(names):
-        slug = re.sub(r"[^a-z0-9-]+", "-", name.lower()).strip("-")[:80]
-        if slug != name or slug in slugs:
-            slug = f"{slug}-{hashlib.sha256(name.encode()).hexdigest()[:8]}".lstrip("-")
-        slugs.add(slug)
-        paths[name] = f"submissions/{slug}.html"
-    return paths
+        return scored_boards([card for card in self.entries if not card.problems])

@@ -18,7 +18,7 @@ from gym_extensions.curation.ledger.verify import check_folders
 from gym_extensions.curation.salt import derive_salt
 from gym_extensions.errors import BenchError
 from gym_extensions.scoring.leaderboard.board import boards
-from gym_extensions.scoring.pipeline.score import score_folders
+from gym_extensions.scoring.pipeline.score import find_submissions, score_folders
 from gym_extensions.scoring.scorecard.model import Scorecard
 from gym_extensions.site.cli import main as site
 
@@ -37,7 +37,8 @@ def record(folder: Path, date: str, reason: str = "A reason.", *options: str) ->
 
 def cards(folder: Path) -> dict[str, Scorecard]:
     paths = [folder / "submissions"]
-    return {card.name: card for card in with_ledgers(score_folders(paths), paths).submissions}
+    scored = with_ledgers(score_folders(paths).submissions, find_submissions(paths))
+    return {card.name: card for card in scored}
 
 
 def board(folder: Path) -> str:

@@ -11,6 +11,7 @@ import pytest
 from gymnasium.spaces import Box
 
 from gym_extensions import envs
+from gym_extensions.catalog import sheets
 from gym_extensions.catalog.registry import TASKS, VERSIONS, task
 from gym_extensions.envs import cli, make
 from gym_extensions.envs.docgen.descriptions import differences
@@ -101,10 +102,12 @@ def test_show_prints_the_summary(capsys: pytest.CaptureFixture[str]) -> None:
     assert "22     z of the goal" in text
 
 
-def test_docs_writes_the_pages(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert cli.main(["docs", "--out", str(tmp_path)]) == 0
-    assert {path.name for path in tmp_path.iterdir()} == set(PAGES)
-    assert capsys.readouterr().out == f"{len(PAGES)} pages and 0 pictures written to {tmp_path}.\n"
+def test_docs_writes_the_pages_and_the_sheets(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out, sheets_file = tmp_path / "pages", tmp_path / "sheets.json"
+    assert cli.main(["docs", "--out", str(out), "--sheets", str(sheets_file)]) == 0
+    assert {path.name for path in out.iterdir()} == set(PAGES)
+    assert capsys.readouterr().out == f"{len(PAGES)} pages and 0 pictures written to {out}.\n"
+    assert sheets_file.read_bytes() == sheets.PATH.read_bytes(), "run `gym-extensions envs docs`"
 
 
 def test_the_example_of_the_python_api_runs() -> None:

@@ -183,14 +183,36 @@ def test_a_reported_entry_is_on_a_board_without_a_rank() -> None:
     assert made.rows[0].metrics["final_performance"].mean is None
 
 
-def test_a_duplicate_entry_is_named(enter: Enter) -> None:
+def test_a_duplicate_entry_follows_the_first_by_name_without_a_rank(enter: Enter) -> None:
     cards = [enter("original", 500), enter("copied", 500), enter("other", 501), enter("again", 500)]
-    assert {entry.name: entry.duplicate_of for entry in board(cards, KEY).rows} == {
-        "again": "copied",
-        "copied": "again",
-        "original": "again",
-        "other": None,
-    }
+    made = board(cards, KEY)
+    assert [(entry.name, entry.duplicate_of, entry.ranked) for entry in made.rows] == [
+        ("other", None, True),
+        ("again", None, True),
+        ("copied", "again", False),
+        ("original", "again", False),
+    ]
+    assert made.rows[2].why == "Identical to again in every run."
+    assert made.ranked == 2
+
+
+def test_of_identical_entries_the_replayed_one_counts(enter: Enter) -> None:
+    replayed = replace(enter("b", 500), trust="replayed (300 of 14000 episodes)")
+    rows = board([enter("a", 500), replayed], KEY).rows
+    assert [(entry.name, entry.duplicate_of) for entry in rows] == [("b", None), ("a", "b")]
+
+
+def test_each_ranked_entry_is_compared_with_the_first_over_m_minus_1_tests(enter: Enter) -> None:
+    first, near, far = board([enter("a", 900), enter("b", 899), enter("c", 100)], KEY).rows
+    assert first.vs_leader is None
+    assert near.vs_leader is not None
+    assert far.vs_leader is not None
+    assert (near.vs_leader.name, near.vs_leader.separated) == ("a", False)
+    assert (far.vs_leader.name, far.vs_leader.separated) == ("a", True)
+    a, c = (entry.metrics["final_performance"].mean for entry in (first, far))
+    assert a is not None
+    assert c is not None
+    assert far.vs_leader.difference.mean == pytest.approx(a - c)
 
 
 def test_a_stripped_scorecard_gives_the_same_boards(enter: Enter) -> None:

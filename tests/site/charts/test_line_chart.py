@@ -14,7 +14,10 @@ Y = Scale(0.0, 1.0, 100.0, 0.0)
 def test_lines_levels_and_shading_have_the_coordinates_of_their_values() -> None:
     mean = [(0.0, 0.0), (0.5, 1.0)]
     svg = ElementTree.fromstring(line_chart([mean, mean], X, Y, "", bold=mean, since=0.5, levels=[1.0]))
-    assert [line.get("points") for line in svg.iter("polyline")] == ["0.0,100.0 50.0,0.0"] * 3
+    assert [line.get("points") for line in svg.iter("polyline")] == ["0.0,100.0 50.0,0.0"]
+    assert [(line.get("transform"), line.get("d")) for line in svg.iter("path")] == [
+        ("scale(0.5)", "M0 200l100-200")
+    ] * 2
     assert [(dot.get("class"), dot.get("cx"), dot.get("cy")) for dot in svg.iter("circle")] == [
         ("stop", "0.0", "100.0"),
         ("at", "50.0", "0.0"),

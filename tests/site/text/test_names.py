@@ -45,3 +45,16 @@ def test_a_variation_of_a_group_without_a_common_base_keeps_its_name() -> None:
 )
 def test_a_group_shows_its_version_and_a_suite_its_size(group_id: str, label: str) -> None:
     assert names.group(group_id) == Markup(label)
+
+
+@pytest.mark.parametrize(
+    ("text", "shortened"),
+    [
+        ("short", "short"),
+        ("exactly ten", "exactly t…"),
+        ("abcdefgh e\N{COMBINING ACUTE ACCENT}x", "abcdefgh…"),
+        ("abcdefgh\N{MAN}\N{ZERO WIDTH JOINER}\N{WOMAN}x", "abcdefgh…"),
+    ],
+)
+def test_a_long_text_is_cut_between_characters(text: str, shortened: str) -> None:
+    assert names.short(text, 10) == shortened

@@ -12,6 +12,7 @@ from gym_extensions.site.leaderboard import Leaderboard
 from gym_extensions.site.text.labels import rank
 from gym_extensions.site.views.board import Board
 from gym_extensions.site.views.board_row import COLUMNS
+from gym_extensions.site.views.entrant import entrant
 from gym_extensions.site.views.trial import nothing_to_forget
 
 from ..browser import typed
@@ -69,7 +70,13 @@ def around(mean: float, runs: int = 5, wide: float = 1.0) -> list[float]:
 def boards_of(*cards: Card) -> tuple[Board, ...]:
     """The boards of these cards."""
     references = {"version": "made-up", "provisional": False, "sha256": ""}
-    return Leaderboard(typed({"format": 1, "references": references, "submissions": list(cards)})).boards
+    return leaderboard({"format": 1, "references": references, "submissions": list(cards)}).boards
+
+
+def leaderboard(document: Card) -> Leaderboard:
+    """The leaderboard of these JSON values."""
+    whole = typed(document)
+    return Leaderboard(whole.references, tuple(map(entrant, whole.submissions)))
 
 
 def only(*cards: Card) -> Board:
@@ -91,14 +98,15 @@ def test_a_board_is_sorted_by_final_performance_then_name(entry: Make) -> None:
 def test_an_entry_without_a_value_is_last_and_not_at_zero(entry: Make) -> None:
     board = only(entry("unsolved", None), entry("worse", around(-0.5)))
     assert names(board) == ["worse", "unsolved"]
-    assert [heading for heading, _ in board.bodies] == ["", "Not ranked: Every task is unsolved."]
+    assert [row.entry.why for row in board.rows] == ["", "Every task is unsolved."]
 
 
-def test_entries_with_fewer_than_five_runs_are_below_under_a_heading(entry: Make) -> None:
-    board = only(entry("lucky", around(0.9, runs=4)), entry("full", around(0.4)))
-    assert [(heading, [row.entry.name for row in rows]) for heading, rows in board.bodies] == [
-        ("", ["full"]),
-        ("Not ranked: Fewer than 5 runs.", ["lucky"]),
+def test_each_entry_without_a_rank_has_its_own_reason(entry: Make) -> None:
+    cards = [entry("lucky", around(0.9, runs=4)), entry("full", around(0.4)), entry("open", None)]
+    assert [(row.entry.name, row.entry.why) for row in only(*cards).rows] == [
+        ("full", ""),
+        ("lucky", "Fewer than 5 runs."),
+        ("open", "Every task is unsolved."),
     ]
 
 
@@ -134,9 +142,7 @@ def test_every_budget_has_its_board_except_smoke(entry: Make) -> None:
 def test_a_refused_submission_is_not_on_a_board(document: Card) -> None:
     broken = document["submissions"][-1]
     broken["groups"] = document["submissions"][0]["groups"]
-    assert "broken" not in {
-        row.entry.name for board in Leaderboard(typed(document)).boards for row in board.rows
-    }
+    assert "broken" not in {row.entry.name for board in leaderboard(document).boards for row in board.rows}
 
 
 def test_a_published_table_alone_has_no_board(entry: Make) -> None:
@@ -146,7 +152,7 @@ def test_a_published_table_alone_has_no_board(entry: Make) -> None:
 
 
 def test_ranks_are_intervals_and_a_single_entry_has_none(entry: Make) -> None:
-    tied = only(entry("a", around(0.9)), entry("b", around(0.9)), entry("c", around(0.1)))
+    tied = only(entry("a", around(0.9)), entry("b", around(0.899)), entry("c", around(0.1)))
     ranks = [rank(row.rank("final_performance")) for row in tied.rows]
     assert ranks == ["rank 1–2", "rank 1–2", "rank 3"]
     assert [row.rank("final_performance") for row in only(entry("a", around(0.9))).rows] == [None]
@@ -176,7 +182,7 @@ def test_an_entry_has_no_rank_on_a_metric_where_no_other_is_ranked(entry: Make) 
         ),
         (
             {"a": around(0.9, runs=2), "b": around(0.85, runs=2), "c": around(0.82, runs=2)},
-            "Its interval overlaps with B and C, so the order may be due to chance.",
+            "Its interval overlaps with B (b) and C (c), so the order may be due to chance.",
         ),
         (
             {"a": around(0.9, runs=2), **{name: around(0.88, runs=2) for name in "bcde"}},
@@ -192,70 +198,79 @@ def test_an_entry_has_no_rank_on_a_metric_where_no_other_is_ranked(entry: Make) 
         ),
         (
             {"a": around(0.9, runs=2), "b": [0.87]},
-            "Its interval overlaps with B, so the order may be due to chance.",
+            "Its interval overlaps with B (b), so the order may be due to chance.",
         ),
     ],
 )
 def test_the_certainty_of_a_lead_follows_from_its_runs(
     entry: Make, runs: dict[str, list[float]], sentence: str
 ) -> None:
-    leader = only(*(entry(name, values) for name, values in runs.items())).leader()
+    leader = only(*(entry(name, values) for name, values in runs.items())).leader
     assert leader is not None
     assert (leader.row.entry.name, leader.certainty) == ("a", sentence)
 
 
-def test_a_difference_that_is_not_significant_has_an_interval_and_a_number_of_runs(entry: Make) -> None:
-    leader = only(entry("a", around(0.92, wide=3)), entry("b", around(0.9, wide=3))).leader()
+def test_a_tie_at_the_top_has_its_size_and_the_interval_of_the_distance(entry: Make) -> None:
+    leader = only(entry("a", around(0.92, wide=3)), entry("b", around(0.9, wide=3))).leader
     assert leader is not None
     # Difference .02; s = .0474 on both sides: √(2 · .0474² / 5) = .03, t(.975, 8) = 2.306: ± .0692.
-    assert leader.certainty.startswith(
-        "Its rank is between 1 and 2. Its difference to B is 0.02 (−0.05 to 0.09), which is not significant. "
-        "A significant difference would need about "
-    )
-    assert leader.certainty.endswith(" more runs per entry.")
-
-
-def test_a_difference_that_needs_many_runs_has_no_exact_number(entry: Make) -> None:
-    leader = only(entry("a", around(0.91, wide=9)), entry("b", around(0.9, wide=9))).leader()
-    assert leader is not None
-    assert leader.certainty.endswith("would need more than 100 more runs per entry.")
-
-
-@pytest.mark.parametrize(("ahead", "ends"), [(0.0, "−0.07 to 0.07"), (0.0049, "−0.06 to 0.07")])
-def test_a_difference_that_two_digits_do_not_show_is_zero(entry: Make, ahead: float, ends: str) -> None:
-    leader = only(entry("a", around(0.5 + ahead, wide=3)), entry("b", around(0.5, wide=3))).leader()
-    assert leader is not None
     assert leader.certainty == (
-        f"Its rank is between 1 and 2. Its difference to B is 0.00 ({ends}). "
-        "A significant difference would need more than 100 more runs per entry."
+        "A tie at the top of 2 entries. Its distance to B (b) is 0.02, "
+        "and could be anything from −0.05 to 0.09."
     )
+
+
+@pytest.mark.parametrize(("ahead", "ends"), [(0.0001, "−0.07 to 0.07"), (0.0049, "−0.06 to 0.07")])
+def test_a_difference_that_two_digits_do_not_show_is_zero(entry: Make, ahead: float, ends: str) -> None:
+    leader = only(entry("a", around(0.5 + ahead, wide=3)), entry("b", around(0.5, wide=3))).leader
+    assert leader is not None
+    assert leader.certainty.endswith(f"Its distance to B (b) is 0.00, and could be anything from {ends}.")
 
 
 def test_a_small_significant_difference_is_not_zero(entry: Make) -> None:
     three = {"a": 0.504, "b": 0.5, "c": 0.5}
     cards = [entry(name, around(mean, wide=0.01)) for name, mean in three.items()]
     cards[2] = entry("c", around(0.499, wide=9))
-    leader = only(*cards).leader()
+    leader = only(*cards).leader
     assert leader is not None
     assert leader.certainty == (
-        "Its rank is between 1 and 2. "
-        "It is significantly better than B, by less than 0.01, but not than all others."
+        "A tie at the top of 2 entries. "
+        "It is significantly better than B (b), by less than 0.01, but not than all others."
     )
 
 
+def test_entries_are_tied_with_those_that_the_board_does_not_separate(entry: Make) -> None:
+    board = only(entry("a", around(0.9)), entry("b", around(0.899)), entry("c", around(0.1)))
+    assert [row.tied("final_performance") for row in board.rows] == [1, 1, 0]
+
+
+def test_the_least_forgetting_is_among_those_that_learned(entry: Make) -> None:
+    cards = [entry("blind", around(0.0), around(0.0)), entry("a", around(0.5)), entry("b", around(0.4))]
+    scores = [card["groups"]["hopper-gravity-v0"]["sequential"]["metrics"] for card in cards]
+    for metrics, lost in zip(scores, (-0.5, 0.2, 0.1), strict=True):
+        metrics["forgetting"] = estimate(around(lost))
+    least = only(*cards).least_forgetting
+    assert least is not None
+    assert least.entry.name == "b"
+
+
 def test_a_ranked_entry_leads_before_a_better_one_with_fewer_runs(entry: Make) -> None:
-    leader = only(entry("lucky", around(0.9, runs=1)), entry("full", around(0.4))).leader()
+    leader = only(entry("lucky", around(0.9, runs=1)), entry("full", around(0.4))).leader
     assert leader is not None
     assert leader.row.entry.name == "full"
 
 
-def test_duplicate_entries_name_each_other(entry: Make) -> None:
-    board = only(entry("a", around(0.5)), entry("b", around(0.5)), entry("c", around(0.6)))
-    assert {row.entry.name: row.duplicate_of for row in board.rows} == {"a": "b", "b": "a", "c": None}
+def test_an_identical_entry_follows_the_first_and_has_no_rank(entry: Make) -> None:
+    board = only(entry("b", around(0.5)), entry("a", around(0.5)), entry("c", around(0.4)))
+    assert [(row.entry.name, row.duplicate_of, row.ranked) for row in board.rows] == [
+        ("a", None, True),
+        ("b", "a", False),
+        ("c", None, True),
+    ]
 
 
 def test_a_board_without_scores_has_no_leader(entry: Make) -> None:
-    assert only(entry("a", None)).leader() is None
+    assert only(entry("a", None)).leader is None
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,8 @@ from gym_extensions.catalog.bodies.body import (
 )
 from gym_extensions.catalog.bodies.success import Distance
 
+ARM_CAMERA = Camera(0.4, -0.35, 2.6, 100, -62, after_reset=True)
+"""From above, so that arm, object and goal do not hide each other."""
 MAX_STEPS = 100
 SEGMENTS = Segments(steps=5)
 SUCCESS_DISTANCE = 0.05
@@ -35,7 +37,7 @@ ARMS = (
             gymnasium_source("pusher_v5"),
         ),
         rewards=RewardBounds(-30.0, 0.0, terminates=False),  # minus distances in m, minus squared actions
-        camera=Camera(0.5, -0.3, 2.1, 135, -40, after_reset=True),
+        camera=ARM_CAMERA,
         segments=SEGMENTS,
         max_steps=MAX_STEPS,
         has_gravity=False,
@@ -63,7 +65,7 @@ ARMS = (
             "Gym's Striker-v0 (removed in 2022), rebuilt on Gymnasium's `pusher_v5.xml`.",
         ),
         rewards=RewardBounds(-200.0, 0.0, terminates=False),  # as Pusher; the ball may fly off the table
-        camera=Camera(0.5, -0.2, 2.4, 135, -40, after_reset=True),
+        camera=ARM_CAMERA,
         segments=SEGMENTS,
         max_steps=MAX_STEPS,
         has_gravity=False,

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Sequence
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -18,6 +20,11 @@ from gym_extensions.envs.make import construct_mujoco
 from gym_extensions.errors import BenchError
 
 WIDTH, HEIGHT = 240, 200
+LINE_RADIUS = 0.01
+"""Radius of a line in the scene, m."""
+Color = tuple[float, float, float, float]
+Line = tuple[NDArray[np.float64], NDArray[np.float64], Color]
+"""Start, end and color (red, green, blue, alpha) of a line in the scene."""
 MAP_PIXEL = 2.0
 """Units per pixel of a map's picture."""
 
@@ -61,20 +68,44 @@ def _body(task: Task) -> NDArray[np.uint8]:
     view = WALL_CAMERA if has_wall or task.body.camera is None else task.body.camera
     if view.after_reset:
         env.reset(seed=0)
+    return render(model, data, view, (WIDTH, HEIGHT))
+
+
+def render(
+    model: Any, data: Any, view: Camera, size: tuple[int, int], lines: Sequence[Line] | None = None
+) -> NDArray[np.uint8]:
+    """Renders a frame (height, width, 3). With ``lines``, these are drawn into the scene, without shadows.
+
+    Raises:
+        BenchError: MuJoCo cannot render on this machine.
+    """
     mujoco.mj_forward(model, data)
     camera = mujoco.MjvCamera()
     camera.type = mujoco.mjtCamera.mjCAMERA_FREE
     camera.lookat[:] = (view.x, 0.0, view.z)
     camera.distance, camera.azimuth, camera.elevation = view.distance, view.azimuth, view.elevation
+    model.vis.global_.offwidth, model.vis.global_.offheight = size
     try:
-        with mujoco.Renderer(model, HEIGHT, WIDTH) as renderer:
+        with mujoco.Renderer(model, size[1], size[0]) as renderer:
             renderer.update_scene(data, camera)
+            if lines is not None:
+                renderer.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = 0
+            for start, end, color in lines or ():
+                _draw_line(renderer.scene, start, end, color)
             frame: NDArray[np.uint8] = renderer.render()
             return frame
     except (AttributeError, ImportError, RuntimeError, mujoco.FatalError) as failure:
         message = f"MuJoCo cannot render on this machine: {failure}."
         hint = "Set MUJOCO_GL=egl or MUJOCO_GL=osmesa and install that library."
         raise BenchError("no-rendering", message, hint=hint) from failure
+
+
+def _draw_line(scene: Any, start: NDArray[np.float64], end: NDArray[np.float64], color: Color) -> None:
+    geom = scene.geoms[scene.ngeom]
+    kind = mujoco.mjtGeom.mjGEOM_CAPSULE
+    mujoco.mjv_initGeom(geom, kind, np.zeros(3), np.zeros(3), np.zeros(9), np.array(color, np.float32))
+    mujoco.mjv_connector(geom, kind, LINE_RADIUS, start, end)
+    scene.ngeom += 1
 
 
 def _map(number: int) -> NDArray[np.uint8]:

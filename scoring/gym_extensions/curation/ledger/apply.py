@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from gym_extensions.curation.challenges import challenges_of, read_challenges
 from gym_extensions.curation.digest import folder_digest
 from gym_extensions.curation.ledger.chain import FILE, EntryState, read, states
-from gym_extensions.scoring.pipeline.score import find_submissions
-from gym_extensions.scoring.scorecard.model import VALIDATED, Scorecard, ScorecardDocument
+from gym_extensions.scoring.scorecard.model import VALIDATED, Scorecard
 from gym_extensions.scoring.scorecard.record import Challenge, LedgerRecord
 
 
@@ -49,31 +48,29 @@ def with_record(card: Scorecard, record: LedgerRecord) -> Scorecard:
     return replace(card, ledger=record, trust=trust)
 
 
-def with_ledgers(document: ScorecardDocument, paths: Sequence[Path]) -> ScorecardDocument:
-    """The scorecards with the records of the ledgers and with the challenges of their entries.
+def with_ledgers(cards: Iterable[Scorecard], folders: Sequence[Path]) -> Iterator[Scorecard]:
+    """The scorecards with the records of the ledgers and with the challenges of their entries, one by one.
 
     Args:
-        document: the scorecards of the submissions at the paths.
-        paths: submissions, or folders of submissions. A submission's ledger is the file ``ledger.jsonl``
-            beside its folder; without one, its scorecard is unchanged.
+        cards: the scorecards of the submissions.
+        folders: the folder of each submission. Its ledger is the file ``ledger.jsonl`` beside the folder;
+            without one, the scorecard is unchanged.
 
     Raises:
         BenchError: a ledger is broken.
     """
-    folders = {path.name: path for path in find_submissions(paths)}
+    paths = {path.name: path for path in folders}
     ledgers: dict[Path, Mapping[str, EntryState]] = {}
     challenges: dict[Path, tuple[Challenge, ...]] = {}
-    cards = []
-    for card in document.submissions:
-        path = folders[card.name]
+    for card in cards:
+        path = paths[card.name]
         root = path.resolve().parent
         if not (root / FILE).is_file() or card.problems:
-            cards.append(card)
+            yield card
             continue
         if root not in ledgers:
             ledgers[root] = states(read(root))
             challenges[root] = read_challenges(root.parent)
         record = ledger_record(folder_digest(path), ledgers[root].get(card.name))
         doubts = challenges_of(card.name, challenges[root])
-        cards.append(replace(with_record(card, record), challenges=doubts))
-    return replace(document, submissions=tuple(cards))
+        yield replace(with_record(card, record), challenges=doubts)

@@ -6,52 +6,38 @@ change when an entry joins; the scores are copied from the scorecards and never 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from itertools import pairwise
+from collections.abc import Sequence
+from dataclasses import replace
 
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS
 from gym_extensions.catalog.suites import SUITES
 from gym_extensions.scoring.leaderboard.duplicates import duplicate_entries
 from gym_extensions.scoring.leaderboard.keys import BoardKey, board_keys, lookup
-from gym_extensions.scoring.leaderboard.model import (
-    Board,
-    BoardEntry,
-    BoardMetric,
-    BoardsDocument,
-    Difference,
-    VersusNext,
-)
+from gym_extensions.scoring.leaderboard.model import Board, BoardEntry, BoardMetric, BoardsDocument
+from gym_extensions.scoring.leaderboard.ranks import ranked_on
 from gym_extensions.scoring.leaderboard.related import related_entries
 from gym_extensions.scoring.metrics.definitions import METRICS
-from gym_extensions.scoring.metrics.metric import Metric
 from gym_extensions.scoring.metrics.value import MetricValue, learned_nothing
-from gym_extensions.scoring.scorecard.estimates import estimate
 from gym_extensions.scoring.scorecard.model import REPORTED, GroupScore, Scorecard, SuiteScore
 from gym_extensions.scoring.scorecard.sketches import Sketch
-from gym_extensions.scoring.statistics.intervals import Summary, subtract, to_interval
-from gym_extensions.scoring.statistics.ranking import rank_intervals, runs_to_separate
-from gym_extensions.scoring.statistics.welch import significant_pairs
 
 NOT_ACCEPTED = "Not accepted yet: the ledger does not have its files."
 NOTHING_LEARNED = "nothing learned to forget"
 FORGETTING = ("forgetting", "worst_case_forgetting", "mean_later_forgetting")
+REPLAYED = "replayed"
+"""How the levels of trust of replayed entries begin."""
 
 
-@dataclass(frozen=True)
-class Ranks:
-    """The ranks of one metric, with rank intervals by entry name and each ranked entry against the next."""
-
-    intervals: Mapping[str, tuple[int, int]]
-    vs_next: Mapping[str, VersusNext]
-
-
-def _why_not_ranked(card: Scorecard, key: BoardKey, runs: int, first: MetricValue) -> str:
+def _why_not_ranked(
+    card: Scorecard, key: BoardKey, runs: int, first: MetricValue, duplicate: str | None
+) -> str:
     if card.trust == REPORTED:
         return "Reported from a publication: no logs."
     if card.ledger and card.ledger.is_pending:
         return NOT_ACCEPTED
+    if duplicate:
+        return f"Has most episodes of {duplicate}."
     if runs < FULL_ENTRY_RUNS:
         return f"Fewer than {FULL_ENTRY_RUNS} runs."
     evidence = (card.groups[name][key.protocol].missing_evidence for name in key.groups)
@@ -66,7 +52,7 @@ def _entry(
     related: tuple[str, ...],
 ) -> BoardEntry:
     runs = min(len(card.groups[name][key.protocol].runs) for name in key.groups)
-    why = _why_not_ranked(card, key, runs, score.metrics[METRICS[key.protocol][0].name])
+    why = _why_not_ranked(card, key, runs, score.metrics[METRICS[key.protocol][0].name], duplicate)
     unranked = FORGETTING if learned_nothing(score.metrics) else ()
     return BoardEntry(
         name=card.name,
@@ -94,39 +80,22 @@ def _entry(
     )
 
 
-def _ranks(
-    entries: Sequence[BoardEntry], cards: Mapping[str, Scorecard], key: BoardKey, metric: Metric
-) -> Ranks:
-    """Ranks of the entries that have a value of the metric over enough runs."""
-    ranked = [
-        (entry, summary)
-        for entry in entries
-        if metric.better and entry.ranked and not entry.metrics[metric.name].rank_note
-        if (summary := estimate(cards[entry.name].groups, key.groups, key.protocol, metric)) is not None
-        if summary.runs >= FULL_ENTRY_RUNS
-    ]
-    if not ranked:
-        return Ranks({}, {})
-    summaries = [summary for _, summary in ranked]
-    apart = significant_pairs(summaries)
-    intervals = rank_intervals(summaries, apart, metric.better)
-    return Ranks(
-        {entry.name: interval for (entry, _), interval in zip(ranked, intervals, strict=True)},
-        {
-            above[0].name: _versus(above, below, bool(apart[index, index + 1]), len(ranked))
-            for index, (above, below) in enumerate(pairwise(ranked))
-        },
-    )
+def _original_first(card: Scorecard) -> tuple[bool, str]:
+    """Sorts entries so that, of identical ones, the replayed one and then the first by name counts."""
+    return (not (card.trust or "").startswith(REPLAYED), card.name)
 
 
-def _versus(
-    above: tuple[BoardEntry, Summary], below: tuple[BoardEntry, Summary], separated: bool, entries: int
-) -> VersusNext:
-    """A ranked entry against the next, with the interval of the pair and the runs to separate them."""
-    gap = subtract(above[1], below[1])
-    needed = None if separated else runs_to_separate(gap, entries)
-    more = None if needed is None else max(1, needed - min(above[0].runs, below[0].runs))
-    return VersusNext(below[0].name, Difference.of(to_interval(gap)), separated, 0 if separated else more)
+def _sorted(entries: Sequence[BoardEntry], metric: str) -> list[BoardEntry]:
+    """Ranked entries, best first, then the others; an identical entry follows the one that it equals."""
+
+    def order(entry: BoardEntry) -> tuple[bool, float, str]:
+        mean = entry.metrics[metric].mean
+        return (not entry.ranked, float("inf") if mean is None else -mean, entry.name)
+
+    identical: dict[str | None, list[BoardEntry]] = {}
+    for entry in sorted(entries, key=order):
+        identical.setdefault(entry.duplicate_of, []).append(entry)
+    return [row for entry in identical.get(None, ()) for row in (entry, *identical.get(entry.name, ()))]
 
 
 def _sketches(card: Scorecard, key: BoardKey) -> list[Sketch]:
@@ -139,39 +108,43 @@ def _sketches(card: Scorecard, key: BoardKey) -> list[Sketch]:
 
 
 def board(cards: Sequence[Scorecard], key: BoardKey) -> Board:
-    """One board. Ranked entries come first, best first by their first metric, then those without a rank."""
-    scores = {card.name: score for card in cards if (score := lookup(card, key)) is not None}
-    cards_by_name = {card.name: card for card in cards if card.name in scores}
+    """One board. Ranked entries come first, best first by their first metric, then those without a rank.
+
+    An entry with most episodes of another follows it, without a rank.
+    """
+    on_board = [card for card in cards if lookup(card, key) is not None]
+    cards_by_name = {card.name: card for card in sorted(on_board, key=_original_first)}
+    scores = {name: score for name, card in cards_by_name.items() if (score := lookup(card, key))}
     duplicates = duplicate_entries({name: _sketches(card, key) for name, card in cards_by_name.items()})
     related = related_entries(cards_by_name)
-    first = METRICS[key.protocol][0]
-
-    def order(entry: BoardEntry) -> tuple[bool, float, str]:
-        mean = entry.metrics[first.name].mean
-        return (not entry.ranked, float("inf") if mean is None else -mean, entry.name)
-
-    entries = sorted(
-        (
+    first, *others = METRICS[key.protocol]
+    entries = _sorted(
+        [
             _entry(cards_by_name[name], key, score, duplicates.get(name), related[name])
             for name, score in scores.items()
-        ),
-        key=order,
+        ],
+        first.name,
     )
-    ranks = {metric.name: _ranks(entries, cards_by_name, key, metric) for metric in METRICS[key.protocol]}
+    ranked = ranked_on(entries, cards_by_name, key, first)
+    ranks = {first.name: ranked.intervals(first.better)}
+    for metric in others:
+        ranks[metric.name] = ranked_on(entries, cards_by_name, key, metric).intervals(metric.better)
+    vs_next, vs_leader = ranked.vs_next(), ranked.vs_leader()
     rows = [
         replace(
             entry,
-            vs_next=ranks[first.name].vs_next.get(entry.name),
+            vs_next=vs_next.get(entry.name),
+            vs_leader=vs_leader.get(entry.name),
             metrics={
-                name: replace(value, rank=ranks[name].intervals.get(entry.name))
+                name: replace(value, rank=ranks[name].get(entry.name))
                 for name, value in entry.metrics.items()
             },
         )
         for entry in entries
     ]
-    ranked = sum(entry.ranked for entry in entries)
+    count = sum(entry.ranked for entry in entries)
     published = key.group in SUITES or key.group in {group.id for group in GROUPS.values()}
-    return Board(key.group, published, key.protocol, key.budget, key.task_conditioned, ranked, tuple(rows))
+    return Board(key.group, published, key.protocol, key.budget, key.task_conditioned, count, tuple(rows))
 
 
 def boards(cards: Sequence[Scorecard]) -> BoardsDocument:

@@ -18,28 +18,27 @@ def is_common(first: Sketch, second: Sketch) -> bool:
 
 
 def duplicate_entries(entries: Mapping[str, Sequence[Sketch]]) -> dict[str, str]:
-    """The first other entry, by name, that shares most episodes with an entry, by name of the entry.
+    """The original that shares most episodes with an entry, by the name of the later entry.
 
     Two entries share most episodes if half of the runs of either do: a copy with further runs, with changed
     runs or episodes, or without its training curves is still recognized.
 
     Args:
-        entries: the sketches of the runs by the entry's name. Entries without runs share nothing.
+        entries: the sketches of the runs by the entry's name. Of entries that share most episodes, the first
+            of the mapping is the original. Entries without runs share nothing.
     """
-    holders: dict[str, set[str]] = defaultdict(set)
+    holders: dict[str, list[str]] = defaultdict(list)
+    duplicates: dict[str, str] = {}
     for name, sketches in entries.items():
-        for sketch in sketches:
-            for digest in sketch:
-                holders[digest].add(name)
-    others: dict[str, set[str]] = {name: set() for name in entries}
-    for names in holders.values():
-        for name in names:
-            others[name] |= names - {name}
-    return {
-        name: match
-        for name in entries
-        if (match := next((o for o in sorted(others[name]) if _share(entries[name], entries[o])), ""))
-    }
+        digests = {digest for sketch in sketches for digest in sketch}
+        earlier = dict.fromkeys(other for digest in sorted(digests) for other in holders[digest])
+        original = next((other for other in earlier if _share(sketches, entries[other])), None)
+        if original is not None:
+            duplicates[name] = original
+            continue
+        for digest in digests:
+            holders[digest].append(name)
+    return duplicates
 
 
 def _share(first: Sequence[Sketch], second: Sequence[Sketch]) -> bool:

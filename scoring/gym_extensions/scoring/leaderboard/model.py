@@ -53,6 +53,18 @@ class VersusNext:
     ]
 
 
+@dataclass(frozen=True, slots=True)
+class VersusLeader:
+    """A ranked entry against the first entry of the board."""
+
+    name: Annotated[str, about("the first entry")]
+    difference: Annotated[Difference, about("first − this entry, of the metric that sorts the board")]
+    separated: Annotated[
+        bool,
+        about("whether Welch's test separates the two, with Holm's correction over the M − 1 such tests"),
+    ]
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BoardEntry:
     """One submission on one board."""
@@ -64,7 +76,10 @@ class BoardEntry:
     ranked: Annotated[bool, about("whether the board ranks it")]
     why: Annotated[
         str,
-        about("why it is not ranked: fewer than five runs, missing traces, reported, no score; else empty"),
+        about(
+            "why it is not ranked: fewer than five runs, missing traces, reported, a copy, no score; else "
+            "empty"
+        ),
     ] = ""
     steps: Annotated[
         Steps | None, about("whether the training steps are `recorded` or `claimed`, as in the manifest")
@@ -83,11 +98,12 @@ class BoardEntry:
         ),
     ] = ()
     vs_next: Annotated[VersusNext | None, about("ranked entries but the last; else null")] = None
+    vs_leader: Annotated[VersusLeader | None, about("ranked entries but the first; else null")] = None
     duplicate_of: Annotated[
         str | None,
         about(
-            "another entry of the board with most of the same episodes after the last stage in half of its "
-            "runs. Agents without randomness rightly do; otherwise one is a copy. Null without one"
+            "the entry above it with most of the same episodes after the last stage in half of its runs. "
+            "Agents without randomness rightly have them; otherwise one is a copy. Null without one"
         ),
     ] = None
 
@@ -103,7 +119,11 @@ class Board:
     task_conditioned: Annotated[bool, about("whether its agents observe the task in evaluation")]
     ranked: Annotated[int, about("M, the number of ranked entries")]
     rows: Annotated[
-        tuple[BoardEntry, ...], about("ranked entries by the first metric, best first; then the others")
+        tuple[BoardEntry, ...],
+        about(
+            "ranked entries by the first metric, best first; then the others; an identical entry follows the "
+            "one that it equals"
+        ),
     ]
 
 

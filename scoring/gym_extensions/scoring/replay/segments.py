@@ -67,10 +67,10 @@ def _replay_batch(task: Task, batch: Sequence[Segment]) -> Iterator[tuple[Segmen
 def _faults(env: Any, parts: Sequence[Segment]) -> Iterator[Fault | None]:
     """For each segment what differs, or None."""
     steps = parts[0].episode.segment_steps
-    actions = _actions(parts, steps)
+    actions = padded_actions(parts, steps)
     observation, _ = env.reset(seed=[part.episode.seed for part in parts])
     if parts[0].index > 0:
-        faults = restored(env, [_state(part) for part in parts])
+        faults = restored(env, [recorded_state(part) for part in parts])
         if any(faults):
             yield from (
                 Fault(REPLAY_DIFFERS, part.start, fault) if fault else None
@@ -106,12 +106,12 @@ def _faults(env: Any, parts: Sequence[Segment]) -> Iterator[Fault | None]:
         yield Fault(ACTIONS_DIFFER, step, fault) if fault else None
 
 
-def _state(part: Segment) -> dict[str, Array]:
+def recorded_state(part: Segment) -> dict[str, Array]:
     """The recorded state one step before the segment."""
     return {name: states[part.index - 1] for name, states in part.episode.states.items()}
 
 
-def _actions(parts: Sequence[Segment], steps: int) -> NDArray[np.float32]:
+def padded_actions(parts: Sequence[Segment], steps: int) -> NDArray[np.float32]:
     """Actions (steps + 1, segments, …) of each segment and the step before it, padded with zeros."""
     recorded = parts[0].episode.actions
     actions = np.zeros((steps + 1, len(parts), *recorded.shape[1:]), recorded.dtype)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS
-from gym_extensions.rollouts.reading.evaluation_log import Log
 from gym_extensions.rollouts.submission import Evidence, Submission
 from gym_extensions.scoring.metrics.aggregates import iqm, profile
 from gym_extensions.scoring.metrics.evaluate import metric_values, no_reference
@@ -22,7 +21,7 @@ from gym_extensions.scoring.scorecard.model import (
 )
 from gym_extensions.scoring.scorecard.reported import reported_groups
 from gym_extensions.scoring.scorecard.signs import signs
-from gym_extensions.scoring.scorecard.sketches import episode_sketches
+from gym_extensions.scoring.scorecard.sketches import Sketch, episode_sketches
 from gym_extensions.scoring.scorecard.suites import suite_scores
 
 NO_REFERENCE = ReferenceValue(None, None, None)
@@ -58,10 +57,15 @@ def missing_evidence(evidence: Evidence) -> str:
 
 
 def score_group(
-    results: Results, references: References, log: Log, budget: str, evidence: Evidence
+    results: Results,
+    references: References,
+    protocol: str,
+    budget: str,
+    *,
+    sketches: tuple[Sketch, ...] = (),
+    missing: str = "",
 ) -> GroupScore:
     """Scores one group and protocol, with metrics, the paper's table, references and raw returns."""
-    protocol = log.protocol
     normalized = no_reference(results, references) == ""
     runs = normalized_runs(results, references, protocol) if normalized else []
     final = [[run.p(run.T, j) for j in run.scored] for run in runs]
@@ -82,8 +86,8 @@ def score_group(
             for (name, run, task), (steps, values) in results.curves.items()
             if name == protocol and run in results.runs[protocol]
         ),
-        episode_sketches=episode_sketches(log),
-        missing_evidence=missing_evidence(evidence),
+        episode_sketches=sketches,
+        missing_evidence=missing,
         missing_for_full_entry=missing_for_full_entry(results, protocol),
         paper_table=rows,
         paper_total=total,
@@ -104,8 +108,9 @@ def score(submission: Submission, references: References) -> Scorecard:
             returns = results(entry, manifest.protocol.budget)
             groups[name] = {
                 protocol: score_group(
-                    *(returns, references, entry.logs[protocol], manifest.protocol.budget),
-                    entry.evidence.get(protocol, Evidence()),
+                    *(returns, references, protocol, manifest.protocol.budget),
+                    sketches=episode_sketches(entry.logs[protocol]),
+                    missing=missing_evidence(entry.evidence.get(protocol, Evidence())),
                 )
                 for protocol in returns.runs
             }

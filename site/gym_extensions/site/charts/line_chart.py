@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 from markupsafe import Markup
 
 from gym_extensions.site.charts.scale import Scale
-from gym_extensions.site.charts.svg import picture, points, px, text, tick_label
+from gym_extensions.site.charts.svg import apart, picture, points, px, text, tick_label
 
 MARGIN = 8
+THIN_UNITS = 2
+"""Units per pixel of thin lines: whole numbers of half pixels take half the bytes of coordinates."""
 
 
 def line_chart(
@@ -31,7 +34,7 @@ def line_chart(
         label: the chart in words.
         bold: the bold line, with a dot per point.
         since: the area left of this x is shaded, and the dot at it is large.
-        levels: labelled horizontal lines.
+        levels: horizontal lines, labelled where labels do not overlap, the first ones first.
     """
     left, right, top, bottom = px(x.start), px(x.end), min(y.start, y.end), max(y.start, y.end)
     body = []
@@ -44,8 +47,9 @@ def line_chart(
         f'<line class="level" x1="{left}" x2="{right}" y1="{px(y.at(v))}" y2="{px(y.at(v))}"/>'
         for v in levels
     ]
-    body += [text("tick side", x.start - 4, y.at(v) + 3, tick_label(v)) for v in levels]
-    body += [f'<polyline class="thin" points="{points(line, x, y)}"/>' for line in lines]
+    body += [text("tick side", x.start - 4, y.at(v) + 3, tick_label(v)) for v in apart(levels, y)]
+    scale = f'transform="scale({1 / THIN_UNITS:g})"'
+    body += [f'<path class="thin" {scale} d="{_path(line, x, y)}"/>' for line in lines if line]
     if bold:
         body.append(f'<polyline class="bold" points="{points(bold, x, y)}"/>')
         body += [
@@ -54,3 +58,11 @@ def line_chart(
             for at, value in bold
         ]
     return picture("panel", px(x.end + MARGIN), px(bottom + MARGIN), label, "".join(body))
+
+
+def _path(line: Sequence[tuple[float, float]], x: Scale, y: Scale) -> str:
+    """The path of a thin line: its first point, then the way to each further one."""
+    corners = [(round(THIN_UNITS * x.at(across)), round(THIN_UNITS * y.at(up))) for across, up in line]
+    steps = [f"{b[0] - a[0]} {b[1] - a[1]}" for a, b in pairwise(corners)]
+    way = f"l{' '.join(steps)}" if steps else "h0"
+    return f"M{corners[0][0]} {corners[0][1]}{way}".replace(" -", "-")

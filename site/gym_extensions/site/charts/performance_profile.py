@@ -19,19 +19,20 @@ X = (40.0, 372.0)
 Y = (164.0, 24.0)
 WIDTH, HEIGHT = 384, 196
 DESCRIBED = (0.0, 0.5, 1.0, 2.0)
-"""The scores whose shares the description names."""
+"""The scores whose shares the description names, where the profile has them."""
 LINE_STYLES = 6
-"""Number of line styles with a colour and dashes in the style sheet; further lines are grey."""
+"""Number of line styles in the style sheet, and of lines in a chart."""
 
 
 @dataclass(frozen=True)
 class Line:
-    """One entry's profile: its class in the style sheet, its title, its interquartile mean."""
+    """One entry's profile: its class in the style sheet, its title and name, its interquartile mean."""
 
     kind: str
     title: str
     iqm: float | None
     profile: Points
+    name: str = ""
 
     @property
     def sample(self) -> Markup:
@@ -54,11 +55,11 @@ def of_trial(trial: Trial) -> Markup:
 
 
 def lines(rows: Sequence[Row]) -> list[Line]:
-    """The lines of a board's entries that have a profile, from top to bottom."""
+    """The lines of the first entries that have a profile, from top to bottom."""
     profiled = [row for row in rows if row.trial.profile]
     return [
-        Line(f"p{number if number <= LINE_STYLES else 0}", row.entry.title, row.trial.iqm, row.trial.profile)
-        for number, row in enumerate(profiled, 1)
+        Line(f"p{number}", row.entry.title, row.trial.iqm, row.trial.profile, row.entry.name)
+        for number, row in enumerate(profiled[:LINE_STYLES], 1)
     ]
 
 
@@ -68,7 +69,7 @@ def of_board(lines: Sequence[Line]) -> Markup:
 
 
 def _chart(lines: Sequence[Line], label: str) -> Markup:
-    first, last = lines[0].profile[0][0], lines[0].profile[-1][0]
+    first, last = lines[0].profile[0][0], max(line.profile[-1][0] for line in lines)
     x, y = Scale(first, last, *X), Scale(0.0, 1.0, *Y)
     body = [stroke(x.start, y.at(share), x.end, y.at(share), "level") for share in (0.0, 0.5, 1.0)]
     body += [text("tick side", x.start - 5, y.at(share) + 3, _percent(share)) for share in (0.0, 0.5, 1.0)]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 PADDING = 0.06
@@ -23,6 +23,14 @@ class Scale:
         """The coordinate of a value, clipped to the scale."""
         share = (min(max(value, self.low), self.high) - self.low) / (self.high - self.low)
         return self.start + share * (self.end - self.start)
+
+    def all_at(self, values: Sequence[float]) -> list[float]:
+        """The coordinates of values, clipped to the scale."""
+        if min(values) < self.low or max(values) > self.high:
+            values = [min(max(value, self.low), self.high) for value in values]
+        slope = (self.end - self.start) / (self.high - self.low)
+        offset = self.start - self.low * slope
+        return [offset + value * slope for value in values]
 
     def contains(self, value: float) -> bool:
         """Whether the value lies within the scale."""

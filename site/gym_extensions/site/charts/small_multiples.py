@@ -66,7 +66,7 @@ def _history(trial: Trial, task: int, normalized: list[float] | None, shared: Sc
         f"{trial.tasks[task]}: {shown[0]} untrained, {shown[1]} right after its training, "
         f"{shown[2]} at the end"
     )
-    levels = (min(raw), max(raw)) if normalized is None else (0.0, 1.0)
+    levels = (min(raw), max(raw)) if normalized is None else (0.0, 1.0, max(y.ticks(4)))
     drawing = line_chart(lines, x, y, label, bold=mean, since=float(trained), levels=levels)
     unit = "raw return (unsolved)" if normalized is None else ""
     return Panel(variation(trial.tasks[task], trial.tasks), unit, drawing)

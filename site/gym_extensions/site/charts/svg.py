@@ -42,11 +42,30 @@ def text(kind: str, x: float, y: float, content: str) -> str:
 
 
 def points(line: Iterable[tuple[float, float]], x: Scale, y: Scale) -> str:
-    """The ``points`` of a polyline through these values."""
-    return " ".join(f"{px(x.at(across))},{px(y.at(up))}" for across, up in line)
+    """The ``points`` of a polyline through these values, clipped to the scales."""
+    across, up = zip(*line, strict=True)
+    pairs = [0.0] * (2 * len(across))
+    pairs[::2], pairs[1::2] = x.all_at(across), y.all_at(up)
+    # One operation for all numbers: large boards have millions of points.
+    return (("%.1f,%.1f " * len(across)) % tuple(pairs)).rstrip().replace("-0.0", "0.0")
 
 
 def tick_label(value: float) -> str:
     """The number at a tick: two digits after the point below 10, without trailing zeros."""
     label = fixed(value, 2 if abs(value) < 10 else 0)
     return label.rstrip("0").rstrip(".") if "." in label else label
+
+
+LABEL_DISTANCE = 11.0
+"""Minimum distance of two labels of a vertical scale, in pixels."""
+
+
+def apart(levels: Iterable[float], scale: Scale) -> list[float]:
+    """The levels on the scale whose labels do not overlap those of earlier ones."""
+    placed: list[float] = []
+    for level in levels:
+        if scale.contains(level) and all(
+            abs(scale.at(level) - scale.at(other)) >= LABEL_DISTANCE for other in placed
+        ):
+            placed.append(level)
+    return placed

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from gym_extensions.site.leaderboard import Leaderboard
-from gym_extensions.site.page import Page, Render
+from gym_extensions.site.page import File, Page, Render
 
 PATH = "metrics.html"
 
 
-def publish(site: Leaderboard, render: Render) -> Iterator[tuple[str, str]]:
+def publish(site: Leaderboard, render: Render) -> Iterator[File]:
     """One page with an anchor per metric."""
     used = {board.budget for board in site.boards}
     yield PATH, render("metrics.html", PATH, used_budgets=used)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TypedDict
 
 from gym_extensions.site.leaderboard import Leaderboard
-from gym_extensions.site.page import Page, Render
+from gym_extensions.site.page import File, Page, Render
 from gym_extensions.site.views.benchmarks import MEMORY, Measurement, comparison, peak_memory
 
 PATH = "speed.html"
@@ -34,7 +34,7 @@ class Measurements(TypedDict):
     rows: list[Measurement]
 
 
-def publish(site: Leaderboard, render: Render) -> Iterator[tuple[str, str]]:
+def publish(site: Leaderboard, render: Render) -> Iterator[File]:
     """One page with a section per measure, the last one for memory."""
     measured: Measurements = json.loads(MEASURED.read_text(encoding="utf-8"))
     rows = measured["rows"]
@@ -44,4 +44,4 @@ def publish(site: Leaderboard, render: Render) -> Iterator[tuple[str, str]]:
     yield PATH, render("speed.html", PATH, machine=measured["machine"], chapters=chapters, memory=memory)
 
 
-PAGE = Page(title="Speed", order=25, path=PATH, publish=publish)
+PAGE = Page(title="Speed", order=80, path=PATH, publish=publish, in_footer=True)

@@ -82,6 +82,15 @@ def observed(card: Scorecard) -> str:
     return ", ".join(label for key, label in OBSERVED.items() if getattr(observes, key)) or "none"
 
 
+def task_label(card: Scorecard) -> str:
+    """When the agent receives the task label: ``none``, ``training``, ``evaluation`` or both."""
+    if card.manifest is None:
+        return NOT_STATED
+    observes = card.manifest.observes
+    times = {"training": observes.task_in_training, "evaluation": observes.task_in_evaluation}
+    return " and ".join(name for name, received in times.items() if received) or "none"
+
+
 def parameters(card: Scorecard) -> str:
     """The number of parameters at the start, and at the end if it differs."""
     memory = card.manifest.memory if card.manifest else None
@@ -143,6 +152,11 @@ def level(card: Scorecard) -> str:
     return first if first in TRUST else "other"
 
 
+def short_trust(card: Scorecard) -> str:
+    """The level of trust in one or two words."""
+    return {VALIDATED: "checked", "other": card.trust or ""}.get(level(card), level(card))
+
+
 def trust(card: Scorecard) -> str:
     """The level of trust as it is shown; ``refused`` with problems."""
     return TRUST_LABELS.get(card.trust or "", card.trust or "refused")
@@ -156,8 +170,8 @@ def facts(card: Scorecard) -> list[tuple[str, str]]:
         ("Algorithm", card.manifest.protocol.algorithm),
         ("Actions in evaluation", card.manifest.protocol.evaluation),
         ("Training steps", STEPS[card.manifest.protocol.steps]),
-        ("Task information", observed(card)),
-        ("Stored transitions", stored(card)),
+        ("Task label, task boundaries", observed(card)),
+        ("Replay memory", f"{stored(card)} transitions"),
         ("Parameters", parameters(card)),
         ("Tuning", tuning(card)),
     ]

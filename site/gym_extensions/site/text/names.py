@@ -3,11 +3,27 @@
 from __future__ import annotations
 
 import re
+import unicodedata
+from functools import lru_cache
 
 from markupsafe import Markup, escape
 
 from gym_extensions.catalog.suites import SUITES
 from gym_extensions.site.text.numbers import count
+
+JOINERS = "\N{ZERO WIDTH JOINER}\N{VARIATION SELECTOR-16}"
+MAX_TITLE = 60
+ELLIPSIS = "\N{HORIZONTAL ELLIPSIS}"
+
+
+def short(text: str, length: int = MAX_TITLE) -> str:
+    """A text of at most ``length`` characters; a longer one ends in an ellipsis, not in half a character."""
+    if len(text) <= length:
+        return text
+    cut = length - 1
+    while cut and (unicodedata.combining(text[cut]) or text[cut] in JOINERS or text[cut - 1] in JOINERS):
+        cut -= 1
+    return text[:cut].rstrip() + ELLIPSIS
 
 
 def split_version(versioned: str) -> tuple[str, str]:
@@ -25,11 +41,13 @@ def _task(name: str, version: str) -> Markup:
     )
 
 
+@lru_cache(maxsize=1024)
 def task(task_id: str) -> Markup:
     """A task's name without its namespace and version 0, for example ``HopperWall`` or ``HopperWall-v1``."""
     return _task(*split_version(task_id))
 
 
+@lru_cache(maxsize=1024)
 def variation(task_id: str, tasks: tuple[str, ...]) -> Markup:
     """A task's name without the base name that all tasks of its group share. The base task keeps its name."""
     names = [split_version(other)[0] for other in tasks]

@@ -34,9 +34,9 @@ def grouped(count: int) -> str:
     return f"{count:,}".replace(",", THIN_SPACE).replace("-", MINUS)
 
 
-def count(number: int, noun: str) -> str:
-    """A number with its noun: ``1 run``, ``2 runs``."""
-    return f"{grouped(number)} {noun}{'' if number == 1 else 's'}"
+def count(number: int, noun: str, plural: str = "") -> str:
+    """A number with its noun: ``1 run``, ``2 runs``; ``plural`` where it is not the noun with an s."""
+    return f"{grouped(number)} {noun if number == 1 else plural or f'{noun}s'}"
 
 
 def readable(value: object) -> str:

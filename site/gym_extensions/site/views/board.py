@@ -1,19 +1,22 @@
-"""The boards of the scorer, in the order of the index."""
+"""The boards of the scorer, in the order of the overview."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import groupby
+from functools import cached_property
 
 from gym_extensions.catalog.budgets import BUDGETS
 from gym_extensions.catalog.protocol import PROTOCOLS
+from gym_extensions.catalog.suites import SUITES
 from gym_extensions.scoring.leaderboard import model
-from gym_extensions.scoring.scorecard.model import REPORTED, Scorecard
+from gym_extensions.scoring.scorecard.model import REPORTED
+from gym_extensions.site.text.labels import level
 from gym_extensions.site.views.board_row import COLUMNS, Row
+from gym_extensions.site.views.entrant import SEQUENTIAL, Entrant
 from gym_extensions.site.views.leader import Leader, leader
-from gym_extensions.site.views.trial import Trial, group_order, group_trials, suite_trials
+from gym_extensions.site.views.trial import Trial, group_order
 
 
 @dataclass(frozen=True)
@@ -29,7 +32,7 @@ class Board:
 
     @property
     def id(self) -> str:
-        """Its anchor, for example ``hopper-gravity-v0-sequential-100k``."""
+        """Its name, for example ``hopper-gravity-v0-sequential-100k``."""
         conditioned = ("task-conditioned",) if self.task_conditioned else ()
         return "-".join((self.group, self.protocol, self.budget, *conditioned))
 
@@ -38,30 +41,57 @@ class Board:
         """The names of its metrics, the sorting one first."""
         return COLUMNS[self.protocol]
 
-    @property
+    @cached_property
     def trials(self) -> tuple[Trial, ...]:
         """The trials of its entries, from top to bottom."""
         return tuple(row.trial for row in self.rows)
+
+    @property
+    def ranked(self) -> int:
+        """The number of ranked entries."""
+        return sum(row.ranked for row in self.rows)
+
+    @property
+    def verified(self) -> int:
+        """The number of entries of which at least a sample was replayed."""
+        return sum(level(row.card) == "replayed" for row in self.rows)
 
     @property
     def unsolved_tasks(self) -> tuple[str, ...]:
         """Tasks without a ceiling; normalized means exclude them."""
         return next((trial.unsolved_tasks for trial in self.trials if trial.unsolved_tasks), ())
 
-    @property
-    def bodies(self) -> tuple[tuple[str, tuple[Row, ...]], ...]:
-        """Ranked entries, then the others under a heading with the reason why they are not ranked."""
-        parts = [(ranked, tuple(rows)) for ranked, rows in groupby(self.rows, key=lambda row: row.ranked)]
-        return tuple(("" if ranked else _not_ranked(rows), rows) for ranked, rows in parts)
-
-    @property
+    @cached_property
     def reasons(self) -> tuple[str, ...]:
         """Why values on it are missing."""
         return missing_reasons(self.trials)
 
+    @cached_property
     def leader(self) -> Leader | None:
         """The first entry and how certain its lead is; None if no entry has a score."""
         return leader(self.rows, self.columns[0])
+
+    @cached_property
+    def least_forgetting(self) -> Row | None:
+        """The entry that forgets least of those that learned something; ranked ones go first."""
+        rows = [
+            row
+            for row in self.rows
+            if self.protocol == SEQUENTIAL
+            and row.trial.metric("forgetting").mean is not None
+            and not row.trial.learned_nothing
+            and not row.duplicate_of
+        ]
+        return min(
+            rows,
+            key=lambda row: (not row.ranked, row.trial.metric("forgetting").mean or 0.0, row.entry.name),
+            default=None,
+        )
+
+    @property
+    def why_no_score(self) -> str:
+        """The reason why no entry has a score."""
+        return next((row.score.why for row in self.rows if row.score.why), "No entry has a score.")
 
 
 def missing_reasons(trials: Sequence[Trial]) -> tuple[str, ...]:
@@ -70,21 +100,16 @@ def missing_reasons(trials: Sequence[Trial]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(value.why for value in values if value.mean is None))
 
 
-def _not_ranked(rows: Sequence[Row]) -> str:
-    reasons = dict.fromkeys(row.entry.why for row in rows)
-    return f"Not ranked: {' '.join(reasons)}"
-
-
-def boards(scored: Sequence[model.Board], cards: Sequence[Scorecard]) -> tuple[Board, ...]:
+def boards(scored: Sequence[model.Board], entrants: Sequence[Entrant]) -> tuple[Board, ...]:
     """The scorer's boards by protocol, budget (longest first), suites, groups; task-conditioned ones last.
 
     Boards that have only published tables without logs are omitted.
 
     Args:
         scored: the scorer's boards.
-        cards: the scorecards of their entries.
+        entrants: their entries.
     """
-    by_name = {card.name: card for card in cards}
+    by_name = {entrant.card.name: entrant for entrant in entrants}
     budgets = list(BUDGETS)
     return tuple(
         sorted(
@@ -104,18 +129,16 @@ def boards(scored: Sequence[model.Board], cards: Sequence[Scorecard]) -> tuple[B
     )
 
 
-def _board(board: model.Board, cards: dict[str, Scorecard]) -> Board:
+def _board(board: model.Board, entrants: dict[str, Entrant]) -> Board:
     ranked_on = Counter(
         name for entry in board.rows for name, metric in entry.metrics.items() if metric.rank is not None
     )
+    suite = board.group in SUITES
     rows = []
     for entry in board.rows:
-        card = cards[entry.name]
-        trial = next(
-            trial
-            for trial in (*group_trials(card), *suite_trials(card))
-            if (trial.group, trial.protocol) == (board.group, board.protocol)
-        )
-        rows.append(Row(card, trial, entry, ranked_on))
-    suite = rows[0].trial.detail is None
+        entrant = entrants[entry.name]
+        scores = entrant.card.suites if suite else entrant.card.groups
+        trial = Trial(board.group, board.protocol, scores[board.group][board.protocol])
+        kept = entrant.retention.get(board.group) if board.protocol == SEQUENTIAL else None
+        rows.append(Row(entrant.card, trial, entry, ranked_on, kept))
     return Board(board.group, board.protocol, board.budget, board.task_conditioned, suite, tuple(rows))

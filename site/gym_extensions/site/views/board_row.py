@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from gym_extensions.scoring.leaderboard.model import BoardEntry
 from gym_extensions.scoring.metrics.value import MetricValue
 from gym_extensions.scoring.scorecard.model import Scorecard
+from gym_extensions.site.views.retention import Retention
 from gym_extensions.site.views.trial import Trial
 
 COLUMNS: dict[str, tuple[str, ...]] = {
@@ -24,7 +25,7 @@ COLUMNS: dict[str, tuple[str, ...]] = {
 """The metrics on a protocol's board. The first sorts it; forgetting follows learning performance."""
 
 RANKED_COLUMNS = ("final_performance", "single_task_performance", "forgetting")
-"""The metrics whose rank intervals the table shows; boards.json has them all."""
+"""The metrics whose rank intervals the table shows; the data of a board has them all."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +36,7 @@ class Row:
     trial: Trial
     entry: BoardEntry
     ranked_on: Mapping[str, int]
+    retention: Retention | None = None
 
     @property
     def score(self) -> MetricValue:
@@ -63,3 +65,8 @@ class Row:
     def shown_rank(self, metric: str) -> tuple[int, int] | None:
         """The rank that the table shows for a metric; None for a metric without ranks in the table."""
         return self.rank(metric) if metric in RANKED_COLUMNS else None
+
+    def tied(self, metric: str) -> int:
+        """The number of ranked entries from which the board's test does not separate this one."""
+        rank = self.rank(metric)
+        return rank[1] - rank[0] if rank else 0

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from gym_extensions.scoring.leaderboard.model import VersusNext
-from gym_extensions.site.text.numbers import fixed, interval
+from gym_extensions.scoring.leaderboard.model import BoardEntry, VersusNext
+from gym_extensions.site.text.names import short
+from gym_extensions.site.text.numbers import fixed
 from gym_extensions.site.views.board_row import Row
 
 MOST_NAMED = 3
@@ -40,28 +41,27 @@ def _ranked(ranked: Sequence[Row], metric: str) -> str:
     first, *others = ranked
     if not others:
         return "It is the only ranked entry."
-    best, worst = first.rank(metric) or (1, len(ranked))
-    if (best, worst) == (1, 1):
+    tied = first.tied(metric)
+    if not tied:
         return "It is significantly better than every other ranked entry (95\u202f% confidence)."
-    return f"Its rank is between {best} and {worst}. " + _versus(others[0].entry.title, first.entry.vs_next)
+    return f"A tie at the top of {tied + 1} entries. " + _versus(others[0].entry, first.entry.vs_next)
 
 
-def _versus(second: str, comparison: VersusNext | None) -> str:
+def _versus(second: BoardEntry, comparison: VersusNext | None) -> str:
     """How the first entry compares with the second, in the digits that the page shows."""
     if comparison is None:
         raise ValueError("A ranked entry above another one has no comparison with it.")
-    difference, more = comparison.difference, comparison.more_runs
-    missing = difference.low is None or difference.high is None
-    ends = "" if missing else f" ({interval(difference.low or 0.0, difference.high or 0.0)})"
-    tie = fixed(difference.mean) == fixed(0.0)
-    size = "less than 0.01" if tie else f"{fixed(difference.mean)}{ends}"
+    difference, name = comparison.difference, f"{short(second.title)} ({second.name})"
+    size = fixed(difference.mean)
     if comparison.separated:
-        return f"It is significantly better than {second}, by {size}, but not than all others."
-    needed = "more than 100 more runs" if more is None else f"about {more} more run{'' if more == 1 else 's'}"
-    needed = f"A significant difference would need {needed} per entry."
-    if tie:
-        return f"Its difference to {second} is {fixed(0.0)}{ends}. {needed}"
-    return f"Its difference to {second} is {size}, which is not significant. {needed}"
+        size = "less than 0.01" if size == fixed(0.0) else size
+        return f"It is significantly better than {name}, by {size}, but not than all others."
+    if difference.low is None or difference.high is None:
+        return f"Its distance to {name} is {size}."
+    return (
+        f"Its distance to {name} is {size}, and could be anything from {fixed(difference.low)} to "
+        f"{fixed(difference.high)}."
+    )
 
 
 def _unranked(scored: Sequence[Row]) -> str:
@@ -71,7 +71,7 @@ def _unranked(scored: Sequence[Row]) -> str:
     if first.score.ends is None:
         return "It has one run, so its uncertainty is unknown."
     low = first.score.ends[0]
-    overlapping = [row.entry.title for row in others if _top(row) >= low]
+    overlapping = [f"{short(row.entry.title)} ({row.entry.name})" for row in others if _top(row) >= low]
     if overlapping:
         names = f"{len(overlapping)} others" if len(overlapping) > MOST_NAMED else _listed(overlapping)
         return f"Its interval overlaps with {names}, so the order may be due to chance."

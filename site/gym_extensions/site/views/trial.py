@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.protocol import PROTOCOLS
@@ -12,6 +13,7 @@ from gym_extensions.scoring.leaderboard.board import NOTHING_LEARNED
 from gym_extensions.scoring.metrics.value import LEAST_LEARNED, MetricValue, learned_nothing
 from gym_extensions.scoring.scorecard.model import GroupScore, ReferenceValue, Scorecard, SuiteScore
 from gym_extensions.site.text.numbers import count, digits_for
+from gym_extensions.site.views.profile import whole_profile
 
 NO_METRIC = MetricValue(why="not part of this protocol")
 Points = tuple[tuple[float, float], ...]
@@ -59,22 +61,23 @@ class Trial:
         """Floor and ceiling of a task; None for a suite or without references."""
         return self.detail.reference.get(task) if self.detail else None
 
-    @property
+    @cached_property
     def profile(self) -> Points:
-        """Points of the performance profile; empty without one."""
-        return self.detail.profile.points if self.detail and self.detail.profile else ()
+        """Points of the performance profile, up to the highest score; empty without one."""
+        whole = whole_profile(self.detail) if self.detail else None
+        return whole.points if whole else ()
 
     @property
     def iqm(self) -> float | None:
         """Interquartile mean of the scores at the end, or None."""
         return self.detail.iqm if self.detail else None
 
-    @property
+    @cached_property
     def stage_matrices(self) -> tuple[Matrix, ...]:
         """Mean raw returns [run][stage][task] of a sequential log; else empty."""
         return self.detail.return_matrix if self.detail and self.protocol == "sequential" else ()
 
-    @property
+    @cached_property
     def mean_matrix(self) -> Matrix:
         """Mean raw returns [stage][task], averaged over runs."""
         return tuple(
@@ -82,13 +85,31 @@ class Trial:
             for stages in zip(*self.stage_matrices, strict=True)
         )
 
-    @property
+    @cached_property
+    def matrix_digits(self) -> int:
+        """Digits after the point in all matrices: none if returns reach the hundreds."""
+        rows = (*self.final_returns, *(stage for run in self.stage_matrices for stage in run))
+        return digits_for(10 * cell for row in rows for cell in row)
+
+    @cached_property
+    def top_score(self) -> float:
+        """The highest normalized mean return of the matrices, at least 1: the strongest tint."""
+        rows = [*self.final_returns, *(stage for run in self.stage_matrices for stage in run)]
+        scores = (
+            reference.normalize(value)
+            for row in rows
+            for task, value in zip(self.tasks, row, strict=True)
+            if (reference := self.reference(task))
+        )
+        return max(1.0, *(score for score in scores if score is not None), 1.0)
+
+    @cached_property
     def final_returns(self) -> Matrix:
         """Mean raw returns [run][task] of a single or joint log; else empty."""
         staged = self.protocol == "sequential"
         return tuple(run[-1] for run in self.detail.return_matrix) if self.detail and not staged else ()
 
-    @property
+    @cached_property
     def success_rates(self) -> tuple[tuple[float | None, ...], ...]:
         """Success rates [stage][task], averaged over runs; empty if no task of the group defines success."""
         runs = self.detail.success_rates if self.detail else ()
@@ -97,7 +118,7 @@ class Trial:
             for stages in zip(*runs, strict=True)
         )
 
-    @property
+    @cached_property
     def learned_nothing(self) -> bool:
         """Whether the agent learned nothing that it could forget."""
         return learned_nothing(self.score.metrics)
@@ -137,6 +158,12 @@ def group_trials(card: Scorecard) -> tuple[Trial, ...]:
     return _sorted([Trial(g, p, score) for g, scores in card.groups.items() for p, score in scores.items()])
 
 
+def separate_groups(card: Scorecard) -> tuple[str, ...]:
+    """The groups whose results have a page of their own: all, if there are several."""
+    groups = tuple(dict.fromkeys(trial.group for trial in group_trials(card)))
+    return groups if len(groups) > 1 else ()
+
+
 def suite_trials(card: Scorecard) -> tuple[Trial, ...]:
     """The scores of every suite and protocol."""
     return _sorted([Trial(s, p, score) for s, scores in card.suites.items() for p, score in scores.items()])
@@ -154,9 +181,3 @@ def table_digits(trial: Trial) -> int:
         return 2
     cells = [cell for row in trial.detail.paper_table for cell in row.cells() if cell]
     return digits_for(cell.mean / 10 for cell in cells)
-
-
-def matrix_digits(trial: Trial) -> int:
-    """Digits after the point in all matrices of a trial: none if returns reach the hundreds."""
-    rows = (*trial.final_returns, *(stage for run in trial.stage_matrices for stage in run))
-    return digits_for(10 * cell for row in rows for cell in row)

@@ -1,0 +1,291 @@
+/* Sorts, searches, filters, compares and exports the table of a board. Without it, the page is complete as it is.
+   The state is in the fragment of the address, as #?q=trpo&sort=forgetting, so that it works from a file, too. */
+"use strict";
+
+const FILTERS = { trust: "Trust", label: "Task label", algorithm: "Algorithm" };
+const FULL_RUNS = 5;
+
+/* Statistics: Student's t over runs, and Welch's interval of a difference. */
+
+/* The .975 quantile of Student's t: with t = √df · tan θ, P(|T| < t) is an integral of cos^(df − 1). */
+function quantile(df) {
+  const area = (end) => {
+    const steps = 1000, width = end / steps;
+    let sum = 1 + Math.cos(end) ** (df - 1);
+    for (let at = 1; at < steps; at += 1) sum += (at % 2 ? 4 : 2) * Math.cos(at * width) ** (df - 1);
+    return sum * width / 3;
+  };
+  const whole = area(Math.PI / 2);
+  let low = 0, high = Math.PI / 2;
+  for (let step = 0; step < 50; step += 1) {
+    const middle = (low + high) / 2;
+    if (area(middle) < 0.95 * whole) low = middle; else high = middle;
+  }
+  return Math.sqrt(df) * Math.tan(low);
+}
+
+/* The difference a − b of two means with half of its interval; null where one has a single run.
+   Each has the mean v, half of its interval h and its runs. */
+function difference(a, b) {
+  const v = a.v - b.v;
+  if (a.h === null || b.h === null || a.runs < 2 || b.runs < 2) return { v, h: null };
+  const [p, q] = [a, b].map((side) => (side.h / quantile(side.runs - 1)) ** 2);
+  const below = p ** 2 / (a.runs - 1) + q ** 2 / (b.runs - 1);
+  const df = below > 0 ? (p + q) ** 2 / below : a.runs + b.runs - 2;
+  return { v, h: quantile(df) * Math.sqrt(p + q) };
+}
+
+/* Text of numbers, as the pages write them. */
+
+const fixed = (value, digits = 2) => {
+  const text = value.toFixed(digits);
+  return text.startsWith("-") ? (/[1-9]/.test(text) ? "\u2212" : "") + text.slice(1) : text;
+};
+const plain = (text) => text.replace(/[\s\u202f]+/g, " ").trim();
+const parsed = (text) => {
+  const numbers = text.replace(/\u202f/g, "").replace(/\u2212/g, "-").match(/-?\d+(\.\d+)?/g) || [];
+  return { v: numbers.length ? Number(numbers[0]) : null, h: text.includes("\u00b1") ? Number(numbers[1]) : null };
+};
+
+/* Rows of the table as values. */
+
+function cellValue(cell, column) {
+  if (!column.number) return { text: plain(cell.textContent) };
+  if ("v" in cell.dataset) return { v: Number(cell.dataset.v), h: "h" in cell.dataset ? Number(cell.dataset.h) : null };
+  return cell.querySelector(".none") ? { v: null, h: null } : parsed(cell.textContent);
+}
+
+function readTable(table) {
+  const columns = [...table.tHead.rows[0].cells].map((head, index) => ({
+    head, index, key: head.dataset.key || "", number: head.dataset.kind === "number",
+    title: plain((head.querySelector("a") || head).firstChild?.textContent || ""),
+  }));
+  const rows = [...table.tBodies[0].rows].map((element, order) => {
+    const values = {};
+    for (const column of columns) if (column.key) values[column.key] = cellValue(element.cells[column.index], column);
+    const link = element.querySelector("th a");
+    const name = element.dataset.entry || element.querySelector("th i").textContent;
+    const find = element.cells[0].textContent.toLowerCase() + " " + (values.algorithm?.text || "").toLowerCase();
+    return { element, order, values, name, title: plain(link.textContent), href: link.getAttribute("href"), find };
+  });
+  return { columns: columns.filter((column) => column.key), rows };
+}
+
+/* The state, and which rows it shows in which order. */
+
+const readState = (hash) => {
+  const given = new URLSearchParams(hash.startsWith("#?") ? hash.slice(2) : "");
+  const list = (name) => (given.get(name) || "").split(",").filter(Boolean);
+  return {
+    q: given.get("q") || "", sort: given.get("sort") || "", up: given.get("up") === "1", runs: given.get("runs") || "",
+    filters: Object.fromEntries(Object.keys(FILTERS).map((key) => [key, given.get(key) || ""])),
+    hide: list("hide"), ticked: list("compare"),
+  };
+};
+
+const writeState = (state) => {
+  const given = new URLSearchParams();
+  const put = (name, value) => { if (value) given.set(name, value); };
+  put("q", state.q); put("sort", state.sort); put("up", state.up ? "1" : ""); put("runs", state.runs);
+  for (const [key, value] of Object.entries(state.filters)) put(key, value);
+  put("hide", state.hide.join(",")); put("compare", state.ticked.join(","));
+  return given.size || String(given) ? `#?${given}` : "#";
+};
+
+function shownRows(rows, state, columns) {
+  const words = state.q.toLowerCase().split(/\s+/).filter(Boolean);
+  const kept = rows.filter((row) =>
+    words.every((word) => row.find.includes(word)) &&
+    (!state.runs || (row.values.runs?.v || 0) >= Number(state.runs)) &&
+    Object.entries(state.filters).every(([key, value]) => !value || row.values[key]?.text === value));
+  const column = columns.find((item) => item.key === state.sort);
+  if (!column) return kept.sort((a, b) => a.order - b.order);
+  const sign = state.up ? 1 : -1;
+  const compare = column.number
+    ? (a, b) => {
+      const [p, q] = [a.values[column.key].v, b.values[column.key].v];
+      return p === null || q === null ? (p === null) - (q === null) : sign * (p - q);
+    }
+    : (a, b) => sign * a.values[column.key].text.localeCompare(b.values[column.key].text);
+  return kept.sort((a, b) => compare(a, b) || a.order - b.order);
+}
+
+/* What is shown, as CSV and JSON. */
+
+function shownData(rows, columns) {
+  return rows.map((row) => {
+    const data = { entry: row.name, title: row.title };
+    for (const column of columns) {
+      if (column.key === "entry") continue;
+      const value = row.values[column.key];
+      data[column.key] = column.number ? value.v : value.text;
+      if (column.number && value.h !== null) {
+        data[`${column.key}_low`] = Number((value.v - value.h).toFixed(4));
+        data[`${column.key}_high`] = Number((value.v + value.h).toFixed(4));
+      }
+    }
+    return data;
+  });
+}
+
+function csvText(data) {
+  const names = [...new Set(data.flatMap(Object.keys))];
+  const quoted = (value) => {
+    let text = value === null || value === undefined ? "" : String(value);
+    if (typeof value === "string" && /^[=+\-@\t\r]/.test(text)) text = `'${text}`;
+    return /[",\n\r]/.test(text) ? `"${text.replace(/"/g, '""')}"` : text;
+  };
+  return [names.join(","), ...data.map((row) => names.map((name) => quoted(row[name])).join(","))].join("\n") + "\n";
+}
+
+/* The page. */
+
+const make = (tag, properties = {}, ...children) => {
+  const element = Object.assign(document.createElement(tag), properties);
+  element.append(...children);
+  return element;
+};
+
+function start(table) {
+  const { columns, rows } = readTable(table);
+  const body = table.tBodies[0];
+  const optional = columns.filter((column) => column.key !== "entry");
+  let state = readState(location.hash);
+  let shown = rows;
+
+  const search = make("input", { type: "search", autocomplete: "off" });
+  const runs = make("select", {}, new Option("any", ""), new Option(`at least ${FULL_RUNS}`, String(FULL_RUNS)));
+  const selects = {};
+  for (const key of Object.keys(FILTERS)) {
+    const values = [...new Set(rows.map((row) => row.values[key]?.text || ""))].filter(Boolean).sort();
+    if (values.length > 1) selects[key] = make("select", {}, new Option("any", ""), ...values.map((v) => new Option(v, v)));
+  }
+  const labelled = (text, control) => make("label", {}, `${text} `, control);
+  const status = make("p", { className: "status" });
+  status.setAttribute("role", "status");
+  const compare = make("button", { type: "button", textContent: "Compare two ticked entries" });
+  const reset = make("button", { type: "button", textContent: "Reset" });
+  const downloads = ["csv", "json"].map((kind) =>
+    make("button", { type: "button", textContent: kind.toUpperCase(), onclick: () => download(kind) }));
+  const boxes = optional.map((column) => {
+    const box = make("input", { type: "checkbox" });
+    box.onchange = () => {
+      state.hide = optional.filter((_, at) => !boxes[at].checked).map((item) => item.key);
+      update();
+    };
+    return box;
+  });
+  const chooser = make("details", { className: "columns" }, make("summary", { textContent: "Columns" }),
+    ...optional.map((column, at) => make("label", {}, boxes[at], ` ${column.title}`)));
+  const panel = make("section", { className: "comparison", hidden: true });
+  const tools = make("div", { className: "tools" }, labelled("Search", search), labelled("Runs", runs),
+    ...Object.entries(selects).map(([key, select]) => labelled(FILTERS[key], select)), chooser, compare,
+    make("span", { className: "export" }, "Shown rows as ", downloads[0], " ", downloads[1]), reset);
+  const anchor = table.closest(".scroll") || table;
+  anchor.before(tools, status, panel);
+
+  for (const column of columns) {
+    const button = make("button", { type: "button", className: "sort", textContent: "\u21c5" });
+    button.setAttribute("aria-label", `Sort by ${column.title}`);
+    button.onclick = () => {
+      state.up = state.sort === column.key ? !state.up : !column.number || "lower" in column.head.dataset;
+      state.sort = column.key;
+      update();
+    };
+    column.head.append(" ", button);
+    column.button = button;
+  }
+  for (const row of rows) {
+    row.box = make("input", { type: "checkbox", className: "tick" });
+    row.box.setAttribute("aria-label", `Compare ${row.title} (${row.name})`);
+    row.box.onchange = () => {
+      const others = state.ticked.filter((name) => name !== row.name);
+      state.ticked = row.box.checked ? [...others, row.name].slice(-2) : others;
+      update();
+    };
+    row.element.cells[0].prepend(row.box, " ");
+  }
+  search.oninput = () => { state.q = search.value; update(); };
+  runs.onchange = () => { state.runs = runs.value; update(); };
+  for (const [key, select] of Object.entries(selects)) select.onchange = () => { state.filters[key] = select.value; update(); };
+  compare.onclick = () => panel.scrollIntoView({ block: "nearest" });
+  reset.onclick = () => { state = readState(""); update(); };
+  addEventListener("hashchange", () => {
+    if (location.hash.startsWith("#?") || !location.hash) { state = readState(location.hash); apply(); }
+  });
+
+  function update() {
+    history.replaceState(null, "", writeState(state));
+    apply();
+  }
+
+  function apply() {
+    shown = shownRows(rows, state, columns);
+    const kept = new Set(shown);
+    for (const row of rows) {
+      row.element.hidden = !kept.has(row);
+      row.box.checked = state.ticked.includes(row.name);
+    }
+    body.append(...shown.map((row) => row.element));
+    for (const column of columns) {
+      const active = column.key === state.sort;
+      column.button.textContent = active ? (state.up ? "\u2191" : "\u2193") : "\u21c5";
+      if (active) column.head.setAttribute("aria-sort", state.up ? "ascending" : "descending");
+      else column.head.removeAttribute("aria-sort");
+      const hidden = state.hide.includes(column.key);
+      if (column.head.hidden !== hidden) {
+        column.head.hidden = hidden;
+        for (const row of rows) row.element.cells[column.index].hidden = hidden;
+        const group = table.querySelectorAll("col")[column.index];
+        if (group) group.hidden = hidden;
+      }
+    }
+    search.value = state.q;
+    runs.value = state.runs;
+    for (const [key, select] of Object.entries(selects)) select.value = state.filters[key];
+    optional.forEach((column, at) => { boxes[at].checked = !state.hide.includes(column.key); });
+    status.textContent = shown.length === rows.length ? `${rows.length} entries` : `${shown.length} of ${rows.length} entries`;
+    comparison();
+  }
+
+  function comparison() {
+    const pair = state.ticked.map((name) => rows.find((row) => row.name === name)).filter(Boolean);
+    compare.disabled = pair.length !== 2;
+    panel.hidden = pair.length !== 2;
+    panel.replaceChildren();
+    if (panel.hidden) return;
+    const [a, b] = pair;
+    const cell = (tag, text, scope) => {
+      const element = make(tag, { textContent: text });
+      if (scope) element.scope = scope;
+      return element;
+    };
+    const side = (value) => (value.v === null ? "\u2013" : fixed(value.v) + (value.h === null ? "" : ` \u00b1 ${fixed(value.h)}`));
+    const lines = columns.filter((column) => column.number && !["memory", "runs", "rank"].includes(column.key)).map((column) => {
+      const [p, q] = [a, b].map((row) => ({ ...row.values[column.key], runs: row.values.runs.v || 0 }));
+      const gap = p.v === null || q.v === null ? null : difference(p, q);
+      const suite = "suite" in table.dataset;
+      const text = gap === null ? "\u2013"
+        : gap.h === null || suite ? fixed(gap.v) : `${fixed(gap.v)} (${fixed(gap.v - gap.h)} to ${fixed(gap.v + gap.h)})`;
+      return make("tr", {}, cell("th", column.title, "row"), cell("td", side(p)), cell("td", side(q)), cell("td", text));
+    });
+    const heads = ["Metric", `${a.title} (${a.name})`, `${b.title} (${b.name})`, "Difference (95 % interval)"];
+    panel.append(make("h2", { textContent: "Two entries side by side" }),
+      make("table", { className: "plain" }, make("caption", { textContent: "Mean \u00b1 half of the 95 % interval; the difference is first \u2212 second, by Welch for this pair alone, from the rounded numbers of this page." }),
+        make("thead", {}, make("tr", {}, ...heads.map((text) => cell("th", text, "col")))), make("tbody", {}, ...lines)));
+  }
+
+  function download(kind) {
+    const data = shownData(shown, columns.filter((column) => !state.hide.includes(column.key)));
+    const text = kind === "csv" ? csvText(data) : `${JSON.stringify(data, null, 1)}\n`;
+    const address = URL.createObjectURL(new Blob([text], { type: kind === "csv" ? "text/csv" : "application/json" }));
+    const link = make("a", { href: address, download: `${table.dataset.table}.${kind}` });
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(address), 1000);
+  }
+
+  apply();
+}
+
+if (typeof document !== "undefined") for (const table of document.querySelectorAll("table[data-table]")) start(table);
+if (typeof module !== "undefined") module.exports = { quantile, difference, parsed, fixed, shownRows, readState, writeState, csvText, shownData };

@@ -1,0 +1,267 @@
+// The player of the Watch panel: adds Play to every task, and draws both episodes at once on canvases.
+// Kinematics as in motion/kinematics.py, the text of motions as in scoring/poses/vlq.py.
+"use strict";
+(() => {
+  const DIGITS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  const SPEEDS = [0.25, 0.5, 1, 2, 4], FREE_BEAM = 0.25;
+  const calm = matchMedia("(prefers-reduced-motion: reduce)");
+
+  // The coordinates of a clip: an array of numbers per frame.
+  function decode([frames, motion], unit) {
+    const rows = Array.from({ length: frames }, () => []);
+    let rest = 0, shift = 0, total = 0, count = 0;
+    for (const character of motion) {
+      const digit = DIGITS.indexOf(character);
+      rest += (digit & 31) * 2 ** shift;
+      shift += 5;
+      if (digit > 31) continue;
+      const frame = count++ % frames;
+      total = (frame ? total : 0) + (rest & 1 ? -(rest >> 1) : rest >> 1);
+      rows[frame].push(total * unit);
+      rest = shift = 0;
+    }
+    return rows;
+  }
+
+  // Rows of a rotation matrix.
+  function rotation([w, x, y, z]) {
+    const n = w * w + x * x + y * y + z * z, s = 2 / n;
+    return [[1 - s * (y * y + z * z), s * (x * y - w * z), s * (x * z + w * y)],
+      [s * (x * y + w * z), 1 - s * (x * x + z * z), s * (y * z - w * x)],
+      [s * (x * z - w * y), s * (y * z + w * x), 1 - s * (x * x + y * y)]];
+  }
+  const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+  const turned = (m, v) => m.map((row) => dot(row, v));
+  const sum = (a, b, k = 1) => a.map((value, i) => value + k * b[i]);
+  const product = (a, b) => a.map((row) => [0, 1, 2].map((j) => row[0] * b[0][j] + row[1] * b[1][j] + row[2] * b[2][j]));
+  const WORLD = { origin: [0, 0, 0], turn: [[1, 0, 0], [0, 1, 0], [0, 0, 1]] };
+
+  // The shapes of a skeleton as [role, radius, x1, y1, x2, y2] in m, y up.
+  function placed([view, links], q) {
+    const [around, above] = view.map((degrees) => degrees * Math.PI / 180);
+    const right = [Math.sin(around), -Math.cos(around), 0];
+    const up = [-Math.sin(above) * Math.cos(around), -Math.sin(above) * Math.sin(around), Math.cos(above)];
+    const poses = [], shapes = [];
+    for (const [parent, position, quaternion, joints, content] of links) {
+      const base = poses[parent] || WORLD;
+      let origin = sum(base.origin, turned(base.turn, position)), turn = product(base.turn, rotation(quaternion));
+      for (const [kind, at, axis, anchor, rest] of joints) {
+        if (!kind) {
+          origin = q.slice(at, at + 3);
+          turn = rotation(q.slice(at + 3, at + 7));
+        } else if (kind === 2) {
+          origin = sum(origin, turned(turn, axis), q[at] - rest);
+        } else {
+          const half = (q[at] - rest) / 2, sine = Math.sin(half);
+          const pivot = sum(origin, turned(turn, anchor));
+          turn = product(turn, rotation([Math.cos(half), ...axis.map((value) => value * sine)]));
+          origin = sum(pivot, turned(turn, anchor), -1);
+        }
+      }
+      poses.push({ origin, turn });
+      for (const [role, radius, first, second] of content) {
+        const ends = role === "wall" ? [sum(first, second, -1), sum(first, second)] : [first, second];
+        shapes.push([role, radius, ...ends.flatMap((end) => {
+          const point = sum(origin, role === "world-beam" ? end : turned(turn, end));
+          return [dot(point, right), dot(point, up)];
+        })]);
+      }
+    }
+    return shapes;
+  }
+
+  // The part of a beam before it enters a wall, from 0 to 1; 0 if it misses.
+  function enter(start, along, [, , ...corners]) {
+    let first = 0, last = 1;
+    for (const axis of [0, 1]) {
+      const ends = [corners[axis], corners[axis + 2]].map((side) => (side - start[axis]) / (along[axis] || 1e-9));
+      first = Math.max(first, Math.min(...ends));
+      last = Math.min(last, Math.max(...ends));
+    }
+    return first < last ? first : 0;
+  }
+
+  // Linear between two frames.
+  function between(rows, time) {
+    const frame = Math.min(Math.floor(time), rows.length - 1), next = rows[Math.min(frame + 1, rows.length - 1)];
+    return rows[frame].map((value, i) => value + (next[i] - value) * (time - frame));
+  }
+
+  // The part of the view, [left, bottom, right, top], that shows a body in every frame; left and right are
+  // relative to the body if it travels.
+  function extent(task, skeleton) {
+    const box = [Infinity, Infinity, -Infinity, -Infinity];
+    for (const rows of task.rows) for (let i = 0; i < rows.length; i += 5) {
+      for (const [role, radius, ...ends] of placed(skeleton, rows[i])) {
+        if (role === "wall") box[2] = Math.max(box[2], 2.5);
+        if (role === "wall" || role.endsWith("beam")) continue;
+        for (const k of [0, 2]) {
+          const x = ends[k] - (task.travels ? rows[i][0] : 0), y = ends[k + 1];
+          box[0] = Math.min(box[0], x - radius);
+          box[1] = Math.min(box[1], y - radius);
+          box[2] = Math.max(box[2], x + radius);
+          box[3] = Math.max(box[3], y + radius);
+        }
+      }
+    }
+    if (task.travels) box[1] = Math.min(box[1], -0.1);
+    return [box[0] - 0.1, box[1] - 0.1, box[2] + 0.1, box[3] + 0.1];
+  }
+
+  function player(section, data) {
+    const task = data.tasks[section.dataset.task];
+    task.rows = task.clips.map((clip) => decode(clip, task.unit));
+    const skeleton = data.skeletons[task.skeleton], frames = Math.max(...task.rows.map((rows) => rows.length));
+    const box = skeleton ? extent(task, skeleton) : [0, 0, 640, 480];
+    const canvases = [...section.querySelectorAll(".stage")].map((stage) => {
+      const canvas = document.createElement("canvas"), picture = stage.firstElementChild;
+      canvas.setAttribute("role", "img");
+      canvas.setAttribute("aria-label", picture.getAttribute("aria-label"));
+      stage.append(canvas);
+      return canvas;
+    });
+
+    function draw(canvas, rows, time) {
+      const width = canvas.clientWidth, height = canvas.clientHeight, dense = devicePixelRatio || 1;
+      canvas.width = width * dense;
+      canvas.height = height * dense;
+      const pen = canvas.getContext("2d"), style = getComputedStyle(canvas);
+      const colour = (name) => style.getPropertyValue(name).trim() || style.color;
+      const q = between(rows, time), middle = task.travels ? q[0] : 0;
+      const scale = Math.min(width / (box[2] - box[0]), height / (box[3] - box[1]));
+      const shift = middle + (box[0] + box[2]) / 2;
+      const X = (x) => width / 2 + (x - shift) * scale, Y = (y) => height - (y - box[1]) * scale;
+      pen.scale(dense, dense);
+      pen.lineCap = pen.lineJoin = "round";
+      pen.font = "11px sans-serif";
+      const disc = (x, y, radius, name) => {
+        pen.fillStyle = colour(name);
+        pen.beginPath();
+        pen.arc(x, y, Math.max(radius, 2), 0, 7);
+        pen.fill();
+      };
+      if (!skeleton) {
+        pen.fillStyle = colour("--strong-rule");
+        for (const [x, y, w, h] of data.maps[task.map]) pen.fillRect(X(x), Y(480 - y), w * scale, h * scale);
+        disc(X(task.goal[0]), Y(480 - task.goal[1]), 20 * scale, "--gain");
+        pen.strokeStyle = colour("--accent");
+        pen.lineWidth = 2;
+        pen.beginPath();
+        for (const [x, y] of [...rows.slice(0, Math.floor(time) + 1), q]) pen.lineTo(X(x), Y(y));
+        pen.stroke();
+        disc(X(q[0]), Y(q[1]), 5, "--ink");
+        return;
+      }
+      if (task.travels) {
+        pen.strokeStyle = pen.fillStyle = colour("--soft");
+        pen.beginPath();
+        pen.moveTo(0, Y(0));
+        pen.lineTo(width, Y(0));
+        const half = width / 2 / scale;
+        for (let metre = Math.ceil(shift - half); metre <= shift + half; metre++) {
+          pen.moveTo(X(metre), Y(0));
+          pen.lineTo(X(metre), Y(0) + 5);
+          pen.fillText(`${metre} m`, X(metre) + 3, Y(0) + 11);
+        }
+        pen.stroke();
+      }
+      const shapes = placed(skeleton, q), wall = shapes.find(([role]) => role === "wall");
+      for (const [role, radius, x1, y1, x2, y2] of shapes) {
+        if (role.endsWith("beam")) {
+          const along = [x2 - x1, y2 - y1], hit = wall && enter([x1, y1], along, wall);
+          const length = hit || Math.min(FREE_BEAM, along[1] < 0 ? -y1 / along[1] : 1);
+          pen.strokeStyle = colour(hit ? "--warn-ink" : "--rule");
+          pen.lineWidth = 1;
+          pen.beginPath();
+          pen.moveTo(X(x1), Y(y1));
+          pen.lineTo(X(x1 + length * along[0]), Y(y1 + length * along[1]));
+          pen.stroke();
+        } else if (role === "wall") {
+          pen.fillStyle = colour("--cold");
+          pen.fillRect(X(x1), Y(y2), (x2 - x1) * scale, (y2 - y1) * scale);
+        } else if (role === "goal" || role === "object") {
+          disc(X(x1), Y(y1), radius * scale, role === "goal" ? "--gain" : "--cold");
+        } else {
+          pen.strokeStyle = colour({ body: "--accent", far: "--ring", changed: "--loss" }[role]);
+          pen.lineWidth = Math.max(2 * radius * scale, 1);
+          pen.beginPath();
+          pen.moveTo(X(x1), Y(y1));
+          pen.lineTo(X(x2) + 0.01, Y(y2));
+          pen.stroke();
+        }
+      }
+    }
+
+    const controls = document.createElement("div"), button = section.querySelector(".play");
+    controls.className = "controls";
+    controls.innerHTML = '<label>Time <input type="range" min="0" value="0" step="0.1"></label> '
+      + '<label>Speed <select></select></label> <output></output>';
+    const [range, select, output] = controls.querySelectorAll("input, select, output");
+    range.max = frames - 1;
+    for (const speed of SPEEDS) select.add(new Option(`${speed} ×`, speed, speed === 1, speed === 1));
+    button.after(controls);
+    section.classList.add("playing");
+
+    let time = 0, before = 0, running = false;
+    function show() {
+      const shown = skeleton ? `${(time / task.rate).toFixed(1)} s` : `${Math.round(100 * time / (frames - 1 || 1))} %`;
+      canvases.forEach((canvas, i) => draw(canvas, task.rows[i], Math.min(time, task.rows[i].length - 1)));
+      range.value = time;
+      range.setAttribute("aria-valuetext", shown);
+      output.value = shown;
+    }
+    function run(on) {
+      if (on && time >= frames - 1) time = 0;
+      running = on;
+      button.textContent = on ? "Pause" : "Play";
+      if (on) requestAnimationFrame((now) => { before = now; tick(now); });
+    }
+    function tick(now) {
+      if (!running) return;
+      time += (now - before) / 1000 * task.rate * select.value;
+      before = now;
+      if (time >= frames - 1) {
+        if (calm.matches) {
+          time = frames - 1;
+          run(false);
+        } else time = 0;
+      }
+      show();
+      requestAnimationFrame(tick);
+    }
+    range.addEventListener("input", () => { run(false); time = +range.value; show(); });
+    addEventListener("resize", show);
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", show);
+    show();
+    return () => run(!running);
+  }
+
+  // Loads the script with the poses of a group once; it calls watchPoses. (fetch does not work from file://.)
+  const loaded = {}, waiting = {};
+  globalThis.watchPoses = (id, data) => {
+    loaded[id] = data;
+    waiting[id].forEach((ready) => ready(data));
+  };
+  function load({ dataset: { poses, script } }, ready) {
+    if (loaded[poses]) return ready(loaded[poses]);
+    if (waiting[poses]) return waiting[poses].push(ready);
+    waiting[poses] = [ready];
+    const element = document.createElement("script");
+    element.src = script;
+    document.head.append(element);
+  }
+
+  for (const section of document.querySelectorAll(".watch")) {
+    const button = document.createElement("button");
+    let toggle = null;
+    button.type = "button";
+    button.className = "play";
+    button.textContent = "Play";
+    button.setAttribute("aria-describedby", section.getAttribute("aria-labelledby"));
+    button.addEventListener("click", () => {
+      if (toggle) toggle();
+      else load(section, (data) => (toggle ||= player(section, data))());
+    });
+    section.querySelector("h4").after(button);
+  }
+})();

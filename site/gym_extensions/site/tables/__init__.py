@@ -1,0 +1,1 @@
+"""Tables and lists with several pages: which rows are on which page, and their CSV."""

@@ -1,0 +1,1 @@
+"""What the page of a task shows: what differs from its base body, references and best entries."""

@@ -1,0 +1,107 @@
+"""The overview: a row per group and budget, and the best answer so far in sentences."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import accumulate
+
+from markupsafe import escape
+
+from gym_extensions.catalog.suites import SUITES
+from gym_extensions.site.text.labels import ends, mean
+from gym_extensions.site.text.names import short
+from gym_extensions.site.text.numbers import count
+from gym_extensions.site.views.board import Board
+from gym_extensions.site.views.board_row import Row
+from gym_extensions.site.views.entrant import SEQUENTIAL
+
+ROWS_BYTES = 28_000
+"""About the largest size of all rows; further boards are on the pages of the groups."""
+ROW_BYTES = 700
+"""Size of a row without titles and names."""
+MAX_REASONS = 6
+MAX_TITLE = 40
+
+
+@dataclass(frozen=True)
+class Overview:
+    """The boards of sequential training.
+
+    Args:
+        rows: boards with a score.
+        without_score: boards whose entries have no score.
+        more: the number of boards with a score that have no row.
+    """
+
+    rows: tuple[Board, ...]
+    without_score: tuple[Board, ...]
+    more: int
+
+    @property
+    def answers(self) -> tuple[str, ...]:
+        """Who is best in final performance and who forgets least, in sentences; empty without a score."""
+        groups = [board for board in self.rows if not board.suite] or list(self.rows)
+        if not groups:
+            return ()
+        final = [(board, board.leader.row) for board in groups if board.leader]
+        least = [(board, row) for board in groups if (row := board.least_forgetting)]
+        return tuple(
+            sentence
+            for sentence in (
+                _answer("Best final performance", final, "final_performance", "leads on"),
+                _answer("Least forgetting among those that learned", least, "forgetting", "forgets least on"),
+            )
+            if sentence
+        )
+
+
+def overview(boards: Sequence[Board]) -> Overview:
+    """The overview of all boards, those of all budgets in the order of ``boards``."""
+    sequential = [board for board in boards if board.protocol == SEQUENTIAL]
+    scored = [board for board in sequential if board.leader]
+    sizes = list(accumulate(map(_bytes, scored)))
+    rows = bisect_right(sizes, ROWS_BYTES)
+    return Overview(
+        rows=tuple(scored[:rows]),
+        without_score=tuple(board for board in sequential if not board.leader),
+        more=len(scored) - rows,
+    )
+
+
+def _bytes(board: Board) -> int:
+    """About the size of a row; an escaped character takes up to six bytes."""
+    rows = (board.leader.row if board.leader else None, board.least_forgetting)
+    entries = [row.entry for row in rows if row]
+    texts = [text for entry in entries for text in (entry.title[:MAX_TITLE], entry.name, entry.name)]
+    return ROW_BYTES + sum(len(str(escape(text)).encode()) for text in texts)
+
+
+def reasons(boards: Sequence[Board]) -> tuple[tuple[str, tuple[Board, ...]], ...]:
+    """Boards without a score by the reason, the first reasons; a suite lacks a group's score."""
+    by_reason: dict[str, list[Board]] = {}
+    for board in boards:
+        why = "A suite needs a score in every group." if board.suite else board.why_no_score
+        by_reason.setdefault(why, []).append(board)
+    return tuple((why, tuple(members)) for why, members in by_reason.items())[:MAX_REASONS]
+
+
+def _answer(what: str, rows: Sequence[tuple[Board, Row]], metric: str, verb: str) -> str:
+    """Who is first on most boards, with the value on the first of them."""
+    if not rows:
+        return ""
+    ((name, wins),) = Counter(row.entry.name for _, row in rows).most_common(1)
+    board, row = next(pair for pair in rows if pair[1].entry.name == name)
+    value = row.trial.metric(metric)
+    boards = "the only board" if len(rows) == 1 else f"{wins} of {count(len(rows), 'board')}"
+    interval = f" ({ends(value)})"
+    return (
+        f"{what}: {short(row.entry.title, MAX_TITLE)} ({name}) {verb} {boards} with a score; "
+        f"on {_group(board)} with {mean(value)}{interval}."
+    )
+
+
+def _group(board: Board) -> str:
+    return f"the suite {board.group}" if board.group in SUITES else board.group

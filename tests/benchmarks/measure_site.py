@@ -1,0 +1,163 @@
+"""Measures the build of the site at scale: processor time, memory and sizes.
+
+    python tests/benchmarks/measure_site.py [--entries 1000] [--out FOLDER] [--one-more]
+
+Synthetic entries with training curves on the four gravity groups are written as scorecards first; making
+them is not measured. Then the site is built in this process, and with ``--one-more`` again with one more.
+"""
+
+from __future__ import annotations
+
+import argparse
+import resource
+import sys
+import tempfile
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from gym_extensions.catalog.groups import group
+from gym_extensions.catalog.suites import SUITES
+from gym_extensions.rollouts.manifest import Code, Memory, Observes, Protocol, Tuning
+from gym_extensions.scoring.metrics.returns import Results
+from gym_extensions.scoring.pipeline.score import references_info
+from gym_extensions.scoring.references import Reference, References
+from gym_extensions.scoring.scorecard.build import score_group
+from gym_extensions.scoring.scorecard.manifest import ManifestSummary
+from gym_extensions.scoring.scorecard.model import VALIDATED, Scorecard
+from gym_extensions.scoring.scorecard.suites import suite_scores
+from gym_extensions.site.build import build_site
+
+LARGEST_PAGE = 300_000
+LARGEST_OVERVIEW = 40_000
+GROUPS = SUITES["gravity"]
+BUDGET, STEPS, POINTS = "100k", 100_000, 50
+RUNS, EPISODES = 5, 20
+SPAN = 1000.0
+"""Ceiling of every task; the floor is 0."""
+
+REFERENCES = References(
+    "synthetic",
+    provisional=True,
+    tasks={task: Reference(0.0, SPAN, unsolved=False) for name in GROUPS for task in group(name).task_ids},
+)
+
+
+def entries(count: int, seed: int = 0) -> Iterator[Scorecard]:
+    """Scorecards of ``count`` entries with sequential runs; the same seed gives the same entries."""
+    rng = np.random.default_rng(seed)
+    for index in range(count):
+        yield _entry(f"entry-{index:04d}", rng, runs=RUNS if index % 10 else 2)
+
+
+def _entry(name: str, rng: np.random.Generator, runs: int) -> Scorecard:
+    strength, keeps = rng.uniform(0.05, 1.2), rng.uniform(0.6, 1.02)
+    groups = {}
+    for group_id in GROUPS:
+        results = _results(group_id, strength, keeps, runs, rng)
+        groups[group_id] = {"sequential": score_group(results, REFERENCES, "sequential", BUDGET)}
+    algorithm = ("TRPO", "PPO", "SAC", "EWC")[int(rng.integers(4))]
+    return Scorecard(
+        name=name,
+        title=f"{algorithm} variant {name[-4:]}",
+        trust="replayed (300 of 14000 episodes)" if rng.random() < 0.3 else VALIDATED,
+        manifest=_manifest(algorithm, bool(rng.random() < 0.1)),
+        groups=groups,
+        suites=suite_scores(groups),
+    )
+
+
+def _results(group_id: str, strength: float, keeps: float, runs: int, rng: np.random.Generator) -> Results:
+    """Returns of an agent that reaches a share of the ceiling and keeps a share of that per later stage."""
+    members = group(group_id)
+    tasks = len(members.tasks)
+    reached = strength * SPAN * (1 + 0.15 * rng.standard_normal((runs, 1, tasks)))
+    age = np.arange(tasks + 1)[:, None] - np.arange(1, tasks + 1)
+    level = np.where(age >= 0, keeps ** np.maximum(age, 0), 0.1) * reached
+    returns = level[..., None] + 40 * rng.standard_normal((runs, tasks + 1, tasks, EPISODES))
+    steps = [STEPS // POINTS * (point + 1) for point in range(POINTS)]
+    rise = 1 - np.exp(-np.arange(1, POINTS + 1) / 15)
+    curves = {
+        ("sequential", run, task): (steps, (reached[run, 0, at] * rise + 30 * noise).tolist())
+        for run in range(runs)
+        for at, task in enumerate(members.task_ids)
+        for noise in [rng.standard_normal(POINTS)]
+    }
+    return Results(members, STEPS, {"sequential": tuple(range(runs))}, sequential=returns, curves=curves)
+
+
+def _manifest(algorithm: str, conditioned: bool) -> ManifestSummary:
+    return ManifestSummary(
+        authors=("A. Researcher",),
+        description="A synthetic entry.",
+        code=Code("", ""),
+        protocol=Protocol(BUDGET, algorithm, "sampled"),
+        hyperparameters={"step_size": 0.01},
+        observes=Observes(conditioned, False, conditioned),
+        tuning=Tuning(0, ()),
+        memory=Memory(2000, 12345, 12345),
+        versions={},
+        archive=None,
+    )
+
+
+def write(line: str) -> None:
+    """Prints a line."""
+    sys.stdout.write(f"{line}\n")
+    sys.stdout.flush()
+
+
+def read(files: Sequence[Path]) -> Iterator[Scorecard]:
+    """The scorecards of these files, one at a time."""
+    for file in files:
+        yield msgspec.json.decode(file.read_bytes(), type=Scorecard)
+
+
+def measured(files: Sequence[Path], out: Path) -> None:
+    """Builds the site and prints what it took."""
+    before = time.process_time()
+    built = build_site(read(files), references_info(REFERENCES), out)
+    seconds = time.process_time() - before
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
+    write(f"{len(files)} entries: {seconds:.1f} s, peak {peak:.2f} GB, {built.written} files written")
+
+
+def sizes(out: Path) -> int:
+    """Prints the largest pages; 1 if one is above its limit."""
+    pages = sorted(out.rglob("*.html"), key=lambda page: -page.stat().st_size)
+    for page in pages[:5]:
+        write(f"{page.stat().st_size:>8} B  {page.relative_to(out)}")
+    overview = (out / "index.html").stat().st_size
+    total = sum(file.stat().st_size for file in out.rglob("*") if file.is_file())
+    write(f"{overview:>8} B  index.html; {total / 1e6:.0f} MB in all")
+    return int(pages[0].stat().st_size > LARGEST_PAGE or overview > LARGEST_OVERVIEW)
+
+
+def main() -> int:
+    """Measures, prints, and returns 1 if a page is too large."""
+    options = argparse.ArgumentParser(description=__doc__)
+    options.add_argument("--entries", type=int, default=1000)
+    options.add_argument("--out", type=Path, default=None, help="where to leave the site")
+    options.add_argument("--one-more", action="store_true", help="build again with one entry more")
+    chosen = options.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        files = []
+        for card in entries(chosen.entries):
+            files.append(Path(folder) / f"{card.name}.json")
+            files[-1].write_bytes(msgspec.json.encode(card))
+        out = chosen.out or Path(folder) / "site"
+        measured(files, out)
+        if chosen.one_more:
+            (last,) = read(files[-1:])
+            more = Path(folder) / "one-more.json"
+            more.write_bytes(msgspec.json.encode(replace(last, name="one-more", title="One more")))
+            measured([*files, more], out)
+        return sizes(out)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,101 @@
+"""Commands, citation, badge and CSV of an entry."""
+
+from __future__ import annotations
+
+import csv
+import io
+from typing import Any
+from xml.etree import ElementTree
+
+import pytest
+
+from gym_extensions.scoring.output.tables import csv_text
+from gym_extensions.site.exports.badge import badge
+from gym_extensions.site.exports.bibtex import bibtex
+from gym_extensions.site.exports.commands import commands
+from gym_extensions.site.exports.metrics_csv import metrics_csv
+
+from ..browser import Reader, files, typed
+
+
+def test_the_commands_name_the_folder_a_group_and_a_run(document: dict[str, Any]) -> None:
+    found = commands(typed(document).submissions[0])
+    assert found is not None
+    assert found.check == "score submissions/agile --verify"
+    assert found.repeat == (
+        "gym-extensions reproduce submissions/agile --group hopper-gravity --protocol sequential --run 0"
+    )
+    assert found.logs == (
+        "submissions/agile/hopper-gravity/sequential.csv",
+        "submissions/agile/hopper-gravity/single.csv",
+    )
+
+
+def test_a_folder_that_a_shell_would_split_is_quoted(document: dict[str, Any]) -> None:
+    document["submissions"][0]["name"] = "a b; rm"
+    found = commands(typed(document).submissions[0])
+    assert found is not None
+    assert found.check == "score 'submissions/a b; rm' --verify"
+
+
+def test_a_refused_entry_has_no_commands(document: dict[str, Any]) -> None:
+    assert commands(typed(document).submissions[5]) is None
+
+
+def test_the_csv_has_the_rows_of_score(document: dict[str, Any]) -> None:
+    whole = typed(document)
+    expected = csv_text(whole)
+    rows = [line for line in expected.splitlines() if line.startswith(("name,", "agile,"))]
+    assert metrics_csv(whole.submissions[0]).splitlines() == rows
+
+
+def test_the_citation_has_title_authors_and_code(document: dict[str, Any]) -> None:
+    assert bibtex(typed(document).submissions[0]) == (
+        "@misc{gym-extensions-agile,\n"
+        "  title = {{Agile}},\n"
+        "  author = {{A. Researcher}},\n"
+        "  howpublished = {Entry of the gym-extensions leaderboard},\n"
+        "  note = {Submission agile, code at commit 0123abc},\n"
+        "  url = {https://example.org/agent},\n"
+        "}\n"
+    )
+
+
+@pytest.mark.parametrize(
+    ("title", "escaped"),
+    [
+        ("50 % & more_", r"50 \% \& more\_"),
+        (r"\input{secret}", r"\textbackslash{}input\{secret\}"),
+        ("two\nlines", "two lines"),
+        ("Ünïcode 智能", "Ünïcode 智能"),
+    ],
+)
+def test_a_title_cannot_become_a_command(document: dict[str, Any], title: str, escaped: str) -> None:
+    document["submissions"][0]["title"] = title
+    assert f"  title = {{{{{escaped}}}}}," in bibtex(typed(document).submissions[0])
+
+
+def test_an_address_that_would_end_its_field_is_left_out(document: dict[str, Any]) -> None:
+    document["submissions"][0]["manifest"]["code"]["url"] = "https://example.org/}, evil={"
+    assert "url" not in bibtex(typed(document).submissions[0])
+
+
+@pytest.mark.parametrize(
+    ("index", "text"),
+    [(0, "gym-extensions: hopper-gravity-v0 0.55 ± 0.06"), (5, "gym-extensions: refused")],
+)
+def test_the_badge_shows_the_first_score(document: dict[str, Any], index: int, text: str) -> None:
+    drawing = ElementTree.fromstring(badge(typed(document).submissions[index]))
+    assert drawing.get("aria-label") == text
+
+
+def test_the_page_of_an_entry_links_to_its_files(document: dict[str, Any]) -> None:
+    texts = dict(files(document))
+    page = Reader(texts["submissions/agile.html"])
+    links = {attributes.get("href") for _, attributes in page.elements}
+    for name in ("metrics.csv", "citation.bib", "badge.svg"):
+        assert f"../submissions/agile/{name}" in links
+        assert f"submissions/agile/{name}" in texts
+    assert "score submissions/agile --verify" in page.text
+    assert "Check, repeat and cite" not in Reader(texts["submissions/broken.html"]).text
+    assert next(csv.reader(io.StringIO(texts["submissions/agile/metrics.csv"])))[0] == "name"

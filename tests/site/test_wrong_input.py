@@ -1,0 +1,124 @@
+"""Unusual submissions give readable pages: none, one with one run, long names, every kind of character."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from gym_extensions.catalog.groups import group
+
+from .browser import Pages, files, read
+from .conftest import everything, learner, sequential, submission
+
+BOARD = "boards/hopper-gravity-v0-sequential-100k.html"
+GROUP = "groups/hopper-gravity-v0.html"
+TITLES = {
+    "200 characters": "W" * 200,
+    "200 emoji": "\N{SMILING FACE WITH SUNGLASSES}" * 200,
+    "combining": "e" + "\N{COMBINING ACUTE ACCENT}" * 199,
+    "joined emoji": "\N{MAN}\N{ZERO WIDTH JOINER}\N{WOMAN}" * 60,
+    "right to left": "\N{HEBREW LETTER ALEF}\N{HEBREW LETTER BET} 0.99 " * 20,
+    "markup": "</script><script>alert(1)</script>" * 6,
+    "ampersands": "&" * 200,
+}
+
+
+def only(*entries: dict[str, Any]) -> dict[str, Any]:
+    """A document of these entries."""
+    return {**everything(), "submissions": list(entries)}
+
+
+def one_run() -> dict[str, Any]:
+    """An entry with one run on one group."""
+    scores = sequential("hopper-gravity", learner(0.9, 0.75, 1))
+    return submission("single", {"hopper-gravity-v0": {"sequential": scores}}, "Single")
+
+
+def valid(pages: Pages) -> None:
+    """Every page has valid markup."""
+    assert {path: pages[path].errors for path in pages if pages[path].errors} == {}
+
+
+def test_without_any_entry_every_page_says_so() -> None:
+    pages = read(only())
+    valid(pages)
+    assert "There are no submissions yet." in pages["index.html"].text
+    assert "There are no submissions yet." in pages["entries.html"].text
+    assert "nobody has entered it" in pages["groups.html"].text
+    assert not [path for path in pages if path.startswith("boards/")]
+
+
+def test_one_entry_with_one_run_has_values_without_intervals() -> None:
+    pages = read(only(one_run()))
+    valid(pages)
+    for path in ("index.html", GROUP, BOARD):
+        assert "one run" in pages[path].text, path
+    assert "Not ranked: Fewer than 5 runs." in pages[BOARD].text
+    assert "It is the only entry with a score." in pages[BOARD].text
+
+
+def test_a_group_that_nobody_entered_has_its_tasks_and_says_how_to_enter() -> None:
+    page = read(only(one_run()))["groups/striker-v0.html"].text
+    assert "Nobody has entered this group yet." in page
+    assert "train NAME --groups striker" in page
+    for task in group("striker").task_ids:
+        assert task.rsplit("/")[-1].removesuffix("-v0")[:7] in page
+
+
+def test_an_entry_without_optional_parts_renders() -> None:
+    entry = one_run()
+    entry["manifest"] = None
+    scores = entry["groups"]["hopper-gravity-v0"]["sequential"]
+    scores.update(paper_table=[], paper_total=None, profile=None, iqm=None)
+    pages = read(only(entry))
+    valid(pages)
+    assert "not stated" in pages[BOARD].text
+
+
+@pytest.mark.parametrize("title", TITLES.values(), ids=list(TITLES))
+def test_any_title_stays_in_its_place_and_is_shortened_in_tables(title: str) -> None:
+    document = everything()
+    for entry in document["submissions"]:
+        entry["title"] = title
+    pages = read(document)
+    valid(pages)
+    for path in ("index.html", GROUP, BOARD, "entries.html", "submissions/agile.html"):
+        assert "agile" in pages[path].text, f"{path} has no folder name"
+        assert not [a for tag, a in pages[path].elements if tag == "script" and "src" not in a]
+    assert title[:100] not in pages["index.html"].text
+
+
+def test_entries_with_look_alike_titles_differ_by_their_folder_names() -> None:
+    document = everything()
+    first, second = document["submissions"][:2]
+    first["title"], second["title"] = "TRPO", "TRP\N{CYRILLIC CAPITAL LETTER O}"
+    pages = read(document)
+    for path in ("entries.html", BOARD):
+        assert "TRPO agile" in pages[path].text
+        assert "TRP\N{CYRILLIC CAPITAL LETTER O} keeper" in pages[path].text
+    assert "TRPO agile" in pages["submissions/agile.html"].text.split("Facts")[0]
+
+
+def test_the_overview_has_at_most_forty_kilobytes_for_any_number_of_boards() -> None:
+    entries = []
+    for number, (name, budget) in enumerate(
+        (name, budget)
+        for name in ("hopper", "walker2d", "halfcheetah", "humanoid")
+        for budget in ("paper", "1M", "300k", "100k")
+    ):
+        for conditioned in (False, True):
+            scores = sequential(f"{name}-gravity", learner(0.9, 0.75, 5), budget)
+            observes = {"task_in_training": True, "task_in_evaluation": conditioned, "boundaries": True}
+            entry = submission(
+                f"{'n' * 55}-{number}-{int(conditioned)}",
+                {f"{name}-gravity-v0": {"sequential": scores}},
+                "\N{SMILING FACE WITH SUNGLASSES}" * 200,
+                observes=observes,
+            )
+            entries.append(entry)
+    index = dict(files(only(*entries)))["index.html"]
+    assert len(index.encode()) < 40_000
+    shown = index.count('class="shot">') - 1
+    assert 15 < shown < len(entries)
+    assert f"{len(entries) - shown} more boards with a score" in index
