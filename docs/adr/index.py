@@ -55,7 +55,7 @@ def read(path: Path) -> Record:
         path.name,
         title[2],
         status[1],
-        supersedes=_numbers(r"[Ss]upersedes (.*)", header),
+        supersedes=_numbers(r"[Ss]upersedes ([^;\n]*)", header),
         superseded_by=_numbers(r"superseded by (.*)", status[1]),
     )
 

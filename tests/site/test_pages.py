@@ -197,8 +197,8 @@ def test_the_metrics_page_has_every_formula_of_the_scorer() -> None:
 def test_the_meaning_of_replayed_names_the_limits_of_the_sample(document: dict[str, Any]) -> None:
     text = read(document)["metrics.html"].text
     assert "replayed A sample of the episodes" in text
-    assert "a determined cheat could edit the log until the sample misses the edit" in text
-    assert "not those behind zero-shot transfer and generalization" in text
+    assert "a determined cheat could edit the log until the drawn part misses the edit" in text
+    assert "does not show how often a policy was trained" in text
 
 
 def test_the_levels_of_trust_of_the_scorer_are_explained(document: dict[str, Any]) -> None:
