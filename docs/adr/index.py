@@ -56,7 +56,7 @@ def read(path: Path) -> Record:
         title[2],
         status[1],
         supersedes=_numbers(r"[Ss]upersedes ([^;\n]*)", header),
-        superseded_by=_numbers(r"superseded by (.*)", status[1]),
+        superseded_by=_numbers(r"superseded by ([^;]*)", status[1]),
     )
 
 
