@@ -118,7 +118,7 @@ def test_the_recorded_episodes_replay(
     folder: Path, options: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert score_cli.main([str(folder / "random"), "--verify", *options]) == 0
-    assert "replayed (sample: " in capsys.readouterr().out
+    assert "replayed (unsalted sample: " in capsys.readouterr().out
 
 
 def test_two_submissions_are_compared(

@@ -5,13 +5,14 @@ python tests/benchmarks/measure_reevaluation.py [--entries 400]
 An entry has five runs of a group of five tasks, 45 cells (R[T][j] and R[j][j]) of 20 logged and 20 new
 episodes. Returns of a cell are drawn from one of three distributions: normal, lognormal, and falls (a sixth
 of the episodes ends early, with a fifth of the return). ``seed`` is the correlation of the returns of one
-seed between cells; in the committed logs of ``random`` and ``trpo-2017`` it is at most 0.009. The attacks log the
-better of two evaluations of every episode, or the best of five evaluations of every cell.
+seed between cells; in the committed logs of ``random`` and ``trpo-2017`` it is at most 0.009. The attacks
+log the better of two evaluations of every episode, or the best of five evaluations of every cell.
 """
 
 from __future__ import annotations
 
 import argparse
+import sys
 import time
 from collections.abc import Iterator
 
@@ -61,7 +62,7 @@ def main() -> None:
     parser.add_argument("--entries", type=int, default=400)
     entries = parser.parse_args().entries
     rng = np.random.default_rng(20)
-    print("| returns | seed | entry | refused | CPU s per test |\n|---|---:|---|---:|---:|")
+    sys.stdout.write("| returns | seed | entry | refused | CPU s per test |\n|---|---:|---|---:|---:|\n")
     for kind in ("normal", "lognormal", "falls"):
         for seed in (0.0, 0.3):
             for attack in SPREAD:
@@ -71,7 +72,7 @@ def main() -> None:
                 ]
                 seconds = (time.process_time() - start) / entries
                 row = f"{kind} | {seed:g} | {attack} | {sum(refused)} of {entries} | {seconds:.3f}"
-                print(f"| {row} |", flush=True)
+                sys.stdout.write(f"| {row} |\n")
 
 
 if __name__ == "__main__":
