@@ -60,9 +60,9 @@ def forge(folder: Path, log: Path, edit: Callable[[Arrays], object] = lambda _: 
     outcome = int(forged["length"]), float(forged["return"]), forged["terminated"] == "true", success
     forged["trace"] = trace_digest(arrays, *outcome)
     text, root = log.read_text(), traces_root(folder)
-    lines = [",".join(cells.values()) for cells in (row, forged)]
-    assert text.count(f"{lines[0]}\n") == 1
-    log.write_text(text.replace(*lines), newline="\n")
+    honest_line, forged_line = (",".join(cells.values()) for cells in (row, forged))
+    assert text.count(f"{honest_line}\n") == 1
+    log.write_text(text.replace(honest_line, forged_line), newline="\n")
     manifest = folder / "submission.toml"
     manifest.write_text(manifest.read_text().replace(root, traces_root(folder)), newline="\n")
     trace(folder)

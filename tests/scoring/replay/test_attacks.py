@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -25,7 +26,7 @@ MAP = TASKS["gym_extensions/State-Based-Navigation-2d-Map0-Goal0-v0"]
 def record(task: Task) -> RecordedEpisode:
     """An honest episode of the random agent, of three segments or more."""
     seeds = list(range(4))
-    env = make_vec(task, len(seeds))
+    env: Any = make_vec(task, len(seeds))
     agent = Random(env.single_observation_space, env.single_action_space, 0)
     rollouts = evaluate(agent, env, seeds, task.body.segments.steps)
     env.close()
