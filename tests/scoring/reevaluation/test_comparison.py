@@ -67,7 +67,7 @@ def test_one_invented_run_of_five_is_refused() -> None:
 
 
 def test_one_invented_cell_of_fifty_is_refused() -> None:
-    calls: list[tuple[int, ...]] = []
+    calls: list[None] = []
 
     def one_cell(rng: np.random.Generator, shape: tuple[int, ...]) -> Array:
         returns = honest(rng, shape)
