@@ -130,4 +130,5 @@ def test_the_documented_manifest_breaks_no_rule(submission: Callable[..., Path])
     text = text.replace('"https://…"', '"https://example.org/mine"').replace(
         'sha256 = "…"', f'sha256 = "{"0" * 64}"'
     )
+    text = text.replace('root = "…"', 'root = ""')  # the made-up logs have no traces
     assert read(submission(manifest=text)).problems == ()

@@ -35,7 +35,10 @@ def test_boards_are_the_same_after_writing_and_reading(
     submission: Write, references: References, manifest_text: str
 ) -> None:
     manifest = manifest_text.replace('"smoke"', '"100k"')
-    folders = [submission(name=name, runs=FIVE, manifest=manifest) for name in "ab"]
+    folders = [
+        submission(name=name, runs=FIVE, manifest=manifest, value=lambda *key, gap=gap: sum(key[1:]) + gap)
+        for name, gap in (("a", 0.0), ("b", 0.5))
+    ]
     document = boards(score_folders(folders, references).submissions)
     assert document.boards[0].rows[0].vs_next is not None
     assert BoardsDocument.from_json(document.to_json()) == document

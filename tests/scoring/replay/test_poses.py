@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -81,7 +82,15 @@ def test_poses_that_are_up_to_date_are_kept(
     assert path.read_bytes() == before
 
 
-def test_a_replay_that_reaches_another_state_writes_nothing(entry: Path, tmp_path: Path) -> None:
+def test_the_shown_episode_is_not_the_one_with_the_largest_return(entry: Path, poses: Poses) -> None:
+    rows = [line.split(",") for line in (entry / GROUP / "sequential.csv").read_text().splitlines()[1:]]
+    for row in poses.tasks:
+        for clip in filter(None, (row.after, row.end)):
+            cell = [float(each[6]) for each in rows if (each[1], each[2]) == (str(clip.stage), row.task)]
+            assert cell[clip.episode] < max(cell)
+
+
+def test_a_changed_trace_writes_nothing(entry: Path, tmp_path: Path) -> None:
     broken = tmp_path / "entry"
     shutil.copytree(entry, broken, ignore=shutil.ignore_patterns(".progress"))
     for path in (broken / GROUP / "traces").iterdir():
@@ -89,7 +98,7 @@ def test_a_replay_that_reaches_another_state_writes_nothing(entry: Path, tmp_pat
             arrays = {name: file[name].copy() for name in file.files}
         arrays["state_qvel"][3, 0] += 1.0
         np.savez_compressed(path, **arrays)
-    with pytest.raises(BenchError, match="differs from the recorded one"):
+    with pytest.raises(BenchError, match="The log commits to another trace"):
         watch(broken, tmp_path / "poses")
     assert not (tmp_path / "poses").exists()
 
@@ -125,6 +134,10 @@ def test_a_path_on_a_map_is_the_position_after_every_step() -> None:
     episode = RecordedEpisode("trace", row, 4, steps, False, False, actions, np.zeros(3), recorded)
     [track] = motions(row, [episode], 1000)
     np.testing.assert_array_equal(track, positions)
+    states[0]["position"] += 1.0
+    other = {name: np.stack([state[name] for state in states]) for name in states[0]}
+    with pytest.raises(BenchError, match="differs from the recorded one"):
+        motions(row, [replace(episode, states=other)], 1000)
     timing = timing_of(row)
     assert timing.steps_per_frame == 4
     np.testing.assert_array_equal(frames_of(track, timing)[-1], positions[-1])

@@ -12,6 +12,7 @@ from gym_extensions.catalog.protocol import EVALUATION_EPISODES
 from gym_extensions.catalog.task import Task
 from gym_extensions.envs.make import construct_mujoco
 from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.auditing.sample import drawn_cells
 from gym_extensions.rollouts.folder import Folder
 from gym_extensions.rollouts.layout import TRACE
 from gym_extensions.rollouts.problem import Problem
@@ -62,15 +63,18 @@ def timing_of(task: Task) -> Timing:
 
 
 def shown_episodes(folder: Folder, log: Log) -> dict[Cell, TraceRequest]:
-    """The audited episode of the first run that is shown, by stage and task: of each cell the first one."""
-    shown: dict[Cell, TraceRequest] = {}
-    for request in sorted(
-        trace_requests(log, folder.read(log.path), salt_in(folder, log.group.name)), key=_numbers
-    ):
+    """The audited episode of the first run that is shown, by stage and task.
+
+    The cells are those right after the training on a task and at the end. Of the two audited episodes of a
+    cell, the drawn one is shown and not the one with the largest return.
+    """
+    salt, tasks = salt_in(folder, log.group.name), log.group.tasks
+    shown: dict[Cell, TraceRequest | None] = dict.fromkeys(drawn_cells(log.protocol, tasks))
+    for request in sorted(trace_requests(log, folder.read(log.path), salt), key=lambda each: -each.return_):
         run, stage, _ = _numbers(request)
-        if run == log.runs[0]:
-            shown.setdefault((stage, request.task.id), request)
-    return shown
+        if run == log.runs[0] and (stage, request.task.id) in shown:
+            shown[stage, request.task.id] = request
+    return {cell: request for cell, request in shown.items() if request is not None}
 
 
 def episode_of(request: TraceRequest) -> int:
