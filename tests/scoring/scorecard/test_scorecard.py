@@ -13,7 +13,13 @@ from gym_extensions.rollouts.manifest import Observes
 from gym_extensions.scoring.metrics.definitions import METRICS
 from gym_extensions.scoring.metrics.value import MetricValue
 from gym_extensions.scoring.pipeline.score import score_folder, score_folders
-from gym_extensions.scoring.references import Reference, References, load_references, parse_references
+from gym_extensions.scoring.references import (
+    CURRENT,
+    Reference,
+    References,
+    load_references,
+    parse_references,
+)
 from gym_extensions.scoring.scorecard.model import GroupScore, ReferencesInfo, ReferenceValue
 
 GROUP = "hopper-gravity-v0"
@@ -251,7 +257,7 @@ def test_a_reference_without_a_span_is_our_own_mistake(reference: tuple[float, f
 
 
 def test_the_current_references_can_be_loaded() -> None:
-    assert load_references().version == "provisional"
+    assert load_references().version == CURRENT
 
 
 def test_success_rates_are_shares_of_episodes(submission: Write, references: References) -> None:
