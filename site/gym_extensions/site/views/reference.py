@@ -21,7 +21,7 @@ class Measured:
         agent: the reference agent; empty if no attempt is recorded.
         budget: its training budget; empty for an agent that is not trained.
         runs: the mean return of each reference run.
-        ceiling: their mean; None for an unsolved task, whose runs are attempts.
+        ceiling: their mean; None for an unsolved task, whose runs are attempts, and without reference runs.
     """
 
     floor: float
@@ -42,7 +42,7 @@ def measured(info: ReferencesInfo) -> Mapping[str, Measured]:
 
 
 def _measured(row: dict[str, dict[str, object] | None]) -> Measured:
-    floor, ceiling = row["floor"] or {}, row["ceiling"]
+    floor, ceiling = row["floor"] or {}, row.get("ceiling")
     best = ceiling or row.get("attempts") or {}
     runs = best.get("runs")
     return Measured(
