@@ -36,6 +36,10 @@ PAGES = {
     "compare": "compare.html",
     "metrics": "metrics.html",
     "data": "data.html",
+    "references": "references.html",
+    "submit": "submit.html",
+    "about": "about.html",
+    "changes": "changes.html",
     "speed": "speed.html",
 }
 """One page of every kind, by path."""

@@ -23,9 +23,9 @@ def reports(page: Page, folder: str, path: str) -> list[str]:
     page.on("response", lambda reply: lines.append(f"status: {reply.url}") if reply.status >= 400 else None)
     page.on(
         "request",
-        lambda request: lines.append(f"outside: {request.url}")
-        if not request.url.startswith((folder, "data:"))
-        else None,
+        lambda request: (
+            lines.append(f"outside: {request.url}") if not request.url.startswith((folder, "data:")) else None
+        ),
     )
     page.goto(folder + path, wait_until="load")
     assert page.title().endswith("· gym-extensions")
