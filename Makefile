@@ -5,7 +5,7 @@ PIP = .venv/bin/python -m pip --disable-pip-version-check --no-input install --q
 export OPENBLAS_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help leaderboard verify test extras check docs docsite findings bench slow coverage reproduce changelog clean
+.PHONY: help leaderboard verify test browser screenshots extras check docs docsite findings bench slow coverage reproduce changelog clean
 
 help:  ## list the commands
 	@awk -F ':.*  ## ' '/^[a-z]+:.*  ## / { printf "make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -19,7 +19,13 @@ verify: .venv/scoring.installed  ## check the ledger and replay every entry as i
 	  $(shell test "$$(git rev-parse --is-shallow-repository 2>/dev/null)" = false || echo --no-history)
 
 test: .venv/everything.installed  ## run the tests, except the slow ones and the benchmarks
-	.venv/bin/pytest -n 2 --dist loadfile --no-loadscope-reorder
+	.venv/bin/pytest -n 2 --dist loadfile --no-loadscope-reorder $(PYTEST)
+
+browser: .venv/everything.installed  ## run the tests of the pages in Chromium; none may be skipped
+	.venv/bin/pytest --no-skips tests/site/in_browser tests/site/test_html5.py
+
+screenshots: .venv/everything.installed leaderboard  ## take the pictures of the README from _site (needs Chromium)
+	.venv/bin/python docs/images/take.py _site docs/images
 
 extras: .venv/everything.installed  ## run the tests that need the extras cluster and sbx; none may be skipped
 	$(PIP) -e '.[dev,cluster,sbx]'

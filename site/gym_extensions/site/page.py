@@ -73,8 +73,9 @@ class Page:
 
 
 def pages() -> tuple[Page, ...]:
-    """The ``PAGE`` of every module in ``pages/``, sorted by order and title."""
+    """The ``PAGE`` of every module in ``pages/`` and its folders, sorted by order and title."""
     folder = importlib.import_module("gym_extensions.site.pages")
-    names = sorted(module.name for module in pkgutil.iter_modules(folder.__path__))
-    registered: list[Page] = [importlib.import_module(f"{folder.__name__}.{name}").PAGE for name in names]
+    modules = pkgutil.walk_packages(folder.__path__, f"{folder.__name__}.")
+    names = sorted(module.name for module in modules if not module.ispkg)
+    registered: list[Page] = [importlib.import_module(name).PAGE for name in names]
     return tuple(sorted(registered, key=lambda page: (page.order, page.title)))

@@ -27,7 +27,7 @@ from gym_extensions.site.motion.stroboscope import stroboscopes
 from gym_extensions.site.output import digest
 from gym_extensions.site.tasks.gravity_arrows import gravity_arrows
 from gym_extensions.site.tasks.reference_dots import reference_dots
-from gym_extensions.site.text import labels, names, numbers, values
+from gym_extensions.site.text import labels, markdown, names, numbers, values
 from gym_extensions.site.views import losses, pictures, trial
 from gym_extensions.site.views.board import missing_reasons
 from gym_extensions.site.views.board_row import COLUMNS
@@ -51,6 +51,7 @@ def environment() -> Environment:
     templates.filters.update(
         fixed=numbers.fixed,
         grouped=numbers.grouped,
+        inline=markdown.inline,
         readable=numbers.readable,
         short=names.short,
         task=names.task,

@@ -28,6 +28,7 @@ FINAL = Metric(
     HIGHER,
     protocols=("sequential", "joint"),
     known_as="ACC, average performance; the paper's Fully Trained",
+    limits="Whether low values come from forgetting or from never learning.",
 )
 JOINT_GAP = Metric(
     "joint_gap",
@@ -37,6 +38,7 @@ JOINT_GAP = Metric(
     LOWER,
     needs=("joint",),
     known_as="distance to multitask training",
+    limits="Which part is due to the order of the tasks: joint training also sees them more often in alternation.",
 )
 TABLE = (
     FINAL,
@@ -47,6 +49,7 @@ TABLE = (
         lambda run: mean(run.p(j, j) for j in run.scored),
         HIGHER,
         known_as="the paper's After Env Training",
+        limits="What is left at the end.",
     ),
     Metric(
         "forgetting",
@@ -55,6 +58,7 @@ TABLE = (
         lambda run: mean(run.p(j, j) - run.p(run.T, j) for j in run.scored if j < run.T),
         LOWER,
         known_as="minus backward transfer (Lopez-Paz & Ranzato 2017)",
+        limits="Whether anything was learned: an agent that learns nothing forgets nothing. Gains on one task cancel losses on another.",
     ),
     Metric(
         "worst_case_forgetting",
@@ -65,6 +69,7 @@ TABLE = (
         ),
         LOWER,
         known_as="Chaudhry et al. 2018; a maximum over noisy means is biased upward",
+        limits="A typical loss. It takes the best stage, so noise raises it.",
     ),
     Metric(
         "mean_later_forgetting",
@@ -73,6 +78,7 @@ TABLE = (
         lambda run: mean(value for j in run.scored if (value := _later_forgetting(run, j)) is not None),
         LOWER,
         known_as="NBT (LIBERO; there over T)",
+        limits="The state at the end: losses in between count as much.",
     ),
     Metric(
         "asymptotic_transfer",
@@ -82,6 +88,7 @@ TABLE = (
         HIGHER,
         needs=("single",),
         known_as="Taylor & Stone 2009",
+        limits="How fast a task was learned.",
     ),
     Metric(
         "zero_shot_transfer",
@@ -90,6 +97,7 @@ TABLE = (
         lambda run: mean(run.p(j - 1, j) - run.p(0, j) for j in run.scored if j >= 2),
         HIGHER,
         known_as="FWT (Lopez-Paz & Ranzato 2017); jumpstart",
+        limits="Whether a gain is due to similar tasks or to any training at all.",
     ),
     Metric(
         "generalization_to_unseen_tasks",
@@ -98,6 +106,7 @@ TABLE = (
         lambda run: mean(run.p(s, j) - run.p(0, j) for j in run.scored for s in range(1, j)),
         HIGHER,
         known_as="the upper triangle of the matrix",
+        limits="Anything about tasks outside of the group.",
     ),
     Metric(
         "forward_transfer_auc",
@@ -107,6 +116,7 @@ TABLE = (
         HIGHER,
         needs=("single", "curves"),
         known_as="the numerator of Continual World's FT",
+        limits="What is reached at the end of a task's training.",
     ),
     Metric(
         "average_lower_triangle",
@@ -115,6 +125,7 @@ TABLE = (
         lambda run: mean(run.p(s, j) for j in run.scored for s in range(j, run.T + 1)),
         HIGHER,
         known_as="A of Díaz-Rodríguez et al. 2018",
+        limits="Learning and retention apart: it mixes both.",
     ),
     JOINT_GAP,
     Metric(
@@ -125,6 +136,7 @@ TABLE = (
         NOT_RANKED,
         protocols=("sequential", "joint"),
         known_as="the paper's constrained variance; small also for a policy that fails at once",
+        limits="Whether returns are good: failing at once every time has a small deviation.",
     ),
     Metric(
         "cvar_10",
@@ -134,6 +146,7 @@ TABLE = (
         HIGHER,
         protocols=("sequential", "joint"),
         known_as="conditional value at risk, expected shortfall; worst tenth",
+        limits="Rare failures: two of twenty episodes are averaged.",
     ),
     Metric(
         "single_task_performance",
@@ -143,6 +156,7 @@ TABLE = (
         HIGHER,
         protocols=("single",),
         known_as="the paper's Single Env",
+        limits="Anything about several tasks.",
     ),
 )
 """Every metric. To add one, add a row here and a worked example in ``conformance/``."""

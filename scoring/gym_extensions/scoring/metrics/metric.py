@@ -22,6 +22,7 @@ class Metric:
         protocols: the protocols that it is a metric of.
         needs: files without ``.csv`` that it needs besides the protocol's own log.
         known_as: other names of the same formula.
+        limits: what its value does not say.
     """
 
     name: str
@@ -32,3 +33,4 @@ class Metric:
     protocols: tuple[str, ...] = ("sequential",)
     needs: tuple[str, ...] = ()
     known_as: str = ""
+    limits: str = ""

@@ -81,4 +81,4 @@ def _group(group: Group, site: Leaderboard, boards: dict[str, IndexBoard]) -> Gr
     )
 
 
-PAGE = Page(title="Data", order=30, path=PATH, publish=publish, publish_entry=publish_entry)
+PAGE = Page(title="Data", order=60, path=PATH, publish=publish, publish_entry=publish_entry, in_footer=True)

@@ -40,10 +40,16 @@ TRUST = {
         "Replayed, and the submitted policies were evaluated on new seeds that follow from a salt, which was "
         "fixed after the submission. The logged returns are not significantly higher than the new ones."
     ),
+    "reproduced": (
+        "A maintainer trained a run of the entry again from its code and compared it with the log. It shows "
+        "that code and log belong together; it is the only level that bears on how often was trained."
+    ),
     "refused": "Breaks a rule, and is not on a board.",
 }
 TRUST_LABELS = {VALIDATED: "checked, not replayed"}
 """Labels of the levels of trust that are not shown by their name."""
+VERIFIED = ("replayed", "re-evaluated", "reproduced")
+"""Levels of entries of which at least a sample of the episodes was replayed."""
 TABLE_COLUMNS = {
     "fully_trained": "after all tasks",
     "after_env_training": "right after training on the task",
@@ -151,6 +157,11 @@ def level(card: Scorecard) -> str:
     """The level of trust without the sample, as ``replayed``; ``refused`` with problems."""
     first = (card.trust or "refused").split(" ", maxsplit=1)[0]
     return first if first in TRUST else "other"
+
+
+def is_pending(card: Scorecard) -> bool:
+    """Whether the ledger does not have the files of the entry, so that it is not accepted yet."""
+    return card.ledger is not None and card.ledger.is_pending
 
 
 def short_trust(card: Scorecard) -> str:

@@ -12,7 +12,7 @@ from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.catalog.suites import SUITES
 from gym_extensions.scoring.leaderboard import model
 from gym_extensions.scoring.scorecard.model import REPORTED
-from gym_extensions.site.text.labels import level
+from gym_extensions.site.text.labels import VERIFIED, level
 from gym_extensions.site.views.board_row import COLUMNS, Row
 from gym_extensions.site.views.entrant import SEQUENTIAL, Entrant
 from gym_extensions.site.views.leader import Leader, leader
@@ -54,7 +54,7 @@ class Board:
     @property
     def verified(self) -> int:
         """The number of entries of which at least a sample was replayed."""
-        return sum(level(row.card) == "replayed" for row in self.rows)
+        return sum(level(row.card) in VERIFIED for row in self.rows)
 
     @property
     def unsolved_tasks(self) -> tuple[str, ...]:

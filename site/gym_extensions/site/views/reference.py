@@ -22,6 +22,9 @@ class Measured:
         budget: its training budget; empty for an agent that is not trained.
         runs: the mean return of each reference run.
         ceiling: their mean; None for an unsolved task, whose runs are attempts, and without reference runs.
+        error: the standard error of the ceiling over runs; None where it is not recorded.
+        floor_error: the standard error of the floor over its episodes; None where it is not recorded.
+        floor_episodes: the number of these episodes.
     """
 
     floor: float
@@ -30,6 +33,9 @@ class Measured:
     budget: str
     runs: tuple[float, ...]
     ceiling: float | None
+    error: float | None = None
+    floor_error: float | None = None
+    floor_episodes: int = 0
 
 
 @cache
@@ -48,8 +54,15 @@ def _measured(row: dict[str, dict[str, object] | None]) -> Measured:
     return Measured(
         floor=float(str(floor["mean"])),
         floor_agent=str(floor["agent"]),
+        floor_error=_number(floor.get("standard_error")),
+        floor_episodes=int(str(floor.get("episodes") or 0)),
         agent=str(best.get("agent") or ""),
         budget=str(best.get("budget") or ""),
         runs=tuple(float(run["mean"]) for run in runs) if isinstance(runs, list) else (),
         ceiling=float(str(ceiling["mean"])) if ceiling else None,
+        error=_number(best.get("standard_error")),
     )
+
+
+def _number(value: object) -> float | None:
+    return value if isinstance(value, float) else None

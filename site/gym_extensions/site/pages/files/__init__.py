@@ -1,0 +1,1 @@
+"""Modules that write files which pages link to and show."""

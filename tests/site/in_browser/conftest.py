@@ -1,0 +1,83 @@
+"""A built site with every kind of page, and Debian's Chromium to read it.
+
+Without Chromium or playwright the tests are skipped with the reason; CI runs them with ``--no-skips``.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+from .chromium import start
+from .made_site import write_site
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
+
+PATIENCE = 120_000
+"""Milliseconds until an action fails: a busy machine is slow, and a test that waits costs nothing."""
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Browser]:
+    """One Chromium for all tests of this process."""
+    yield from start()
+
+
+@pytest.fixture(scope="session")
+def site(tmp_path_factory: pytest.TempPathFactory, browser: Browser) -> Path:
+    """The folder of the site, built once; ``browser`` comes first, so that nothing is built without one."""
+    return write_site(tmp_path_factory.mktemp("web") / "some" / "path")
+
+
+@pytest.fixture(scope="session")
+def address(site: Path) -> str:
+    """The address of the site's folder as ``file://…/``."""
+    return f"{site.as_uri()}/"
+
+
+class Quiet(SimpleHTTPRequestHandler):
+    """Serves files and logs nothing."""
+
+    def log_message(self, format: str, *args: object) -> None:
+        pass
+
+
+@pytest.fixture(scope="session")
+def http_address(site: Path) -> Iterator[str]:
+    """The site below a sub-path of an HTTP server on this machine."""
+    handler = partial(Quiet, directory=str(site.parents[1]))
+    with ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.05})
+        thread.start()
+        yield f"http://127.0.0.1:{server.server_port}/some/path/"
+        server.shutdown()
+        thread.join()
+
+
+@pytest.fixture
+def page(browser: Browser) -> Iterator[Page]:
+    """An empty page of 1300 × 900 pixels in a profile of its own."""
+    context = browser.new_context(viewport={"width": 1300, "height": 900}, accept_downloads=True)
+    context.set_default_timeout(PATIENCE)
+    try:
+        yield context.new_page()
+    finally:
+        context.close()
+
+
+@pytest.fixture
+def visit(page: Page, address: str) -> Callable[[str], Page]:
+    """Opens a page of the site from its file."""
+
+    def opened(path: str) -> Page:
+        page.goto(address + path)
+        return page
+
+    return opened

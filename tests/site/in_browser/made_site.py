@@ -1,0 +1,69 @@
+"""The site of the browser tests: entries of every level of trust, long names, a board of two pages, poses."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from gym_extensions.scoring.pipeline.score import references_info
+from gym_extensions.scoring.poses.files import write
+from gym_extensions.scoring.references import load_references
+from gym_extensions.site.build import Site
+from gym_extensions.site.page import Draft
+
+from ..browser import typed
+from ..conftest import everything, learner, sequential, submission
+from ..motion.test_watch import poses_of
+
+TASK = "tasks/hopperwall-v0.html"
+MANY = "many-"
+"""The prefix of the entries that fill a board of two pages; their own pages are not written."""
+
+PAGES = {
+    "overview": "index.html",
+    "groups": "groups.html",
+    "group": "groups/hopper-gravity-v0.html",
+    "suite": "groups/gravity.html",
+    "board": "boards/hopper-gravity-v0-sequential-100k.html",
+    "board of two pages": "boards/walker2d-gravity-v0-sequential-100k.html",
+    "all rows": "boards/walker2d-gravity-v0-sequential-100k-all.html",
+    "tasks": "tasks.html",
+    "task": TASK,
+    "entries": "entries.html",
+    "entry": "submissions/agile.html",
+    "challenged entry": "submissions/keeper.html",
+    "refused entry": "submissions/broken.html",
+    "compare": "compare.html",
+    "metrics": "metrics.html",
+    "data": "data.html",
+    "references": "references.html",
+    "submit": "submit.html",
+    "about": "about.html",
+    "changes": "changes.html",
+    "speed": "speed.html",
+}
+"""One page of every kind, by path."""
+
+
+def write_site(folder: Path) -> Path:
+    """Writes the pages of ``PAGES``, the shared pages and all other files of the site."""
+    document = everything()
+    many = [_many(index) for index in range(52)]
+    document["submissions"] = sorted(document["submissions"] + many, key=lambda entry: entry["name"])
+    write(folder.parent / "poses", "hopper-gravity", poses_of(document))
+    info = references_info(load_references())
+    for path, content in Site(info, folder.parent / "poses").files(typed(document).submissions):
+        if isinstance(content, Draft) and (
+            path.startswith(f"submissions/{MANY}") or (path.startswith("tasks/") and path != TASK)
+        ):
+            continue
+        target = folder / path
+        target.parent.mkdir(parents=True, exist_ok=True)
+        text = content.write() if isinstance(content, Draft) else content
+        target.write_bytes(text.encode() if isinstance(text, str) else text)
+    return folder
+
+
+def _many(index: int) -> dict[str, Any]:
+    scores = sequential("walker2d-gravity", learner(0.3 + index / 100, 0.9, 2))
+    return submission(f"{MANY}{index:02d}", {"walker2d-gravity-v0": {"sequential": scores}})

@@ -1,0 +1,107 @@
+"""Every kind of page on small and large screens, on paper, and for the keyboard. Each page is loaded once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from importlib.resources import files
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from .made_site import PAGES
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
+
+WIDTHS = (320, 360, 768, 1300, 1920)
+PAPER = 1032
+"""Width in pixels of A4 landscape less its margins."""
+
+WIDE = """() => document.documentElement.scrollWidth <= innerWidth ? [] : [innerWidth, ...
+  [...document.querySelectorAll("main *, header *, footer *")]
+    .filter((e) => e.getBoundingClientRect().right > innerWidth + 1 && !e.closest(".scroll"))
+    .map((e) => `${e.tagName}.${e.getAttribute("class") || ""} ${e.textContent.trim().slice(0, 40)}`).slice(0, 8)]"""
+UNMARKED = """() => [...document.querySelectorAll(".scroll")].filter((e) => {
+  const cut = e.scrollWidth > e.clientWidth + 1, faded = getComputedStyle(e).maskImage !== "none";
+  return cut !== faded;
+}).map((e) => e.textContent.trim().slice(0, 60))"""
+EMPTY_STOPS = """() => [...document.querySelectorAll("a[href], button, input, select, summary, [tabindex]")].filter((e) => {
+  if (e.tabIndex < 0 || e.disabled || !e.checkVisibility({ visibilityProperty: true })) return false;
+  const box = e.getBoundingClientRect(), region = !e.matches("a, button, input, select, summary");
+  if (region) return e.scrollWidth <= e.clientWidth + 1 && e.scrollHeight <= e.clientHeight + 1;
+  const name = (e.getAttribute("aria-label") || e.textContent || "").trim();
+  const named = name || (e.labels && e.labels.length) || e.querySelector("img[alt]:not([alt=''])");
+  return !named || box.width < 1 || box.height < 1;
+}).map((e) => e.outerHTML.slice(0, 120))"""
+LOW_TARGETS = """() => [...document.querySelectorAll(
+    "nav a, footer a, thead a, tbody th > a, tbody td > a, li > a:first-child, dd > a, summary, button, select, input")]
+  .filter((e) => e.checkVisibility({ visibilityProperty: true }) && e.getBoundingClientRect().height < 23.9
+    && !(e.type === "checkbox" && e.closest("label, th")))
+  .map((e) => `${e.getBoundingClientRect().height} ${e.outerHTML.slice(0, 120)}`).slice(0, 10)"""
+AXE = (files("axe_playwright_python") / "axe.min.js").read_text("utf-8")
+SERIOUS = """(only) => axe.run(document, { resultTypes: ["violations"], ...only }).then(({ violations }) => violations
+  .filter(({ impact }) => ["moderate", "serious", "critical"].includes(impact))
+  .map(({ id, nodes }) => `${id}: ${nodes.length}, ${nodes[0].html.slice(0, 160)} ${nodes[0].failureSummary}`))"""
+
+
+@pytest.fixture(scope="module", params=PAGES.values(), ids=PAGES)
+def opened(browser: Browser, address: str, request: pytest.FixtureRequest) -> Iterator[Page]:
+    """Each page in turn, from its file."""
+    context = browser.new_context(viewport={"width": 1300, "height": 900})
+    context.set_default_timeout(120_000)
+    page = context.new_page()
+    page.goto(address + request.param)
+    yield page
+    context.close()
+
+
+@pytest.fixture
+def media(opened: Page) -> Iterator[Page]:
+    """The page; its media are as before afterwards."""
+    yield opened
+    opened.emulate_media(media="screen", color_scheme="light", forced_colors="none")
+    opened.set_viewport_size({"width": 1300, "height": 900})
+
+
+def settled(page: Page, code: str) -> Any:
+    """The value of an expression after the next two frames, when scripts have seen the new size."""
+    page.evaluate("() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    return page.evaluate(code)
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_no_page_is_wider_than_the_screen(media: Page, width: int) -> None:
+    media.set_viewport_size({"width": width, "height": 900})
+    assert settled(media, WIDE) == []
+    assert settled(media, UNMARKED) == []
+
+
+def test_no_page_is_wider_than_the_paper(media: Page) -> None:
+    media.emulate_media(media="print")
+    media.set_viewport_size({"width": PAPER, "height": 720})
+    assert settled(media, WIDE) == []
+    assert media.evaluate(
+        "() => [...document.querySelectorAll('.tools, .paging, nav, .skip')]"
+        ".filter((e) => e.checkVisibility()).length"
+    ) == 0
+
+
+def test_every_tab_stop_is_visible_and_named(media: Page) -> None:
+    assert settled(media, EMPTY_STOPS) == []
+
+
+@pytest.mark.parametrize("width", [360, 1300])
+def test_targets_are_at_least_24_pixels_high(media: Page, width: int) -> None:
+    media.set_viewport_size({"width": width, "height": 900})
+    assert settled(media, LOW_TARGETS) == []
+
+
+def test_axe_reports_nothing_serious_or_moderate(opened: Page) -> None:
+    opened.evaluate(AXE)
+    assert opened.evaluate(SERIOUS, {}) == []
+
+
+def test_contrast_suffices_in_the_dark(media: Page) -> None:
+    media.evaluate(AXE)
+    media.emulate_media(color_scheme="dark")
+    assert media.evaluate(SERIOUS, {"runOnly": ["color-contrast"]}) == []

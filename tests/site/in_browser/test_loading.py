@@ -1,0 +1,52 @@
+"""Every kind of page loads without a message, an error or a request to another host."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+
+from gym_extensions.site.page import pages
+
+from .made_site import PAGES
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Page
+
+
+def reports(page: Page, folder: str, path: str) -> list[str]:
+    """What a page logs, what fails, and what it requests outside of the folder."""
+    lines: list[str] = []
+    page.on("console", lambda message: lines.append(f"console: {message.text}"))
+    page.on("pageerror", lambda error: lines.append(f"error: {error}"))
+    page.on("requestfailed", lambda request: lines.append(f"failed: {request.url}"))
+    page.on("response", lambda reply: lines.append(f"status: {reply.url}") if reply.status >= 400 else None)
+    page.on(
+        "request",
+        lambda request: (
+            lines.append(f"outside: {request.url}") if not request.url.startswith((folder, "data:")) else None
+        ),
+    )
+    page.goto(folder + path, wait_until="load")
+    assert page.title().endswith("· gym-extensions")
+    return lines
+
+
+@pytest.mark.parametrize("path", PAGES.values(), ids=PAGES)
+def test_a_page_loads_from_a_file_without_a_message(page: Page, address: str, path: str) -> None:
+    assert reports(page, address, path) == []
+
+
+@pytest.mark.parametrize("kind", ["overview", "group", "board", "entry"])
+def test_a_page_loads_below_a_path_of_a_server(page: Page, http_address: str, kind: str) -> None:
+    assert reports(page, http_address, PAGES[kind]) == []
+
+
+def test_these_tests_report_a_request_to_another_host(page: Page, address: str) -> None:
+    page.goto(f"{address}index.html")
+    lines = reports(page, f"{address}groups/", "hopper-gravity-v0.html")
+    assert any(line.startswith("outside: ") for line in lines)
+
+
+def test_every_page_of_the_menu_and_the_footer_is_tested() -> None:
+    assert {page.path for page in pages() if page.path} <= set(PAGES.values())

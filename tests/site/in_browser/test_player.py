@@ -1,0 +1,84 @@
+"""The Watch panel in a browser: play and pause, the time and the speed, by mouse and by keyboard."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import pytest
+
+from .made_site import PAGES
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Locator, Page
+
+DARK_PIXELS = """(canvas) => {
+  const data = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
+  let count = 0;
+  for (let at = 3; at < data.length; at += 4) count += data[at] > 0;
+  return count;
+}"""
+
+
+@pytest.fixture
+def panel(visit: Callable[[str], Page]) -> Locator:
+    """The panel of the first task of an entry."""
+    return visit(PAGES["entry"]).locator(".watch").first
+
+
+def test_before_play_the_stroboscopes_are_shown(panel: Locator) -> None:
+    assert panel.locator("svg.strobe:visible").count() == 2
+    assert panel.locator("canvas").count() == 0
+
+
+def test_play_draws_both_episodes_and_pause_stops_the_time(panel: Locator) -> None:
+    panel.get_by_role("button", name="Play").click()
+    time = panel.get_by_role("slider")
+    time.wait_for()
+    panel.page.wait_for_function("(input) => Number(input.value) > 2", arg=time.element_handle())
+    assert panel.locator("canvas:visible").count() == 2
+    assert panel.locator("svg.strobe:visible").count() == 0
+    for canvas in panel.locator("canvas").all():
+        assert canvas.evaluate(DARK_PIXELS) > 100
+    panel.get_by_role("button", name="Pause").click()
+    stopped = time.input_value()
+    panel.page.wait_for_timeout(100)
+    assert time.input_value() == stopped
+
+
+def test_the_keyboard_plays_scrubs_and_changes_the_speed(panel: Locator) -> None:
+    button = panel.locator("button.play")
+    button.press("Enter")
+    time = panel.get_by_role("slider")
+    time.wait_for()
+    button.press("Space")
+    assert button.inner_text() == "Play"
+    time.press("Home")
+    assert panel.locator("output").inner_text() == "0.0 s"
+    time.press("End")
+    assert panel.locator("output").inner_text() == "4.0 s"
+    assert time.get_attribute("aria-valuetext") == "4.0 s"
+    time.press("ArrowLeft")
+    assert float(time.input_value()) < 60
+    speed = panel.get_by_label("Speed")
+    speed.select_option("4 ×")
+    assert speed.input_value() == "4"
+
+
+def test_scrubbing_with_the_mouse_stops_the_playback(panel: Locator) -> None:
+    panel.get_by_role("button", name="Play").click()
+    time = panel.get_by_role("slider")
+    time.wait_for()
+    box = time.bounding_box()
+    assert box
+    panel.page.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    assert panel.locator("button.play").inner_text() == "Play"
+    assert float(time.input_value()) == pytest.approx(30, abs=3)
+
+
+def test_every_canvas_has_the_text_of_its_stroboscope(panel: Locator) -> None:
+    labels = [svg.get_attribute("aria-label") for svg in panel.locator("svg.strobe").all()]
+    panel.get_by_role("button", name="Play").click()
+    panel.locator("canvas").first.wait_for()
+    assert [canvas.get_attribute("aria-label") for canvas in panel.locator("canvas").all()] == labels
+    assert all(labels)

@@ -1,0 +1,142 @@
+"""The table of a board in a browser: sort, search, filter, columns, compare, download, and the address."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from .made_site import MANY, PAGES
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Page
+
+Visit = Callable[[str], "Page"]
+BOARD, ALL_ROWS = PAGES["board"], PAGES["all rows"]
+SHOWN = "tbody tr:not([hidden])"
+
+
+def names(page: Page) -> list[str]:
+    """The folders of the shown entries, from top to bottom."""
+    found: list[str] = page.eval_on_selector_all(
+        SHOWN, "rows => rows.map((row) => row.dataset.entry || row.querySelector('i').textContent)"
+    )
+    return found
+
+
+def values(page: Page, label: str) -> list[float]:
+    """The numbers of a column of a board, in the order of the rows that have one."""
+    cells: list[float] = page.eval_on_selector_all(
+        f"{SHOWN} td[data-label='{label}'][data-v]", "cells => cells.map((cell) => Number(cell.dataset.v))"
+    )
+    return cells
+
+
+def test_a_click_sorts_with_the_best_first_and_another_reverses(visit: Visit) -> None:
+    page = visit(BOARD)
+    page.get_by_role("button", name="Sort by Forgetting").click()
+    assert values(page, "Forgetting") == sorted(values(page, "Forgetting"))
+    assert page.locator("th[data-key=forgetting]").get_attribute("aria-sort") == "ascending"
+    page.get_by_role("button", name="Sort by Forgetting").click()
+    assert values(page, "Forgetting") == sorted(values(page, "Forgetting"), reverse=True)
+    assert page.locator("th[data-key=forgetting]").get_attribute("aria-sort") == "descending"
+    page.get_by_role("button", name="Reset").click()
+    assert page.locator("th[aria-sort]").count() == 0
+
+
+def test_a_search_finds_titles_folders_and_algorithms(visit: Visit) -> None:
+    page = visit(ALL_ROWS)
+    everyone = len(names(page))
+    page.get_by_label("Search").fill(f"{MANY}07")
+    assert names(page) == [f"{MANY}07"]
+    assert page.get_by_role("status").inner_text() == f"1 of {everyone} entries"
+    page.get_by_label("Search").fill("no such entry")
+    assert names(page) == []
+    page.get_by_label("Search").fill("")
+    assert len(names(page)) == everyone == 53
+
+
+def test_filters_hide_the_other_entries(visit: Visit) -> None:
+    page = visit(BOARD)
+    page.get_by_label("Algorithm").select_option("keeper")
+    assert names(page) == ["keeper"]
+    page.get_by_label("Algorithm").select_option("any")
+    page.get_by_label("Runs").select_option("at least 5")
+    assert names(page) == ["agile"]
+
+
+def test_a_column_can_be_hidden(visit: Visit) -> None:
+    page = visit(BOARD)
+    page.get_by_text("Columns").click()
+    page.locator(".columns label", has_text="Replay memory").locator("input").uncheck()
+    assert not page.locator("th[data-key=memory]").is_visible()
+    assert page.locator("td[data-label='Replay memory']:visible").count() == 0
+
+
+def test_two_ticked_entries_are_compared_and_the_address_names_them(visit: Visit) -> None:
+    page = visit(BOARD)
+    assert page.get_by_role("button", name="Compare two").is_disabled()
+    page.get_by_label("Compare Agile").check()
+    page.get_by_label("Compare Keeper").check()
+    panel = page.locator(".comparison")
+    line = panel.locator("tr", has_text="Final performance").inner_text()
+    first, second = (
+        page.locator(f"tr[data-entry={name}] td[data-label='Final performance']").get_attribute("data-v")
+        for name in ("agile", "keeper")
+    )
+    assert first
+    assert second
+    assert f"{float(first):.2f}" in line
+    assert f"{float(first) - float(second):.2f}".replace("-", "\N{MINUS SIGN}") in line
+    address = page.url
+    assert address.endswith("#?compare=agile%2Ckeeper")
+    page.goto("about:blank")
+    page.goto(address)
+    assert page.locator(".comparison tr", has_text="Final performance").inner_text() == line
+
+
+def test_the_address_holds_the_state_and_brings_it_back(visit: Visit) -> None:
+    page = visit(f"{ALL_ROWS}#?q={MANY}0&sort=forgetting&up=1&hide=memory")
+    assert len(names(page)) == 10
+    assert page.get_by_label("Search").input_value() == f"{MANY}0"
+    assert page.locator("th[data-key=forgetting]").get_attribute("aria-sort") == "ascending"
+    assert not page.locator("th[data-key=memory]").is_visible()
+    order = names(page)
+    page.get_by_label("Search").fill(f"{MANY}01")
+    assert "q=many-01" in page.url
+    page.get_by_label("Search").fill(f"{MANY}0")
+    page.reload()
+    assert names(page) == order
+
+
+def test_the_download_has_what_is_shown(visit: Visit) -> None:
+    page = visit(f"{ALL_ROWS}#?q={MANY}1&hide=memory")
+    with page.expect_download() as download:
+        page.get_by_role("button", name="CSV").click()
+    lines = Path(download.value.path()).read_text("utf-8").splitlines()
+    assert [line.split(",")[0] for line in lines[1:]] == names(page)
+    assert "memory" not in lines[0].split(",")
+    assert download.value.suggested_filename.endswith(".csv")
+
+
+def test_the_head_stays_visible_while_the_rows_scroll(visit: Visit) -> None:
+    for path in (BOARD, ALL_ROWS):
+        for width in (1200, 1500):
+            page = visit(path)
+            page.set_viewport_size({"width": width, "height": 400})
+            last = page.locator(".wide tbody tr").last
+            last.scroll_into_view_if_needed()
+            box, row = page.locator(".wide thead th").first.bounding_box(), last.bounding_box()
+            assert box
+            assert row
+            assert -1 <= box["y"] < row["y"], (path, width)
+
+
+def test_without_script_a_board_is_complete(page: Page, address: str) -> None:
+    context = page.context.browser.new_context(java_script_enabled=False) if page.context.browser else None
+    assert context
+    plain = context.new_page()
+    plain.goto(address + BOARD)
+    assert plain.locator("tbody tr[data-entry]").count() == 3
+    assert plain.locator(".tools").count() == 0
+    context.close()
