@@ -9,7 +9,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..rollouts.examples import GROUP, TOML, Change, all_of, arrays, cell, edit, lines, remove
+from ..rollouts.examples import GROUP, TOML, Change, all_of, arrays, edit, remove
+from ..rollouts.examples import cell as cell_of
+from ..rollouts.examples import lines as lines_of
 
 __all__ = [
     "GROUP",
@@ -31,6 +33,16 @@ TRACES = f"{GROUP}/traces"
 POLICIES = f"{GROUP}/policies"
 TRACE = f"{TRACES}/single-run0-stage1-HopperGravityHalf-episode3.npz"
 POLICY = f"{POLICIES}/single-run0-stage1-HopperGravityHalf.npz"
+
+
+def cell(number: int, column: int, value: str) -> Change:
+    """Writes another value into one cell of the log; the header is row 1."""
+    return cell_of(number, column, value, LOG)
+
+
+def lines(change_rows: Callable[[list[str]], list[str]]) -> Change:
+    """Changes the list of data rows of the log."""
+    return lines_of(change_rows, LOG)
 
 
 @dataclass(frozen=True)

@@ -77,13 +77,12 @@ def commands() -> dict[str, Callable[[Path], tuple[list[str], int]]]:
     """What judges a folder: each gives the rules that it breaks and the number of characters to read."""
     from gym_extensions.curation.evidence import prove
     from gym_extensions.errors import BenchError
-    from gym_extensions.rollouts.digest import submission_digest
+    from gym_extensions.rollouts.auditing.submission_digest import submission_digest
     from gym_extensions.scoring.output.tables import csv_text, markdown_text
-    from gym_extensions.scoring.pipeline.score import make_scorer, scorecard_document
+    from gym_extensions.scoring.pipeline.score import make_scorer, references_info, scorecard_document
     from gym_extensions.scoring.reevaluation.reevaluate import reevaluate
     from gym_extensions.scoring.replay import verify  # noqa: F401 - loads the simulator once
     from gym_extensions.scoring.scorecard.model import Scorecard
-    from gym_extensions.scoring.pipeline.score import references_info
     from gym_extensions.site.build import Site
     from gym_extensions.site.page import Draft
 

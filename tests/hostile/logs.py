@@ -55,13 +55,13 @@ def every(column: int, content: str) -> Change:
 CASES = (
     Case("a log of the largest size with short rows", filled(HEADER, SHORT), ("too-many-rows",)),
     Case("a log of line ends", filled(HEADER, b"\n"), ("too-many-rows",)),
-    Case("a log of commas", filled(HEADER, b"," * 1000), ("cell-count", "truncated-file")),
+    Case("a log of commas", filled(HEADER, b"," * 1000), ("long-row",)),
     Case(
         "a log of zeros",
         filled(b"", b"\0"),
-        ("cell-count", "empty-file", "odd-character", "truncated-file", "wrong-header"),
+        ("long-row",),
     ),
-    Case("a log of one long row", filled(HEADER, b"a"), ("cell-count", "truncated-file")),
+    Case("a log of one long row", filled(HEADER, b"a"), ("long-row",)),
     Case("a log of quotes", filled(HEADER, b'"\n'), ("too-many-rows",)),
     Case("a log of 64 MiB", filled(HEADER, SHORT, 64 * MEBIBYTE), ("too-large",)),
     Case(
@@ -69,7 +69,7 @@ CASES = (
         all_of(
             *(filled(HEADER, SHORT, path=f"{GROUP}/{name}.csv") for name in ("single", "sequential", "joint"))
         ),
-        ("too-large", "too-many-rows"),
+        ("too-many-rows",),
     ),
     Case(
         "curves of the largest size",
@@ -88,11 +88,11 @@ CASES = (
     Case(
         "a run of the number 999,999,999,999,999",
         every(0, "999999999999999"),
-        ("gaps-in-runs", "reserved-run", "too-many-runs"),
+        ("gaps-in-runs", "reserved-run"),
     ),
     Case("a negative run", every(0, "-1"), ("gaps-in-runs", "reserved-run")),
     Case("a run of 30 digits", every(0, "9" * 30), ("bad-cell",)),
-    Case("a run of a million digits", cell(2, 0, "9" * 1_000_000), ("bad-cell",)),
+    Case("a run of a million digits", cell(2, 0, "9" * 1_000_000), ("long-row",)),
     Case("a run in other digits", every(0, "٣"), ("odd-character",)),
     Case(
         "a stage of the number 999,999,999,999,999",
@@ -104,9 +104,9 @@ CASES = (
         every(3, "999999999999999"),
         ("duplicate-episode", "missing-cell", "wrong-episode"),
     ),
-    Case("a seed of a million digits", cell(2, 4, "1" * 1_000_000), ("bad-cell",)),
+    Case("a seed of a million digits", cell(2, 4, "1" * 1_000_000), ("long-row",)),
     Case("a length of zero", every(5, "0"), ("impossible-length",)),
-    Case("a return of a million digits", cell(2, 6, "1" + "0" * 1_000_000), ("not-finite",)),
+    Case("a return of a million digits", cell(2, 6, "1" + "0" * 1_000_000), ("long-row",)),
     Case("returns that overflow", every(6, "1e308"), ("impossible-return",)),
     Case("returns that are infinite", every(6, "inf"), ("not-finite",)),
     Case("returns that are no numbers", every(6, "nan"), ("not-finite",)),
@@ -116,7 +116,7 @@ CASES = (
     Case(
         "a task of a million letters",
         cell(2, 2, "a" * 1_000_000),
-        ("foreign-task", "missing-cell", "unsorted-rows"),
+        ("long-row",),
     ),
     Case(
         "tasks that are all different",
@@ -124,12 +124,12 @@ CASES = (
         ("foreign-task", "missing-cell", "unsorted-rows"),
     ),
     Case("a digest that is not hexadecimal", every(9, "g" * 32), ("bad-cell",)),
-    Case("a digest of a million digits", cell(2, 9, "0" * 1_000_000), ("bad-cell",)),
-    Case("a fingerprint of a million letters", cell(2, 10, "a" * 1_000_000), ("foreign-fingerprint",)),
+    Case("a digest of a million digits", cell(2, 9, "0" * 1_000_000), ("long-row",)),
+    Case("a fingerprint of a million letters", cell(2, 10, "a" * 1_000_000), ("long-row",)),
     Case(
         "a header of a million columns",
         put(LOG, lambda: b"run," * 1_000_000 + b"\n1\n"),
-        ("cell-count", "wrong-header"),
+        ("long-row",),
     ),
     Case("a header alone", put(LOG, HEADER), ("empty-file",)),
     Case("an empty log", put(LOG, b""), ("empty-file",)),

@@ -34,7 +34,7 @@ CASES = (
     Case(
         "dotted keys of seven parts in 9,000 rows",
         put(TOML, b"".join(b"a.b.c.d.e.f.i%d = 1\n" % i for i in range(9_000))),
-        ("bad-value", "missing-key", "unknown-key"),
+        ("missing-key", "unknown-key"),
     ),
     Case("60,000 nested lists", put(TOML, b"a = " + b"[" * 60_000), TOO_DEEP),
     Case("nested lists that are closed", put(TOML, b"a = " + b"[" * 60_000 + b"]" * 60_000), TOO_DEEP),
@@ -48,9 +48,8 @@ CASES = (
         ("unknown-key",),
     ),
     Case(
-        "20,000 hyperparameters",
+        "15,000 hyperparameters",
         manifest("".join(f"k{i} = 1\n" for i in range(15_000)), "hyperparameters"),
-        ("bad-hyperparameter",),
     ),
     Case(
         "10,000 wrong hyperparameters",

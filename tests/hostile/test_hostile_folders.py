@@ -12,7 +12,7 @@ import pytest
 from ..conftest import write_submission
 from . import arrays, folders, logs, manifests
 from .case import Case
-from .judge import CPU_SECONDS, MEMORY, MEBIBYTE, Judge
+from .judge import CPU_SECONDS, MEBIBYTE, MEMORY, Judge
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no limits and no fork")
 
