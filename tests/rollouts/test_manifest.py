@@ -16,16 +16,16 @@ from gym_extensions.rollouts.manifest import (
     Manifest,
     Memory,
     Observes,
-    manifest,
-    parse,
+    manifest_of,
 )
 from gym_extensions.rollouts.manifest_values import Key, hyperparameter_error, value_error
+from gym_extensions.rollouts.reading.toml_text import parse
 
 SUBMISSIONS = Path(__file__).parents[2] / "submissions"
 
 
 def test_a_manifest_has_the_values_of_its_tables(manifest_text: str) -> None:
-    parsed = manifest(parse(manifest_text.encode()))
+    parsed = manifest_of(parse(manifest_text.encode()))
     assert (parsed.format, parsed.title, parsed.authors) == (FORMAT, "An entry", ("A. Nonymous",))
     assert (parsed.protocol.budget, parsed.protocol.algorithm) == ("smoke", "formula")
     assert parsed.observes == Observes(False, False, False)
@@ -35,7 +35,7 @@ def test_a_manifest_has_the_values_of_its_tables(manifest_text: str) -> None:
 
 
 def test_a_manifest_cannot_be_changed(manifest_text: str) -> None:
-    parsed = manifest(parse(manifest_text.encode()))
+    parsed = manifest_of(parse(manifest_text.encode()))
     with pytest.raises(FrozenInstanceError):
         parsed.title = "Another"  # type: ignore[misc]
 
@@ -43,7 +43,7 @@ def test_a_manifest_cannot_be_changed(manifest_text: str) -> None:
 @pytest.mark.parametrize("path", sorted(SUBMISSIONS.glob("*/submission.toml")), ids=lambda p: p.parent.name)
 def test_a_committed_manifest_is_read_whole(path: Path) -> None:
     tables = parse(path.read_bytes())
-    parsed = manifest(tables)
+    parsed = manifest_of(tables)
     sections = {name: asdict(getattr(parsed, name)) for name in SECTION_TYPES if name in tables}
     written = {name: dict(tables[name]) for name in SECTION_TYPES if name in tables}
     if "tuning" in written:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
-from gym_extensions.rollouts.problem import Problem
+from gym_extensions.rollouts.problem import Problem, summarize
 from gym_extensions.scoring.pipeline.score import make_scorer
 from gym_extensions.scoring.scorecard.model import REPORTED, Scorecard
 from gym_extensions.scoring.scorecard.record import Level
@@ -44,6 +44,7 @@ def prove(path: Path, salt: str = "", groups: Mapping[str, TaskGroup] = GROUPS) 
         return Evidence(card, "reported", 0, 0, ())
     verification = verify(path, groups, salt)
     if verification.problems:
-        return Evidence(card, None, 0, verification.episodes, verification.problems)
+        problems = summarize(verification.problems, card.name)
+        return Evidence(card, None, 0, verification.episodes, problems)
     level: Level = "replayed" if verification.replayed else "validated"
     return Evidence(card, level, verification.replayed, verification.episodes, ())

@@ -37,6 +37,8 @@ class CheckedFolder:
         if other is not None and data[:MAX_HEADER].split(b"\n", 1)[0].count(b",") == len(other) - 1:
             header = other
         text = Text(path, header, data)
+        if not self.passes("size", text):
+            return None
         return Cells(path, columns(text)) if self.passes("text", text) else readable_rows(text)
 
     def bytes_of(self, path: str) -> bytes | None:

@@ -4,14 +4,24 @@ from __future__ import annotations
 
 import functools
 import os
+import unicodedata
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.layout import MANIFEST, MAX_DEPTH, PROGRESS
+from gym_extensions.rollouts.layout import (
+    MANIFEST,
+    MAX_CSV_BYTES,
+    MAX_DEPTH,
+    MAX_FILES,
+    MAX_SUBMISSION_BYTES,
+    PROGRESS,
+    max_bytes,
+)
 from gym_extensions.rollouts.problem import escape
+from gym_extensions.rollouts.regular_file import read_regular
 
 ROOT = "."
 """The path of the submission's folder itself, listed only if it cannot be read."""
@@ -31,6 +41,20 @@ class FolderItem:
 
 
 @dataclass(frozen=True)
+class FolderSize:
+    """The number of files, the bytes of all of them, and the bytes of the CSV files."""
+
+    files: int
+    total: int
+    csv: int
+
+    @property
+    def is_within_limits(self) -> bool:
+        """Whether the files are few and small enough to be read."""
+        return self.files <= MAX_FILES and self.total <= MAX_SUBMISSION_BYTES and self.csv <= MAX_CSV_BYTES
+
+
+@dataclass(frozen=True)
 class Folder:
     """A submission's folder, its content sorted by path, and the groups that it may contain by name."""
 
@@ -44,9 +68,21 @@ class Folder:
         """The regular files by path."""
         return {item.path: item for item in self.items if item.kind == "file"}
 
+    @functools.cached_property
+    def size(self) -> FolderSize:
+        """The size of the regular files."""
+        sizes = [(path, item.size) for path, item in self.files.items()]
+        csv = sum(size for path, size in sizes if path.endswith(".csv"))
+        return FolderSize(len(sizes), sum(size for _, size in sizes), csv)
+
     def read(self, path: str) -> bytes:
-        """The bytes of a file. Raises OSError if it cannot be read."""
-        return (self.root / path).read_bytes()
+        """The bytes of a file.
+
+        Raises:
+            OSError: the file cannot be read, or has become a link, another kind of file, or larger than its
+                limit since the folder was listed.
+        """
+        return read_regular(self.root, path, max_bytes(path))
 
 
 def _items(folder: Path, prefix: str, depth: int) -> Iterator[FolderItem]:
@@ -119,8 +155,10 @@ def submission_folders(paths: list[Path]) -> list[Path]:
         folders += candidates if has_submissions else [target]
     by_name: dict[str, Path] = {}
     for folder in folders:
-        first = by_name.setdefault(folder.name, folder)
+        first = by_name.setdefault(unicodedata.normalize("NFKC", folder.name).casefold(), folder)
         if first.absolute() != folder.absolute():
-            message = f"Two submissions have the name {escape(folder.name)!r}: {first} and {folder}."
+            same = first.name == folder.name
+            names = f"the name {escape(folder.name)!r}" if same else "names that differ only in letter case"
+            message = f"Two submissions have {names}: {first} and {folder}."
             raise BenchError("two-of-one-name", escape(message), hint="Score one at a time, or rename one.")
-    return [folder for _, folder in sorted(by_name.items())]
+    return sorted(by_name.values(), key=lambda folder: folder.name)

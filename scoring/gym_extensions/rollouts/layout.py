@@ -24,6 +24,10 @@ PROGRESS = ".progress"
 """The recorder's folder for unfinished runs. It is not part of a submission."""
 UNFINISHED_CURVES = "*/*/curve-stage*.csv"
 """The curves of unfinished runs in the folder ``PROGRESS``, one file per stage."""
+RESERVED = frozenset(
+    ["CON", "PRN", "AUX", "NUL", *(f"{name}{digit}" for name in ("COM", "LPT") for digit in range(10))]
+)
+"""Names that Windows reserves for devices, with any ending."""
 MAX_DEPTH = 4
 """Folder levels that are listed."""
 
@@ -38,11 +42,19 @@ POLICY = re.compile(rf"({'|'.join(PROTOCOLS)})-run{NUMBER}-stage{NUMBER}(?:-([A-
 """A policy's file name; its groups are protocol, run, stage and, in the single protocol, the task name."""
 
 MEBIBYTE = 2**20
-MAX_FILE_BYTES = {".md": MEBIBYTE // 16, ".toml": MEBIBYTE // 4, ".csv": 64 * MEBIBYTE, ".npz": 16 * MEBIBYTE}
+MAX_FILE_BYTES = {".md": MEBIBYTE // 16, ".toml": MEBIBYTE // 4, ".csv": 32 * MEBIBYTE, ".npz": 4 * MEBIBYTE}
 """Largest file by suffix."""
 MAX_SUBMISSION_BYTES = 2048 * MEBIBYTE
+MAX_CSV_BYTES = 128 * MEBIBYTE
+"""Largest size of all CSV files together."""
+MAX_CELLS = 3_000_000
+"""Most cells of one CSV file."""
+MAX_ROW = 10_000
+"""Most characters of a row of a CSV file."""
+MAX_RUNS = 100
+"""Most runs of a log."""
 MAX_FILES = 50_000
-MAX_UNPACKED_BYTES = 256 * MEBIBYTE
+MAX_UNPACKED_BYTES = 4 * MEBIBYTE
 """Largest uncompressed size of one .npz file."""
 MAX_POLICY_BYTES = 2 * MEBIBYTE
 MAX_UNPACKED_POLICY_BYTES = 16 * MEBIBYTE
@@ -50,6 +62,11 @@ MAX_UNPACKED_POLICY_BYTES = 16 * MEBIBYTE
 MAX_SALT_BYTES = 65
 MAX_ARRAYS = 256
 """Most arrays in one .npz file."""
+
+
+def is_reserved(name: str) -> bool:
+    """Whether some system reserves a file name, or ignores the dot or space at its end."""
+    return name.partition(".")[0].upper().rstrip() in RESERVED or name.endswith((".", " "))
 
 
 def max_bytes(path: str) -> int:

@@ -5,7 +5,6 @@ Every key is declared here, once.
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass, field, fields
 from typing import Annotated, Any, Literal, get_args, get_type_hints
 
@@ -22,8 +21,6 @@ from gym_extensions.rollouts.manifest_values import (
     Key,
 )
 
-MAX_NESTING = 8
-"""Most levels of nested tables and lists."""
 FORMAT = 1
 HYPERPARAMETERS = "hyperparameters"
 """The section with free keys."""
@@ -165,24 +162,7 @@ OPTIONAL_IF_REPORTED = ("tuning", "memory", "versions")
 """Sections that a published table, which has no logs, may leave out."""
 
 
-def parse(data: bytes) -> dict[str, Any]:
-    """The tables of a TOML file.
-
-    Raises:
-        ValueError: it is not TOML or not UTF-8.
-        RecursionError: tables and lists are nested too deeply.
-    """
-    tables = tomllib.loads(data.decode("utf-8"))
-    level: list[Any] = [tables]
-    for _ in range(MAX_NESTING):
-        inner = [value for item in level for value in (item.values() if isinstance(item, dict) else item)]
-        level = [value for value in inner if isinstance(value, (dict, list))]
-    if level:
-        raise RecursionError
-    return tables
-
-
-def manifest(tables: dict[str, Any]) -> Manifest:
+def manifest_of(tables: dict[str, Any]) -> Manifest:
     """The manifest in tables without problems."""
     sections = {
         name: section(

@@ -23,7 +23,10 @@ SHORT, LONG = 100, 4000
 """Most characters of a string; most elements of a list is ``SHORT`` too."""
 MAX_COUNT = 2**53 - 1
 HYPERPARAMETER = "a string, a finite number, true or false, or a list of them"
-WEB = re.compile(r"(https?://[^\s<>\"'/@]+(/[^\s<>\"']*)?)?")
+LABEL = "[A-Za-z0-9]([A-Za-z0-9-]*[A-Za-z0-9])?"
+WEB = re.compile(rf"(https?://{LABEL}(\.{LABEL})*(:[0-9]{{1,5}})?(/[!#-&(-;=?-\[\]-~]*)?)?")
+"""The host has ASCII letters, digits, dots and dashes, so that none looks like another. The path has
+printable ASCII characters except quotes, angle brackets and backslashes."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +66,11 @@ def _text_error(value: object, max_length: int) -> str:
 
 def _url_error(value: object, max_length: int) -> str:
     is_web = isinstance(value, str) and WEB.fullmatch(value)
-    other = "" if is_web else f"{quote(value)} is not a web address that starts with https:// or http://."
+    other = (
+        ""
+        if is_web
+        else f"{quote(value)} is not a web address in ASCII that starts with https:// or http://."
+    )
     return _text_error(value, max_length) or other
 
 

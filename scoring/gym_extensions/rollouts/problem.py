@@ -15,6 +15,10 @@ ROWS_LISTED = 3
 """Rows listed per rule and file; the rest are counted."""
 PROBLEMS_LISTED = 20
 """Problems listed per rule and submission; the rest are counted."""
+MAX_LISTED = 200
+"""Problems listed per submission; if there are more, fewer are listed per rule."""
+MAX_TEXT = 500
+"""Characters of each text of a problem."""
 MAX_QUOTE = 80
 """Characters of a quoted value."""
 
@@ -56,7 +60,8 @@ class Problem:
 
     def __post_init__(self) -> None:
         for name in ("where", "message", "hint"):
-            object.__setattr__(self, name, escape(getattr(self, name)))
+            text = escape(getattr(self, name)[: MAX_TEXT + 1])
+            object.__setattr__(self, name, text if len(text) <= MAX_TEXT else f"{text[: MAX_TEXT - 1]}…")
 
     def as_dict(self) -> dict[str, str]:
         """The problem as in the scorecard's JSON."""
@@ -105,6 +110,8 @@ def row_findings(
 def summarize(problems: Sequence[Problem], name: str) -> tuple[Problem, ...]:
     """The first ``PROBLEMS_LISTED`` problems per rule, then one per rule that counts the rest.
 
+    If these are more than ``MAX_LISTED``, fewer per rule.
+
     Args:
         problems: all problems of a submission.
         name: the submission's name; the counts are reported there.
@@ -113,12 +120,14 @@ def summarize(problems: Sequence[Problem], name: str) -> tuple[Problem, ...]:
     counts: list[Problem] = []
     totals = Counter(problem.rule for problem in problems)
     seen: Counter[str] = Counter()
+    limits = range(PROBLEMS_LISTED, 1, -1)
+    limit = next((n for n in limits if sum(min(total, n) for total in totals.values()) <= MAX_LISTED), 1)
     for problem in problems:
         seen[problem.rule] += 1
-        more = totals[problem.rule] - PROBLEMS_LISTED
-        if seen[problem.rule] <= PROBLEMS_LISTED:
+        more = totals[problem.rule] - limit
+        if seen[problem.rule] <= limit:
             listed.append(problem)
-        elif seen[problem.rule] == PROBLEMS_LISTED + 1:
+        elif seen[problem.rule] == limit + 1:
             message = f"{more} more problem{'s' if more > 1 else ''} of this rule in the submission."
             counts.append(Problem(problem.rule, name, message, problem.hint))
     return (*listed, *counts)

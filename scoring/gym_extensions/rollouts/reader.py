@@ -10,7 +10,6 @@ from gym_extensions.catalog.budgets import Budget
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.rollouts import declared, layout
-from gym_extensions.rollouts import manifest as toml
 from gym_extensions.rollouts.checked_folder import CheckedFolder
 from gym_extensions.rollouts.episodes import (
     CURVE_COLUMNS,
@@ -20,13 +19,14 @@ from gym_extensions.rollouts.episodes import (
 )
 from gym_extensions.rollouts.folder import Folder, scan
 from gym_extensions.rollouts.identical_runs import merge_identical_runs
-from gym_extensions.rollouts.manifest import Manifest
+from gym_extensions.rollouts.manifest import Manifest, manifest_of
 from gym_extensions.rollouts.policies import Policy
 from gym_extensions.rollouts.problem import summarize
 from gym_extensions.rollouts.reading import evaluation_log, interim_evaluations, training_curves
 from gym_extensions.rollouts.reading.evaluation_log import Cells, Log, Runs, has_prescribed_keys
 from gym_extensions.rollouts.reading.interim_evaluations import Evaluations
 from gym_extensions.rollouts.reading.salvage import fully_parsed_rows, key_parsed_rows
+from gym_extensions.rollouts.reading.toml_text import parse
 from gym_extensions.rollouts.reading.training_curves import Curves
 from gym_extensions.rollouts.rules.consistency import CommittedTraces, ManifestInFolder
 from gym_extensions.rollouts.rules.folder import SaltFile
@@ -66,6 +66,8 @@ class _Reader(CheckedFolder):
 
     def submission(self, merge_runs: bool) -> Submission:
         self.passes("folder", self.folder)
+        if not self.folder.size.is_within_limits:
+            return Submission(self.folder.name, None, {}, summarize(self.problems, self.folder.name))
         manifest = self._manifest()
         readme = self._readme()
         paths = {item.path for item in self.folder.items}
@@ -86,8 +88,8 @@ class _Reader(CheckedFolder):
         data = self.bytes_of(layout.MANIFEST)
         if data is None or not self.passes("manifest bytes", data):
             return None
-        self.tables = toml.parse(data)
-        manifest = toml.manifest(self.tables) if self.passes("manifest", self.tables) else None
+        self.tables = parse(data)
+        manifest = manifest_of(self.tables) if self.passes("manifest", self.tables) else None
         self.passes("manifest in folder", ManifestInFolder(self.folder, self.tables))
         return manifest
 
@@ -141,6 +143,8 @@ class _Reader(CheckedFolder):
                 evaluation_log.log(part, protocol, group) if part else None
                 for part in (key_parsed_rows(cells), fully_parsed_rows(cells))
             )
+        if keys is not None and not self.passes("runs", keys):
+            return None, None
         if keys is not None and not has_prescribed_keys(keys):
             self.passes("keys", keys)
         if values is not None:

@@ -14,7 +14,7 @@ import pytest
 from gym_extensions.baselines import train
 from gym_extensions.baselines.submission.root import traces_root
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.digest import submission_digest
+from gym_extensions.rollouts.auditing.submission_digest import submission_digest
 from gym_extensions.rollouts.policies import Policy
 from gym_extensions.scoring.cli import main
 from gym_extensions.scoring.reevaluation.reevaluate import reevaluate

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import product
@@ -135,13 +136,13 @@ def log(cells: Cells, protocol: str, group: TaskGroup) -> Log:
         protocol=protocol,
         group=group,
         runs=tuple(np.unique(integers["run"]).tolist()),
-        task=columns["task"],
+        task=list(map(sys.intern, columns["task"])),
         position=np.array([positions.get(name, -1) for name in columns["task"]], dtype=np.int64),
         return_=np.array(list(map(float, columns["return"])), dtype=np.float64),
         terminated=np.array([FLAGS[cell] for cell in columns["terminated"]], dtype=np.bool_),
         success=np.array([SUCCESSES[cell] for cell in columns["success"]], dtype=np.int8),
         trace=_digests(columns.get("trace", [])),
-        fingerprint=columns["fingerprint"],
+        fingerprint=list(map(sys.intern, columns["fingerprint"])),
         numbers=cells.numbers,
         unread=cells.unread,
         **integers,

@@ -10,12 +10,35 @@ import numpy as np
 
 from gym_extensions.catalog.task import NAMESPACE
 from gym_extensions.errors import did_you_mean
+from gym_extensions.rollouts.layout import MAX_CELLS, MAX_ROW
 from gym_extensions.rollouts.problem import MAX_QUOTE, ROWS_LISTED, Finding, row_findings
 from gym_extensions.rollouts.reading.csv_lines import BOM, OPTIONAL, Text, lines
 from gym_extensions.rollouts.rules.rule import rule
 
 ALLOWED = (ascii_letters + digits + ",./\n\r+-").encode()
 REWRITE = "Write the file with gym_extensions.rollouts.episodes.write_episodes or write_curves."
+
+
+@rule("size")
+def too_many_rows(text: Text) -> Iterator[Finding]:
+    """A CSV file has at most 3,000,000 cells."""
+    rows, limit = text.data.count(b"\n"), MAX_CELLS // len(text.header)
+    if rows > limit:
+        message = f"The file has {rows} rows; the limit is {limit}."
+        yield Finding(text.path, message, "Submit fewer runs or points of curves.")
+
+
+@rule("size")
+def long_row(text: Text) -> Iterator[Finding]:
+    """A row of a CSV file has at most 10,000 characters."""
+    start = 0
+    while len(text.data) - start > MAX_ROW:
+        end = text.data.rfind(b"\n", start, start + MAX_ROW + 1) + 1
+        if not end:
+            row = text.data.count(b"\n", 0, start) + 1
+            yield Finding(f"{text.path}, row {row}", f"The row has more than {MAX_ROW} characters.", REWRITE)
+            return
+        start = end
 
 
 @rule("text")

@@ -15,6 +15,7 @@ from gym_extensions.rollouts.layout import (
     CSV_FILES,
     LOGS,
     MANIFEST,
+    MAX_CSV_BYTES,
     MAX_DEPTH,
     MAX_FILES,
     MAX_SUBMISSION_BYTES,
@@ -25,6 +26,7 @@ from gym_extensions.rollouts.layout import (
     SALT_FILE,
     TRACE,
     TRACES,
+    is_reserved,
     max_bytes,
 )
 from gym_extensions.rollouts.problem import Finding
@@ -74,8 +76,9 @@ def not_a_submission(folder: Folder) -> Iterator[Finding]:
 @rule("folder")
 def folder_name(folder: Folder) -> Iterator[Finding]:
     """The folder's name has 1 to 64 letters, digits, dots, dashes and underscores and starts with a letter or
-    digit, because it becomes part of a URL."""
-    if not NAME.fullmatch(folder.name):
+    digit, because it becomes part of a URL. No system reserves it (CON, NUL, …), and it does not end in a
+    dot."""
+    if not NAME.fullmatch(folder.name) or is_reserved(folder.name):
         hint = "Use 1 to 64 letters, digits, dots, dashes and underscores; start with a letter or digit."
         yield Finding(folder.name, f"The folder's name is '{folder.name}'.", hint)
 
@@ -153,18 +156,21 @@ def no_logs(folder: Folder) -> Iterator[Finding]:
 
 @rule("folder")
 def too_large(folder: Folder) -> Iterator[Finding]:
-    """A submission keeps to the limits on the size of a file, the total size and the number of files."""
+    """A submission keeps to the limits on the size of a file, the total sizes and the number of files."""
     for item in folder.files.values():
         limit = max_bytes(item.path)
         if item.size > limit:
             message = f"The file has {item.size} bytes; the limit is {limit}."
             yield Finding(item.path, message, "Leave out everything that the format does not need.")
-    total, count = sum(item.size for item in folder.files.values()), len(folder.files)
-    if total > MAX_SUBMISSION_BYTES or count > MAX_FILES:
+    size = folder.size
+    if size.files > MAX_FILES or size.total > MAX_SUBMISSION_BYTES:
         limits = f"{MAX_FILES} files and {MAX_SUBMISSION_BYTES} bytes"
-        message = f"The submission has {count} files and {total} bytes; the limits are {limits}."
+        message = f"The submission has {size.files} files and {size.total} bytes; the limits are {limits}."
         hint = "Include only the traces of the audit sample, and move the rest to an archive."
         yield Finding(folder.name, message, hint)
+    if size.csv > MAX_CSV_BYTES:
+        message = f"The CSV files have {size.csv} bytes; the limit is {MAX_CSV_BYTES}."
+        yield Finding(folder.name, message, "Submit fewer runs or points of curves.")
 
 
 @rule("unreadable")

@@ -12,14 +12,13 @@ from gym_extensions.errors import did_you_mean
 from gym_extensions.rollouts.layout import MANIFEST
 from gym_extensions.rollouts.manifest import (
     HYPERPARAMETERS,
-    MAX_NESTING,
     OPTIONAL_IF_REPORTED,
     OPTIONAL_SECTIONS,
     SECTIONS,
-    parse,
 )
 from gym_extensions.rollouts.manifest_values import HYPERPARAMETER, hyperparameter_error, value_error
 from gym_extensions.rollouts.problem import MAX_QUOTE, Finding, quote
+from gym_extensions.rollouts.reading.toml_text import MAX_NESTING, parse
 from gym_extensions.rollouts.rules.rule import rule
 
 Tables = dict[str, Any]
@@ -47,7 +46,8 @@ def _table(tables: Tables, section: str) -> object:
 
 @rule("manifest bytes")
 def malformed_toml(data: bytes) -> Iterator[Finding]:
-    """submission.toml is TOML in UTF-8, with at most 8 levels of nested tables and lists."""
+    """submission.toml is TOML in UTF-8, with at most 8 levels of nested tables and lists and 8 parts of a
+    dotted key."""
     try:
         parse(data)
     except ValueError as error:
@@ -55,7 +55,7 @@ def malformed_toml(data: bytes) -> Iterator[Finding]:
         yield Finding(MANIFEST, f"The file is not valid TOML: {str(error)[:200]}.", hint)
     except RecursionError:
         hint = f"Use at most {MAX_NESTING} levels."
-        yield Finding(MANIFEST, "Tables or lists are nested too deeply.", hint)
+        yield Finding(MANIFEST, "Tables, lists or keys are nested too deeply.", hint)
 
 
 @rule("manifest")

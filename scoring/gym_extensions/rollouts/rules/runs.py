@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 from gym_extensions.rollouts.identical_runs import first_identical_runs
-from gym_extensions.rollouts.problem import Finding
+from gym_extensions.rollouts.layout import MAX_RUNS
+from gym_extensions.rollouts.problem import Finding, quote
 from gym_extensions.rollouts.reading.evaluation_log import Log, Runs
 from gym_extensions.rollouts.rules.rule import rule
 
@@ -28,13 +30,21 @@ class GroupLogs:
     is_trainable: bool | None
 
 
+@rule("runs")
+def too_many_runs(log: Log) -> Iterator[Finding]:
+    """A log has at most 100 runs."""
+    if len(log.runs) > MAX_RUNS:
+        message = f"The log has {len(log.runs)} runs; the limit is {MAX_RUNS}."
+        yield Finding(log.path, message, f"Submit the runs 0 to {MAX_RUNS - 1}.")
+
+
 @rule("group")
 def different_runs(group: GroupLogs) -> Iterator[Finding]:
     """sequential.csv and single.csv have the same runs: forward transfer pairs them by training seed."""
     sequential, single = group.runs.get("sequential"), group.runs.get("single")
     if sequential is None or single is None or sequential == single:
         return
-    message = f"The runs are {list(single)}; sequential.csv has {list(sequential)}."
+    message = f"The runs are {quote(list(single))}; sequential.csv has {quote(list(sequential))}."
     hint = "Add the missing runs to either file, or leave them out of both."
     yield Finding(f"{group.name}/single.csv", message, hint)
 
@@ -44,8 +54,11 @@ def gaps_in_runs(group: GroupLogs) -> Iterator[Finding]:
     """The runs of a log are 0 to N − 1 without gaps, so that no runs can be selected by their results."""
     for protocol, runs in group.runs.items():
         if runs and list(runs) != list(range(len(runs))):
-            missing = sorted(set(range(max(runs))) - set(runs))
-            message = f"The runs are {list(runs)}; of 0 to {max(runs)}, these are missing: {missing}."
+            candidates = (run for run in itertools.count() if run not in runs)
+            missing = list(itertools.islice(candidates, max(0, min(MAX_RUNS, max(runs) + 1 - len(runs)))))
+            message = (
+                f"The runs are {quote(list(runs))}; of 0 to {max(runs)}, these are missing: {quote(missing)}."
+            )
             hint = "Train the missing runs; no run may be left out."
             yield Finding(f"{group.name}/{protocol}.csv", message, hint)
 

@@ -17,6 +17,8 @@ JOINERS = frozenset("\u200c\u200d")
 """Format characters that Persian, Hindi and emoji need."""
 BLANK = frozenset("\u034f\u115f\u1160\u17b4\u17b5\u2800\u3164\uffa0")
 """Letters and marks without a glyph, with which one text can look like another."""
+MAX_MARKS = 5
+"""Most combining marks in a row: more leave the line and cover other texts."""
 MULTILINE = ("description", HYPERPARAMETERS)
 """Keys whose strings may have line breaks and tabs."""
 
@@ -61,6 +63,28 @@ def empty_title(tables: Tables) -> Iterator[Finding]:
         yield Finding(key_path("", "title"), message, "Name the entry.")
 
 
+def _has_stacked_marks(text: str) -> bool:
+    """Whether combining marks are at the start of a text, or more than ``MAX_MARKS`` in a row."""
+    if text.isascii():
+        return False
+    count = MAX_MARKS
+    for char in text:
+        count = count + 1 if unicodedata.category(char)[0] == "M" else 0
+        if count > MAX_MARKS:
+            return True
+    return False
+
+
+@rule("manifest")
+def stacked_marks(tables: Tables) -> Iterator[Finding]:
+    """No string starts with a combining mark or has more than five in a row: they would cover other texts."""
+    for where, value, _ in _strings(tables, MANIFEST):
+        if _has_stacked_marks(value):
+            yield Finding(
+                where, f"{quote(value)} has combining marks that cover other texts.", "Remove them."
+            )
+
+
 @rule("manifest")
 def control_character(tables: Tables) -> Iterator[Finding]:
     """Strings contain no control, invisible or bidirectional-override characters. (The description and
@@ -85,7 +109,7 @@ def readme_encoding(data: bytes) -> Iterator[Finding]:
 @rule("readme")
 def readme_character(data: bytes) -> Iterator[Finding]:
     """README.md contains no control, invisible or bidirectional-override characters except line breaks
-    and tabs."""
+    and tabs, and no line with stacked combining marks."""
     try:
         lines = data.decode("utf-8").replace("\r\n", "\n").split("\n")
     except UnicodeDecodeError:
@@ -95,6 +119,10 @@ def readme_character(data: bytes) -> Iterator[Finding]:
     for number, char in invisible[:ROWS_LISTED]:
         message = f"The line contains the control or invisible character U+{ord(char):04X}."
         yield Finding(f"{README}, line {number}", message, "Remove it.")
+    stacked = next((number for number, line in enumerate(lines, 1) if _has_stacked_marks(line)), 0)
+    if stacked:
+        message = "The line has combining marks that cover other texts."
+        yield Finding(f"{README}, line {stacked}", message, "Remove them.")
     if more := len(invisible[ROWS_LISTED:]):
         subject = "1 more line contains" if more == 1 else f"{more} more lines contain"
         yield Finding(README, f"{subject} such characters.", "Remove them.")

@@ -14,8 +14,22 @@ KEY = ["name", "group", "protocol"]
 
 
 def csv_text(document: ScorecardDocument) -> str:
-    """The frame of all metrics as CSV: floats by ``repr``, missing values empty."""
-    return metrics_frame(document).to_csv(index=False, lineterminator="\n")
+    """The frame of all metrics as CSV: floats by ``repr``, missing values empty.
+
+    Texts that a spreadsheet would take for a formula begin with an apostrophe.
+    """
+    frame = metrics_frame(document)
+    texts = frame.columns[frame.dtypes == "str"]
+    frame[texts] = frame[texts].map(_plain, na_action="ignore")
+    return frame.to_csv(index=False, lineterminator="\n")
+
+
+FORMULA = ("=", "+", "-", "@", "\t", "\r")
+"""Beginnings of a text that a spreadsheet would take for a formula."""
+
+
+def _plain(text: str) -> str:
+    return f"'{text}" if text.startswith(FORMULA) else text
 
 
 def _cell(text: object) -> str:

@@ -14,7 +14,7 @@ from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.envs.fingerprint import require_published_engine
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.auditing.salt import require_salt
-from gym_extensions.rollouts.digest import submission_digest
+from gym_extensions.rollouts.auditing.submission_digest import submission_digest
 from gym_extensions.rollouts.folder import Folder, scan
 from gym_extensions.rollouts.policies import Policy
 from gym_extensions.rollouts.problem import Problem

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
 from pathlib import Path
@@ -11,18 +11,28 @@ from pathlib import Path
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.envs.fingerprint import require_published_engine
 from gym_extensions.rollouts.auditing.salt import parse_salt
-from gym_extensions.rollouts.folder import scan
-from gym_extensions.rollouts.layout import SALT_FILE, TRACES
+from gym_extensions.rollouts.folder import Folder, scan
+from gym_extensions.rollouts.layout import MEBIBYTE, SALT_FILE, TRACES
 from gym_extensions.rollouts.policies import Policy
 from gym_extensions.rollouts.problem import Problem, summarize
 from gym_extensions.rollouts.reader import read
-from gym_extensions.rollouts.trace_reader import RecordedEpisode, read_trace, salt_in, trace_requests
+from gym_extensions.rollouts.trace_reader import (
+    RecordedEpisode,
+    TraceRequest,
+    read_trace,
+    salt_in,
+    trace_requests,
+)
 from gym_extensions.scoring.replay.segments import replay
 from gym_extensions.scoring.scorecard.model import REPORTED, VALIDATED, Scorecard
 
 NO_TRACES = "It holds no traces: nothing could be replayed."
 UNBOUND = "Its logs do not commit to traces: nothing could be replayed."
 OTHER_SALT = "other-salt"
+BATCH_BYTES = 64 * MEBIBYTE
+"""Size of the traces that are in memory at a time. Those of a task of an honest entry are smaller."""
+MAX_POLICIES = 64
+"""Policies that are in memory at a time."""
 
 
 @dataclass(frozen=True)
@@ -50,10 +60,6 @@ class Verification:
             return "replayed (all)"
         kind = "salted sample" if self.is_salted else "unsalted sample"
         return f"replayed ({kind}: {self.replayed} of {self.episodes} episodes)"
-
-
-def _task_id(episode: RecordedEpisode) -> str:
-    return episode.task.id
 
 
 def verify(path: Path, groups: Mapping[str, TaskGroup] = GROUPS, salt: str | None = None) -> Verification:
@@ -92,20 +98,46 @@ def verify(path: Path, groups: Mapping[str, TaskGroup] = GROUPS, salt: str | Non
     ]:
         return Verification(0, logged, tuple(problems))
     require_published_engine()
-    episodes: list[RecordedEpisode] = []
-    policies = functools.cache(lambda path: Policy.from_bytes(folder.read(path)))
-    for log in logs:
-        for request in trace_requests(log, folder.read(log.path), salts[log.group.id]):
+    requests = [
+        request for log in logs for request in trace_requests(log, folder.read(log.path), salts[log.group.id])
+    ]
+    policies = functools.lru_cache(MAX_POLICIES)(lambda path: Policy.from_bytes(folder.read(path)))
+    replayed = 0
+    for batch in _batches(folder, sorted(requests, key=lambda request: request.task.id), problems):
+        episodes = [
+            replace(episode, policy=policies(path) if path in folder.files else None)
+            for episode, path in batch
+        ]
+        replayed += len(episodes)
+        problems += replay(episodes[0].task, episodes)
+    return Verification(replayed, logged, tuple(problems), all(salts.values()))
+
+
+def _batches(
+    folder: Folder, requests: Sequence[TraceRequest], problems: list[Problem]
+) -> Iterator[list[tuple[RecordedEpisode, str]]]:
+    """The recorded episodes of one task with the paths of their policies, about ``BATCH_BYTES`` at a time.
+
+    Args:
+        folder: the submission.
+        requests: sorted by task.
+        problems: takes those of the traces.
+    """
+    for _, group in groupby(requests, key=lambda request: request.task.id):
+        batch: list[tuple[RecordedEpisode, str]] = []
+        size = 0
+        for request in group:
             trace = read_trace(folder, request)
             if isinstance(trace, Problem):
                 problems.append(trace)
-            else:
-                policy = policies(request.policy) if request.policy in folder.files else None
-                episodes.append(replace(trace, policy=policy))
-    for _, group in groupby(sorted(episodes, key=_task_id), key=_task_id):
-        episodes_of_task = list(group)
-        problems += replay(episodes_of_task[0].task, episodes_of_task)
-    return Verification(len(episodes), logged, tuple(problems), all(salts.values()))
+                continue
+            batch.append((trace, request.policy))
+            size += trace.actions.nbytes + sum(states.nbytes for states in trace.states.values())
+            if size > BATCH_BYTES:
+                yield batch
+                batch, size = [], 0
+        if batch:
+            yield batch
 
 
 def _other_salt(group_name: str, actual: str, expected: str | None) -> Problem:

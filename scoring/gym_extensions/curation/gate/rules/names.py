@@ -8,16 +8,12 @@ from collections.abc import Iterator
 
 from gym_extensions.curation.gate.changes import PullRequest
 from gym_extensions.curation.gate.rules.rule import rule
-from gym_extensions.rollouts.layout import NAME
+from gym_extensions.rollouts.layout import NAME, is_reserved
 from gym_extensions.rollouts.problem import Finding
 
 COMPONENT = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
 MAX_PATH = 200
 """Characters of a path."""
-RESERVED = frozenset(
-    ["CON", "PRN", "AUX", "NUL", *(f"{name}{digit}" for name in ("COM", "LPT") for digit in range(10))]
-)
-"""Names that Windows reserves for devices, with any ending."""
 
 
 @rule
@@ -25,7 +21,7 @@ def reserved_name(pull_request: PullRequest) -> Iterator[Finding]:
     """No file or folder has a name that some system reserves (CON, NUL, …) or ends in a dot or space."""
     for change in pull_request.changes:
         for name in change.path.split("/"):
-            if name.split(".")[0].upper().rstrip() in RESERVED or name.endswith((".", " ")):
+            if is_reserved(name):
                 yield Finding(change.path, f"The name {name!r} is reserved on some systems.", "Rename it.")
 
 

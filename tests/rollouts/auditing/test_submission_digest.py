@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from gym_extensions.rollouts.digest import submission_digest
+from gym_extensions.rollouts.auditing.submission_digest import submission_digest
 
 
 @pytest.fixture
