@@ -244,7 +244,8 @@ function start(table) {
     runs.value = state.runs;
     for (const [key, select] of Object.entries(selects)) select.value = state.filters[key];
     optional.forEach((column, at) => { boxes[at].checked = !state.hide.includes(column.key); });
-    status.textContent = shown.length === rows.length ? `${rows.length} entries` : `${shown.length} of ${rows.length} entries`;
+    const total = `${rows.length} ${rows.length === 1 ? "entry" : "entries"}`;
+    status.textContent = shown.length === rows.length ? total : `${shown.length} of ${total}`;
     comparison();
   }
 
