@@ -52,8 +52,8 @@ def test_the_page_shows_means_intervals_and_verdicts(build: ModuleType) -> None:
     assert "| `multi-head` (observes the task) |" in text
     assert "0.00 (−0.12 to 0.12), tie | 0.00 (−0.12 to 0.12), tie |" in text
     assert (
-        "Of 2 comparisons with fine-tuning in forgetting, 0 are separated with a higher value,\n"
-        "1 with a lower one, and 1 are ties."
+        "Comparisons with fine-tuning in forgetting: 2. Separated with a higher value: 0, with a lower\n"
+        "one: 1. Ties: 1."
     ) in text
 
 

@@ -85,7 +85,7 @@ def test_evaluations_during_training_are_points_within_the_stages(
 
 def test_a_board_is_a_point_per_entry_with_its_interval() -> None:
     folder = ENTRY.parent
-    frame = results.board("halfcheetah-gravity", [folder / "trpo", folder / "random"])
+    frame = results.board("halfcheetah-gravity", [folder / "trpo", folder / "cloning"])
     axes = results.plot_board(frame, metric="forgetting")
     (line,) = axes.lines
     assert points(line) == [(value, i) for i, value in enumerate(frame["forgetting"])]

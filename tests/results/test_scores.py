@@ -71,7 +71,7 @@ def test_a_suite_has_rows_without_a_number_of_runs(submission: Write) -> None:
 
 
 def test_a_board_has_the_ranks_and_intervals_of_the_published_one() -> None:
-    paths = [SUBMISSIONS / name for name in ("trpo", "random", "zero")]
+    paths = [SUBMISSIONS / name for name in ("trpo", "cloning")]
     frame = results.board("halfcheetah-gravity", paths)
     published = board(score_folders(paths).submissions, BoardKey("halfcheetah-gravity-v0", "sequential", "300k", False))
     assert frame["name"].tolist() == [entry.name for entry in published.rows]
@@ -79,8 +79,7 @@ def test_a_board_has_the_ranks_and_intervals_of_the_published_one() -> None:
     assert frame["why"].tolist() == [entry.why for entry in published.rows]
     assert dict(zip(frame["name"], frame["evaluation"], strict=True)) == {
         "trpo": "deterministic",
-        "random": "sampled",
-        "zero": "deterministic",
+        "cloning": "deterministic",
     }
     ranks = [entry.metrics["final_performance"].rank or (None, None) for entry in published.rows]
     for column, ends in zip(("rank_first", "rank_last"), zip(*ranks, strict=True), strict=True):
