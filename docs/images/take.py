@@ -40,7 +40,9 @@ def watched(site: Path, rows: list[dict[str, str]]) -> Iterator[tuple[Path, str]
             page = next(item["page"] for item in index["entries"] if item["name"] == entry["name"])
             folder = (site / page).with_suffix("")
             for file in (site / page, folder / f"{row['group']}.html"):
-                if file.is_file() and f'data-poses="watch-{row["group"]}' in file.read_text("utf-8"):
+                if file.is_file() and f'data-poses="watch-{row["group"]}-sequential"' in file.read_text(
+                    "utf-8"
+                ):
                     yield file, row["group"]
 
 
@@ -48,14 +50,14 @@ def main(site: Path, out: Path) -> int:
     """Writes overview.png, group.png and watch.png; returns 1 if one is missing."""
     path = next(filter(None, map(shutil.which, NAMES)), None)
     if path is None:
-        print("Chromium is not installed (on Debian: apt-get install chromium).")
+        sys.stderr.write("Chromium is not installed (on Debian: apt-get install chromium).\n")
         return 1
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=path, timeout=120_000, args=["--disable-gpu"])
         missing = take(browser, site.resolve(), out)
         browser.close()
     for name in missing:
-        print(f"{name} was not taken: the site has no page for it.")
+        sys.stderr.write(f"{name} was not taken: the site has no page for it.\n")
     return bool(missing)
 
 
@@ -81,12 +83,13 @@ def take(browser: Browser, site: Path, out: Path) -> list[str]:
 
 def play(page: Page, group: str) -> None:
     """Opens the player of the first task of a group's panel and stops at a moment with the most to see."""
-    section = page.locator(f'.watch[data-poses="watch-{group}"]').first
+    section = page.locator(f'.watch[data-poses="watch-{group}-sequential"]').first
     section.locator("button.play").click()
     time = section.get_by_role("slider")
     time.wait_for()
     time.evaluate(
-        "(input, part) => { input.value = input.max * part; input.dispatchEvent(new Event('input')); }", PLAYED
+        "(input, part) => { input.value = input.max * part; input.dispatchEvent(new Event('input')); }",
+        PLAYED,
     )
     section.evaluate("(element) => element.previousElementSibling.scrollIntoView()")
 

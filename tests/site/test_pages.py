@@ -292,8 +292,8 @@ def test_every_module_in_the_folder_is_a_page_in_the_order_of_the_menu(
 
     titles = [page.title for page in pages()]
     assert titles == [
-        *("Overview", "Groups", "Boards", "Tasks", "Submissions", "Entries", "Compare", "Metrics", "Data"),
-        *("Speed", "Pictures", "Exports"),
+        *("Overview", "Groups", "Boards", "Tasks", "Submissions", "Entries", "Compare", "Metrics", "Submit"),
+        *("References", "Data", "Changes", "About", "Speed", "Pictures", "Exports"),
     ]
     module = (
         "from gym_extensions.site.page import Page\nPAGE = Page('Extra', 7, lambda site, render: iter(()))\n"

@@ -17,31 +17,39 @@ WIDTHS = (320, 360, 768, 1300, 1920)
 PAPER = 1032
 """Width in pixels of A4 landscape less its margins."""
 
-WIDE = """() => document.documentElement.scrollWidth <= innerWidth ? [] : [innerWidth, ...
-  [...document.querySelectorAll("main *, header *, footer *")]
+WIDE = """() => document.documentElement.scrollWidth <= innerWidth ? [] : [innerWidth,
+  ...[...document.querySelectorAll("main *, header *, footer *")]
     .filter((e) => e.getBoundingClientRect().right > innerWidth + 1 && !e.closest(".scroll"))
-    .map((e) => `${e.tagName}.${e.getAttribute("class") || ""} ${e.textContent.trim().slice(0, 40)}`).slice(0, 8)]"""
+    .map((e) => `${e.tagName}.${e.getAttribute("class") || ""} ${e.textContent.trim().slice(0, 40)}`)
+    .slice(0, 8)]"""
 UNMARKED = """() => [...document.querySelectorAll(".scroll")].filter((e) => {
   const cut = e.scrollWidth > e.clientWidth + 1, faded = getComputedStyle(e).maskImage !== "none";
   return cut !== faded;
 }).map((e) => e.textContent.trim().slice(0, 60))"""
-EMPTY_STOPS = """() => [...document.querySelectorAll("a[href], button, input, select, summary, [tabindex]")].filter((e) => {
+CONTROLS = "a[href], button, input, select, summary"
+EMPTY_STOPS = """(controls) => [...document.querySelectorAll(`${controls}, [tabindex]`)].filter((e) => {
   if (e.tabIndex < 0 || e.disabled || !e.checkVisibility({ visibilityProperty: true })) return false;
-  const box = e.getBoundingClientRect(), region = !e.matches("a, button, input, select, summary");
-  if (region) return e.scrollWidth <= e.clientWidth + 1 && e.scrollHeight <= e.clientHeight + 1;
-  const name = (e.getAttribute("aria-label") || e.textContent || "").trim();
+  if (!e.matches(controls)) return e.scrollWidth <= e.clientWidth + 1 && e.scrollHeight <= e.clientHeight + 1;
+  const box = e.getBoundingClientRect(), name = (e.getAttribute("aria-label") || e.textContent || "").trim();
   const named = name || (e.labels && e.labels.length) || e.querySelector("img[alt]:not([alt=''])");
   return !named || box.width < 1 || box.height < 1;
 }).map((e) => e.outerHTML.slice(0, 120))"""
-LOW_TARGETS = """() => [...document.querySelectorAll(
-    "nav a, footer a, thead a, tbody th > a, tbody td > a, li > a:first-child, dd > a, summary, button, select, input")]
-  .filter((e) => e.checkVisibility({ visibilityProperty: true }) && e.getBoundingClientRect().height < 23.9
+TARGETS = (
+    "nav a, footer a, thead a, tbody th > a, tbody td > a, li > a:first-child, dd > a, summary, button, "
+    "select, input"
+)
+LOW_TARGETS = """(targets) => [...document.querySelectorAll(targets)].filter((e) =>
+    e.checkVisibility({ visibilityProperty: true }) && e.getBoundingClientRect().height < 23.9
     && !(e.type === "checkbox" && e.closest("label, th")))
   .map((e) => `${e.getBoundingClientRect().height} ${e.outerHTML.slice(0, 120)}`).slice(0, 10)"""
 AXE = (files("axe_playwright_python") / "axe.min.js").read_text("utf-8")
-SERIOUS = """(only) => axe.run(document, { resultTypes: ["violations"], ...only }).then(({ violations }) => violations
+"""The script of axe-core."""
+SERIOUS = """(only) => axe.run({ exclude: ["tbody tr:nth-child(n+4)", "li:nth-child(n+8)"] },
+    { resultTypes: ["violations"], ...only }).then(({ violations }) => violations
   .filter(({ impact }) => ["moderate", "serious", "critical"].includes(impact))
-  .map(({ id, nodes }) => `${id}: ${nodes.length}, ${nodes[0].html.slice(0, 160)} ${nodes[0].failureSummary}`))"""
+  .map(({ id, nodes: [first] }) => `${id}: ${first.html.slice(0, 160)} ${first.failureSummary}`))"""
+"""Violations of at least moderate impact. Rows from the fourth on and items from the eighth on are left out:
+they are as those before, and axe takes seconds of processor time for 50 rows."""
 
 
 @pytest.fixture(scope="module", params=PAGES.values(), ids=PAGES)
@@ -63,10 +71,10 @@ def media(opened: Page) -> Iterator[Page]:
     opened.set_viewport_size({"width": 1300, "height": 900})
 
 
-def settled(page: Page, code: str) -> Any:
+def settled(page: Page, code: str, argument: object = None) -> Any:
     """The value of an expression after the next two frames, when scripts have seen the new size."""
     page.evaluate("() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
-    return page.evaluate(code)
+    return page.evaluate(code, argument)
 
 
 @pytest.mark.parametrize("width", WIDTHS)
@@ -80,20 +88,23 @@ def test_no_page_is_wider_than_the_paper(media: Page) -> None:
     media.emulate_media(media="print")
     media.set_viewport_size({"width": PAPER, "height": 720})
     assert settled(media, WIDE) == []
-    assert media.evaluate(
-        "() => [...document.querySelectorAll('.tools, .paging, nav, .skip')]"
-        ".filter((e) => e.checkVisibility()).length"
-    ) == 0
+    assert (
+        media.evaluate(
+            "() => [...document.querySelectorAll('.tools, .paging, nav, .skip')]"
+            ".filter((e) => e.checkVisibility()).length"
+        )
+        == 0
+    )
 
 
 def test_every_tab_stop_is_visible_and_named(media: Page) -> None:
-    assert settled(media, EMPTY_STOPS) == []
+    assert settled(media, EMPTY_STOPS, CONTROLS) == []
 
 
 @pytest.mark.parametrize("width", [360, 1300])
 def test_targets_are_at_least_24_pixels_high(media: Page, width: int) -> None:
     media.set_viewport_size({"width": width, "height": 900})
-    assert settled(media, LOW_TARGETS) == []
+    assert settled(media, LOW_TARGETS, TARGETS) == []
 
 
 def test_axe_reports_nothing_serious_or_moderate(opened: Page) -> None:

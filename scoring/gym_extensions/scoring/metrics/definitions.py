@@ -38,7 +38,7 @@ JOINT_GAP = Metric(
     LOWER,
     needs=("joint",),
     known_as="distance to multitask training",
-    limits="Which part is due to the order of the tasks: joint training also sees them more often in alternation.",
+    limits="Which part is due to the order: joint training also alternates between tasks.",
 )
 TABLE = (
     FINAL,
@@ -58,7 +58,7 @@ TABLE = (
         lambda run: mean(run.p(j, j) - run.p(run.T, j) for j in run.scored if j < run.T),
         LOWER,
         known_as="minus backward transfer (Lopez-Paz & Ranzato 2017)",
-        limits="Whether anything was learned: an agent that learns nothing forgets nothing. Gains on one task cancel losses on another.",
+        limits="Whether anything was learned; and gains on one task cancel losses on another.",
     ),
     Metric(
         "worst_case_forgetting",

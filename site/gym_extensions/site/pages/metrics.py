@@ -14,8 +14,11 @@ PATH = "metrics.html"
 def publish(site: Leaderboard, render: Render) -> Iterator[File]:
     """One page with an anchor per metric."""
     used = {board.budget for board in site.boards}
-    yield PATH, render(
-        "metrics.html", PATH, used_budgets=used, example=example, example_values=example.example_values()
+    yield (
+        PATH,
+        render(
+            "metrics.html", PATH, used_budgets=used, example=example, example_values=example.example_values()
+        ),
     )
 
 

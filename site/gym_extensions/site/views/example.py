@@ -1,4 +1,4 @@
-"""The worked example of the page of metrics: one run of three tasks, scored by the functions of the metrics."""
+"""The worked example of the page of metrics: one run of three tasks, with the value of every metric."""
 
 from __future__ import annotations
 
