@@ -73,7 +73,9 @@ def test_a_suite_has_rows_without_a_number_of_runs(submission: Write) -> None:
 def test_a_board_has_the_ranks_and_intervals_of_the_published_one() -> None:
     paths = [SUBMISSIONS / name for name in ("trpo", "cloning")]
     frame = results.board("halfcheetah-gravity", paths)
-    published = board(score_folders(paths).submissions, BoardKey("halfcheetah-gravity-v0", "sequential", "300k", False))
+    published = board(
+        score_folders(paths).submissions, BoardKey("halfcheetah-gravity-v0", "sequential", "300k", False)
+    )
     assert frame["name"].tolist() == [entry.name for entry in published.rows]
     assert frame["ranked"].tolist() == [entry.ranked for entry in published.rows]
     assert frame["why"].tolist() == [entry.why for entry in published.rows]

@@ -31,6 +31,24 @@ REWRITE = "Write the file with gym_extensions.rollouts.episodes.write_episodes o
 
 EXAMPLES = (
     Example(
+        "too-many-rows",
+        "more cells than the limit",
+        lines(lambda _: ["x"] * 300_001),
+        (
+            (
+                LOG,
+                "The file has 300002 rows; the limit is 300000.",
+                "Submit fewer runs or points of curves.",
+            ),
+        ),
+    ),
+    Example(
+        "long-row",
+        "a task name of a million letters",
+        cell(2, 2, "a" * 10**6),
+        ((f"{LOG}, row 2", "The row has more than 10000 characters.", REWRITE),),
+    ),
+    Example(
         "empty-file",
         "an empty log",
         put(LOG, b""),

@@ -100,7 +100,7 @@ EXAMPLES = (
         (
             (
                 f"{TOML}, [code] url",
-                "'javascript:alert(1)' is not a web address that starts with https:// or http://.",
+                "'javascript:alert(1)' is not a web address in ASCII that starts with https:// or http://.",
                 "Write a web address or an empty string.",
             ),
         ),
@@ -152,7 +152,7 @@ EXAMPLES = (
         (
             (
                 TOML,
-                "Tables or lists are nested too deeply.",
+                "Tables, lists or keys are nested too deeply.",
                 "Use at most 8 levels.",
             ),
         ),
@@ -161,7 +161,7 @@ EXAMPLES = (
         "malformed-toml",
         "thousands of nested tables",
         edit("step = 0.01", f"{'a.' * 3000}step = 0.01", TOML),
-        ((TOML, "Tables or lists are nested too deeply.", "Use at most 8 levels."),),
+        ((TOML, "Tables, lists or keys are nested too deeply.", "Use at most 8 levels."),),
     ),
     Example(
         "bad-hyperparameter",
@@ -221,7 +221,8 @@ EXAMPLES = (
         (
             (
                 f"{TOML}, [code] url",
-                "'https://example.org@example.com/x' is not a web address that starts with https:// or http://.",
+                "'https://example.org@example.com/x' is not a web address in ASCII that starts with https:// or "
+                "http://.",
                 "Write a web address or an empty string.",
             ),
         ),

@@ -82,7 +82,7 @@ EXAMPLES = (
         (
             (
                 TRACE,
-                "The file unpacks to 1 array of 268435585 bytes; the limits are 256 and 268435456.",
+                "The file unpacks to 1 array of 268435585 bytes; the limits are 256 and 4194304.",
                 "Write one episode per trace and one policy per file.",
             ),
         ),

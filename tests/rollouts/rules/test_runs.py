@@ -19,6 +19,12 @@ EXAMPLES = (
         also=("foreign-curve",),
     ),
     Example(
+        "too-many-runs",
+        "a run per row",
+        lines(lambda rows: [f"{run}{line[1:]}" for run, line in enumerate(rows[:101])]),
+        ((LOG, "The log has 101 runs; the limit is 100.", "Submit the runs 0 to 99."),),
+    ),
+    Example(
         "gaps-in-runs",
         "runs 0 and 2",
         lines(lambda rows: rows[:600] + ["2" + line[1:] for line in rows[600:]]),

@@ -12,7 +12,15 @@ from ..examples import GROUP, TOML, Check, CopySubmission, Example, edit, parame
 
 README = "README.md"
 
+STACKED = "o" + "\u0301" * 6
+
 EXAMPLES = (
+    Example(
+        "stacked-marks",
+        "a title with six marks on a letter",
+        edit("An entry", STACKED, TOML),
+        ((f"{TOML}, title", f"{STACKED!r} has combining marks that cover other texts.", "Remove them."),),
+    ),
     *(
         Example(
             "empty-title",

@@ -51,6 +51,8 @@ def trace_errors(arrays: Arrays, task: Task, length: int, return_: float) -> Ite
             yield f"Unexpected array {quote(name)}."
             continue
         yield from _array_errors(name, values, DTYPES.get(key, STATE_DTYPE), expected[key])
+    if arrays[SEGMENT_RETURNS].ndim != 1:
+        return
     total = _sum(arrays[SEGMENT_RETURNS].tolist())
     tolerance = max(segment.tolerance, ROUNDING)
     if not abs(total - return_) <= tolerance * max(1.0, abs(return_)):

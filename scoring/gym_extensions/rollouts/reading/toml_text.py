@@ -9,9 +9,9 @@ from typing import Any
 MAX_NESTING = 8
 """Most levels of nested tables and lists, and most parts of a dotted key."""
 QUOTED = re.compile(
-    r'"""(?:[^"\\]|\\.|"(?!""))*+(?:"{3,5}|\Z)'
+    r'"""(?:[^"\\]|\\.?|"(?!""))*+(?:"{3,5}|\Z)'
     r"|'''(?:[^']|'(?!''))*+(?:'{3,5}|\Z)"
-    r'|"(?:[^"\\\n]|\\.)*+(?:"|\Z|(?=\n))'
+    r'|"(?:[^"\\\n]|\\.?)*+(?:"|\Z|(?=\n))'
     r"|'[^'\n]*+'?"
     r"|#[^\n]*+",
     re.DOTALL,
