@@ -221,8 +221,8 @@ EXAMPLES = (
         (
             (
                 f"{TOML}, [code] url",
-                "'https://example.org@example.com/x' is not a web address in ASCII that starts with https:// or "
-                "http://.",
+                "'https://example.org@example.com/x' is not a web address in ASCII that starts with "
+                "https:// or http://.",
                 "Write a web address or an empty string.",
             ),
         ),
