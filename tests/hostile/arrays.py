@@ -12,6 +12,7 @@ from gym_extensions.rollouts.auditing.digests import merkle_root, trace_digest
 from gym_extensions.rollouts.layout import MAX_UNPACKED_BYTES
 from gym_extensions.rollouts.safe_npz import npz_bytes, read
 
+from ..rollouts.examples import Change
 from .case import (
     LOG,
     POLICIES,
@@ -20,7 +21,6 @@ from .case import (
     TRACE,
     TRACES,
     Case,
-    Change,
     all_of,
     npy,
     put,
@@ -92,7 +92,12 @@ def every_trace(width: int, state: str = "qpos") -> Change:
 def policy(**changes: object) -> bytes:
     """A linear policy of Hopper with these arrays changed; None removes one."""
     text = {name: np.frombuffer(value, np.uint8) for name, value in NAMES.items()}
-    content = {"format": np.array(1), **text, "action_offset": np.zeros(3), "action_scale": np.ones(3)}
+    content: dict[str, object] = {
+        "format": np.array(1),
+        **text,
+        "action_offset": np.zeros(3),
+        "action_scale": np.ones(3),
+    }
     content |= {"weight_0": np.zeros((11, 3)), "bias_0": np.zeros(3), **changes}
     return npz_bytes({name: np.asarray(values) for name, values in content.items() if values is not None})
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from .case import GROUP, LOG, POLICIES, TOML, TRACE, TRACES, Case, Change, all_of, put, remove
+from ..rollouts.examples import Change
+from .case import GROUP, LOG, POLICIES, TOML, TRACE, TRACES, Case, all_of, put, remove
 
 LONG = "x" * 200
 
@@ -31,6 +32,33 @@ def many_linked(count: int) -> Change:
             many(30_000, TRACES, f"single-run{part + 1}-stage1-Hopper-episode{{}}.npz")(entry)
 
     return change
+
+
+def folders(*names: str) -> Change:
+    """Makes empty folders."""
+
+    def change(entry: Path) -> None:
+        for name in names:
+            (entry / name).mkdir()
+
+    return change
+
+
+def folder_in_place_of(path: str) -> Change:
+    """Replaces a file by a folder."""
+
+    def change(entry: Path) -> None:
+        (entry / path).unlink()
+        (entry / path).mkdir()
+
+    return change
+
+
+def without_files(entry: Path) -> None:
+    """Removes every file."""
+    for path in entry.rglob("*"):
+        if path.is_file():
+            path.unlink()
 
 
 def link(path: str, target: str) -> Change:
@@ -84,8 +112,8 @@ CASES = (
         ("foreign-trace", "malformed-arrays"),
     ),
     Case(
-        "20,000 unknown groups",
-        lambda entry: [(entry / f"g{i}").mkdir() for i in range(5_000)],
+        "5,000 unknown groups",
+        folders(*(f"g{number}" for number in range(5_000))),
         ("unknown-group",),
     ),
     Case("folders of 100 levels", tree(100), ("unexpected-name",)),
@@ -131,17 +159,17 @@ CASES = (
     Case("a folder of progress", put(".progress/x", b"x" * 1000)),
     Case(
         "an empty folder",
-        lambda entry: [path.unlink() for path in entry.rglob("*") if path.is_file()],
+        without_files,
         ("no-logs", "not-a-submission"),
     ),
     Case(
         "a folder in place of a log",
-        lambda entry: [(entry / LOG).unlink(), (entry / LOG).mkdir()],
+        folder_in_place_of(LOG),
         ("no-logs", "unexpected-name"),
     ),
     Case(
         "a folder in place of the manifest",
-        lambda entry: [(entry / TOML).unlink(), (entry / TOML).mkdir()],
+        folder_in_place_of(TOML),
         ("not-a-submission", "unknown-group"),
     ),
     Case(

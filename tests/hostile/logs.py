@@ -6,7 +6,8 @@ from pathlib import Path
 
 from gym_extensions.rollouts.layout import MEBIBYTE
 
-from .case import GROUP, LOG, TRACES, Case, Change, all_of, cell, lines, put
+from ..rollouts.examples import Change
+from .case import GROUP, LOG, TRACES, Case, all_of, cell, lines, put
 
 HEADER = b"run,stage,task,episode,seed,length,return,terminated,success,trace,fingerprint\n"
 UNBOUND = HEADER.replace(b"trace,", b"")

@@ -119,8 +119,7 @@ CASES = (
     Case("a budget that is a list", value("budget", "[[1]]"), ("bad-value",)),
     Case(
         "a report and logs",
-        manifest("x = 1\n", "code")
-        and edit("format = 1\n", 'format = 1\nreported = "henderson2017"\n', TOML),
+        edit("format = 1\n", 'format = 1\nreported = "henderson2017"\n', TOML),
         ("foreign-report", "logs-of-a-reported-entry"),
     ),
     Case("a README of 64 KiB in 60,000 lines", put("README.md", b"\n" * 60_000), ()),

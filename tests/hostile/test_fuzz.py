@@ -6,12 +6,14 @@ import json
 import string
 import tomllib
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays, integer_dtypes
+from numpy.typing import NDArray
 
 from gym_extensions.catalog.registry import TASKS
 from gym_extensions.curation.ledger.line import decode
@@ -85,7 +87,7 @@ def test_any_bytes_of_a_log_are_read_or_refused(tmp_path: Path, data: bytes, has
 
 @BOUNDED
 @given(arrays(integer_dtypes(endianness="="), array_shapes(max_dims=3, max_side=4)))
-def test_arrays_are_read_back(values: np.ndarray) -> None:  # type: ignore[type-arg]
+def test_arrays_are_read_back(values: NDArray[Any]) -> None:
     content = read(npz_bytes({"a": values}))
     assert content is not None
     assert content["a"].dtype == values.dtype and np.array_equal(content["a"], values)
@@ -120,13 +122,15 @@ def test_a_damaged_policy_acts_or_is_refused(edits: list[tuple[int, int]]) -> No
 @given(
     st.dictionaries(
         st.sampled_from(["actions", "segment_steps", "segment_returns", "state_qpos", "x"]),
-        arrays(st.sampled_from([np.dtype("f4"), np.dtype("f8"), np.dtype("i8")]), array_shapes(max_side=3)),
+        st.sampled_from(["f4", "f8", "i8"]).flatmap(
+            lambda name: arrays(np.dtype(name), array_shapes(max_side=3))
+        ),
     ),
     st.integers(1, 1000),
     st.floats(allow_nan=True),
 )
 def test_any_arrays_of_a_trace_are_judged(
-    content: dict[str, np.ndarray],  # type: ignore[type-arg]
+    content: dict[str, NDArray[Any]],
     length: int,
     return_: float,
 ) -> None:
