@@ -23,6 +23,7 @@ WIDE = """() => document.documentElement.scrollWidth <= innerWidth ? [] : [inner
     .map((e) => `${e.tagName}.${e.getAttribute("class") || ""} ${e.textContent.trim().slice(0, 40)}`)
     .slice(0, 8)]"""
 UNMARKED = """() => [...document.querySelectorAll(".scroll")].filter((e) => {
+  if (!e.checkVisibility()) return false;
   const cut = e.scrollWidth > e.clientWidth + 1, faded = getComputedStyle(e).maskImage !== "none";
   return cut !== faded;
 }).map((e) => e.textContent.trim().slice(0, 60))"""
