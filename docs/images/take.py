@@ -63,7 +63,9 @@ def main(site: Path, out: Path) -> int:
 
 def take(browser: Browser, site: Path, out: Path) -> list[str]:
     """Takes the pictures and returns the names of those for which the site has no page."""
-    page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT}, color_scheme="light")
+    page = browser.new_page(
+        viewport={"width": WIDTH, "height": HEIGHT}, color_scheme="light", reduced_motion="reduce"
+    )
     page.set_default_timeout(120_000)
     rows = boards(site)
     page.goto((site / "index.html").as_uri())
@@ -91,7 +93,7 @@ def play(page: Page, group: str) -> None:
         "(input, part) => { input.value = input.max * part; input.dispatchEvent(new Event('input')); }",
         PLAYED,
     )
-    section.evaluate("(element) => element.previousElementSibling.scrollIntoView()")
+    section.evaluate("(element) => element.previousElementSibling.scrollIntoView({ behavior: 'instant' })")
 
 
 def save(page: Page, file: Path) -> None:

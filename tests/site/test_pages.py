@@ -203,11 +203,13 @@ def test_the_meaning_of_replayed_names_the_limits_of_the_sample(document: dict[s
 
 def test_the_levels_of_trust_of_the_scorer_are_explained(document: dict[str, Any]) -> None:
     page = dict(files(document))["metrics.html"]
-    named = re.findall(r'class="trust trust-([a-z-]+)">([a-z, ]+)<', page)
+    named = re.findall(r'class="trust trust-([a-z-]+)">([a-z, -]+)<', page)
     assert named == [
         (REPORTED, "reported"),
         (VALIDATED, "checked, not replayed"),
         ("replayed", "replayed"),
+        ("re-evaluated", "re-evaluated"),
+        ("reproduced", "reproduced"),
         ("refused", "refused"),
     ]
 

@@ -30,7 +30,7 @@ def test_an_entry_shows_the_line_of_the_ledger(document: dict[str, Any]) -> None
     document["submissions"][0].update(ledger=ACCEPTED, trust="replayed (salted sample: 245 of 3000 episodes)")
     text = text_of(document)
     assert "accepted on 2026-11-22: Its merge." in text
-    assert "245 of 3\u202f000 episodes" in text
+    assert "245 of 3 000 episodes" in text
     assert "ab" * 32 in text
     assert "cd" * 32 in text
 

@@ -58,7 +58,9 @@ def test_markup_in_a_submission_is_escaped(document: dict[str, Any]) -> None:
         hyperparameters={HOSTILE: [HOSTILE]},
         versions={HOSTILE: HOSTILE},
     )
-    first["notes"] = [HOSTILE]
+    first["notes"] = first["signs"] = [HOSTILE]
+    first["challenges"] = [{"file": HOSTILE, "text": HOSTILE}]
+    first["ledger"] = {"event": "challenged", "digest": HOSTILE, "reason": HOSTILE, "date": "2026-11-22"}
     first["readme"] = broken["readme"] = f"</pre>{HOSTILE}"
     broken["problems"] = [{"rule": HOSTILE, "where": HOSTILE, "message": HOSTILE, "hint": HOSTILE}]
     scores = first["groups"]["hopper-gravity-v0"]["sequential"]
@@ -68,9 +70,8 @@ def test_markup_in_a_submission_is_escaped(document: dict[str, Any]) -> None:
         assert page.errors == [], path
         images = [attributes["src"] for tag, attributes in page.elements if tag == "img"]
         assert all("/badge.svg" in source or "pictures/" in source for source in images), path
-        assert not [
-            a for tag, a in page.elements if tag == "script" and not a["src"].endswith("static/table.js")
-        ]
+        scripts = [a["src"] for tag, a in page.elements if tag == "script"]
+        assert all(source.endswith(("static/table.js", "static/regions.js")) for source in scripts)
         assert not [
             name for _, attributes in page.elements for name in attributes if name.startswith("on")
         ], path

@@ -23,6 +23,7 @@ WIDE = """() => document.documentElement.scrollWidth <= innerWidth ? [] : [inner
     .map((e) => `${e.tagName}.${e.getAttribute("class") || ""} ${e.textContent.trim().slice(0, 40)}`)
     .slice(0, 8)]"""
 UNMARKED = """() => [...document.querySelectorAll(".scroll")].filter((e) => {
+  if (!e.checkVisibility()) return false;
   const cut = e.scrollWidth > e.clientWidth + 1, faded = getComputedStyle(e).maskImage !== "none";
   return cut !== faded;
 }).map((e) => e.textContent.trim().slice(0, 60))"""
@@ -77,11 +78,18 @@ def settled(page: Page, code: str, argument: object = None) -> Any:
     return page.evaluate(code, argument)
 
 
+CUT_CAPTIONS = """() => [...document.querySelectorAll(".scroll caption")].filter((e) =>
+  e.checkVisibility()
+  && e.getBoundingClientRect().right > e.closest(".scroll").getBoundingClientRect().right + 1
+).map((e) => e.textContent)"""
+
+
 @pytest.mark.parametrize("width", WIDTHS)
 def test_no_page_is_wider_than_the_screen(media: Page, width: int) -> None:
     media.set_viewport_size({"width": width, "height": 900})
     assert settled(media, WIDE) == []
     assert settled(media, UNMARKED) == []
+    assert media.evaluate(CUT_CAPTIONS) == []
 
 
 def test_no_page_is_wider_than_the_paper(media: Page) -> None:
