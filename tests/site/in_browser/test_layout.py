@@ -53,7 +53,7 @@ SERIOUS = """(only) => axe.run({ exclude: ["tbody tr:nth-child(n+4)", "li:nth-ch
 they are as those before, and axe takes seconds of processor time for 50 rows."""
 
 
-@pytest.fixture(scope="module", params=list(PAGES.values()), ids=list(PAGES))
+@pytest.fixture(scope="module", params=PAGES.values(), ids=tuple(PAGES))
 def opened(browser: Browser, address: str, request: pytest.FixtureRequest) -> Iterator[Page]:
     """Each page in turn, from its file."""
     context = browser.new_context(viewport={"width": 1300, "height": 900})

@@ -151,7 +151,7 @@ function start(table) {
   const body = table.tBodies[0];
   const optional = columns.filter((column) => column.key !== "entry");
   let state = readState(location.hash);
-  let shown = rows;
+  let shown = rows, placed = rows;
 
   const search = make("input", { type: "search", autocomplete: "off" });
   const runs = make("select", {}, new Option("any", ""), new Option(`at least ${FULL_RUNS}`, String(FULL_RUNS)));
@@ -226,7 +226,11 @@ function start(table) {
       row.element.hidden = !kept.has(row);
       row.box.checked = state.ticked.includes(row.name);
     }
-    body.append(...shown.map((row) => row.element));
+    // Moving rows is slow: a filter alone moves none.
+    if (placed.filter((row) => kept.has(row)).some((row, at) => row !== shown[at])) {
+      body.append(...shown.map((row) => row.element));
+      placed = [...placed.filter((row) => !kept.has(row)), ...shown];
+    }
     for (const column of columns) {
       const active = column.key === state.sort;
       column.button.textContent = active ? (state.up ? "\u2191" : "\u2193") : "\u21c5";
