@@ -15,7 +15,7 @@ import tempfile
 from dataclasses import replace
 from pathlib import Path
 
-from measure_site import REFERENCES, entries  # type: ignore[import-not-found]
+from measure_site import REFERENCES, entries
 from playwright.sync_api import sync_playwright
 
 from gym_extensions.scoring.pipeline.score import references_info
