@@ -42,10 +42,12 @@ def commit(
     return git(folder, "rev-parse", "HEAD")
 
 
-def write_entry(folder: Path, name: str, bonus: float = 0.0) -> Path:
+def write_entry(folder: Path, name: str, bonus: float = 0.0, group: str = "hopper-gravity") -> Path:
     """A small submission without traces: one group, two runs, the single protocol."""
 
     def value(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
         return bonus + 10.0 * position + run + episode / 8
 
-    return write_submission(folder, name=name, protocols=("single",), value=value, manifest=BOARD_MANIFEST)
+    return write_submission(
+        folder, name=name, groups=(group,), protocols=("single",), value=value, manifest=BOARD_MANIFEST
+    )

@@ -25,6 +25,8 @@ from gym_extensions.site.cli import main as site
 from ..repositories import commit, git, make_repository, write_entry
 
 VALUE = "d" * 40
+SCORED = "halfcheetah-gravity"
+"""A group with references, so that its boards have scores."""
 
 
 def ledger(folder: Path, *arguments: str) -> int:
@@ -50,12 +52,12 @@ def history(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[str]]:
     """A repository whose ledger grew in three steps, and the board after each of them."""
     folder = make_repository(tmp_path_factory.mktemp("history"))
     shown = []
-    write_entry(folder / "submissions", "first")
-    write_entry(folder / "submissions", "second", bonus=5.0)
+    write_entry(folder / "submissions", "first", group=SCORED)
+    write_entry(folder / "submissions", "second", bonus=5.0, group=SCORED)
     record(folder, "2026-01-01")
     commit(folder)
     shown.append(board(folder))
-    write_entry(folder / "submissions", "first", bonus=20.0)
+    write_entry(folder / "submissions", "first", bonus=20.0, group=SCORED)
     record(folder, "2026-01-02", "Recorded again.", "--value", VALUE)
     commit(folder)
     shown.append(board(folder))
@@ -181,8 +183,8 @@ def test_the_commit_that_fixed_an_entry_gives_its_salt_whatever_happens_to_its_t
     repository: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     merged = git(repository, "rev-list", "--reverse", "HEAD").split()[1]
-    commit(repository, {"submissions/first/hopper-gravity/traces/salt.txt": "x"})
-    (repository / "submissions/first/hopper-gravity/traces/salt.txt").unlink()
+    commit(repository, {"submissions/first/halfcheetah-gravity/traces/salt.txt": "x"})
+    (repository / "submissions/first/halfcheetah-gravity/traces/salt.txt").unlink()
     reason = ("--reason", "Salted.", "--date", "2026-02-01", "--value", "merge")
     assert ledger(repository, "add", "rescored", "first", *reason) == 0
     line = read(repository / "submissions")[-1]
