@@ -45,12 +45,14 @@ def _draw_interval(axes: Axes, each: Interval, height: float, color: str) -> Non
 
 def draw_retention(frame: pd.DataFrame, groups: Sequence[str], path: Path) -> None:
     """The return on every task while the tasks are trained in order, one panel per group."""
-    rows = -(-len(groups) // COLUMNS)
-    figure = Figure(figsize=(8.0, 2.8 * rows), layout="constrained")
-    panels = figure.subplots(rows, COLUMNS, squeeze=False).flat
-    for axes, group in zip(panels, groups, strict=False):
+    columns = min(COLUMNS, len(groups))
+    rows = -(-len(groups) // columns)
+    figure = Figure(figsize=(6.4 * columns, 2.8 * rows), layout="constrained")
+    panels = figure.subplots(rows, columns, squeeze=False).flat
+    for group, axes in zip(groups, panels, strict=False):  # in this order, zip takes no panel too many
         plot_retention(frame, group, ax=axes)
         axes.set_title(group)
+        axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
     for axes in panels:  # without a group
         axes.set_axis_off()
     _save(figure, path)
