@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from gym_extensions.curation.digest import digest_without_traces, folder_hashes
+from gym_extensions.curation.digest import folder_hashes
 from gym_extensions.curation.git import Repository
 from gym_extensions.curation.salt import derive_salt, fixing_commit
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.auditing.submission_digest import submission_digest
+from gym_extensions.rollouts.auditing.submission_digest import digest_without_traces, submission_digest
 
 from .repositories import commit, make_repository, write_entry
 

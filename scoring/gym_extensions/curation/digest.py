@@ -1,11 +1,9 @@
-"""The digests of a submission: one SHA-256 for all files of its folder, and one for all but the traces.
+"""The digest of all files of a submission, in a folder or in a commit.
 
-The digest of all files names what the ledger accepted. It is the SHA-256 of what ``sha256sum`` prints for the
+It names what the ledger accepted, and is the SHA-256 of what ``sha256sum`` prints for the
 files, sorted by path. In the folder::
 
     find * -type f | LC_ALL=C sort | xargs sha256sum | sha256sum
-
-The digest without the traces is what a salt is derived from, because the salt selects the traces.
 """
 
 from __future__ import annotations
@@ -16,7 +14,6 @@ from pathlib import Path
 
 from gym_extensions.curation.git import Repository, TreeEntry
 from gym_extensions.rollouts.folder import scan
-from gym_extensions.rollouts.layout import TRACES
 
 
 def digest_of(hashes: Mapping[str, str]) -> str:
@@ -28,16 +25,6 @@ def digest_of(hashes: Mapping[str, str]) -> str:
     lines = sorted(f"{path}\0{sha256}" for path, sha256 in hashes.items())
     text = "".join("{1}  {0}\n".format(*line.split("\0")) for line in lines)
     return hashlib.sha256(text.encode()).hexdigest()
-
-
-def digest_without_traces(hashes: Mapping[str, str]) -> str:
-    """The SHA-256 of one line per file outside of ``traces``, sorted by path: path, space, its SHA-256.
-
-    Args:
-        hashes: as for ``digest_of``.
-    """
-    paths = sorted(path for path in hashes if path.split("/")[1:2] != [TRACES])
-    return hashlib.sha256("".join(f"{path} {hashes[path]}\n" for path in paths).encode()).hexdigest()
 
 
 def folder_hashes(root: Path) -> dict[str, str]:

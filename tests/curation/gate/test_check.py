@@ -13,7 +13,7 @@ import pytest
 from jsonschema import Draft202012Validator
 
 from gym_extensions.curation import git as plumbing
-from gym_extensions.curation.digest import digest_without_traces, folder_digest, folder_hashes
+from gym_extensions.curation.digest import folder_digest, folder_hashes
 from gym_extensions.curation.evidence import prove
 from gym_extensions.curation.gate import check
 from gym_extensions.curation.gate.check import Request, check_pull_request
@@ -26,6 +26,7 @@ from gym_extensions.curation.git import Repository
 from gym_extensions.curation.ledger.append import Author, append, record, repeated
 from gym_extensions.curation.ledger.chain import read
 from gym_extensions.curation.salt import derive_salt
+from gym_extensions.rollouts.auditing.submission_digest import digest_without_traces
 from gym_extensions.scoring.documents import json_schema
 
 from ..repositories import commit, git, make_repository, write_entry

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from gym_extensions.curation.digest import digest_without_traces, folder_digest, folder_hashes, tree_digest
+from gym_extensions.curation.digest import folder_digest, folder_hashes, tree_digest
 from gym_extensions.curation.git import Repository
 from gym_extensions.curation.ledger.apply import with_ledgers
 from gym_extensions.curation.ledger.chain import FILE, read
@@ -17,6 +17,7 @@ from gym_extensions.curation.ledger.cli import main
 from gym_extensions.curation.ledger.verify import check_folders
 from gym_extensions.curation.salt import derive_salt
 from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.auditing.submission_digest import digest_without_traces
 from gym_extensions.scoring.leaderboard.board import boards
 from gym_extensions.scoring.pipeline.score import find_submissions, score_folders
 from gym_extensions.scoring.scorecard.model import Scorecard

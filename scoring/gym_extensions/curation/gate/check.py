@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from gym_extensions.curation.challenges import challenge
-from gym_extensions.curation.digest import digest_of, digest_without_traces, tree_digest, tree_hashes
+from gym_extensions.curation.digest import digest_of, tree_digest, tree_hashes
 from gym_extensions.curation.gate.changes import LEDGER, SUBMISSIONS, PullRequest, is_data
 from gym_extensions.curation.gate.judge import judge
 from gym_extensions.curation.gate.limits import DEFAULT, Limits
@@ -21,6 +21,7 @@ from gym_extensions.curation.ledger.history import require_appended
 from gym_extensions.curation.ledger.rebuild import extract
 from gym_extensions.curation.salt import derive_salt, fixing_commit
 from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.auditing.submission_digest import digest_without_traces
 from gym_extensions.rollouts.layout import NAME
 from gym_extensions.rollouts.problem import Problem
 
@@ -41,8 +42,8 @@ class Request:
     """What to check: a repository, two branches or commits, and what is known from outside of git.
 
     ``value`` is what the salt is derived from. If it is empty and the pull request changes only traces of an
-    entry, it is the commit of the base that fixed the entry; else there is no salt. ``number`` is that of the
-    pull request.
+    entry, it is the commit of the base that fixed the entry; otherwise the sample has no salt. ``number`` is
+    that of the pull request.
     """
 
     repository: Repository
@@ -155,7 +156,7 @@ def _challenge_problems(pull_request: PullRequest) -> list[Problem]:
             continue
         entry = change.path.split("/")[1]
         if entry not in pull_request.base_entries:
-            problems.append(Problem("unknown-entry", change.path, f"There is no entry {entry!r}.", ""))
+            problems.append(Problem("unknown-entry", change.path, f"The base has no entry {entry!r}.", ""))
     return problems
 
 

@@ -10,7 +10,6 @@ from pathlib import Path
 from gym_extensions.atomic import write_bytes
 from gym_extensions.curation.digest import (
     digest_of,
-    digest_without_traces,
     folder_digest,
     folder_hashes,
     tree_hashes,
@@ -21,6 +20,7 @@ from gym_extensions.curation.ledger.chain import FILE, parse, read, states
 from gym_extensions.curation.ledger.line import START, Event, LedgerLine, check_values
 from gym_extensions.curation.salt import derive_salt, fixing_commit
 from gym_extensions.errors import BenchError, did_you_mean
+from gym_extensions.rollouts.auditing.submission_digest import digest_without_traces
 from gym_extensions.rollouts.folder import submission_folders
 from gym_extensions.scoring.references import load_references
 from gym_extensions.scoring.scorecard.record import Level
@@ -46,15 +46,13 @@ def append(folder: Path, lines: Sequence[LedgerLine]) -> tuple[LedgerLine, ...]:
     Raises:
         BenchError: the ledger is broken, or a line cannot follow. The file is unchanged then.
     """
-    path = folder / FILE
-    before = read(folder)
-    data = path.read_bytes() if before else b""
+    path, before = folder / FILE, read(folder)
     linked: list[LedgerLine] = []
     for line in lines:
         last = [*before, *linked][-1:]
         linked.append(replace(line, previous=last[0].sha256 if last else START))
         check_values(linked[-1], "the new line")
-    data += b"".join(line.encode() for line in linked)
+    data = b"".join(line.encode() for line in (*before, *linked))  # a line has one spelling
     parse(data, str(path))
     write_bytes(path, data)
     return tuple(linked)

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from gym_extensions.curation.digest import digest_of, digest_without_traces, folder_hashes
+from gym_extensions.curation.digest import digest_of, folder_hashes
 from gym_extensions.curation.evidence import prove
 from gym_extensions.curation.ledger.chain import EntryState, read, states
 from gym_extensions.curation.salt import derive_salt
 from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.auditing.submission_digest import digest_without_traces
 from gym_extensions.rollouts.problem import Problem
 
 RULES = {
