@@ -27,9 +27,10 @@ browser: .venv/everything.installed  ## run the tests of the pages in Chromium; 
 screenshots: .venv/everything.installed leaderboard  ## take the pictures of the README from _site (needs Chromium)
 	.venv/bin/python docs/images/take.py _site docs/images
 
-extras: .venv/everything.installed  ## run the tests that need the extras cluster and sbx; none may be skipped
-	$(PIP) -e '.[dev,cluster,sbx]'
-	.venv/bin/pytest --no-skips tests/baselines/algorithms/test_ppo_and_sac.py tests/baselines/execution/test_ray_cluster.py
+extras: .venv/everything.installed  ## run the tests of the extras cluster, sbx and examples (needs EGL and OSMesa); none may be skipped
+	$(PIP) -e '.[dev,cluster,sbx,examples]'
+	.venv/bin/pytest --no-skips tests/baselines/algorithms/test_ppo_and_sac.py tests/baselines/execution/test_ray_cluster.py \
+	  tests/envs/test_videos.py
 
 slow: .venv/everything.installed  ## run the tests that train for minutes
 	.venv/bin/pytest -m slow
