@@ -59,6 +59,7 @@ PUBLIC = {
         "plot_retention",
         "unfinished_curves",
     ],
+    "gym_extensions.scoring": ["score_folder", "score_folders"],
 }
 NAMES = [(package, name) for package, names in PUBLIC.items() for name in names]
 FUNCTIONS = [(package, name) for package, name in NAMES if name.islower()]
