@@ -6,7 +6,7 @@ import pandas as pd
 
 from gym_extensions.scoring.metrics.definitions import BY_NAME
 from gym_extensions.scoring.metrics.paper_table import COLUMNS
-from gym_extensions.scoring.output.console import number, table_rows
+from gym_extensions.scoring.output.console import count, number, table_rows
 from gym_extensions.scoring.output.frames import metrics_frame, scores
 from gym_extensions.scoring.scorecard.model import GroupScore, ScorecardDocument, SuiteScore
 
@@ -59,7 +59,7 @@ def _metric_lines(frame: pd.DataFrame) -> dict[tuple[str, str, str], list[str]]:
 
 
 def _group(name: str, protocol: str, score: GroupScore | SuiteScore, metrics: list[str]) -> list[str]:
-    runs = f", {len(score.runs)} runs" if isinstance(score, GroupScore) else ""
+    runs = f", {count(len(score.runs), 'run')}" if isinstance(score, GroupScore) else ""
     custom = "" if isinstance(score, SuiteScore) or score.published else ", custom group (not published)"
     lines = [f"### {name}, {protocol}, budget {score.budget}{runs}{custom}", ""]
     lines += [*_head("metric", "mean", "95 % interval", "better"), *metrics]
