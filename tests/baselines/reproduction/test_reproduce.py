@@ -10,6 +10,7 @@ import pytest
 
 from gym_extensions.__main__ import main
 from gym_extensions.baselines import train
+from gym_extensions.baselines.reproduction.draw import LoggedRun, draw_run
 
 from ..conftest import SHORT_GROUP, digests
 
@@ -82,10 +83,9 @@ def test_a_log_with_another_mean_return_differs_and_the_cell_is_named(
     assert fourth.startswith("Stage 1, gym_extensions/Pusher-v0: mean return ")
 
 
-REFERENCE_ONLY = "was not trained here as a reference agent."
 REFUSED = [
-    ('algorithm = "random"', 'algorithm = "mine"', f"The algorithm 'mine' {REFERENCE_ONLY}"),
-    ('steps = "recorded"', 'steps = "claimed"', f"The algorithm 'random' {REFERENCE_ONLY}"),
+    ('algorithm = "random"', 'algorithm = "mine"', "The algorithm 'mine' is not a reference agent."),
+    ('steps = "recorded"', 'steps = "claimed"', "The policies were recorded, and the training was not"),
     ("num_envs = 4", "num_envs = 4\nlearning_rate = 0.1", "hyperparameters.learning_rate is 0.1 in this"),
 ]
 
@@ -102,6 +102,44 @@ def test_an_entry_that_cannot_be_retrained_is_refused(
     (copy / "submission.toml").write_text(text.replace(old, new))
     assert main(command(copy)) == 2
     assert capsys.readouterr().err.startswith(f"error: {copy / 'submission.toml'}: {message}")
+
+
+def test_an_entry_of_another_agent_is_retrained_from_its_module(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "their_agent.py").write_text(
+        "from gym_extensions.baselines.algorithms.random import make as Theirs\n"
+    )
+    entry = tmp_path / "entry"
+    train("their_agent:Theirs", SHORT_GROUP, "joint", "smoke", 0, out=entry, progress=False)
+    assert main([*command(entry), "--agent", "their_agent:Theirs"]) == 0
+    assert capsys.readouterr().out.endswith("run 0: the same bytes.\n")
+    assert main([*command(entry), "--agent", "zero"]) == 2
+    assert "protocol.algorithm is 'random'" in capsys.readouterr().err
+
+
+def test_a_salt_draws_the_run(random_joint: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    salts = [f"{number:064x}" for number in range(8)]
+    drawn = {salt: draw_run(random_joint, salt) for salt in salts}
+    assert set(drawn.values()) == {LoggedRun(SHORT_GROUP, "joint", run) for run in (0, 1)}
+    assert main(["reproduce", str(random_joint), "--salt", salts[0], "--quiet"]) == 0
+    assert f"joint run {drawn[salts[0]].run}: the same bytes." in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--salt", "abc"], "error: --salt: 'abc' is not 64 hexadecimal digits"),
+        (["--salt", "0" * 64, "--run", "1"], "error: --salt: The salt draws the protocol and the run."),
+    ],
+    ids=["malformed", "with a run"],
+)
+def test_a_salt_that_cannot_draw_is_refused(
+    options: list[str], message: str, random_joint: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["reproduce", str(random_joint), *options]) == 2
+    assert capsys.readouterr().err.startswith(message)
 
 
 def test_a_missing_entry_log_or_run_is_named(

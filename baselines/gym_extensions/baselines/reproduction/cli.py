@@ -5,26 +5,34 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from gym_extensions.baselines.reproduction.draw import LoggedRun, draw_run
 from gym_extensions.baselines.reproduction.reproduce import Reproduction, reproduce
 from gym_extensions.baselines.training.request import require_positive
 from gym_extensions.catalog.protocol import PROTOCOLS
-from gym_extensions.errors import reports_mistakes
+from gym_extensions.errors import BenchError, reports_mistakes
 
 
 def parser() -> argparse.ArgumentParser:
     """The command's options."""
     command = argparse.ArgumentParser(
         prog="gym-extensions reproduce",
-        description="Retrain one run of a submission of a reference agent in a temporary folder and compare "
-        "it with the log. The exit status is 0 if the rows are the same bytes or all mean returns agree "
-        "within evaluation noise, else 1.",
+        description="Retrain one run of a submission in a temporary folder and compare it with the log. The "
+        "exit status is 0 if the rows are the same bytes or all mean returns agree within evaluation noise, "
+        "else 1. The agent's code is imported and run.",
     )
     command.add_argument("entry", type=Path, metavar="ENTRY", help="the submission's folder")
-    command.add_argument("--group", required=True, help="a group's name, or the TOML file of a custom group")
-    command.add_argument(
-        "--protocol", default="sequential", choices=PROTOCOLS, help="the protocol (default: sequential)"
+    drawn = command.add_mutually_exclusive_group(required=True)
+    drawn.add_argument("--group", help="a group's name, or the TOML file of a custom group")
+    drawn.add_argument(
+        "--salt", help="draw the group, protocol and run from this salt (gym-extensions ledger salt ENTRY)"
     )
-    command.add_argument("--run", type=int, default=0, help="the training seed (default: 0)")
+    command.add_argument("--protocol", choices=PROTOCOLS, help="the protocol (default: sequential)")
+    command.add_argument("--run", type=int, help="the training seed (default: 0)")
+    command.add_argument(
+        "--agent",
+        help="the agent of the submission, as module:factory (default: the reference agent that the manifest "
+        "names)",
+    )
     command.add_argument("--jobs", type=int, default=1, help="worker processes (default: 1)")
     command.add_argument("--quiet", action="store_true", help="do not show the progress")
     return command
@@ -35,13 +43,26 @@ def main(argv: list[str] | None = None) -> int:
     """Retrains, prints the comparison and returns the exit status."""
     options = parser().parse_args(argv)
     require_positive(options.jobs, "--jobs")
+    group, protocol, run = chosen_run(options)
     result = reproduce(
-        *(options.entry, options.group, options.protocol, options.run),
+        *(options.entry, group, protocol, run),
+        agent=options.agent,
         jobs=options.jobs,
         progress=not options.quiet,
     )
-    print(f"{options.entry} {options.group} {options.protocol} run {options.run}: {summary(result)}")
+    print(f"{options.entry} {group} {protocol} run {run}: {summary(result)}")
     return 0 if result.comparison.agrees else 1
+
+
+def chosen_run(options: argparse.Namespace) -> LoggedRun:
+    """The run that the options name, or that their salt draws."""
+    if options.salt is None:
+        run = 0 if options.run is None else options.run
+        return LoggedRun(options.group, options.protocol or "sequential", run)
+    if options.protocol is not None or options.run is not None:
+        message = "The salt draws the protocol and the run."
+        raise BenchError("conflicting-options", message, "--salt", "Leave out --protocol and --run.")
+    return draw_run(options.entry, options.salt)
 
 
 def summary(result: Reproduction) -> str:

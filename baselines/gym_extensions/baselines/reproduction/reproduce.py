@@ -9,7 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from gym_extensions.baselines import algorithms
+from gym_extensions.baselines.agent import Factory
 from gym_extensions.baselines.reproduction.compare import Comparison, compare
+from gym_extensions.baselines.reproduction.draw import runs_of
 from gym_extensions.baselines.submission import manifest
 from gym_extensions.baselines.train_agent import train
 from gym_extensions.catalog.custom_groups import resolve_group
@@ -32,10 +34,11 @@ def reproduce(
     protocol: str = "sequential",
     run: int = 0,
     *,
+    agent: str | Factory | None = None,
     jobs: int = 0,
     progress: bool = True,
 ) -> Reproduction:
-    """Retrains one run of a submission of a reference agent and compares it with the log.
+    """Retrains one run of a submission and compares it with the log.
 
     The rows are the same bytes if the versions and the platform are the same. Elsewhere
     :func:`~gym_extensions.baselines.reproduction.compare.compare` decides whether they agree.
@@ -45,15 +48,18 @@ def reproduce(
         group: the name of a group, or a custom group.
         protocol: ``"sequential"``, ``"single"`` or ``"joint"``.
         run: the training seed.
+        agent: the agent of the submission, as ``"module:factory"`` or a factory. The default is the reference
+            agent that the manifest names.
         jobs: number of worker processes; 0 trains in this process.
         progress: whether to show the progress of training.
 
     Raises:
-        BenchError: the submission, its log or the run does not exist, or the submission is not of a reference
-            agent with its present settings.
+        BenchError: the submission, its log or the run does not exist, its training was not recorded, or the
+            agent is another one or has other settings.
     """
     folder, tasks = Path(entry), resolve_group(group)
     tables = _tables(folder)
+    agent = _reference_agent(folder, tables) if agent is None else agent
     log = f"{tasks.name}/{protocol}.csv"
     columns, logged = read_run(folder / log, run)
     with tempfile.TemporaryDirectory(prefix="gym-extensions-") as temporary:
@@ -63,7 +69,7 @@ def reproduce(
         settings = tables["protocol"]
         try:
             train(
-                *(settings["algorithm"], [tasks], protocol, settings["budget"], run),
+                *(agent, [tasks], protocol, settings["budget"], run),
                 out=out,
                 jobs=jobs,
                 num_envs=tables["hyperparameters"].get("num_envs"),
@@ -72,7 +78,9 @@ def reproduce(
         except BenchError as error:
             if error.code != "mixed-submission":
                 raise
-            hint = "Check out the commit in [code] and repeat the command."
+            hint = (
+                "Check out the commit in [code], or name the agent of the submission: --agent module:factory."
+            )
             raise BenchError("not-reproducible", error.message, str(folder / MANIFEST), hint) from error
         _, retrained = read_run(out / log, run)
     installed = manifest.versions()
@@ -96,12 +104,12 @@ def read_run(path: Path, run: int) -> tuple[list[str], list[dict[str, str]]]:
         )
     with path.open(newline="", encoding="utf-8") as file:
         reader = csv.DictReader(file)
-        rows = list(reader)
-    runs = sorted({int(row["run"]) for row in rows})
-    if run not in runs:
+        rows = [row for row in reader if int(row["run"]) == run]
+    if not rows:
+        runs = runs_of(path)
         hint = f"Choose one of: {', '.join(map(str, runs))}."
         raise BenchError("no-run", f"Run {run} is not in the log.", str(path), hint)
-    return list(reader.fieldnames or ()), [row for row in rows if int(row["run"]) == run]
+    return list(reader.fieldnames or ()), rows
 
 
 def _tables(folder: Path) -> dict[str, Any]:
@@ -110,12 +118,20 @@ def _tables(folder: Path) -> dict[str, Any]:
     if not tables:
         hint = "Name the folder of a submission, such as submissions/random."
         raise BenchError("no-submission", "The file does not exist.", str(path), hint)
-    algorithm = str(tables.get("protocol", {}).get("algorithm", ""))
-    if algorithm not in algorithms.names() or tables["protocol"].get("steps", "recorded") != "recorded":
-        message = f"The algorithm {algorithm!r} was not trained here as a reference agent."
-        hint = (
-            did_you_mean(algorithm, algorithms.names())
-            or "Only entries of reference agents can be retrained."
+    if tables.get("protocol", {}).get("steps", "recorded") != "recorded":
+        message = "The policies were recorded, and the training was not, so it cannot be repeated."
+        raise BenchError(
+            "not-reproducible", message, str(path), "gym-extensions score --reevaluate checks policies."
         )
-        raise BenchError("not-reproducible", message, str(path), hint)
     return tables
+
+
+def _reference_agent(folder: Path, tables: dict[str, Any]) -> str:
+    name = str(tables.get("protocol", {}).get("algorithm", ""))
+    if name in algorithms.names():
+        return name
+    message = f"The algorithm {name!r} is not a reference agent."
+    hint = (
+        did_you_mean(name, algorithms.names()) or "Name the agent of the submission: --agent module:factory."
+    )
+    raise BenchError("not-reproducible", message, str(folder / MANIFEST), hint)
