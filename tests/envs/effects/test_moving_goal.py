@@ -2,36 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
-from numpy.typing import NDArray
-from scipy import stats
 
 from gym_extensions.catalog.bodies.body import Rectangle
 from gym_extensions.envs import make
 from gym_extensions.envs.effects.moving_goal import move
 from gym_extensions.envs.make import construct_mujoco
-from gym_extensions.envs.mujoco.task_env import TaskEnv
 
-
-def uniform(values: NDArray[np.float64], low: float, high: float) -> None:
-    assert values.min() >= low
-    assert values.max() <= high
-    assert stats.kstest(values, "uniform", args=(low, high - low)).pvalue > 1e-3
-
-
-def resets(
-    name: str, read: Callable[[TaskEnv], NDArray[np.float64]], count: int = 2000
-) -> NDArray[np.float64]:
-    env = construct_mujoco(name)
-    env.reset(seed=0)
-    rows = []
-    for _ in range(count):
-        env.reset()
-        rows.append(read(env))
-    return np.array(rows)
+from ..resets import assert_uniform, states_after_reset
 
 
 @pytest.mark.parametrize(
@@ -79,9 +58,9 @@ def test_a_tracking_goal_moves_at_its_velocity_within_its_box(
 
 
 def test_tracking_velocities_are_drawn_uniformly() -> None:
-    rows = resets("StrikerTrackingGoal", lambda env: env.save_state()["goal_velocity"])
-    uniform(rows[:, 0], -0.2, 0.2)
-    uniform(rows[:, 1], -0.2, 0.2)
+    rows = states_after_reset("StrikerTrackingGoal", lambda env: env.save_state()["goal_velocity"])
+    assert_uniform(rows[:, 0], -0.2, 0.2)
+    assert_uniform(rows[:, 1], -0.2, 0.2)
 
 
 @pytest.mark.parametrize(

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import gymnasium as gym
 import numpy as np
 import pytest
@@ -12,25 +10,8 @@ from scipy import stats
 
 from gym_extensions.envs import make
 from gym_extensions.envs.make import construct_mujoco
-from gym_extensions.envs.mujoco.task_env import TaskEnv
 
-
-def uniform(values: NDArray[np.float64], low: float, high: float) -> None:
-    assert values.min() >= low
-    assert values.max() <= high
-    assert stats.kstest(values, "uniform", args=(low, high - low)).pvalue > 1e-3
-
-
-def resets(
-    name: str, read: Callable[[TaskEnv], NDArray[np.float64]], count: int = 2000
-) -> NDArray[np.float64]:
-    env = construct_mujoco(name)
-    env.reset(seed=0)
-    rows = []
-    for _ in range(count):
-        env.reset()
-        rows.append(read(env))
-    return np.array(rows)
+from ..resets import assert_uniform, states_after_reset
 
 
 def test_pusher_is_bit_for_bit_gymnasiums_over_300_steps() -> None:
@@ -48,31 +29,31 @@ def test_pusher_is_bit_for_bit_gymnasiums_over_300_steps() -> None:
 
 
 def test_the_moving_goal_is_drawn_uniformly_and_the_object_away_from_it() -> None:
-    rows = resets("PusherMovingGoal", lambda env: np.concatenate([env.data.qpos, env.data.qvel]))
+    rows = states_after_reset("PusherMovingGoal", lambda env: np.concatenate([env.data.qpos, env.data.qvel]))
     objects, goals = rows[:, 7:9], rows[:, 9:11]
-    uniform(goals[:, 0], -0.2, 0.0)
-    uniform(goals[:, 1], -0.1, 0.3)
+    assert_uniform(goals[:, 0], -0.2, 0.0)
+    assert_uniform(goals[:, 1], -0.1, 0.3)
     assert (objects >= [-0.3, -0.2]).all()
     assert (objects <= [0, 0.2]).all()
     apart = np.linalg.norm(objects - goals, axis=1)
     assert 0.17 < apart.min() < 0.18
     for joint in range(7):
-        uniform(rows[:, 11 + joint], -0.005, 0.005)
+        assert_uniform(rows[:, 11 + joint], -0.005, 0.005)
     assert not rows[:, 18:].any()
     assert not rows[:, :7].any()
 
 
 def test_the_object_is_drawn_uniformly_where_the_goal_leaves_room() -> None:
     # Given the goal, what is kept of uniform draws is uniform: compare with rejection done here.
-    rows = resets("PusherMovingGoal", lambda env: env.data.qpos[7:11].copy())
+    rows = states_after_reset("PusherMovingGoal", lambda env: env.data.qpos[7:11].copy())
     generator = np.random.default_rng(4)
     expected: list[NDArray[np.float64]] = []
     while len(expected) < 4000:
         goal = generator.uniform([-0.2, -0.1], [0, 0.3])
-        place = generator.uniform([-0.3, -0.2], [0, 0.2])
-        while np.linalg.norm(place - goal) <= 0.17:
-            place = generator.uniform([-0.3, -0.2], [0, 0.2])
-        expected.append(place)
+        start = generator.uniform([-0.3, -0.2], [0, 0.2])
+        while np.linalg.norm(start - goal) <= 0.17:
+            start = generator.uniform([-0.3, -0.2], [0, 0.2])
+        expected.append(start)
     for axis in (0, 1):
         assert stats.ks_2samp(rows[:, axis], np.array(expected)[:, axis]).pvalue > 1e-3
 
@@ -84,7 +65,7 @@ def test_the_reward_with_a_moving_goal_is_pushers() -> None:
     for _ in range(20):
         action = generator.uniform(-2, 2, 7).astype(np.float32)
         reward = env.step(action)[1]
-        place = {name: env.data.body(name).xpos for name in ("object", "goal", "tips_arm")}
-        expected = -np.linalg.norm(place["object"] - place["goal"]) - 0.1 * np.square(action).sum()
-        expected -= 0.5 * np.linalg.norm(place["object"] - place["tips_arm"])
+        positions = {name: env.data.body(name).xpos for name in ("object", "goal", "tips_arm")}
+        expected = -np.linalg.norm(positions["object"] - positions["goal"]) - 0.1 * np.square(action).sum()
+        expected -= 0.5 * np.linalg.norm(positions["object"] - positions["tips_arm"])
         assert reward == pytest.approx(expected, rel=1e-6)

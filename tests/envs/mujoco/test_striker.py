@@ -3,39 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import mujoco
 import numpy as np
 import pytest
-from numpy.typing import NDArray
-from scipy import stats
 
 from gym_extensions.envs.make import construct_mujoco
 from gym_extensions.envs.mujoco.striker import facing
 from gym_extensions.envs.mujoco.task_env import TaskEnv
 
-
-def uniform(values: NDArray[np.float64], low: float, high: float) -> None:
-    assert values.min() >= low
-    assert values.max() <= high
-    assert stats.kstest(values, "uniform", args=(low, high - low)).pvalue > 1e-3
-
-
-def resets(
-    name: str, read: Callable[[TaskEnv], NDArray[np.float64]], count: int = 2000
-) -> NDArray[np.float64]:
-    env = construct_mujoco(name)
-    env.reset(seed=0)
-    rows = []
-    for _ in range(count):
-        env.reset()
-        rows.append(read(env))
-    return np.array(rows)
+from ..resets import assert_uniform, states_after_reset
 
 
 def test_striker_starts_with_a_fixed_ball_and_a_drawn_goal() -> None:
-    rows = resets(
+    rows = states_after_reset(
         "Striker",
         lambda env: np.concatenate([env.data.qpos, env.data.qvel, env.data.mocap_pos[0]]),
     )
@@ -43,20 +24,20 @@ def test_striker_starts_with_a_fixed_ball_and_a_drawn_goal() -> None:
     assert (rows[:, 8] == 0.5).all()
     assert not rows[:, :7].any()
     for joint in range(7):
-        uniform(rows[:, 9 + joint], -0.1, 0.1)
+        assert_uniform(rows[:, 9 + joint], -0.1, 0.1)
     assert not rows[:, 16:18].any()
-    uniform(rows[:, 18], 0.15, 0.7)
-    uniform(rows[:, 19], 0.1, 1.0)
+    assert_uniform(rows[:, 18], 0.15, 0.7)
+    assert_uniform(rows[:, 19], 0.1, 1.0)
     assert (rows[:, 20] == -0.323).all()
 
 
 def test_strikers_moving_start_draws_the_ball_and_keeps_the_goal_away() -> None:
-    rows = resets(
+    rows = states_after_reset(
         "StrikerMovingStart", lambda env: np.concatenate([env.data.qpos[[8, 7]], env.data.mocap_pos[0, :2]])
     )
-    uniform(rows[:, 0], 0.43, 0.55)
-    uniform(rows[:, 1], -0.3, -0.05)
-    uniform(rows[:, 2], 0.15, 0.7)
+    assert_uniform(rows[:, 0], 0.43, 0.55)
+    assert_uniform(rows[:, 1], -0.3, -0.05)
+    assert_uniform(rows[:, 2], 0.15, 0.7)
     assert np.linalg.norm(rows[:, :2] - rows[:, 2:], axis=1).min() >= 0.17
 
 
