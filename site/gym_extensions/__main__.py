@@ -22,6 +22,10 @@ COMMANDS = {
     "score": ("gym_extensions.scoring.cli", "check and score submissions"),
     "ledger": ("gym_extensions.curation.ledger.cli", "verify and extend the ledger of submissions"),
     "check-pr": ("gym_extensions.curation.gate.cli", "check a pull request with a submission"),
+    "reevaluate": (
+        "gym_extensions.scoring.reevaluation.cli",
+        "evaluate policies on new seeds, for the pages of entries",
+    ),
     "watch": ("gym_extensions.scoring.replay.cli", "replay audited episodes for the pages of entries"),
     "site": ("gym_extensions.site.cli", "build the pages of the leaderboard"),
 }

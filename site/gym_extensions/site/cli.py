@@ -19,7 +19,9 @@ from gym_extensions.curation.ledger.chain import FILE
 from gym_extensions.errors import reports_mistakes
 from gym_extensions.scoring.output.summary import show_line
 from gym_extensions.scoring.pipeline.score import Scorer, find_submissions, references_info, scorecards
-from gym_extensions.scoring.poses.files import FOLDER
+from gym_extensions.scoring.poses.files import FOLDER as POSES
+from gym_extensions.scoring.reevaluation.record import FOLDER as REEVALUATIONS
+from gym_extensions.scoring.reevaluation.record import load, with_record
 from gym_extensions.scoring.references import load_references
 from gym_extensions.scoring.scorecard.model import Scorecard
 from gym_extensions.site.build import build_site
@@ -43,7 +45,13 @@ def parser() -> argparse.ArgumentParser:
     )
     options.add_argument("--out", type=Path, default=Path("_site"), help="output folder (default: _site)")
     options.add_argument(
-        "--poses", type=Path, default=FOLDER, help="poses of `gym-extensions watch` (default: %(default)s)"
+        "--poses", type=Path, default=POSES, help="poses of `gym-extensions watch` (default: %(default)s)"
+    )
+    options.add_argument(
+        "--reevaluations",
+        type=Path,
+        default=REEVALUATIONS,
+        help="records of `gym-extensions reevaluate` (default: %(default)s)",
     )
     options.add_argument("--verify", action="store_true", help="also replay the recorded episodes (slow)")
     return options
@@ -101,7 +109,7 @@ def main(argv: list[str] | None = None) -> int:
                 refused.append(card)
             if card.ledger and card.ledger.is_pending:
                 pending.append(card.name)
-            yield card
+            yield with_record(card, load(options.reevaluations, card.name))
 
     built = build_site(scored(), references_info(references), options.out, options.poses)
     # Text from submissions is printed literally, and never stops the output in a narrow encoding.

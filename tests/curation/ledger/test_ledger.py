@@ -304,6 +304,7 @@ def test_a_submission_with_problems_is_not_accepted(
             "add rescored first --level reproduced",
             "The level reproduced needs another evidence than validated.",
         ),
+        ("add rescored first --level re-evaluated", "reevaluations/first.json: The file does not exist."),
     ],
 )
 def test_wrong_arguments_are_named(

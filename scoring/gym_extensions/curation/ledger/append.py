@@ -18,6 +18,7 @@ from gym_extensions.curation.evidence import Evidence, prove
 from gym_extensions.curation.git import Repository
 from gym_extensions.curation.ledger.chain import FILE, parse, read, states
 from gym_extensions.curation.ledger.line import START, Event, LedgerLine, check_values
+from gym_extensions.curation.reevaluation import require_reevaluation
 from gym_extensions.curation.salt import derive_salt, fixing_commit
 from gym_extensions.errors import BenchError, did_you_mean
 from gym_extensions.rollouts.auditing.submission_digest import digest_without_traces
@@ -70,14 +71,17 @@ def verified_line(path: Path, event: Event, author: Author, level: Level | None 
         path: the submission's folder.
         event: ``accepted`` or ``rescored``.
         author: date, reason and value.
-        level: a level above ``replayed`` that other commands have proven.
+        level: a level above ``replayed`` that other commands have proven. *Re-evaluated* needs the record of
+            ``gym-extensions reevaluate`` with this salt.
 
     Raises:
-        BenchError: the submission has problems.
+        BenchError: the submission has problems, or the level is not proven.
     """
     hashes = folder_hashes(path)
     value = _merge_commit(path, hashes) if author.value == MERGE else author.value
     salt = derive_salt(digest_without_traces(hashes), value) if value else ""
+    if level == "re-evaluated":
+        require_reevaluation(path, digest_without_traces(hashes), salt)
     evidence = prove(path, salt)
     if evidence.level is None:
         problem = evidence.problems[0]

@@ -9,6 +9,7 @@ from pathlib import Path
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES
 from gym_extensions.rollouts.problem import summarize
+from gym_extensions.scoring.reevaluation.record import with_returns
 from gym_extensions.scoring.reevaluation.reevaluate import Reevaluation, reevaluate
 from gym_extensions.scoring.scorecard.model import REPORTED, NewSeeds, Scorecard
 
@@ -39,17 +40,10 @@ def reevaluated(
         return replace(card, trust=None, problems=problems, groups={}, suites={})
     if result.p_value is None:
         return replace(card, notes=(*card.notes, NO_POLICIES))
-    scores = {
-        name: {
-            protocol: replace(score, reevaluation=result.scores.get(name, {}).get(protocol))
-            for protocol, score in protocols.items()
-        }
-        for name, protocols in card.groups.items()
-    }
     return replace(
         card,
         trust=_level(card.trust, result),
-        groups=scores,
+        groups=with_returns(card.groups, result.scores),
         notes=card.notes if result.is_complete else (*card.notes, SOME_POLICIES),
         new_seeds=NewSeeds(result.digest, result.salt, result.p_value),
     )
