@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from os.path import commonprefix
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -47,12 +48,15 @@ def draw_retention(frame: pd.DataFrame, groups: Sequence[str], path: Path) -> No
     """The return on every task while the tasks are trained in order, one panel per group."""
     columns = min(COLUMNS, len(groups))
     rows = -(-len(groups) // columns)
-    figure = Figure(figsize=(6.4 * columns, 2.8 * rows), layout="constrained")
+    figure = Figure(figsize=(5.6 * columns, 2.8 * rows), layout="constrained")
     panels = figure.subplots(rows, columns, squeeze=False).flat
     for group, axes in zip(groups, panels, strict=False):  # in this order, zip takes no panel too many
         plot_retention(frame, group, ax=axes)
         axes.set_title(group)
-        axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
+        lines, tasks = axes.get_legend_handles_labels()
+        body = commonprefix(tasks)  # noqa: RUF071 - characters are meant; the title names the body
+        names = [task.removeprefix(body) or task for task in tasks]
+        axes.legend(lines, names, loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
     for axes in panels:  # without a group
         axes.set_axis_off()
     _save(figure, path)
