@@ -78,10 +78,11 @@ def curves(trial: Trial) -> list[Panel]:
     points = [point for curve in group_curves for point in curve.points]
     if not points:
         return []
-    y = scale_around((value for _, value in points), *Y, always=())
-    last = max(step for step, _ in points)
+    steps, values = zip(*points, strict=True)
+    y = scale_around(values, *Y, always=())
+    last = max(steps)
     x = Scale(0, last or 1.0, *X)
-    levels = (min(value for _, value in points), max(value for _, value in points))
+    levels = (min(values), max(values))
     panels = []
     for task in trial.tasks:
         lines = [curve.points for curve in group_curves if curve.task == task]

@@ -11,6 +11,7 @@ from gym_extensions.scoring.poses.files import load_entry
 from gym_extensions.scoring.scorecard.model import Scorecard
 from gym_extensions.site.addresses import entry_path, results_path
 from gym_extensions.site.motion.watch import watches
+from gym_extensions.site.output import digest
 from gym_extensions.site.page import Draft, File, Page, Render
 from gym_extensions.site.views.trial import separate_groups
 
@@ -20,7 +21,7 @@ def publish_entry(entry: Scorecard, render: Render) -> Iterator[File]:
     path = entry_path(entry.name)
     poses = load_entry(render.site.poses, entry.name)
     panels = watches(entry, poses)
-    inputs = msgspec.json.encode((entry, poses))
+    inputs = digest(msgspec.json.encode((entry, poses))).encode()
     yield path, Draft(inputs, lambda: render("submission.html", path, entry=entry, watches=panels))
     for group in separate_groups(entry):
         page = results_path(entry.name, group)
