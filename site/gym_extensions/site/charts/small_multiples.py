@@ -68,7 +68,8 @@ def _history(trial: Trial, task: int, normalized: list[float] | None, shared: Sc
     )
     levels = (min(raw), max(raw)) if normalized is None else (0.0, 1.0, max(y.ticks(4)))
     drawing = line_chart(lines, x, y, label, bold=mean, since=float(trained), levels=levels)
-    unit = "raw return (unsolved)" if normalized is None else ""
+    unit = f"raw return{' (unsolved)' if trial.tasks[task] in trial.unsolved_tasks else ''}"
+    unit = unit if normalized is None else ""
     return Panel(variation(trial.tasks[task], trial.tasks), unit, drawing)
 
 

@@ -52,7 +52,7 @@ const parsed = (text) => {
 /* Rows of the table as values. */
 
 function cellValue(cell, column) {
-  if (!column.number) return { text: plain(cell.textContent) };
+  if (!column.number) return { text: plain((column.key === "trust" && cell.querySelector(".trust") || cell).textContent) };
   if ("v" in cell.dataset) return { v: Number(cell.dataset.v), h: "h" in cell.dataset ? Number(cell.dataset.h) : null };
   return cell.querySelector(".none") ? { v: null, h: null } : parsed(cell.textContent);
 }
@@ -171,7 +171,7 @@ function start(table) {
   const labelled = (text, control) => make("label", {}, `${text} `, control);
   const status = make("p", { className: "status" });
   status.setAttribute("role", "status");
-  const compare = make("button", { type: "button", textContent: "Compare two ticked entries" });
+  const compare = make("button", { type: "button", textContent: "Compare two ticked" });
   const reset = make("button", { type: "button", textContent: "Reset" });
   const downloads = ["csv", "json"].map((kind) =>
     make("button", { type: "button", textContent: kind.toUpperCase(), onclick: () => download(kind) }));

@@ -174,6 +174,12 @@ def trust(card: Scorecard) -> str:
     return TRUST_LABELS.get(card.trust or "", card.trust or "refused")
 
 
+def trust_sample(card: Scorecard) -> tuple[str, str]:
+    """The level of trust as it is shown, in two parts: the level, and what was replayed or nothing."""
+    name, _, sample = trust(card).partition(" (")
+    return name, sample.removesuffix(")")
+
+
 def facts(card: Scorecard) -> list[tuple[str, str]]:
     """What the manifest states on training and evaluation, as (label, value)."""
     if card.manifest is None:
