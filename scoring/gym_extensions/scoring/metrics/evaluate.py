@@ -54,7 +54,7 @@ def no_reference(results: Results, references: References) -> str:
         return ""
     share = f"{len(missing)} of {len(results.group.tasks)} tasks"
     return (
-        f"No reference agent was measured on {share} yet (references {references.version}), "
+        f"No reference agent was trained on {share} (references version {references.version}), "
         f"{missing[0]} among them."
     )
 

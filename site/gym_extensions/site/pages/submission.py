@@ -11,7 +11,6 @@ from gym_extensions.scoring.poses.files import load_entry
 from gym_extensions.scoring.scorecard.model import Scorecard
 from gym_extensions.site.addresses import entry_path, results_path
 from gym_extensions.site.motion.watch import watches
-from gym_extensions.site.output import digest
 from gym_extensions.site.page import Draft, File, Page, Render
 from gym_extensions.site.views.trial import separate_groups
 
@@ -21,7 +20,7 @@ def publish_entry(entry: Scorecard, render: Render) -> Iterator[File]:
     path = entry_path(entry.name)
     poses = load_entry(render.site.poses, entry.name)
     panels = watches(entry, poses)
-    inputs = digest(msgspec.json.encode((entry, poses))).encode()
+    inputs = render.inputs + msgspec.json.encode(poses)
     yield path, Draft(inputs, lambda: render("submission.html", path, entry=entry, watches=panels))
     for group in separate_groups(entry):
         page = results_path(entry.name, group)

@@ -175,9 +175,10 @@ def trust(card: Scorecard) -> str:
 
 
 def trust_sample(card: Scorecard) -> tuple[str, str]:
-    """The level of trust as it is shown, in two parts: the level, and what was replayed or nothing."""
+    """The level of trust as it is shown, and the number of replayed episodes or nothing."""
     name, _, sample = trust(card).partition(" (")
-    return name, sample.removesuffix(")")
+    episodes = sample.removesuffix(")").rpartition(": ")[2]
+    return name, "all episodes" if episodes == "all" else episodes
 
 
 def facts(card: Scorecard) -> list[tuple[str, str]]:
