@@ -213,6 +213,7 @@ function start(table) {
       state.ticked = row.box.checked ? [...others, row.name].slice(-2) : others;
       update();
     };
+    row.element.cells[0].classList.add("ticked");
     row.element.cells[0].prepend(row.box, " ");
   }
   search.oninput = () => { state.q = search.value; update(); };
