@@ -68,6 +68,22 @@ def test_a_number_that_is_not_finite_is_never_written(document: ScorecardDocumen
         replace(document, submissions=(broken,)).to_json()
 
 
+@pytest.mark.parametrize("text", ["plain", '"quoted" 1e16', "[0.00001,1e-7]", "é\n\\"])
+@pytest.mark.parametrize(
+    "number", [-0.0, 1e-05, 1.5e-300, 0.0001, 9.9e-05, 1e15, 1e16, -1.7e308, 0.1 + 0.2, 100.00001]
+)
+def test_numbers_and_texts_are_written_as_json_writes_them(
+    document: ScorecardDocument, number: float, text: str
+) -> None:
+    (card,) = document.submissions
+    score = replace(card.groups["hopper-gravity-v0"]["sequential"], iqm=number)
+    changed = replace(card, readme=text, notes=(text,), groups={"hopper-gravity-v0": {"sequential": score}})
+    whole = replace(document, submissions=(changed,))
+    plain = json.dumps(msgspec.to_builtins(whole), sort_keys=True, ensure_ascii=False, indent=1)
+    assert json.loads(whole.to_json(), parse_float=str) == json.loads(plain, parse_float=str)
+    assert list(map(str.strip, whole.to_json().split("\n"))) == list(map(str.strip, f"{plain}\n".split("\n")))
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [

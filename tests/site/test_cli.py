@@ -210,7 +210,7 @@ def test_verify_replays_valid_submissions_and_shows_how_much(
     assert main(["site", "--verify"]) == 1
     assert replayed == ["alpha"], "a refused submission is not replayed"
     board = folder / "_site" / "boards" / "hopper-gravity-v0-sequential-100k.html"
-    assert ">replayed (all)</a>" in board.read_text(encoding="utf-8")
+    assert '>replayed</a> <span class="sample-size">all episodes</span>' in board.read_text(encoding="utf-8")
 
 
 def test_the_page_of_a_scored_submission_is_complete(folder: Path) -> None:

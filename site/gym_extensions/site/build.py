@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
+import msgspec
 from markupsafe import Markup
 
 from gym_extensions.errors import BenchError
@@ -28,10 +29,17 @@ TASK_PAGES = "Tasks"
 
 @dataclass(frozen=True)
 class Renderer:
-    """Fills the templates with the menu and what every page shows."""
+    """Fills the templates with the menu and what every page shows.
+
+    Args:
+        site: what every page shows.
+        pages: all kinds of pages.
+        inputs: the digest of the scorecard of the entry whose pages are written; empty for shared pages.
+    """
 
     site: Frame
     pages: tuple[Page, ...]
+    inputs: bytes = b""
 
     def __call__(self, template: str, path: str, **values: object) -> str:
         """The text of the page at ``path``."""
@@ -70,7 +78,8 @@ class Site:
         if card.name in self.entrants:
             hint = "Rename one of the folders."
             raise BenchError("same-name", f"Two submissions have the name {card.name!r}.", hint=hint)
-        render = Renderer(Frame(self.references, poses=self.poses), self.pages)
+        inputs = digest(msgspec.json.encode(card)).encode()
+        render = Renderer(Frame(self.references, poses=self.poses), self.pages, inputs)
         for page in self.pages:
             yield from page.publish_entry(card, render)
         self.entrants[card.name] = entrant(card)

@@ -19,6 +19,10 @@ class Render(Protocol):
     def site(self) -> Frame:
         """What every page shows."""
 
+    @property
+    def inputs(self) -> bytes:
+        """The digest of the scorecard of the entry whose pages are written; empty for shared pages."""
+
     def __call__(self, template: str, path: str, **values: object) -> str:
         """The text of the page."""
 

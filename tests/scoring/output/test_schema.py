@@ -69,6 +69,22 @@ def test_the_boards_of_the_committed_submissions_follow_the_schema(boards_json: 
     check("boards.json", boards_json)
 
 
+POSES = sorted(ROOT.glob("scoring/poses/*/*.json"))
+
+
+def test_the_committed_poses_follow_the_schema() -> None:
+    assert POSES
+    for file in POSES:
+        check("poses.json", json.loads(file.read_text(encoding="utf-8")))
+
+
+@pytest.mark.parametrize(("key", "value"), [("run", "0"), ("format", 2), ("frames", 60)])
+def test_broken_poses_are_refused(key: str, value: object) -> None:
+    broken = json.loads(POSES[0].read_text(encoding="utf-8")) | {key: value}
+    with pytest.raises(ValidationError):
+        check("poses.json", broken)
+
+
 def remove_title(manifest: Json) -> None:
     del manifest["title"]
 

@@ -147,7 +147,7 @@ def test_without_references_every_normalised_metric_is_null_and_the_returns_stay
     nothing = References("provisional", True, {})
     score = group_score(submission(), nothing)
     assert {value.why for value in score.metrics.values()} == {
-        "Benchmark version 'provisional' has no reference for 5 of 5 tasks, "
+        "No reference agent was trained on 5 of 5 tasks (references version provisional), "
         "gym_extensions/HopperGravityHalf-v0 among them."
     }
     fully_trained = score.paper_table[0].fully_trained

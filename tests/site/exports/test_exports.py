@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import json
 from typing import Any
 from xml.etree import ElementTree
 
@@ -59,6 +60,24 @@ def test_the_citation_has_title_authors_and_code(document: dict[str, Any]) -> No
         "  url = {https://example.org/agent},\n"
         "}\n"
     )
+
+
+def test_the_citation_and_the_page_have_the_date_of_the_ledger(document: dict[str, Any]) -> None:
+    document["submissions"][0]["ledger"] = {
+        "event": "rescored",
+        "digest": "0" * 64,
+        "date": "2027-03-01",
+        "accepted": "2026-11-22",
+    }
+    citation = bibtex(typed(document).submissions[0])
+    assert "  year = {2026},\n" in citation
+    assert ", accepted on 2026-11-22}," in citation
+    texts = dict(files(document))
+    assert "by A. Researcher, accepted on 2026-11-22" in Reader(texts["submissions/agile.html"]).text
+    board = json.loads(texts["api/boards/hopper-gravity-v0-sequential-100k.json"])["boards"][0]
+    dates = {row["name"]: (row["authors"], row["accepted"]) for row in board["rows"]}
+    assert dates["agile"] == (["A. Researcher"], "2026-11-22")
+    assert dates["keeper"] == (["A. Researcher"], "")
 
 
 @pytest.mark.parametrize(

@@ -53,14 +53,34 @@ def test_a_click_sorts_with_the_best_first_and_another_reverses(visit: Visit) ->
 
 def test_a_search_finds_titles_folders_and_algorithms(visit: Visit) -> None:
     page = visit(ALL_ROWS)
-    everyone = len(names(page))
     page.get_by_label("Search").fill(f"{MANY}07")
     assert names(page) == [f"{MANY}07"]
-    assert page.get_by_role("status").inner_text() == f"1 of {everyone} entries"
+    assert page.get_by_role("status").inner_text() == "1 of 53 entries"
     page.get_by_label("Search").fill("no such entry")
     assert names(page) == []
     page.get_by_label("Search").fill("")
-    assert len(names(page)) == everyone == 53
+    assert page.get_by_role("status").inner_text() == "53 entries; the first 50 are below"
+
+
+def test_a_long_table_shows_fifty_rows_until_all_are_wanted(visit: Visit) -> None:
+    page = visit(ALL_ROWS)
+    first = names(page)
+    assert len(first) == 50
+    page.get_by_role("button", name="Show all 53 rows").click()
+    assert names(page)[:50] == first
+    assert len(names(page)) == 53
+    assert page.get_by_role("status").inner_text() == "53 entries"
+    assert page.get_by_role("button", name="Show all").count() == 0
+    page.reload()
+    assert len(names(page)) == 53
+
+
+def test_paper_has_every_row(visit: Visit) -> None:
+    page = visit(ALL_ROWS)
+    page.evaluate("dispatchEvent(new Event('beforeprint'))")
+    assert len(names(page)) == 53
+    page.evaluate("dispatchEvent(new Event('afterprint'))")
+    assert len(names(page)) == 50
 
 
 def test_filters_hide_the_other_entries(visit: Visit) -> None:

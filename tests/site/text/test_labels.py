@@ -48,3 +48,16 @@ def test_an_agent_without_task_information_says_none() -> None:
     assert labels.observed(card) == "task label in training, task boundaries"
     blind = msgspec.convert(submission("a", {}, observes=dict.fromkeys(observes, False)), Scorecard)
     assert labels.observed(blind) == "none"
+
+
+@pytest.mark.parametrize(
+    ("trust", "parts"),
+    [
+        ("replayed (salted sample: 195 of 3000 episodes)", ("replayed", "195 of 3000 episodes")),
+        ("replayed (all)", ("replayed", "all episodes")),
+        ("validated", ("checked, not replayed", "")),
+    ],
+)
+def test_a_board_shows_the_level_of_trust_and_the_episodes_apart(trust: str, parts: tuple[str, str]) -> None:
+    card = msgspec.convert({**submission("a", {}), "trust": trust}, Scorecard)
+    assert labels.trust_sample(card) == parts

@@ -63,6 +63,8 @@ def _entry(
         why=why,
         steps=card.manifest.protocol.steps if card.manifest else None,
         evaluation=card.manifest.protocol.evaluation if card.manifest else None,
+        authors=card.manifest.authors if card.manifest else (),
+        accepted=card.ledger.accepted if card.ledger else "",
         observes=card.manifest.observes if card.manifest else None,
         memory=card.manifest.memory if card.manifest else None,
         metrics={

@@ -87,6 +87,10 @@ class BoardEntry:
     evaluation: Annotated[
         Evaluation | None, about("how actions are selected in evaluation, as in the scorecard's manifest")
     ]
+    authors: Annotated[tuple[str, ...], about("as in the scorecard's manifest")] = ()
+    accepted: Annotated[
+        str, about("date on which the ledger accepted its files, YYYY-MM-DD; empty if it did not")
+    ] = ""
     observes: Annotated[Observes | None, about("as in the scorecard's manifest")]
     memory: Annotated[Memory | None, about("as in the scorecard's manifest")]
     metrics: Annotated[dict[str, BoardMetric], about("every metric of the protocol by name")]

@@ -53,7 +53,10 @@ def no_reference(results: Results, references: References) -> str:
     if not missing:
         return ""
     share = f"{len(missing)} of {len(results.group.tasks)} tasks"
-    return f"Benchmark version {references.version!r} has no reference for {share}, {missing[0]} among them."
+    return (
+        f"No reference agent was trained on {share} (references version {references.version}), "
+        f"{missing[0]} among them."
+    )
 
 
 def metric_values(

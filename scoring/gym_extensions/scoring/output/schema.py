@@ -10,6 +10,7 @@ from gym_extensions.rollouts import manifest
 from gym_extensions.rollouts import manifest_values as values
 from gym_extensions.scoring.documents import DIALECT, json_schema
 from gym_extensions.scoring.leaderboard.model import BoardsDocument
+from gym_extensions.scoring.poses.model import Poses
 from gym_extensions.scoring.scorecard.model import ScorecardDocument
 
 Schema = dict[str, Any]
@@ -79,6 +80,7 @@ def schemas() -> dict[str, Schema]:
         "submission.json": submission_schema(),
         "scorecard.json": json_schema(ScorecardDocument),
         "boards.json": json_schema(BoardsDocument),
+        "poses.json": json_schema(Poses),
     }
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 from gym_extensions.scoring.statistics.descriptive import standard_deviation
 from gym_extensions.scoring.statistics.student_t import quantile
@@ -53,6 +54,7 @@ class Summary:
     groups: float
 
 
+@lru_cache(maxsize=1024)
 def rounded_quantile(df: float) -> float:
     """The .975 quantile of Student's t, rounded to 12 significant digits.
 

@@ -5,7 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from markupsafe import Markup
+
 from gym_extensions.scoring.scorecard.model import ReferenceValue
+from gym_extensions.site.text.names import variation
 from gym_extensions.site.text.numbers import fixed
 from gym_extensions.site.views.retention import Change
 from gym_extensions.site.views.trial import Trial
@@ -41,6 +44,23 @@ def tinted(rows: Sequence[Sequence[float]], trial: Trial) -> list[list[tuple[str
         ]
         for row in rows
     ]
+
+
+def stage_rows(cells: Sequence[Sequence[float]], trial: Trial) -> Markup:
+    """The rows of a matrix ``[stage][task]``, each with the task that was trained last; that cell is marked.
+
+    They are written here, because a large site has millions of cells and a template needs longer for each.
+    """
+    titles = [variation(task, trial.tasks) for task in trial.tasks]
+    rows = []
+    for stage, row in enumerate(tinted(cells, trial)):
+        title = f"{stage} {titles[stage - 1]}" if stage else "no training"
+        body = "".join(
+            f'<td class="{kind}{" trained" if at == stage else ""}">{text}</td>'
+            for at, (kind, text) in enumerate(row, 1)
+        )
+        rows.append(f'<tr><th scope="row">{title}</th>\n{body}</tr>\n')
+    return Markup("".join(rows))
 
 
 def change_tint(change: Change) -> str:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
+from functools import lru_cache
+from operator import sub
 
 from markupsafe import Markup
 
@@ -62,7 +63,16 @@ def line_chart(
 
 def _path(line: Sequence[tuple[float, float]], x: Scale, y: Scale) -> str:
     """The path of a thin line: its first point, then the way to each further one."""
-    corners = [(round(THIN_UNITS * x.at(across)), round(THIN_UNITS * y.at(up))) for across, up in line]
-    steps = [f"{b[0] - a[0]} {b[1] - a[1]}" for a, b in pairwise(corners)]
+    columns, rows = zip(*line, strict=True)
+    (left, *across), (top, *up) = _steps(columns, x), _steps.__wrapped__(rows, y)
+    steps = [""] * (2 * len(across))
+    steps[::2], steps[1::2] = across, up
     way = f"l{' '.join(steps)}" if steps else "h0"
-    return f"M{corners[0][0]} {corners[0][1]}{way}".replace(" -", "-")
+    return f"M{left} {top}{way}".replace(" -", "-")
+
+
+@lru_cache(maxsize=8)
+def _steps(values: tuple[float, ...], scale: Scale) -> tuple[str, ...]:
+    """The first coordinate, then the way to each further one. The runs of a chart share those of x."""
+    corners = [round(THIN_UNITS * at) for at in scale.each_at(values)]
+    return tuple(map(str, (corners[0], *map(sub, corners[1:], corners))))

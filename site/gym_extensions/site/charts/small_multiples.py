@@ -68,7 +68,8 @@ def _history(trial: Trial, task: int, normalized: list[float] | None, shared: Sc
     )
     levels = (min(raw), max(raw)) if normalized is None else (0.0, 1.0, max(y.ticks(4)))
     drawing = line_chart(lines, x, y, label, bold=mean, since=float(trained), levels=levels)
-    unit = "raw return (unsolved)" if normalized is None else ""
+    unit = f"raw return{' (unsolved)' if trial.tasks[task] in trial.unsolved_tasks else ''}"
+    unit = unit if normalized is None else ""
     return Panel(variation(trial.tasks[task], trial.tasks), unit, drawing)
 
 
@@ -78,10 +79,11 @@ def curves(trial: Trial) -> list[Panel]:
     points = [point for curve in group_curves for point in curve.points]
     if not points:
         return []
-    y = scale_around((value for _, value in points), *Y, always=())
-    last = max(step for step, _ in points)
+    steps, values = zip(*points, strict=True)
+    y = scale_around(values, *Y, always=())
+    last = max(steps)
     x = Scale(0, last or 1.0, *X)
-    levels = (min(value for _, value in points), max(value for _, value in points))
+    levels = (min(values), max(values))
     panels = []
     for task in trial.tasks:
         lines = [curve.points for curve in group_curves if curve.task == task]

@@ -20,11 +20,17 @@ URL = re.compile(r"[^\s{}\\%]+")
 
 
 def bibtex(card: Scorecard) -> str:
-    """An entry of type ``misc`` with title, authors and code. Text of the submission is escaped."""
+    """An entry of type ``misc`` with title, authors, code and the date on which the ledger accepted it.
+
+    Text of the submission is escaped.
+    """
     facts = card.manifest
     fields = {"title": f"{{{_escaped(card.title)}}}"}
     if facts is not None and facts.authors:
         fields["author"] = " and ".join(f"{{{_escaped(author)}}}" for author in facts.authors)
+    accepted = card.ledger.accepted if card.ledger is not None else ""
+    if accepted:
+        fields["year"] = accepted.partition("-")[0]
     fields["howpublished"] = "Entry of the gym-extensions leaderboard"
     fields["note"] = f"Submission {_escaped(card.name)}"
     url = web_address(facts.code.url) if facts is not None else ""
@@ -32,6 +38,8 @@ def bibtex(card: Scorecard) -> str:
         fields["url"] = url
     if facts is not None and facts.code.commit:
         fields["note"] += f", code at commit {_escaped(facts.code.commit)}"
+    if accepted:
+        fields["note"] += f", accepted on {accepted}"
     lines = [f"  {name} = {{{value}}}," for name, value in fields.items()]
     return "\n".join([f"@misc{{gym-extensions-{slug(card.name)},", *lines, "}", ""])
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-import msgspec
-
 from gym_extensions.scoring.leaderboard.model import BoardsDocument
 from gym_extensions.scoring.output.schema import schema_texts
 from gym_extensions.scoring.scorecard.model import ReferenceValue, Scorecard, ScorecardDocument
@@ -23,7 +21,7 @@ PATH = "data.html"
 def publish_entry(entry: Scorecard, render: Render) -> Iterator[File]:
     """The scorecard of a submission, as ``score --json`` prints it."""
     document = ScorecardDocument(references=render.site.references, submissions=(entry,))
-    yield entry_data(entry.name), Draft(msgspec.json.encode(entry), document.to_json)
+    yield entry_data(entry.name), Draft(render.inputs, document.to_json)
 
 
 def publish(site: Leaderboard, render: Render) -> Iterator[File]:

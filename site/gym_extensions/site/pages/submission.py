@@ -20,7 +20,7 @@ def publish_entry(entry: Scorecard, render: Render) -> Iterator[File]:
     path = entry_path(entry.name)
     poses = load_entry(render.site.poses, entry.name)
     panels = watches(entry, poses)
-    inputs = msgspec.json.encode((entry, poses))
+    inputs = render.inputs + msgspec.json.encode(poses)
     yield path, Draft(inputs, lambda: render("submission.html", path, entry=entry, watches=panels))
     for group in separate_groups(entry):
         page = results_path(entry.name, group)

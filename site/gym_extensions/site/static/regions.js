@@ -6,6 +6,7 @@
     const hidden = region.scrollWidth - region.clientWidth, at = region.scrollLeft;
     region.classList.toggle("cut-left", hidden > 1 && at > 1);
     region.classList.toggle("cut-right", hidden > 1 && at < hidden - 1);
+    region.style.setProperty("--caption", `${region.querySelector("caption")?.offsetHeight || 0}px`);
     if (hidden > 1 || region.scrollHeight > region.clientHeight + 1) region.tabIndex = 0;
     else region.removeAttribute("tabindex");
   }

@@ -4,6 +4,8 @@
 
 const FILTERS = { trust: "Trust", label: "Task label", algorithm: "Algorithm" };
 const FULL_RUNS = 5;
+const SCREEN = 50; // Rows that are laid out at first: laying out a thousand takes longer than sorting them.
+const byText = new Intl.Collator("en").compare;
 
 /* Statistics: Student's t over runs, and Welch's interval of a difference. */
 
@@ -50,7 +52,7 @@ const parsed = (text) => {
 /* Rows of the table as values. */
 
 function cellValue(cell, column) {
-  if (!column.number) return { text: plain(cell.textContent) };
+  if (!column.number) return { text: plain((column.key === "trust" && cell.querySelector(".trust") || cell).textContent) };
   if ("v" in cell.dataset) return { v: Number(cell.dataset.v), h: "h" in cell.dataset ? Number(cell.dataset.h) : null };
   return cell.querySelector(".none") ? { v: null, h: null } : parsed(cell.textContent);
 }
@@ -79,7 +81,7 @@ const readState = (hash) => {
   return {
     q: given.get("q") || "", sort: given.get("sort") || "", up: given.get("up") === "1", runs: given.get("runs") || "",
     filters: Object.fromEntries(Object.keys(FILTERS).map((key) => [key, given.get(key) || ""])),
-    hide: list("hide"), ticked: list("compare"),
+    hide: list("hide"), ticked: list("compare"), all: given.get("all") === "1",
   };
 };
 
@@ -88,7 +90,7 @@ const writeState = (state) => {
   const put = (name, value) => { if (value) given.set(name, value); };
   put("q", state.q); put("sort", state.sort); put("up", state.up ? "1" : ""); put("runs", state.runs);
   for (const [key, value] of Object.entries(state.filters)) put(key, value);
-  put("hide", state.hide.join(",")); put("compare", state.ticked.join(","));
+  put("hide", state.hide.join(",")); put("compare", state.ticked.join(",")); put("all", state.all ? "1" : "");
   return given.size || String(given) ? `#?${given}` : "#";
 };
 
@@ -106,7 +108,7 @@ function shownRows(rows, state, columns) {
       const [p, q] = [a.values[column.key].v, b.values[column.key].v];
       return p === null || q === null ? (p === null) - (q === null) : sign * (p - q);
     }
-    : (a, b) => sign * a.values[column.key].text.localeCompare(b.values[column.key].text);
+    : (a, b) => sign * byText(a.values[column.key].text, b.values[column.key].text);
   return kept.sort((a, b) => compare(a, b) || a.order - b.order);
 }
 
@@ -152,6 +154,12 @@ function start(table) {
   const optional = columns.filter((column) => column.key !== "entry");
   let state = readState(location.hash);
   let shown = rows, placed = rows;
+  const place = (list) => {
+    if (list.length !== placed.length || list.some((row, at) => row !== placed[at])) {
+      body.replaceChildren(...list.map((row) => row.element));
+      placed = list;
+    }
+  };
 
   const search = make("input", { type: "search", autocomplete: "off" });
   const runs = make("select", {}, new Option("any", ""), new Option(`at least ${FULL_RUNS}`, String(FULL_RUNS)));
@@ -163,7 +171,7 @@ function start(table) {
   const labelled = (text, control) => make("label", {}, `${text} `, control);
   const status = make("p", { className: "status" });
   status.setAttribute("role", "status");
-  const compare = make("button", { type: "button", textContent: "Compare two ticked entries" });
+  const compare = make("button", { type: "button", textContent: "Compare two ticked" });
   const reset = make("button", { type: "button", textContent: "Reset" });
   const downloads = ["csv", "json"].map((kind) =>
     make("button", { type: "button", textContent: kind.toUpperCase(), onclick: () => download(kind) }));
@@ -177,12 +185,14 @@ function start(table) {
   });
   const chooser = make("details", { className: "columns" }, make("summary", { textContent: "Columns" }),
     ...optional.map((column, at) => make("label", {}, boxes[at], ` ${column.title}`)));
+  const more = make("button", { type: "button", className: "more", onclick: () => { state.all = true; update(); } });
   const panel = make("section", { className: "comparison", hidden: true });
   const tools = make("div", { className: "tools" }, labelled("Search", search), labelled("Runs", runs),
     ...Object.entries(selects).map(([key, select]) => labelled(FILTERS[key], select)), chooser, compare,
-    make("span", { className: "export" }, "Shown rows as ", downloads[0], " ", downloads[1]), reset);
+    make("span", { className: "export" }, "These rows as ", downloads[0], " ", downloads[1]), reset);
   const anchor = table.closest(".scroll") || table;
   anchor.before(tools, status, panel);
+  anchor.after(more);
 
   for (const column of columns) {
     const button = make("button", { type: "button", className: "sort", textContent: "\u21c5" });
@@ -203,6 +213,7 @@ function start(table) {
       state.ticked = row.box.checked ? [...others, row.name].slice(-2) : others;
       update();
     };
+    row.element.cells[0].classList.add("ticked");
     row.element.cells[0].prepend(row.box, " ");
   }
   search.oninput = () => { state.q = search.value; update(); };
@@ -214,6 +225,9 @@ function start(table) {
     if (location.hash.startsWith("#?") || !location.hash) { state = readState(location.hash); apply(); }
   });
 
+  addEventListener("beforeprint", () => place(shown));
+  addEventListener("afterprint", apply);
+
   function update() {
     history.replaceState(null, "", writeState(state));
     apply();
@@ -221,16 +235,10 @@ function start(table) {
 
   function apply() {
     shown = shownRows(rows, state, columns);
-    const kept = new Set(shown);
-    for (const row of rows) {
-      row.element.hidden = !kept.has(row);
-      row.box.checked = state.ticked.includes(row.name);
-    }
-    // Moving rows is slow: a filter alone moves none.
-    if (placed.filter((row) => kept.has(row)).some((row, at) => row !== shown[at])) {
-      body.append(...shown.map((row) => row.element));
-      placed = [...placed.filter((row) => !kept.has(row)), ...shown];
-    }
+    place(state.all || shown.length <= SCREEN ? shown : shown.slice(0, SCREEN));
+    more.hidden = placed.length === shown.length;
+    more.textContent = `Show all ${shown.length} rows`;
+    for (const row of rows) row.box.checked = state.ticked.includes(row.name);
     for (const column of columns) {
       const active = column.key === state.sort;
       column.button.textContent = active ? (state.up ? "\u2191" : "\u2193") : "\u21c5";
@@ -249,7 +257,8 @@ function start(table) {
     for (const [key, select] of Object.entries(selects)) select.value = state.filters[key];
     optional.forEach((column, at) => { boxes[at].checked = !state.hide.includes(column.key); });
     const total = `${rows.length} ${rows.length === 1 ? "entry" : "entries"}`;
-    status.textContent = shown.length === rows.length ? total : `${shown.length} of ${total}`;
+    const matching = shown.length === rows.length ? total : `${shown.length} of ${total}`;
+    status.textContent = more.hidden ? matching : `${matching}; the first ${placed.length} are below`;
     comparison();
   }
 

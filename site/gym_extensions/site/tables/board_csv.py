@@ -18,6 +18,8 @@ FACTS = (
     "stored_transitions",
     "parameters",
     "algorithm",
+    "authors",
+    "accepted",
 )
 FORMULA = ("=", "+", "-", "@", "\t", "\r")
 """Beginnings of a text that a spreadsheet would take for a formula."""
@@ -41,6 +43,8 @@ def board_csv(board: Board) -> str:
             memory.stored_steps if memory else "",
             memory.parameters_last if memory else "",
             manifest.protocol.algorithm if manifest else "",
+            "; ".join(row.entry.authors),
+            row.entry.accepted,
         )
         values = [row.trial.metric(name) for name in board.columns]
         numbers = [number for value in values for number in (value.mean, value.low, value.high)]

@@ -174,6 +174,13 @@ def trust(card: Scorecard) -> str:
     return TRUST_LABELS.get(card.trust or "", card.trust or "refused")
 
 
+def trust_sample(card: Scorecard) -> tuple[str, str]:
+    """The level of trust as it is shown, and the number of replayed episodes or nothing."""
+    name, _, sample = trust(card).partition(" (")
+    episodes = sample.removesuffix(")").rpartition(": ")[2]
+    return name, "all episodes" if episodes == "all" else episodes
+
+
 def facts(card: Scorecard) -> list[tuple[str, str]]:
     """What the manifest states on training and evaluation, as (label, value)."""
     if card.manifest is None:

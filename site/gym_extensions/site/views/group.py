@@ -90,6 +90,12 @@ class Group:
         return tuple(row.task for row in self.tasks)
 
     @property
+    def summaries(self) -> tuple[str, ...]:
+        """What its bodies are and do, one sentence per base body."""
+        bodies = [TASKS[row.task].body.prose.summary for row in self.tasks if row.has_page]
+        return tuple(dict.fromkeys(bodies))
+
+    @property
     def entries(self) -> int:
         """The number of different entries on its boards."""
         return len({row.entry.name for board in self.boards for row in board.rows})
@@ -149,11 +155,12 @@ def _one(reference: Measured) -> str:
     number = len(reference.runs)
     runs = NUMBERS[number] if number < len(NUMBERS) else f"{number} runs"
     returns = f": returns {', '.join(map(_number, reference.runs))}" if reference.runs else ""
-    agent = reference.agent or "no agent"
     if reference.ceiling is None:
-        return f"No 1 on the scale: {agent}{steps}, {runs}, did not learn the task{returns}"
+        if not reference.agent:
+            return "No 1 on the scale yet: no reference agent was trained on it"
+        return f"No 1 on the scale: {reference.agent}{steps}, {runs}, did not learn the task{returns}"
     mean = "" if number < 2 else f"; mean {_number(reference.ceiling)}"
-    return f"1 = {agent}{steps}{f', {runs}' if number else ''}{returns}{mean}"
+    return f"1 = {reference.agent or 'no agent'}{steps}{f', {runs}' if number else ''}{returns}{mean}"
 
 
 def _number(value: float) -> str:

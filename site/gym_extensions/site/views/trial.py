@@ -33,7 +33,7 @@ class Trial:
         """Its anchor on the page of the submission."""
         return f"{self.group}-{self.protocol}"
 
-    @property
+    @cached_property
     def detail(self) -> GroupScore | None:
         """The scores of a group; None for a suite."""
         return self.score if isinstance(self.score, GroupScore) else None
