@@ -24,6 +24,8 @@ ROW_BYTES = 700
 """Size of a row without titles and names."""
 MAX_REASONS = 6
 MAX_TITLE = 40
+MAX_NAMED = 3
+"""Boards whose first entry a sentence names."""
 
 
 @dataclass(frozen=True)
@@ -89,18 +91,29 @@ def reasons(boards: Sequence[Board]) -> tuple[tuple[str, tuple[Board, ...]], ...
 
 
 def _answer(what: str, rows: Sequence[tuple[Board, Row]], metric: str, verb: str) -> str:
-    """Who is first on most boards, with the value on the first of them."""
+    """Who is first on most boards, or who is first on each of the first boards."""
     if not rows:
         return ""
     ((name, wins),) = Counter(row.entry.name for _, row in rows).most_common(1)
-    board, row = next(pair for pair in rows if pair[1].entry.name == name)
+    if len(rows) > MAX_NAMED and 2 * wins > len(rows):
+        row = next(row for _, row in rows if row.entry.name == name)
+        return f"{what}: {_entry(row)} {verb} {wins} of {count(len(rows), 'board')} with a score."
+    named = [_first(board, row, metric) for board, row in rows[:MAX_NAMED]]
+    if len(rows) > MAX_NAMED:
+        named.append(f"{count(len(rows) - MAX_NAMED, 'more board')} below")
+    return f"{what}: {'; '.join(named)}."
+
+
+def _first(board: Board, row: Row, metric: str) -> str:
+    """The first entry of a board, its value, and how many entries are tied with it."""
     value = row.trial.metric(metric)
-    boards = "the only board" if len(rows) == 1 else f"{wins} of {count(len(rows), 'board')}"
-    interval = f" ({ends(value)})"
-    return (
-        f"{what}: {short(row.entry.title, MAX_TITLE)} ({name}) {verb} {boards} with a score; "
-        f"on {_group(board)} with {mean(value)}{interval}."
-    )
+    text = f"{_entry(row)} with {mean(value)} ({ends(value)}) on {_group(board)}, {board.budget}"
+    tied = row.tied(metric) if row.ranked else 0
+    return f"{text}, a tie of {tied + 1}" if tied else text
+
+
+def _entry(row: Row) -> str:
+    return f"{short(row.entry.title, MAX_TITLE)} ({row.entry.name})"
 
 
 def _group(board: Board) -> str:
