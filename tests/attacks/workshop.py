@@ -23,21 +23,23 @@ class Workshop:
     def __init__(self, root: Path, recorders: Mapping[str, Recorder]) -> None:
         self._root, self._recorders = root, recorders
         self._numbers = itertools.count()
+        self._attacks = root / "attacks" / str(os.getpid())
 
     def honest(self, name: str) -> Path:
         """The honest submission of that name. It must not be changed."""
         folder = self._root / "honest" / name
         if not folder.exists():
-            partial = self._root / "partial" / name
+            partial = self._root / "partial" / f"{name}-{os.getpid()}"
             shutil.rmtree(partial, ignore_errors=True)
             self._recorders[name](partial)
             folder.parent.mkdir(parents=True, exist_ok=True)
-            partial.rename(folder)
+            if not folder.exists():  # another process may have been quicker
+                partial.rename(folder)
         return folder
 
     def empty(self) -> Path:
         """A new empty folder."""
-        folder = self._root / "attacks" / f"{os.getpid()}-{next(self._numbers)}"
+        folder = self._attacks / str(next(self._numbers))
         folder.mkdir(parents=True)
         return folder
 
@@ -46,8 +48,8 @@ class Workshop:
         return Path(shutil.copytree(self.honest(name), self.empty() / entry, copy_function=link_arrays))
 
     def clear(self) -> None:
-        """Removes the attacks."""
-        shutil.rmtree(self._root / "attacks", ignore_errors=True)
+        """Removes the attacks of this process."""
+        shutil.rmtree(self._attacks, ignore_errors=True)
 
 
 def link_arrays(source: str, target: str) -> None:
