@@ -83,7 +83,10 @@ def beyond_replay(folder: Path, salt: str) -> Outcome:
         rules = sorted({problem.rule for problem in fresh.problems})
         return Outcome(REPLAYED, f"new seeds: {', '.join(rules)}")
     if not fresh.is_complete:
-        return Outcome(REPLAYED, "new seeds: no policies" if fresh.p_value is None else "new seeds: no policies for some logs")
+        return Outcome(
+            REPLAYED,
+            "new seeds: no policies" if fresh.p_value is None else "new seeds: no policies for some logs",
+        )
     forger = Forger(folder)
     protocol = next(name for name in ("sequential", "single", "joint") if forger.log(name).exists())
     try:

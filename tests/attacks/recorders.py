@@ -65,7 +65,9 @@ class Linear:
     def card(self) -> Card:
         """The description in the manifest."""
         evaluation = "sampled" if self.SIGMA else "deterministic"
-        return Card("linear", title="Linear", evaluation=evaluation, parameters=self._inputs * len(self._half))
+        return Card(
+            "linear", title="Linear", evaluation=evaluation, parameters=self._inputs * len(self._half)
+        )
 
 
 class Gaussian(Linear):

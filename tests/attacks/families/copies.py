@@ -17,9 +17,9 @@ from .runs import as_runs
 COPY = "board: Has most episodes of random."
 
 
-
-
-def make(edit: Callable[[Forger], object], name: str = "attack", base: str = "random") -> Callable[[Workshop], Path]:
+def make(
+    edit: Callable[[Forger], object], name: str = "attack", base: str = "random"
+) -> Callable[[Workshop], Path]:
     """Copies an honest submission under another name and changes it."""
 
     def copy(workshop: Workshop) -> Path:
@@ -83,9 +83,19 @@ ATTACKS = (
     Attack("A copy with noise of 3e-13.", submission(make(noise(3e-13)), beside="random"), COPY),
     Attack("A copy with noise of 1e-7.", submission(make(noise(1e-7)), beside="random"), COPY),
     Attack("A copy without policies.", submission(make(without_policies), beside="random"), COPY),
-    Attack("A copy with its runs in another order.", submission(as_runs((4, 2, 0, 1, 3)), beside="random"), COPY),
-    Attack("A copy of three runs, with two others.", submission(make(new_episodes(range(3, 5))), beside="random"), COPY),
-    Attack("A copy with a quarter of the episodes replaced.", submission(make(new_episodes(range(5), 5)), beside="random"), COPY),
+    Attack(
+        "A copy with its runs in another order.", submission(as_runs((4, 2, 0, 1, 3)), beside="random"), COPY
+    ),
+    Attack(
+        "A copy of three runs, with two others.",
+        submission(make(new_episodes(range(3, 5))), beside="random"),
+        COPY,
+    ),
+    Attack(
+        "A copy with a quarter of the episodes replaced.",
+        submission(make(new_episodes(range(5), 5)), beside="random"),
+        COPY,
+    ),
     Attack(
         "A copy of two runs, with three others.",
         submission(make(new_episodes(range(2, 5))), beside="random"),

@@ -288,7 +288,11 @@ ATTACKS = (
     ),
     Attack(
         "All cells R[s][j] with 0 < s < j are invented.",
-        submission(sequential(lambda forger, cell: [forger.lose(row, largest(cell) + 5.0, "sequential") for row in cell])),
+        submission(
+            sequential(
+                lambda forger, cell: [forger.lose(row, largest(cell) + 5.0, "sequential") for row in cell]
+            )
+        ),
         "replay: trace-missing",
     ),
     Attack(
@@ -314,7 +318,9 @@ ATTACKS = (
         "rules: impossible-return",
         quick=True,
     ),
-    Attack("A return is infinite.", submission(first_row(**{"return": "inf"})), "rules: not-finite", quick=True),
+    Attack(
+        "A return is infinite.", submission(first_row(**{"return": "inf"})), "rules: not-finite", quick=True
+    ),
     Attack(
         "An episode has more steps than the time limit.",
         submission(first_row(length="1001")),
@@ -332,7 +338,12 @@ ATTACKS = (
         submission(log_only(lambda row: row.update(length=str(int(row["length"]) + 1)))),
         "replay: trace-malformed, trace-missing",
     ),
-    Attack("The five worst episodes of every cell are left out.", submission(fewer), "rules: missing-cell", quick=True),
+    Attack(
+        "The five worst episodes of every cell are left out.",
+        submission(fewer),
+        "rules: missing-cell",
+        quick=True,
+    ),
     Attack("The manifest states another root.", submission(other_root), "rules: different-root", quick=True),
     Attack(
         "A seed of the log is another one.",

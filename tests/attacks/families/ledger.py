@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.curation.ledger.append import Author, append, record, repeated
 from gym_extensions.curation.ledger.apply import with_ledgers
 from gym_extensions.curation.ledger.chain import read
@@ -67,7 +68,7 @@ def text(old: bytes, new: bytes) -> Edit:
     return edit
 
 
-def rewritten(**changes: str) -> Edit:
+def rewritten(**changes: object) -> Edit:
     """Writes the whole chain anew with a line that differs."""
 
     def edit(folder: Path) -> None:
@@ -152,7 +153,7 @@ def archive(edit: Callable[[Forger, Path], object]) -> Callable[[Workshop], Outc
         with zipfile.ZipFile(path, "w") as content:
             for trace in sorted(source.iterdir()):
                 content.write(trace, f"{forger.group.name}/traces/{trace.name}")
-        card = with_archive(SCORER(forger.folder), forger.folder, path)
+        card = with_archive(SCORER(forger.folder), forger.folder, path, GROUPS)
         rules = sorted({problem.rule for problem in card.problems})
         return Outcome(NONE, f"archive: {', '.join(rules)}" if rules else NOT_DETECTED)
 
@@ -184,22 +185,70 @@ def shallow(folder: Path) -> None:
 
 CHOSEN = "5a" * 32
 ATTACKS = (
-    Attack("A word of an old line is edited.", ledger(text(b"They are", b"They were")), "ledger verify: ledger-chain"),
-    Attack("An old line is edited, and all later ones are written anew.", ledger(rewritten(reason="Better.")), "ledger verify: ledger-edited"),
-    Attack("The level of an old line is raised, and all later ones are written anew.", ledger(rewritten(level="reproduced")), "ledger verify: ledger-edited"),
+    Attack(
+        "A word of an old line is edited.",
+        ledger(text(b"They are", b"They were")),
+        "ledger verify: ledger-chain",
+    ),
+    Attack(
+        "An old line is edited, and all later ones are written anew.",
+        ledger(rewritten(reason="Better.")),
+        "ledger verify: ledger-edited",
+    ),
+    Attack(
+        "The level of an old line is raised, and all later ones are written anew.",
+        ledger(rewritten(level="reproduced", replayed=3)),
+        "ledger verify: ledger-edited",
+    ),
     Attack("The ledger is removed and started anew.", ledger(removed), "ledger verify: ledger-removed"),
     Attack("The end of the ledger is cut off.", ledger(last_line_cut), "ledger verify: ledger-line"),
-    Attack("A line is spelled in another way.", ledger(text(b'{"date"', b'{ "date"')), "ledger verify: ledger-line"),
+    Attack(
+        "A line is spelled in another way.",
+        ledger(text(b'{"date"', b'{ "date"')),
+        "ledger verify: ledger-line",
+    ),
     Attack("The history is hidden by a shallow clone.", ledger(shallow), "ledger verify: shallow-clone"),
-    Attack("The files of an accepted entry are edited.", ledger(changed_files), "ledger verify: ledger-entry"),
-    Attack("The files of an accepted entry are edited, to keep its rank.", pending, "board: Not accepted yet: the ledger does not have its files."),
-    Attack("A line states more replayed episodes than there are.", ledger(appended(level="replayed", replayed=200)), "ledger verify: ledger-evidence"),
-    Attack("A line states a salt that does not follow from its value.", ledger(appended(value="e" * 40, salt=CHOSEN)), "ledger verify: ledger-salt"),
+    Attack(
+        "The files of an accepted entry are edited.", ledger(changed_files), "ledger verify: ledger-entry"
+    ),
+    Attack(
+        "The files of an accepted entry are edited, to keep its rank.",
+        pending,
+        "board: Not accepted yet: the ledger does not have its files.",
+    ),
+    Attack(
+        "A line states more replayed episodes than there are.",
+        ledger(appended(level="replayed", replayed=200)),
+        "ledger verify: ledger-evidence",
+    ),
+    Attack(
+        "A line states a salt that does not follow from its value.",
+        ledger(appended(value="e" * 40, salt=CHOSEN)),
+        "ledger verify: ledger-salt",
+    ),
     Attack("A line has an earlier date.", attempted(appended(date="2025-01-01")), "ledger add: ledger-date"),
-    Attack("A withdrawn entry is withdrawn again.", attempted(lambda folder: (appended(event="withdrawn")(folder), appended(event="withdrawn")(folder))), "ledger add: ledger-order"),
-    Attack("The author writes a salt that suits the log.", salted(lambda forger: forger.write_sample(CHOSEN), "b7" * 32), "salted replay: other-salt"),
-    Attack("The sample without a salt is kept after the merge.", salted(lambda forger: None, "b7" * 32), "salted replay: other-salt"),
-    Attack("The salt is right, and the traces are those of another one.", salted(wrong_sample, "b7" * 32), "salted replay: trace-missing"),
-    Attack("The archive has other traces than the log commits to.", archive(swapped), "archive: archive-differs"),
+    Attack(
+        "A withdrawn entry is withdrawn again.",
+        attempted(lambda folder: (appended(event="withdrawn")(folder), appended(event="withdrawn")(folder))),
+        "ledger add: ledger-order",
+    ),
+    Attack(
+        "The author writes a salt that suits the log.",
+        salted(lambda forger: forger.write_sample(CHOSEN), "b7" * 32),
+        "salted replay: other-salt",
+    ),
+    Attack(
+        "The sample without a salt is kept after the merge.",
+        salted(lambda forger: None, "b7" * 32),
+        "salted replay: other-salt",
+    ),
+    Attack(
+        "The salt is right, and the traces are those of another one.",
+        salted(wrong_sample, "b7" * 32),
+        "salted replay: trace-missing",
+    ),
+    Attack(
+        "The archive has other traces than the log commits to.", archive(swapped), "archive: archive-differs"
+    ),
     Attack("The archive lacks a trace.", archive(incomplete), "archive: archive-differs"),
 )

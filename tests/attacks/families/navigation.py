@@ -58,7 +58,11 @@ def row(**cells: str) -> Callable[[Workshop], Outcome]:
 
     def play(workshop: Workshop) -> Outcome:
         folder = write_submission(
-            workshop.empty(), groups=("nav-state",), runs=(0,), protocols=("single",), value=lambda *_: -1000.0
+            workshop.empty(),
+            groups=("nav-state",),
+            runs=(0,),
+            protocols=("single",),
+            value=lambda *_: -1000.0,
         )
         path = folder / "nav-state" / "single.csv"
         header, first, *others = path.read_text().splitlines()
@@ -106,14 +110,24 @@ def at_goal(forged: RecordedEpisode) -> RecordedEpisode:
 
 DIFFERS = "replay: replay-differs"
 ATTACKS = (
-    Attack("A jump of 1e-4 units at a seam, which crosses a closed diagonal gap.", states("position", jump), DIFFERS),
+    Attack(
+        "A jump of 1e-4 units at a seam, which crosses a closed diagonal gap.",
+        states("position", jump),
+        DIFFERS,
+    ),
     Attack("The least change of a position at a seam.", states("position", least), DIFFERS),
     Attack("The first seam is 50 units nearer to the goal.", states("position", elsewhere), DIFFERS),
     Attack("An action is beyond the largest step.", episode(long_actions), DIFFERS),
     Attack("Rewards are those of an episode without collisions.", episode(without_collisions), DIFFERS),
     Attack("The goal is said to be reached.", episode(at_goal), DIFFERS),
-    Attack("The episode is from another start.", episode(lambda forged: replace(forged, seed=forged.seed + 1)), DIFFERS),
-    Attack("The episode is from another map.", episode(lambda forged: replace(forged, task=OTHER_MAP)), DIFFERS),
+    Attack(
+        "The episode is from another start.",
+        episode(lambda forged: replace(forged, seed=forged.seed + 1)),
+        DIFFERS,
+    ),
+    Attack(
+        "The episode is from another map.", episode(lambda forged: replace(forged, task=OTHER_MAP)), DIFFERS
+    ),
     Attack(
         "The log claims success without an arrival.",
         row(success="true"),

@@ -153,23 +153,44 @@ def not_finite(arrays: Arrays) -> None:
 DIFFERS, MALFORMED = "replay: replay-differs", "replay: trace-malformed"
 
 
-def traced(title: str, edit: Callable[[Arrays], object], stop: str = DIFFERS, base: str = "random", quick: bool = False) -> Attack:
+def traced(
+    title: str,
+    edit: Callable[[Arrays], object],
+    stop: str = DIFFERS,
+    base: str = "random",
+    quick: bool = False,
+) -> Attack:
     """An attack that changes traces."""
     return Attack(title, submission(traces(edit, base)), stop, quick=quick)
 
 
 ATTACKS = (
-    Attack("All episodes are recorded with half the gravity.", submission(recorded_on("HopperGravityHalf")), DIFFERS),
-    Attack("All episodes are recorded with a body of another size.", submission(recorded_on("HopperSmallLeg")), DIFFERS),
+    Attack(
+        "All episodes are recorded with half the gravity.",
+        submission(recorded_on("HopperGravityHalf")),
+        DIFFERS,
+    ),
+    Attack(
+        "All episodes are recorded with a body of another size.",
+        submission(recorded_on("HopperSmallLeg")),
+        DIFFERS,
+    ),
     Attack(
         "The episodes with motor noise are recorded without it.",
         submission(recorded_on("Hopper", presented="HopperMotorNoise")),
         DIFFERS,
     ),
-    traced("An action is ten times the largest one, which switches motor noise off.", set_action(10.0), quick=True),
+    traced(
+        "An action is ten times the largest one, which switches motor noise off.",
+        set_action(10.0),
+        quick=True,
+    ),
     traced("An action is slightly outside of the action space.", set_action(1.0001)),
     traced("An action is not a number.", set_action(np.nan), MALFORMED),
-    traced("Another action is recorded than was applied.", lambda arrays: np.negative(arrays["actions"], out=arrays["actions"])),
+    traced(
+        "Another action is recorded than was applied.",
+        lambda arrays: np.negative(arrays["actions"], out=arrays["actions"]),
+    ),
     traced("Actions have more digits than float32.", without_noise_of_floats, MALFORMED),
     traced("The body jumps a meter forward at a seam.", shift("qpos", 1.0)),
     traced("The body is a hundredth of a millimeter higher at a seam.", shift("qpos", 1e-5, column=1)),
@@ -183,9 +204,25 @@ ATTACKS = (
     traced("The whole episode is one segment, without seams.", one_segment, MALFORMED),
     Attack("An episode ends one step before the fall.", submission(rows_and_traces(early_end)), DIFFERS),
     Attack("An episode goes on after the fall.", submission(rows_and_traces(no_fall)), DIFFERS),
-    traced("Striker's ball is a little struck, so that the reward ignores the tip.", shift("struck", 1e-7), base="striker", quick=True),
+    traced(
+        "Striker's ball is a little struck, so that the reward ignores the tip.",
+        shift("struck", 1e-7),
+        base="striker",
+        quick=True,
+    ),
     traced("Striker's ball is moved to the goal at a seam.", shift("qpos", 0.1, column=-1), base="striker"),
-    traced("Striker's velocities are zero at a seam.", lambda arrays: arrays["state_qvel"].fill(0.0), base="striker"),
-    Attack("Success is claimed of episodes without it.", submission(rows_and_traces(success, "striker")), DIFFERS),
-    Attack("Success is claimed in a task that defines none.", submission(rows_and_traces(success)), "rules: undefined-success", quick=True),
+    traced(
+        "Striker's velocities are zero at a seam.",
+        lambda arrays: arrays["state_qvel"].fill(0.0),
+        base="striker",
+    ),
+    Attack(
+        "Success is claimed of episodes without it.", submission(rows_and_traces(success, "striker")), DIFFERS
+    ),
+    Attack(
+        "Success is claimed in a task that defines none.",
+        submission(rows_and_traces(success)),
+        "rules: undefined-success",
+        quick=True,
+    ),
 )

@@ -60,7 +60,7 @@ def edited_line(folder: Path) -> None:
     """Edits an old line, and writes a whole chain."""
     line = read(folder / "submissions")[-1]
     (folder / "submissions" / "ledger.jsonl").unlink()
-    append(folder / "submissions", [replace(line, level="reproduced")])
+    append(folder / "submissions", [replace(line, level="reproduced", replayed=3)])
     commit(folder)
 
 
@@ -73,7 +73,7 @@ def foreign_line(folder: Path) -> None:
 def own_level(folder: Path) -> None:
     """Appends a line that states a higher level."""
     line = repeated(read(folder / "submissions")[-1], "rescored", Author("2026-01-02", "Reproduced."))
-    append(folder / "submissions", [replace(line, level="reproduced")])
+    append(folder / "submissions", [replace(line, level="reproduced", replayed=3)])
     commit(folder)
 
 
@@ -129,50 +129,77 @@ def fast_forward(workshop: Workshop) -> Outcome:
     return Outcome(REPLAYED, NOT_DETECTED if fixed == author else "salt: merge commit")
 
 
-OWN = {"the ledger deleted", "a file of another entry that is deleted"}
-EXPECTED = {
-    "two new entries": "several-entries",
-    "a file that is renamed from another entry": "renamed-file, several-entries",
+SEVERAL = {
+    "a submission that also edits a workflow": "code-and-data, path-characters",
+    "a file that is renamed from another entry": "copied-log, renamed-file, several-entries",
     "a file of another entry that is deleted": "deleted-file, several-entries",
     "the ledger deleted": "deleted-file, several-entries",
 }
-"""Rules where there are several."""
-
-
-def sentence(name: str) -> str:
-    """The name of a play as a sentence."""
-    return f"A pull request has {name}." if name.startswith(("a ", "two ", "the ")) else name
-
+"""Rules of plays that break more than the one that the gate's test names."""
 
 GATE = tuple(
-    Attack(
-        f"A pull request with a new entry has {name.removeprefix('a submission that also ')}.".replace(
-            "has edits", "also edits"
-        ),
-        request(play, "entry"),
-        f"check-pr: {EXPECTED.get(name, rule)}",
-    )
+    Attack(f"A pull request has {name}.", request(play, "entry"), f"check-pr: {SEVERAL.get(name, rule)}")
     for name, (rule, _, play) in PLAYS.items()
 )
 OWNER = "check-pr: review"
 ATTACKS = (
     *GATE,
-    Attack("A pull request edits the results of another's entry.", request(write("submissions/old/README.md", "Worse.\n")), OWNER),
-    Attack("A pull request edits the scorer alone.", request(write("scoring/rank.py", "rank = 9\n")), "check-pr: not-judged"),
-    Attack("A pull request makes its author an owner of all entries.", request(write(".github/CODEOWNERS", "* @mallory\n")), "check-pr: not-judged"),
-    Attack("A pull request replaces an entry by a link.", request(linked), "check-pr: stray-file, symbolic-link"),
-    Attack("A pull request has no common ancestor with the base.", request(orphan), "check-pr: unrelated-history"),
+    Attack(
+        "A pull request edits the results of another's entry.",
+        request(write("submissions/old/README.md", "Worse.\n")),
+        OWNER,
+    ),
+    Attack(
+        "A pull request edits the scorer alone.",
+        request(write("scoring/rank.py", "rank = 9\n")),
+        "check-pr: not-judged",
+    ),
+    Attack(
+        "A pull request makes its author an owner of all entries.",
+        request(write(".github/CODEOWNERS", "* @mallory\n")),
+        "check-pr: not-judged",
+    ),
+    Attack(
+        "A pull request replaces an entry by a link.",
+        request(linked),
+        "check-pr: deleted-file, stray-file, symbolic-link",
+    ),
+    Attack(
+        "A pull request has no common ancestor with the base.", request(orphan), "check-pr: unrelated-history"
+    ),
     Attack("An old edit of an entry overwrites a newer one.", request(outdated), "check-pr: outdated-entry"),
-    Attack("A new entry differs from another in letter case.", request(lambda folder: index(folder, ("100644", "x", "submissions/Old/submission.toml"))), "check-pr: case-collision"),
-    Attack("An old line of the ledger is edited, with a whole chain after it.", request(edited_line), "check-pr: ledger-edited"),
-    Attack("A line of the ledger is about files that do not exist.", request(foreign_line), "check-pr: ledger-entry"),
-    Attack("A line of the ledger does not continue the chain.", request(loose_line), "check-pr: ledger-chain"),
+    Attack(
+        "A new entry differs from another in letter case.",
+        request(lambda folder: index(folder, ("100644", "x", "submissions/Old/submission.toml"))),
+        "check-pr: case-collision",
+    ),
+    Attack(
+        "An old line of the ledger is edited, with a whole chain after it.",
+        request(edited_line),
+        "check-pr: ledger-edited",
+    ),
+    Attack(
+        "A line of the ledger is about files that do not exist.",
+        request(foreign_line),
+        "check-pr: ledger-entry",
+    ),
+    Attack(
+        "A line of the ledger does not continue the chain.", request(loose_line), "check-pr: ledger-chain"
+    ),
     Attack("A line of the ledger states the level reproduced without a proof.", request(own_level), OWNER),
     Attack("A line of the ledger withdraws a rival.", request(withdrawn), OWNER),
-    Attack("A challenge is about an entry that does not exist.", request(write("challenges/none/a.txt", "Doubt.\n")), "check-pr: unknown-entry"),
-    Attack("A challenge has control sequences.", request(write("challenges/old/a.txt", "\x1b[2J\n")), "check-pr: challenge-text"),
+    Attack(
+        "A challenge is about an entry that does not exist.",
+        request(write("challenges/none/a.txt", "Doubt.\n")),
+        "check-pr: unknown-entry",
+    ),
+    Attack(
+        "A challenge has control sequences.",
+        request(write("challenges/old/a.txt", "\x1b[2J\n")),
+        "check-pr: challenge-text",
+    ),
     Attack("Many challenges doubt a rival.", request(write("challenges/old/a.txt", "Doubt.\n")), OWNER),
-    Attack("The report of the gate has markup.", forged_report, "comment: malformed-document"),
+    Attack("The report of the gate has markup.", forged_report, "comment: malformed-report"),
     Attack(
         "The author's own commit is merged by fast-forward, so that the author knows the salt.",
         fast_forward,

@@ -20,7 +20,12 @@ from ..recorders import HOPPER, RUNS
 from ..workshop import Workshop, put
 
 
-def as_runs(sources: Sequence[int], noise: float = 0.0, base: str = "random", edit: Callable[[Forger], object] = lambda _: None) -> Make:
+def as_runs(
+    sources: Sequence[int],
+    noise: float = 0.0,
+    base: str = "random",
+    edit: Callable[[Forger], object] = lambda _: None,
+) -> Make:
     """Presents runs as the runs 0, 1, ….
 
     Args:
@@ -103,7 +108,9 @@ def with_curve(steps: int, gain: float = 0.0) -> Make:
             for run in RUNS:
                 for task in group(HOPPER).task_ids:
                     height = 100.0 + (gain if protocol == "sequential" else 0.0)
-                    points = (f"{protocol},{run},{task},{steps * point // 12},{height}" for point in range(1, 13))
+                    points = (
+                        f"{protocol},{run},{task},{steps * point // 12},{height}" for point in range(1, 13)
+                    )
                     lines += points
         (forger.folder / HOPPER / "curves.csv").write_text("\n".join([*lines, ""]), newline="\n")
         return forger.commit()
@@ -127,7 +134,11 @@ def retrained(edit: Callable[[Forger, list[Row]], object]) -> Callable[[Workshop
             comparison = reproduce(forger.folder, HOPPER, "single", 0, progress=False).comparison
         except BenchError as error:
             return Outcome(REEVALUATED, f"retraining: {error.code}")
-        return Outcome(REPRODUCED, NOT_DETECTED) if comparison.agrees else Outcome(REEVALUATED, "retraining: differs")
+        return (
+            Outcome(REPRODUCED, NOT_DETECTED)
+            if comparison.agrees
+            else Outcome(REEVALUATED, "retraining: differs")
+        )
 
     return play
 
@@ -154,10 +165,22 @@ def other_settings(forger: Forger, rows: list[Row]) -> None:
     path.write_text(path.read_text().replace("[observes]", "longer = true\n\n[observes]"), newline="\n")
 
 
-PICKED = "Retraining of a run that is chosen after the submission; only reference agents can be retrained so far."
+PICKED = (
+    "Retraining of a run that is chosen after the submission; only reference agents can be retrained so far."
+)
 ATTACKS = (
-    Attack("The best five of 50 runs, with their numbers.", submission(renumbered((3, 7, 20, 31, 44))), "rules: foreign-policy, foreign-trace, gaps-in-runs, missing-policy", quick=True),
-    Attack("Runs with the numbers of the reference agents.", submission(renumbered((1000, 1001, 1002, 1003, 1004))), "rules: gaps-in-runs, reserved-run", quick=True),
+    Attack(
+        "The best five of 50 runs, with their numbers.",
+        submission(renumbered((3, 7, 20, 31, 44))),
+        "rules: foreign-policy, foreign-trace, gaps-in-runs, missing-policy",
+        quick=True,
+    ),
+    Attack(
+        "Runs with the numbers of the reference agents.",
+        submission(renumbered((1000, 1001, 1002, 1003, 1004))),
+        "rules: gaps-in-runs, reserved-run",
+        quick=True,
+    ),
     Attack(
         "Run 0 of TRPO is that of a policy that was trained longer.",
         retrained(trained_longer),
@@ -189,8 +212,18 @@ ATTACKS = (
         REEVALUATED,
     ),
     Attack("Four runs.", submission(as_runs((0, 1, 2, 3))), "board: Fewer than 5 runs.", quick=True),
-    Attack("One run five times, of an agent with parameters.", submission(as_runs((0,) * 5, edit=trainable)), "rules: identical-runs", quick=True),
-    Attack("One run five times, of an agent that is said to have no parameters.", submission(as_runs((0,) * 5)), "board: Fewer than 5 runs.", quick=True),
+    Attack(
+        "One run five times, of an agent with parameters.",
+        submission(as_runs((0,) * 5, edit=trainable)),
+        "rules: identical-runs",
+        quick=True,
+    ),
+    Attack(
+        "One run five times, of an agent that is said to have no parameters.",
+        submission(as_runs((0,) * 5)),
+        "board: Fewer than 5 runs.",
+        quick=True,
+    ),
     Attack(
         "One run five times, with differences that replay tolerates.",
         submission(as_runs((0,) * 5, noise=1e-7, edit=trainable)),
@@ -214,7 +247,11 @@ ATTACKS = (
         PICKED,
     ),
     Attack("A budget that does not exist.", submission(declared("budget", '"2M"')), "rules: bad-value"),
-    Attack("The smallest budget, to be alone on a board.", submission(declared("budget", '"smoke"')), "board: not on a board"),
+    Attack(
+        "The smallest budget, to be alone on a board.",
+        submission(declared("budget", '"smoke"')),
+        "board: not on a board",
+    ),
     Attack("A training curve goes beyond the budget.", submission(with_curve(110_000)), "rules: over-budget"),
     Attack(
         "Training goes on after the budget, and the curve is cut.",
@@ -233,7 +270,11 @@ ATTACKS = (
         "Retraining. Curves have no traces; the scorer notes returns that are far above a curve.",
     ),
     Attack("Another version of MuJoCo.", submission(declared("mujoco", '"9.9"')), "rules: foreign-version"),
-    Attack("Another version of Gymnasium.", submission(declared("gymnasium", '"1.3.0"')), "rules: foreign-version"),
+    Attack(
+        "Another version of Gymnasium.",
+        submission(declared("gymnasium", '"1.3.0"')),
+        "rules: foreign-version",
+    ),
     Attack(
         "Another version of numpy than the one that was used.",
         submission(declared("numpy", '"9.9"', base="random")),

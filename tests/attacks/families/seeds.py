@@ -14,7 +14,17 @@ from gym_extensions.baselines.training.evaluation import Rollout
 from gym_extensions.rollouts.policies import Policy
 
 from ..attack import REEVALUATED, REPLAYED, REPRODUCED, Attack
-from ..evaluate import best, evaluations, generator, replace_cells, rollouts, searched, seeds_of, uniform, with_policy
+from ..evaluate import (
+    best,
+    evaluations,
+    generator,
+    replace_cells,
+    rollouts,
+    searched,
+    seeds_of,
+    uniform,
+    with_policy,
+)
 from ..forger import Forger, Row, cells
 from ..judge import Make, submission
 from ..recorders import RUNS

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 
 from gym_extensions.scoring.scorecard.sketches import SHARE, Sketch, is_common
 
+
 def duplicate_entries(entries: Mapping[str, Sequence[Sketch]]) -> dict[str, str]:
     """The original that shares most episodes with an entry, by the name of the later entry.
 

@@ -25,7 +25,12 @@ def signs(entry: SubmittedGroup) -> tuple[str, ...]:
     return tuple(
         f"{entry.group.id}, {protocol}: {text}"
         for protocol, log in entry.logs.items()
-        for text in (*_outliers(log), *_identical_lengths(log), *_shared_episodes(log), *_above_curves(entry, log))
+        for text in (
+            *_outliers(log),
+            *_identical_lengths(log),
+            *_shared_episodes(log),
+            *_above_curves(entry, log),
+        )
     )
 
 
