@@ -52,7 +52,9 @@ class Network:
         inputs, outputs = int(np.prod(observation_space.shape)), int(np.prod(action_space.shape))
         low, high = action_space.low.ravel(), action_space.high.ravel()
         layers = (rng.normal(0, inputs**-0.5, (inputs, 8)), rng.normal(0, 1, (8, outputs)))
-        noise = {"head": "gaussian", "log_sigma": np.full(outputs, np.log(self.sigma))} if self.sigma else {}
+        noise: dict[str, Any] = (
+            {"head": "gaussian", "log_sigma": np.full(outputs, np.log(self.sigma))} if self.sigma else {}
+        )
         self._noise, self._shape = np.random.default_rng(seed + 1), action_space.shape
         self._policy = Policy(
             *((high + low) / 2, (high - low) / 2, layers, (np.zeros(8), np.zeros(outputs))),

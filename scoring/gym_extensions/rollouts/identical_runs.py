@@ -11,8 +11,8 @@ from gym_extensions.rollouts.reading.evaluation_log import Log
 from gym_extensions.rollouts.submission import SubmittedGroup
 
 TOLERANCE = 1e-5
-"""Largest difference of identical returns, absolute and relative: ten times the tolerance of replay, so that a
-copy with noise that replay accepts is not another run."""
+"""Largest difference of identical returns, absolute and relative: ten times the tolerance of replay, so that
+a copy with noise that replay accepts is not another run."""
 PAIRED_PROTOCOLS = (("sequential", "single"), ("joint",))
 """Protocols whose runs belong together: a run of one agent has both a sequential and a single log."""
 

@@ -9,10 +9,10 @@ from pathlib import Path
 from ..attack import REEVALUATED, REPRODUCED, Attack
 from ..evaluate import evaluations, generator, replace_cells, rollouts, seeds_of, with_policy
 from ..forger import Forger, cells
+from ..forgeries.invented import scale
+from ..forgeries.runs import as_runs
 from ..judge import submission
 from ..workshop import Workshop
-from .invented import scale
-from .runs import as_runs
 
 COPY = "board: Has most episodes of random."
 

@@ -6,9 +6,9 @@ from pathlib import Path
 
 from ..attack import NOT_DETECTED, REPRODUCED, Attack
 from ..forger import Forger
+from ..forgeries.runs import declared
 from ..judge import Make, submission
 from ..workshop import Workshop
-from .runs import declared
 
 
 def appended(text: str, before: str = "[code]") -> Make:

@@ -83,8 +83,8 @@ def _entry(
 
 
 def _original_first(card: Scorecard) -> tuple[bool, str, str]:
-    """Sorts entries so that, of identical ones, the one that was replayed counts, then the one that the ledger
-    accepted first, then the first by name."""
+    """Sorts entries: of identical ones, a replayed one counts, then the one that the ledger accepted first,
+    then the first by name."""
     accepted = card.ledger.accepted if card.ledger else ""
     return (not (card.trust or "").startswith(ABOVE_VALIDATED), accepted or LAST_DATE, card.name)
 
