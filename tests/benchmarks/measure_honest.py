@@ -89,7 +89,7 @@ class NoisyNetwork(Network):
 
 
 def group_of(number: int) -> Any:
-    """Two tasks of a published group, as a group of their own: their seeds differ from entry to entry."""
+    """Two tasks of a published group, as a group with seeds of its own."""
     from gym_extensions.catalog.groups import GROUPS, TaskGroup
 
     published = list(GROUPS.values())[number % len(GROUPS)]

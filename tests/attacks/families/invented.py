@@ -106,7 +106,7 @@ ATTACKS = (
         "retraining: not-reproducible",
         REEVALUATED,
         REEVALUATED,
-        "A drawn episode in these cells, or a replay of all traces. Metrics of transfer and of later forgetting "
+        "A drawn episode in these cells, or a replay of all traces. Metrics of transfer and later forgetting "
         "use these cells; final performance does not.",
     ),
     Attack(
