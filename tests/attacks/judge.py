@@ -27,6 +27,8 @@ from .workshop import Workshop
 
 MERGE = "3f" * 20
 """The commit that merges a submission, which its author does not know."""
+EARLIER, LATER = "2026-01-01", "2026-02-01"
+"""Days on which an honest submission and an attack are accepted."""
 REFERENCES = References("synthetic", True, {task: Reference(-10_000.0, 1000.0, False) for task in TASKS})
 """References of all tasks, so that every group has a board."""
 SCORER = Scorer(REFERENCES)
@@ -44,8 +46,8 @@ def submission(make: Make, *, beside: str = "") -> Callable[[Workshop], Outcome]
 
     def play(workshop: Workshop) -> Outcome:
         folder = make(workshop)
-        others = [accepted(workshop.honest(beside), prove(workshop.honest(beside)))] if beside else []
-        return judge(folder, others)
+        original = workshop.honest(beside) if beside else None
+        return judge(folder, [accepted(original, prove(original), EARLIER)] if original else [])
 
     return play
 
@@ -66,7 +68,7 @@ def judge(folder: Path, others: Iterable[Scorecard] = ()) -> Outcome:
         evidence = prove(folder, salt)
         if evidence.problems:
             return Outcome(NONE, step("salted replay", evidence))
-    card = accepted(folder, evidence, salt)
+    card = accepted(folder, evidence, LATER, salt)
     document = boards([*others, card])
     entries = [entry for board in document.boards for entry in board.rows if entry.name == card.name]
     if not entries:
@@ -103,10 +105,11 @@ def step(name: str, evidence: Evidence) -> str:
     return f"{name}: {', '.join(sorted({problem.rule for problem in evidence.problems}))}"
 
 
-def accepted(folder: Path, evidence: Evidence, salt: str = "") -> Scorecard:
-    """The scorecard of a submission that the ledger accepts with this evidence."""
+def accepted(folder: Path, evidence: Evidence, date: str, salt: str = "") -> Scorecard:
+    """The scorecard of a submission that the ledger accepted on a day with this evidence."""
     record = LedgerRecord(
         event="accepted",
+        accepted=date,
         digest=folder_digest(folder),
         level=evidence.level,
         replayed=evidence.replayed,

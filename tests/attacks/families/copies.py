@@ -78,7 +78,11 @@ def evaluated_again(forger: Forger) -> None:
 
 
 ATTACKS = (
-    Attack("A copy.", submission(make(lambda _: None), beside="random"), COPY),
+    Attack(
+        "A copy whose name comes before that of the original.",
+        submission(make(lambda _: None), beside="random"),
+        COPY,
+    ),
     Attack("A copy with another title and author.", submission(make(renamed), beside="random"), COPY),
     Attack("A copy with noise of 3e-13.", submission(make(noise(3e-13)), beside="random"), COPY),
     Attack("A copy with noise of 1e-7.", submission(make(noise(1e-7)), beside="random"), COPY),

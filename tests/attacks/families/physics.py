@@ -84,7 +84,6 @@ ATTACKS = (
         "Striker's ball is a little struck, so that the reward ignores the tip.",
         shift("struck", 1e-7),
         base="striker",
-        quick=True,
     ),
     traced("Striker's ball is moved to the goal at a seam.", shift("qpos", 0.1, column=-1), base="striker"),
     traced(

@@ -63,7 +63,11 @@ ATTACKS = (
         REEVALUATED,
         REEVALUATED,
     ),
-    Attack("Four runs.", submission(as_runs((0, 1, 2, 3))), "board: Fewer than 5 runs.", quick=True),
+    Attack(
+        "Four runs.",
+        submission(as_runs((0, 1, 2, 3))),
+        "board: Fewer than 5 runs.",
+    ),
     Attack(
         "One run five times, of an agent with parameters.",
         submission(as_runs((0,) * 5, edit=trainable)),
@@ -74,7 +78,6 @@ ATTACKS = (
         "One run five times, of an agent that is said to have no parameters.",
         submission(as_runs((0,) * 5)),
         "board: Fewer than 5 runs.",
-        quick=True,
     ),
     Attack(
         "One run five times, with differences that replay tolerates.",
