@@ -5,7 +5,7 @@ PIP = .venv/bin/python -m pip --disable-pip-version-check --no-input install --q
 export OPENBLAS_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help leaderboard verify test browser screenshots extras check docs docsite findings bench slow coverage reproduce changelog clean
+.PHONY: help leaderboard verify test browser screenshots extras attack honest check docs docsite findings bench slow coverage reproduce changelog clean
 
 help:  ## list the commands
 	@awk -F ':.*  ## ' '/^[a-z]+:.*  ## / { printf "make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -34,6 +34,13 @@ extras: .venv/everything.installed  ## run the tests of the extras cluster, sbx 
 
 slow: .venv/everything.installed  ## run the tests that train for minutes
 	.venv/bin/pytest -m slow
+
+attack: .venv/everything.installed  ## play all attacks of docs/security.md and write its table (ten minutes)
+	.venv/bin/pytest -n 2 --dist load -m attack tests/attacks
+	.venv/bin/pytest -q tests/attacks -k table --write-table
+
+honest: .venv/everything.installed  ## check 400 honest submissions with two instruction sets (an hour; can be resumed)
+	.venv/bin/python tests/benchmarks/measure_honest.py --out _honest
 
 check: .venv/everything.installed  ## check style, types, import layers and workflows
 	.venv/bin/ruff check .

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from gym_extensions.rollouts.reading.evaluation_log import Log
 from gym_extensions.rollouts.submission import SubmittedGroup
 
-TOLERANCE = 1e-9
-"""Largest difference of identical returns, absolute and relative."""
+TOLERANCE = 1e-5
+"""Largest difference of identical returns, absolute and relative: ten times the tolerance of replay, so that
+a copy with noise that replay accepts is not another run."""
 PAIRED_PROTOCOLS = (("sequential", "single"), ("joint",))
 """Protocols whose runs belong together: a run of one agent has both a sequential and a single log."""
 
@@ -85,8 +86,7 @@ def measurements(log: Log) -> dict[int, tuple[bytes, NDArray[np.float64]]]:
 def first_identical_runs(log: Log) -> dict[int, int]:
     """For each run, the first run that is identical in every episode.
 
-    That is the run itself if it is the first. Returns that differ by less than ``TOLERANCE`` are identical,
-    so that noise in the last digits does not make a copy another run.
+    That is the run itself if it is the first. Returns that differ by less than ``TOLERANCE`` are identical.
     """
     firsts: dict[bytes, list[tuple[int, float, NDArray[np.float64]]]] = {}
     result = {}

@@ -19,6 +19,7 @@ from gym_extensions.scoring.metrics.value import MetricValue
 from gym_extensions.scoring.pipeline.score import score_folder
 from gym_extensions.scoring.references import References
 from gym_extensions.scoring.scorecard.model import Scorecard
+from gym_extensions.scoring.scorecard.record import LedgerRecord, Level
 from gym_extensions.scoring.scorecard.suites import suite_scores
 
 FIVE = (0, 1, 2, 3, 4)
@@ -200,6 +201,18 @@ def test_of_identical_entries_the_replayed_one_counts(enter: Enter) -> None:
     replayed = replace(enter("b", 500), trust="replayed (300 of 14000 episodes)")
     rows = board([enter("a", 500), replayed], KEY).rows
     assert [(entry.name, entry.duplicate_of) for entry in rows] == [("b", None), ("a", "b")]
+
+
+def test_of_identical_replayed_entries_the_one_that_was_accepted_first_counts(enter: Enter) -> None:
+    def accepted(name: str, date: str, level: Level) -> Scorecard:
+        record = LedgerRecord(event="accepted", digest="", accepted=date, level=level)
+        return replace(enter(name, 500), trust=f"{level} (300 of 14000 episodes)", ledger=record)
+
+    levels: tuple[Level, ...] = ("replayed", "re-evaluated", "reproduced")
+    for level in levels:
+        cards = [accepted("a", "2026-02-01", "replayed"), accepted("b", "2026-01-01", level)]
+        rows = board(cards, KEY).rows
+        assert [(entry.name, entry.duplicate_of) for entry in rows] == [("b", None), ("a", "b")]
 
 
 def test_each_ranked_entry_is_compared_with_the_first_over_m_minus_1_tests(enter: Enter) -> None:

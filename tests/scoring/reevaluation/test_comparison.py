@@ -90,6 +90,23 @@ def test_seeds_that_are_easy_for_all_policies_are_no_evidence() -> None:
     assert sum(p <= 0.1 for p in p_values) <= 10
 
 
+def test_noise_that_an_agent_draws_in_all_tasks_is_no_evidence() -> None:
+    """The episodes of one number are lucky in all tasks of a run; new episodes have noise of their own."""
+
+    def entry(seed: int) -> float:
+        rng = np.random.default_rng(seed)
+        noise = rng.standard_normal((5, 20))
+        tasks = [
+            TaskReturns(range(5), noise + 0.5 * rng.standard_normal((5, 20)), rng.standard_normal((5, 20)))
+            for _ in range(5)
+        ]
+        return compare(tasks, rng).p_value
+
+    p_values = [entry(seed) for seed in range(40)]
+    assert sum(p <= ALPHA for p in p_values) <= 1
+    assert sum(p <= 0.1 for p in p_values) <= 10
+
+
 def test_constant_returns_pass() -> None:
     constant = np.full((2, 20), -100.0)
     rng = np.random.default_rng(0)

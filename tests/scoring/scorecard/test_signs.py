@@ -21,6 +21,10 @@ def with_outlier(protocol: str, run: int, stage: int, position: int, episode: in
     return 900.0 if (run, position, episode) == (1, 2, 7) else plain(protocol, run, stage, position, episode)
 
 
+def nearly_one_run(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
+    return 100.0 + episode + (run if episode == 0 else 0)
+
+
 def above_curve(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
     # A curve has position 1 and episodes 1 to 12 in `write_submission`; the log has position 3 as well.
     return plain(protocol, run, stage, position, episode) + (50.0 if position == 3 else 0.0)
@@ -36,6 +40,14 @@ def above_curve(protocol: str, run: int, stage: int, position: int, episode: int
             (
                 "hopper-gravity-v0, single: In 1 of 10 cells, the largest return per step is more than 12 "
                 "interquartile ranges above the upper quartile.",
+            ),
+        ),
+        (
+            nearly_one_run,
+            0,
+            (
+                "hopper-gravity-v0, single: 1 of 2 runs share most of their last episodes with an earlier "
+                "run.",
             ),
         ),
         (

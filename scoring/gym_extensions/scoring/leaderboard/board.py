@@ -25,8 +25,10 @@ from gym_extensions.scoring.scorecard.sketches import Sketch
 NOT_ACCEPTED = "Not accepted yet: the ledger does not have its files."
 NOTHING_LEARNED = "nothing learned to forget"
 FORGETTING = ("forgetting", "worst_case_forgetting", "mean_later_forgetting")
-REPLAYED = "replayed"
+ABOVE_VALIDATED = ("replayed", "re-evaluated", "reproduced")
 """How the levels of trust of replayed entries begin."""
+LAST_DATE = "9999"
+"""Sorts after every date."""
 
 
 def _why_not_ranked(
@@ -82,9 +84,11 @@ def _entry(
     )
 
 
-def _original_first(card: Scorecard) -> tuple[bool, str]:
-    """Sorts entries so that, of identical ones, the replayed one and then the first by name counts."""
-    return (not (card.trust or "").startswith(REPLAYED), card.name)
+def _original_first(card: Scorecard) -> tuple[bool, str, str]:
+    """Sorts entries: of identical ones, a replayed one counts, then the one that the ledger accepted first,
+    then the first by name."""
+    accepted = card.ledger.accepted if card.ledger else ""
+    return (not (card.trust or "").startswith(ABOVE_VALIDATED), accepted or LAST_DATE, card.name)
 
 
 def _sorted(entries: Sequence[BoardEntry], metric: str) -> list[BoardEntry]:

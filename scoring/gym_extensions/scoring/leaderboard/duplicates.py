@@ -5,16 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 
-from gym_extensions.scoring.scorecard.sketches import SIZE, Sketch
-
-SHARE = 0.5
-"""Least share of common episodes of two runs, and of such runs of an entry, that makes it a duplicate."""
-
-
-def is_common(first: Sketch, second: Sketch) -> bool:
-    """Whether two runs share at least half of their episodes, as estimated from their sketches."""
-    union = sorted({*first, *second})[:SIZE]
-    return bool(union) and len({*first} & {*second} & {*union}) >= SHARE * len(union)
+from gym_extensions.scoring.scorecard.sketches import SHARE, Sketch, is_common
 
 
 def duplicate_entries(entries: Mapping[str, Sequence[Sketch]]) -> dict[str, str]:

@@ -4,7 +4,10 @@ Under the null hypothesis the logged and the new seeds of a task are exchangeabl
 same distribution, and the policies were fixed before the new ones. All runs, stages and protocols of a task
 are evaluated on the same seeds, and tasks may be much harder from some of them, so that returns of one seed
 are not independent. The test therefore exchanges seeds and not returns, which makes it exact for any
-dependence between runs: it rejects an honest entry with a probability of at most ``ALPHA``.
+dependence between runs: it rejects an honest entry with a probability of at most ``ALPHA``. An agent may draw
+the same noise in all tasks, so that episodes of one number are not independent either: the same numbers are
+exchanged in all tasks. The new episodes do not share noise between tasks; the numbers of both kinds are
+equal, so the test is then exact in the limit of many episodes.
 """
 
 from __future__ import annotations
@@ -62,10 +65,13 @@ def compare(tasks: Sequence[TaskReturns], rng: np.random.Generator) -> Compariso
     Args:
         tasks: the cells by task.
         rng: draws the permutations.
+
+    All tasks have the same numbers of logged and new episodes.
     """
     if not tasks:
         return Comparison(1.0)
-    differences = np.concatenate([_differences(task, rng) for task in tasks])
+    weights = _weights(tasks[0], rng)
+    differences = np.concatenate([_differences(task, weights) for task in tasks])
     runs = np.concatenate([np.asarray(task.runs) for task in tasks])
     sums = np.stack([differences[runs == run].sum(axis=0) for run in np.unique(runs)])
     sizes = np.array([(runs == run).sum() for run in np.unique(runs)])
@@ -82,14 +88,19 @@ ROUNDING = 1e-9
 """Statistics that differ by less are equal."""
 
 
-def _differences(task: TaskReturns, rng: np.random.Generator) -> Array:
+def _weights(task: TaskReturns, rng: np.random.Generator) -> Array:
+    """Weights (1 + permutations, logged and new episodes) of a difference of means; the data's first."""
+    logged, fresh = task.logged.shape[1], task.fresh.shape[1]
+    weights = np.concatenate([np.full(logged, 1 / logged), np.full(fresh, -1 / fresh)])
+    exchanged = rng.permuted(np.tile(weights, (PERMUTATIONS, 1)), axis=1)
+    return np.concatenate([weights[None], exchanged])
+
+
+def _differences(task: TaskReturns, weights: Array) -> Array:
     """The difference of every cell (cells, 1 + permutations); the first column is that of the data."""
     returns = np.concatenate([task.logged, task.fresh], axis=1)
     deviation = returns.std(axis=1, keepdims=True)
     is_constant = deviation <= ROUNDING * np.maximum(1.0, np.abs(returns).max(axis=1, keepdims=True))
     standardized = np.where(is_constant, 0.0, returns / np.where(is_constant, 1.0, deviation))
-    logged, fresh = task.logged.shape[1], task.fresh.shape[1]
-    weights = np.concatenate([np.full(logged, 1 / logged), np.full(fresh, -1 / fresh)])
-    exchanged = rng.permuted(np.tile(weights, (PERMUTATIONS, 1)), axis=1)
-    result: Array = standardized @ np.concatenate([weights[None], exchanged]).T
+    result: Array = standardized @ weights.T
     return result

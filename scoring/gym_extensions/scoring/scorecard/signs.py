@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES
 from gym_extensions.rollouts.reading.evaluation_log import Log
 from gym_extensions.rollouts.submission import SubmittedGroup
+from gym_extensions.scoring.scorecard.sketches import episode_sketches, is_common
 
 OUTLIER_RANGES = 12.0
 """Interquartile ranges above the upper quartile from which a cell's largest return per step is an outlier.
@@ -24,7 +25,12 @@ def signs(entry: SubmittedGroup) -> tuple[str, ...]:
     return tuple(
         f"{entry.group.id}, {protocol}: {text}"
         for protocol, log in entry.logs.items()
-        for text in (*_outliers(log), *_identical_lengths(log), *_above_curves(entry, log))
+        for text in (
+            *_outliers(log),
+            *_identical_lengths(log),
+            *_shared_episodes(log),
+            *_above_curves(entry, log),
+        )
     )
 
 
@@ -54,6 +60,15 @@ def _identical_lengths(log: Log) -> Iterator[str]:
             f"In {count} of {len(lengths)} cells, all {EVALUATION_EPISODES} episodes have the same length, "
             "which is below the time limit."
         )
+
+
+def _shared_episodes(log: Log) -> Iterator[str]:
+    sketches = episode_sketches(log)
+    count = sum(
+        any(is_common(sketch, other) for other in sketches[:index]) for index, sketch in enumerate(sketches)
+    )
+    if count:
+        yield f"{count} of {len(sketches)} runs share most of their last episodes with an earlier run."
 
 
 def _above_curves(entry: SubmittedGroup, log: Log) -> Iterator[str]:

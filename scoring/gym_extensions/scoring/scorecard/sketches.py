@@ -11,6 +11,9 @@ SIZE = 16
 SIGNIFICANT_DIGITS = 5
 """Digits of a return that count, so that noise far below the tolerance of a replay changes few digests."""
 
+SHARE = 0.5
+"""Least share of common episodes of two runs, and of such runs of an entry, that makes it a duplicate."""
+
 Sketch = tuple[str, ...]
 
 
@@ -31,3 +34,9 @@ def episode_sketches(log: Log) -> tuple[Sketch, ...]:
             episode = (*key, f"{return_:.{SIGNIFICANT_DIGITS - 1}e}", terminated)
             digests[run].add(hashlib.sha256(repr(episode).encode()).hexdigest()[:8])
     return tuple(tuple(sorted(digests[run])[:SIZE]) for run in log.runs)
+
+
+def is_common(first: Sketch, second: Sketch) -> bool:
+    """Whether two runs share at least half of their episodes, as estimated from their sketches."""
+    union = sorted({*first, *second})[:SIZE]
+    return bool(union) and len({*first} & {*second} & {*union}) >= SHARE * len(union)
