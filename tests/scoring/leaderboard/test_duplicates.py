@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from gym_extensions.rollouts.reader import read
-from gym_extensions.scoring.leaderboard.duplicates import duplicate_entries, is_common
-from gym_extensions.scoring.scorecard.sketches import SIZE, Sketch, episode_sketches
+from gym_extensions.scoring.leaderboard.duplicates import duplicate_entries
+from gym_extensions.scoring.scorecard.sketches import SIZE, Sketch, episode_sketches, is_common
 
 GROUP = "hopper-gravity-v0"
 RUNS = (0, 1, 2)
