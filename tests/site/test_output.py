@@ -63,6 +63,15 @@ def test_the_pages_of_a_changed_entry_and_of_its_boards_are_written(
         assert after[path] != before[path], path
 
 
+def test_a_build_without_a_change_writes_no_file_but_its_mark(tmp_path: Path) -> None:
+    document, out = everything(), tmp_path / "site"
+    build(document, out)
+    before = inodes(out)
+    build(document, out)
+    after = inodes(out)
+    assert [path for path in after if after[path] != before[path]] == [MARK]
+
+
 def test_a_changed_build_equals_a_new_one(tmp_path: Path) -> None:
     document = everything()
     build(document, tmp_path / "site")

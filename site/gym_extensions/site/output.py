@@ -74,8 +74,9 @@ class Output:
                 self.new.replace(self.out)
 
     def add(self, path: str, content: bytes) -> None:
-        """Writes a file."""
-        self._write(path, content, "")
+        """Writes a file, or links the old one if it has this content."""
+        if not self._link(path, digest(content)):
+            self._write(path, content, "")
 
     def add_draft(self, path: str, inputs: bytes, write: Callable[[], str]) -> None:
         """Writes a file, or links the old one if it was made from the same inputs and is unchanged."""
