@@ -60,6 +60,11 @@ ATTACKS = (
         "ledger verify: ledger-evidence",
     ),
     Attack(
+        "A line states the level re-evaluated, and there is no record of new seeds.",
+        ledger(appended(level="re-evaluated", replayed=1)),
+        "ledger verify: ledger-evidence",
+    ),
+    Attack(
         "A line states a salt that does not follow from its value.",
         ledger(appended(value="e" * 40, salt=CHOSEN)),
         "ledger verify: ledger-salt",
