@@ -47,11 +47,15 @@ class Worker:
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment
         )
 
-    def __call__(self, **request: object) -> dict[str, Any]:
+    def ask(self, **request: object) -> None:
+        """Sends a request."""
         assert self._process.stdin is not None
-        assert self._process.stdout is not None
         self._process.stdin.write(json.dumps(request) + "\n")
         self._process.stdin.flush()
+
+    def answer(self) -> dict[str, Any]:
+        """Waits for the answer to the request."""
+        assert self._process.stdout is not None
         answer: dict[str, Any] = json.loads(self._process.stdout.readline())
         return answer
 
@@ -68,11 +72,11 @@ def measure(out: Path, entries: int) -> list[dict[str, Any]]:
     for number in missing:
         recorded = list(SETTINGS)[number % 2]
         folder = out / f"honest-{number}"
-        failed = workers[recorded](command="record", number=number, folder=str(folder)).get("problems", [])
-        checks = {
-            name: worker(command="check", number=number, folder=str(folder))
-            for name, worker in workers.items()
-        }
+        workers[recorded].ask(command="record", number=number, folder=str(folder))
+        failed = workers[recorded].answer().get("problems", [])
+        for worker in workers.values():  # both check at the same time
+            worker.ask(command="check", number=number, folder=str(folder))
+        checks = {name: worker.answer() for name, worker in workers.items()}
         result = {"number": number, "recorded": recorded, "failed": failed, "checks": checks}
         results.append(result)
         with path.open("a") as file:
