@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 from ..attack import REEVALUATED, REPRODUCED, Attack
+from ..forgeries.edited_log import fewer, first_row, log_only, other_root
 from ..forgeries.invented import (
     add,
     all_above,
     all_but_largest,
     best_trace_everywhere,
     episodes_of_the_other_task,
-    fewer,
-    first_row,
     ground,
     in_cells,
     in_rows,
     invented_without_traces,
-    log_only,
     one_episode,
-    other_root,
     scale,
     scale_log,
     sequential,
