@@ -10,10 +10,11 @@ import numpy as np
 from gym_extensions.baselines.reproduction.reproduce import reproduce
 from gym_extensions.catalog.groups import group
 from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.layout import policy_name
 from gym_extensions.rollouts.policies import Policy
 
 from ..attack import NOT_DETECTED, REEVALUATED, REPRODUCED, Outcome
-from ..evaluate import evaluations, generator, rollouts, seeds_of, with_policy
+from ..evaluate import generator, rollouts, seeds_of, with_policy
 from ..forger import Forger, Row, cells
 from ..judge import Make
 from ..recorders import HOPPER, RUNS
@@ -68,11 +69,15 @@ def trainable(forger: Forger) -> None:
 
 
 def another_episode(forger: Forger) -> None:
-    """Gives every run one episode of its own."""
+    """Gives every cell of every run one episode of its own, with actions of its policy."""
     trainable(forger)
     rows = forger.rows()
     for cell in cells(rows):
-        forger.put_rollout(cell[int(cell[0]["run"])], next(evaluations(cell, 1))[0])
+        run, task = int(cell[0]["run"]), cell[0]["task"]
+        name = policy_name("single", run, 1, forger.group.tasks[forger.group.task_ids.index(task)].name)
+        policy = Policy.from_bytes((forger.folder / forger.group.name / "policies" / name).read_bytes())
+        episodes = rollouts(task, with_policy(policy, generator(cell)), seeds_of(cell))
+        forger.put_rollout(cell[run], episodes[run])
     forger.write(rows)
 
 
