@@ -75,7 +75,7 @@ def test_an_honest_entry_agrees_with_its_log(honest: Path) -> None:
 
 
 def test_inflated_returns_are_refused(copy: Path) -> None:
-    change_returns(copy, lambda value: 1.6 * value)
+    change_returns(copy, lambda value: 2 * value)
     (problem,) = reevaluate(copy, SALT).problems
     assert (problem.rule, problem.where) == ("reevaluation-differs", "copy")
     assert problem.message.startswith(
@@ -153,7 +153,7 @@ def test_a_submission_without_policies_keeps_its_level_and_says_so(
 
 
 def test_an_inflated_log_without_traces_is_refused(copy: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    change_returns(copy, lambda value: 1.6 * value)
+    change_returns(copy, lambda value: 2 * value)
     shutil.rmtree(copy / GROUP / "traces")
     assert traces_root(copy) in (copy / "submission.toml").read_text()
     status, card = scorecard(capsys, str(copy), "--reevaluate", "--salt", SALT)
