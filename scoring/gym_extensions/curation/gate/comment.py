@@ -38,7 +38,8 @@ def _number(value: float | None) -> str:
 
 def _scores(report: GateReport) -> list[str]:
     rows = [
-        f"{score.group}  {score.protocol}  {score.budget}  {score.runs} {'run' if score.runs == 1 else 'runs'}  {score.metric} "
+        f"{score.group}  {score.protocol}  {score.budget}  "
+        f"{score.runs} {'run' if score.runs == 1 else 'runs'}  {score.metric} "
         f"{_number(score.mean)} [{_number(score.low)}, {_number(score.high)}]"
         for score in report.scores
     ]
