@@ -6,6 +6,8 @@ import subprocess
 from collections.abc import Mapping
 from pathlib import Path
 
+from gym_extensions.curation.ledger.append import Author, record
+
 from ..conftest import MANIFEST, write_submission
 
 BOARD_MANIFEST = MANIFEST.replace('"smoke"', '"100k"')
@@ -51,3 +53,20 @@ def write_entry(folder: Path, name: str, bonus: float = 0.0, group: str = "hoppe
     return write_submission(
         folder, name=name, groups=(group,), protocols=("single",), value=value, manifest=BOARD_MANIFEST
     )
+
+
+def make_project(folder: Path) -> Path:
+    """A repository with code, an owner, an entry and its ledger.
+
+    The branch ``request``, which is checked out, equals ``main``; the branch ``entry`` adds a new entry.
+    """
+    make_repository(folder)
+    write_entry(folder / "submissions", "old")
+    record(folder / "submissions", Author("2026-01-01", "The first entry."))
+    owners = "* @project/maintainers\n/submissions/old/ @alice @project/maintainers\n"
+    commit(folder, {"scoring/rank.py": "rank = 1\n", ".github/CODEOWNERS": owners})
+    git(folder, "switch", "--quiet", "-c", "entry")
+    write_entry(folder / "submissions", "new", bonus=7.0)
+    commit(folder)
+    git(folder, "switch", "--quiet", "-c", "request", "main")
+    return folder

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...curation.gate.test_check import PLAYS, index
+from ...curation.gate.plays import PLAYS, index
 from ..attack import NOT_DETECTED, REPLAYED, Attack
 from ..forgeries.pulls import (
     edited_line,

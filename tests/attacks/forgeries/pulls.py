@@ -10,37 +10,23 @@ from pathlib import Path
 from gym_extensions.curation.gate.check import Request, check_pull_request
 from gym_extensions.curation.gate.report import read_report
 from gym_extensions.curation.git import Repository
-from gym_extensions.curation.ledger.append import Author, append, record, repeated
+from gym_extensions.curation.ledger.append import Author, append, repeated
 from gym_extensions.curation.ledger.chain import read
 from gym_extensions.curation.salt import fixing_commit
 from gym_extensions.errors import BenchError
 
-from ...curation.repositories import commit, git, make_repository, write_entry
+from ...curation.repositories import commit, git, make_project
 from ..attack import NONE, NOT_DETECTED, REPLAYED, Outcome
 from ..workshop import Workshop
 
 Play = Callable[[Path], object]
 
 
-def project(workshop: Workshop) -> Path:
-    """A repository with an entry and its ledger; the branch ``entry`` adds another entry."""
-    folder = make_repository(workshop.empty() / "project")
-    write_entry(folder / "submissions", "old")
-    record(folder / "submissions", Author("2026-01-01", "The first entry."))
-    owners = "* @project/maintainers\n/submissions/old/ @alice @project/maintainers\n"
-    commit(folder, {"scoring/rank.py": "rank = 1\n", ".github/CODEOWNERS": owners})
-    git(folder, "switch", "--quiet", "-c", "entry")
-    write_entry(folder / "submissions", "new", bonus=7.0)
-    commit(folder)
-    git(folder, "switch", "--quiet", "-c", "request", "main")
-    return folder
-
-
 def request(play: Play, branch: str = "request") -> Callable[[Workshop], Outcome]:
     """Judges what an attacker does on a branch: ``request`` equals the base, ``entry`` adds an entry."""
 
     def run(workshop: Workshop) -> Outcome:
-        folder = project(workshop)
+        folder = make_project(workshop.empty() / "project")
         git(folder, "switch", "--quiet", branch)
         play(folder)
         report = check_pull_request(Request(Repository(folder), "main"))
@@ -109,7 +95,9 @@ def orphan(folder: Path) -> None:
 
 def forged_report(workshop: Workshop) -> Outcome:
     """Hands the second workflow a report with markup and a level of its own."""
-    report = check_pull_request(Request(Repository(project(workshop)), "main", head="entry"))
+    report = check_pull_request(
+        Request(Repository(make_project(workshop.empty() / "project")), "main", head="entry")
+    )
     text = report.to_json().replace('"validated"', '"<b>first</b>"', 1)
     try:
         read_report(text.encode())
@@ -120,7 +108,7 @@ def forged_report(workshop: Workshop) -> Outcome:
 
 def fast_forward(workshop: Workshop) -> Outcome:
     """Merges without a merge commit: the author's own commit then determines the salt."""
-    folder = project(workshop)
+    folder = make_project(workshop.empty() / "project")
     author = git(folder, "rev-parse", "entry")
     git(folder, "switch", "--quiet", "main")
     git(folder, "merge", "--quiet", "--ff-only", "entry")

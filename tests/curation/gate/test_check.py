@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -23,17 +23,16 @@ from gym_extensions.curation.gate.limits import Limits
 from gym_extensions.curation.gate.report import GateReport, read_report
 from gym_extensions.curation.gate.rules import RULES
 from gym_extensions.curation.git import Repository
-from gym_extensions.curation.ledger.append import Author, append, record, repeated
+from gym_extensions.curation.ledger.append import Author, append, repeated
 from gym_extensions.curation.ledger.chain import read
 from gym_extensions.curation.salt import derive_salt
 from gym_extensions.rollouts.auditing.submission_digest import digest_without_traces
 from gym_extensions.scoring.documents import json_schema
 
-from ..repositories import commit, git, make_repository, write_entry
+from ..repositories import commit, git, make_project
+from .plays import NEW, PLAYS, index
 
-NEW = "submissions/new"
 VALUE = "e" * 40
-Play = Callable[[Path], object]
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="the gate needs limits that Windows lacks")
 
@@ -41,16 +40,7 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="the gate needs 
 @pytest.fixture(scope="module")
 def base(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A project with code, an owner, an entry and its ledger; the branch ``entry`` adds a new entry."""
-    folder = make_repository(tmp_path_factory.mktemp("base") / "project")
-    write_entry(folder / "submissions", "old")
-    record(folder / "submissions", Author("2026-01-01", "The first entry."))
-    owners = "* @project/maintainers\n/submissions/old/ @alice @project/maintainers\n"
-    commit(folder, {"scoring/rank.py": "rank = 1\n", ".github/CODEOWNERS": owners})
-    git(folder, "switch", "--quiet", "-c", "entry")
-    write_entry(folder / "submissions", "new", bonus=7.0)
-    commit(folder)
-    git(folder, "switch", "--quiet", "-c", "request", "main")
-    return folder
+    return make_project(tmp_path_factory.mktemp("base") / "project")
 
 
 @pytest.fixture
@@ -80,15 +70,6 @@ def checked(project: Path, **changes: object) -> GateReport:
 
 def rules(report: GateReport) -> list[tuple[str, str]]:
     return [(problem.rule, problem.where) for problem in report.problems]
-
-
-def index(project: Path, *rows: tuple[str, str, str]) -> None:
-    """Commits files without a work tree: (mode, content or commit id, path)."""
-    for mode, content, path in rows:
-        data = content.encode()
-        object_id = content if mode == "160000" else git(project, "hash-object", "-w", "--stdin", data=data)
-        git(project, "update-index", "--add", "--cacheinfo", f"{mode},{object_id},{path}")
-    git(project, "commit", "--quiet", "-m", "index")
 
 
 def test_a_new_entry_passes_with_its_digest_salt_scores_and_labels(request_with_entry: Path) -> None:
@@ -166,127 +147,6 @@ def test_a_change_of_code_alone_is_not_judged(project: Path) -> None:
     commit(project, {"scoring/rank.py": "rank = 2\n", ".github/workflows/gate.yml": "on: push\n"})
     report = checked(project)
     assert (report.kind, report.verdict, report.labels) == ("code", "not-judged", ())
-
-
-PLAYS: dict[str, tuple[str, str, Play]] = {
-    "a submission that also edits the scorer": (
-        "code-and-data",
-        "scoring/rank.py",
-        lambda project: commit(project, {"scoring/rank.py": "rank = 9\n"}),
-    ),
-    "a submission that also edits a workflow": (
-        "code-and-data",
-        ".github/workflows/gate.yml",
-        lambda project: commit(project, {".github/workflows/gate.yml": "on: push\n"}),
-    ),
-    "a submission that also edits another entry": (
-        "several-entries",
-        "submissions",
-        lambda project: commit(project, {"submissions/old/README.md": "Worse.\n"}),
-    ),
-    "a submission with a line of the ledger": (
-        "several-entries",
-        "submissions",
-        lambda project: commit(project, {"submissions/ledger.jsonl": "{}\n"}),
-    ),
-    "two new entries": (
-        "several-entries",
-        "submissions",
-        lambda project: index(project, ("100644", "x", "submissions/another/submission.toml")),
-    ),
-    "a file beside the entries": (
-        "stray-file",
-        "submissions/conftest.py",
-        lambda project: commit(project, {"submissions/conftest.py": "import os\n"}),
-    ),
-    "a folder of submissions in capitals": (
-        "stray-file",
-        "Submissions/new/submission.toml",
-        lambda project: index(project, ("100644", "x", "Submissions/new/submission.toml")),
-    ),
-    "a symbolic link": (
-        "symbolic-link",
-        f"{NEW}/README.md",
-        lambda project: index(project, ("120000", "../../scoring/rank.py", f"{NEW}/README.md")),
-    ),
-    "a submodule": (
-        "submodule",
-        f"{NEW}/code",
-        lambda project: index(project, ("160000", "1" * 40, f"{NEW}/code")),
-    ),
-    "an executable file": (
-        "file-mode",
-        f"{NEW}/README.md",
-        lambda project: index(project, ("100755", "text", f"{NEW}/README.md")),
-    ),
-    "a file that is renamed from another entry": (
-        "renamed-file",
-        f"{NEW}/hopper-gravity/joint.csv",
-        lambda project: (
-            git(
-                project, "mv", "submissions/old/hopper-gravity/single.csv", f"{NEW}/hopper-gravity/joint.csv"
-            ),
-            git(project, "commit", "--quiet", "-m", "move"),
-        ),
-    ),
-    "a file of another entry that is deleted": (
-        "deleted-file",
-        "submissions/old/hopper-gravity/single.csv",
-        lambda project: commit(project, {"submissions/old/hopper-gravity/single.csv": None}),
-    ),
-    "the ledger deleted": (
-        "deleted-file",
-        "submissions/ledger.jsonl",
-        lambda project: commit(project, {"submissions/ledger.jsonl": None}),
-    ),
-    "a name of a device": (
-        "reserved-name",
-        f"{NEW}/Nul.csv",
-        lambda project: index(project, ("100644", "x", f"{NEW}/Nul.csv")),
-    ),
-    "a name that ends in a dot": (
-        "reserved-name",
-        f"{NEW}/single.csv.",
-        lambda project: index(project, ("100644", "x", f"{NEW}/single.csv.")),
-    ),
-    "a hidden file": (
-        "path-characters",
-        f"{NEW}/.gitattributes",
-        lambda project: index(project, ("100644", "* export-subst", f"{NEW}/.gitattributes")),
-    ),
-    "a name in other letters": (
-        "path-characters",
-        f"{NEW}/τrace.npz",
-        lambda project: index(project, ("100644", "x", f"{NEW}/τrace.npz")),
-    ),
-    "a name with an escape sequence": (
-        "path-characters",
-        f"{NEW}/\\x1b[2J.csv",
-        lambda project: index(project, ("100644", "x", f"{NEW}/\x1b[2J.csv")),
-    ),
-    "a log of another entry": (
-        "copied-log",
-        f"{NEW}/hopper-gravity/single.csv",
-        lambda project: commit(
-            project,
-            {
-                f"{NEW}/hopper-gravity/single.csv": (
-                    project / "submissions/old/hopper-gravity/single.csv"
-                ).read_bytes()
-            },
-        ),
-    ),
-    "two names that differ in case": (
-        "case-collision",
-        f"{NEW}/hopper-gravity/single.csv",
-        lambda project: index(project, ("100644", "x", f"{NEW}/hopper-gravity/Single.csv")),
-    ),
-    "a large file": (
-        "too-large",
-        f"{NEW}/README.md",
-        lambda project: commit(project, {f"{NEW}/README.md": b"x" * 65537}),
-    ),
-}
 
 
 @pytest.mark.parametrize("name", PLAYS)
