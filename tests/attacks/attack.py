@@ -9,7 +9,7 @@ from .workshop import Workshop
 
 NONE, REPLAYED, REEVALUATED, REPRODUCED = "none", "replayed", "re-evaluated", "reproduced"
 LEVELS = (NONE, REPLAYED, REEVALUATED, REPRODUCED)
-"""Levels with which an entry has a rank, in order. ``none`` is no rank."""
+"""Levels with which an entry has a rank, in order. ``none`` means without a rank."""
 NOT_DETECTED = "not detected"
 
 

@@ -37,7 +37,7 @@ ATTACKS = (
         quick=True,
     ),
     Attack(
-        "All returns are invented, and there are no traces.",
+        "All returns are invented, without traces.",
         submission(invented_without_traces),
         "board: 20 of 20 traces of the audit sample are missing.",
         quick=True,

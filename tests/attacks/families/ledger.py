@@ -60,7 +60,7 @@ ATTACKS = (
         "ledger verify: ledger-evidence",
     ),
     Attack(
-        "A line states the level re-evaluated, and there is no record of new seeds.",
+        "A line states the level re-evaluated, without a record of new seeds.",
         ledger(appended(level="re-evaluated", replayed=1)),
         "ledger verify: ledger-evidence",
     ),
