@@ -194,6 +194,8 @@ def test_the_commit_that_fixed_an_entry_gives_its_salt_whatever_happens_to_its_t
     capsys.readouterr()
     assert ledger(repository, "salt", "first") == 0
     assert capsys.readouterr().out == f"{line.salt}\n"
+    assert ledger(repository, "salt", "first", "--value", "5" * 64) == 0
+    assert capsys.readouterr().out == f"{derive_salt(digest, '5' * 64)}\n"
     (repository / "submissions" / "first" / "README.md").write_text("Not committed.\n")
     assert "Its files are not those of the last commit." in problem(
         capsys, repository, "add", "rescored", "first", *reason

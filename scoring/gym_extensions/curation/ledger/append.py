@@ -78,8 +78,7 @@ def verified_line(path: Path, event: Event, author: Author, level: Level | None 
         BenchError: the submission has problems, or the level is not proven.
     """
     hashes = folder_hashes(path)
-    value = _merge_commit(path, hashes) if author.value == MERGE else author.value
-    salt = derive_salt(digest_without_traces(hashes), value) if value else ""
+    value, salt = _value_and_salt(path, hashes, author.value)
     if level == "re-evaluated":
         require_reevaluation(path, digest_without_traces(hashes), salt)
     evidence = prove(path, salt)
@@ -119,15 +118,20 @@ def entry_folder(folder: Path, entry: str) -> Path:
     return path
 
 
-def merge_salt(path: Path) -> tuple[str, str]:
-    """The commit that fixed a submission's folder, and the salt that follows from it.
+def salt_of(path: Path, value: str = MERGE) -> str:
+    """The salt of a submission's folder that follows from a value.
 
     Raises:
-        BenchError: the files, except traces, are not those of HEAD.
+        BenchError: the value is malformed; or it is ``merge`` and the files, except traces, are not those of
+            HEAD.
     """
-    hashes = folder_hashes(path)
-    value = _merge_commit(path, hashes)
-    return value, derive_salt(digest_without_traces(hashes), value)
+    return _value_and_salt(path, folder_hashes(path), value)[1]
+
+
+def _value_and_salt(path: Path, hashes: Mapping[str, str], value: str) -> tuple[str, str]:
+    """The value, with ``merge`` replaced by the commit, and the salt; both empty without a value."""
+    number = _merge_commit(path, hashes) if value == MERGE else value
+    return number, derive_salt(digest_without_traces(hashes), number) if number else ""
 
 
 def _merge_commit(path: Path, hashes: Mapping[str, str]) -> str:

@@ -59,6 +59,9 @@ def parser() -> argparse.ArgumentParser:
     _author_options(record, reason_required=True)
     salt = actions.add_parser("salt", help="print the salt that follows from the commit that fixed an entry")
     salt.add_argument("entry", help="name of the entry's folder")
+    salt.add_argument(
+        "--value", default=append.MERGE, metavar="HEX", help="a later number instead of the commit"
+    )
     board = actions.add_parser("board", help="rebuild the boards as of an old line, from git")
     board.add_argument("--lines", type=int, required=True, metavar="N", help="number of lines to use")
     board.add_argument("--out", type=Path, required=True, metavar="FILE", help="boards.json to write")
@@ -102,7 +105,7 @@ def main(argv: list[str] | None = None) -> int:
     if options.action == "verify":
         return _verify(options)
     if options.action == "salt":
-        print(append.merge_salt(append.entry_folder(options.submissions, options.entry))[1])
+        print(append.salt_of(append.entry_folder(options.submissions, options.entry), options.value))
         return 0
     if options.action == "board":
         rebuild.write_board(options.submissions, options.lines, options.out)
