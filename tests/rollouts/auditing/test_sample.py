@@ -96,7 +96,7 @@ def test_the_drawn_episode_of_a_stage_by_hand(salt: str) -> None:
     digest = hashlib.sha256(data.partition(b"\n")[2]).hexdigest()
     seed = f"{digest}/{salt}" if salt else digest
     # T = 2. The largest return of a cell is that of episode stage + position. Stage 0 draws from the other 19
-    # episodes of R[0][1] and R[0][2] together, stage 1 from those of R[1][2]. The table has R[1][1] and R[2][j].
+    # episodes of R[0][1] and R[0][2] together, stage 1 from those of R[1][2]: the table has the other cells.
     pools = {
         0: [(first, each) for each in range(20) if each != 0]
         + [(second, each) for each in range(20) if each != 1],
