@@ -1,6 +1,6 @@
 """Invents returns of the cells R[s][j] with 0 < s < j: after some training, and before that on the task.
 
-The paper's table is not computed from these cells. One episode per stage is drawn of them and of other cells.
+One episode per run and stage is drawn of all cells R[s][j] with neither s = j nor s = T, these among them.
 """
 
 from __future__ import annotations

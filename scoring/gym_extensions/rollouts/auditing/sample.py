@@ -1,8 +1,8 @@
 """Selects the audit sample, the episodes whose traces a submission must include.
 
 The sample has the episode with the largest return of every cell of every run, one more episode of each of the
-cells that the paper's table is computed from, and per stage one more episode of its other cells together. A
-run's own rows and a salt draw these.
+cells right after the training on a task and after the last stage, and per stage one more episode of its other
+cells together. A run's own rows and a salt draw these.
 """
 
 from __future__ import annotations
