@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from ..attack import REEVALUATED, REPRODUCED, Attack
+from ..forgeries.before_training import all_above, all_but_largest, sequential, two_that_are_missed
 from ..forgeries.edited_log import fewer, first_row, log_only, other_root
 from ..forgeries.invented import (
     add,
-    all_above,
-    all_but_largest,
     best_trace_everywhere,
     episodes_of_the_other_task,
     ground,
@@ -17,7 +16,6 @@ from ..forgeries.invented import (
     one_episode,
     scale,
     scale_log,
-    sequential,
     two_largest,
     without_commitment,
 )
@@ -100,11 +98,17 @@ ATTACKS = (
     Attack(
         "All episodes of the cells R[s][j] with 0 < s < j but the largest are invented below it.",
         submission(sequential(all_but_largest)),
+        "replay: trace-missing",
+    ),
+    Attack(
+        "Two of 20 episodes of the cells R[s][j] with 0 < s < j are invented below the largest, and the salt "
+        "draws none of them.",
+        submission(two_that_are_missed),
         "retraining: not-reproducible",
         REEVALUATED,
         REEVALUATED,
-        "A drawn episode in these cells, or a replay of all traces. Metrics of transfer and later forgetting "
-        "use these cells; final performance does not.",
+        "A replay of all traces. One episode is drawn per stage and run: with five runs, the probability of "
+        "such a sample is 25 % for five tasks, 57 % for two. Final performance does not use these cells.",
     ),
     Attack(
         "One episode of the log is invented, below the largest of its cell.",

@@ -141,35 +141,6 @@ def episodes_of_the_other_task(workshop: Workshop) -> Path:
 OUTCOME = ("length", "return", "terminated")
 
 
-def sequential(edit: Callable[[Forger, list[Row]], object]) -> Make:
-    """Changes the cells R[s][j] with 0 < s < j, which no drawn episode covers."""
-
-    def make(workshop: Workshop) -> Path:
-        forger = Forger(workshop.copy("linear"))
-        rows = forger.rows("sequential")
-        for cell in cells(rows):
-            index = forger.group.task_ids.index(cell[0]["task"]) + 1
-            if 0 < int(cell[0]["stage"]) < index:
-                edit(forger, cell)
-        forger.write(rows, "sequential")
-        return forger.commit()
-
-    return make
-
-
-def all_above(forger: Forger, cell: list[Row]) -> None:
-    top = largest(cell)
-    for row in cell:
-        forger.lose(row, top + 5.0, "sequential")
-
-
-def all_but_largest(forger: Forger, cell: list[Row]) -> None:
-    top = largest(cell)
-    for row in cell:
-        if float(row["return"]) < top:
-            forger.lose(row, top - 1e-3, "sequential")
-
-
 def one_episode(workshop: Workshop) -> Path:
     """Invents the lowest return of the log, below the largest of its cell."""
     forger = Forger(workshop.copy("random"))

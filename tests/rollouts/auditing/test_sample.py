@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 import hashlib
+from collections import Counter
 from itertools import product
 
+import pytest
+
 from gym_extensions.catalog.groups import group
+from gym_extensions.catalog.task import Task
 from gym_extensions.rollouts.auditing.sample import Audited, audit_sample, drawn_cells
 
 TASKS = group("hopper-gravity").tasks
 SALT = "5a" * 32
 
 
-def log(protocol: str, runs: tuple[int, ...], shift: int = 0) -> bytes:
+def log(protocol: str, runs: tuple[int, ...], shift: int = 0, tasks: tuple[Task, ...] = TASKS) -> bytes:
     """A log whose largest return is that of episode (run + stage + position) modulo 20."""
-    stages = range(6) if protocol == "sequential" else [1]
+    stages = range(len(tasks) + 1) if protocol == "sequential" else [1]
     rows = [
         f"{run},{stage},{task.id},{episode},{float(-((episode - run - stage - position - shift) % 20))}\n"
-        for run, stage, (position, task), episode in product(runs, stages, enumerate(TASKS), range(20))
+        for run, stage, (position, task), episode in product(runs, stages, enumerate(tasks), range(20))
     ]
     return "".join(["run,stage,task,episode,return\n", *rows]).encode()
 
@@ -32,15 +36,29 @@ def test_a_second_episode_is_drawn_of_the_cells_of_the_table() -> None:
 
 def test_the_sample_has_the_largest_return_of_every_cell() -> None:
     sample = audit_sample("sequential", log("sequential", (0, 3)), [0, 3], TASKS)
-    assert len(sample) == len(set(sample)) == 2 * (30 + 9)
+    assert len(sample) == len(set(sample)) == 2 * (30 + 9 + 5)
     for run, stage, (position, task) in product((0, 3), range(6), enumerate(TASKS)):
         assert Audited(run, stage, task.id, (run + stage + position) % 20) in sample
 
 
-def test_five_runs_of_five_tasks_have_245_traces() -> None:
+def test_five_runs_of_five_tasks_have_270_traces() -> None:
     runs = (0, 1, 2, 3, 4)
     samples = [audit_sample(name, log(name, runs), runs, TASKS) for name in ("sequential", "single")]
-    assert sum(map(len, samples)) == 245
+    assert sum(map(len, samples)) == 270
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 5])
+def test_every_stage_but_the_last_has_one_more_drawn_episode(count: int) -> None:
+    tasks = TASKS[:count]
+    data = log("sequential", (0,), tasks=tasks)
+    drawn = set(drawn_cells("sequential", tasks))
+    sample = audit_sample("sequential", data, [0], tasks)
+    others = [row for row in sample if (row.stage, row.task) not in drawn]
+    # The largest return of each such cell, all of stage 0 and all but R[s][s] later, and one episode more.
+    assert Counter(row.stage for row in others) == {
+        stage: count + 1 if stage == 0 else count for stage in range(count)
+    }
+    assert len(sample) == (count + 1) * count + (2 * count - 1) + count
 
 
 def test_the_first_of_equal_returns_is_the_largest() -> None:
@@ -67,8 +85,28 @@ def test_a_drawn_episode_by_hand() -> None:
         assert Audited(0, 1, TASKS[0].id, drawn) in audit_sample("single", data, [0], TASKS, salt)
 
 
-def rank(seed: str, episode: int) -> str:
-    return hashlib.sha256(f"{seed}/0/1/{TASKS[0].id}/{episode}".encode()).hexdigest()
+def rank(seed: str, episode: int, stage: int = 1, task: str = TASKS[0].id) -> str:
+    return hashlib.sha256(f"{seed}/0/{stage}/{task}/{episode}".encode()).hexdigest()
+
+
+@pytest.mark.parametrize("salt", ["", SALT])
+def test_the_drawn_episode_of_a_stage_by_hand(salt: str) -> None:
+    first, second = (task.id for task in TASKS[:2])
+    data = log("sequential", (0,), tasks=TASKS[:2])
+    digest = hashlib.sha256(data.partition(b"\n")[2]).hexdigest()
+    seed = f"{digest}/{salt}" if salt else digest
+    # T = 2. The largest return of a cell is that of episode stage + position. Stage 0 draws from the other 19
+    # episodes of R[0][1] and R[0][2] together, stage 1 from those of R[1][2]: the table has the other cells.
+    pools = {
+        0: [(first, each) for each in range(20) if each != 0]
+        + [(second, each) for each in range(20) if each != 1],
+        1: [(second, each) for each in range(20) if each != 2],
+    }
+    sample = set(audit_sample("sequential", data, [0], TASKS[:2], salt))
+    for stage, pool in pools.items():
+        task, episode = min(pool, key=lambda each: rank(seed, each[1], stage, each[0]))
+        members = {Audited(0, stage, *each) for each in pool}
+        assert sample & members == {Audited(0, stage, task, episode)}
 
 
 def test_the_rows_of_a_run_select_its_sample_and_no_other() -> None:

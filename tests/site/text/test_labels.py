@@ -53,7 +53,7 @@ def test_an_agent_without_task_information_says_none() -> None:
 @pytest.mark.parametrize(
     ("trust", "parts"),
     [
-        ("replayed (salted sample: 195 of 3000 episodes)", ("replayed", "195 of 3000 episodes")),
+        ("replayed (salted sample: 220 of 3000 episodes)", ("replayed", "220 of 3000 episodes")),
         ("replayed (all)", ("replayed", "all episodes")),
         ("validated", ("checked, not replayed", "")),
     ],

@@ -1,7 +1,8 @@
 """Selects the audit sample, the episodes whose traces a submission must include.
 
-The sample has the episode with the largest return of every cell of every run, and one more episode of the
-cells that the paper's table is computed from. A run's own rows and a salt draw it.
+The sample has the episode with the largest return of every cell of every run, one more episode of each of the
+cells right after the training on a task and after the last stage, and per stage one more episode of its other
+cells together. A run's own rows and a salt draw these.
 """
 
 from __future__ import annotations
@@ -12,6 +13,9 @@ from dataclasses import dataclass
 
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES
 from gym_extensions.catalog.task import Task
+
+OTHER_CELLS = ""
+"""In place of a task: all cells of a stage but those of :func:`drawn_cells`."""
 
 
 @dataclass(frozen=True, order=True)
@@ -40,10 +44,10 @@ def audit_sample(
 ) -> list[Audited]:
     """The episodes of one log whose traces a submission must include, sorted.
 
-    Of every cell, the episode with the largest return, the first of several. Of the cells of
-    :func:`drawn_cells`, the one of the others whose SHA-256 of
-    ``D/<salt>/<run>/<stage>/<task id>/<episode>`` is lowest, with D the hexadecimal SHA-256 of the run's
-    rows; without a salt, of ``D/<run>/…``.
+    Of every cell, the episode with the largest return, the first of several. Of the other episodes, one of
+    each cell of :func:`drawn_cells`, and one per stage of all other cells together. It is the one whose
+    SHA-256 of ``D/<salt>/<run>/<stage>/<task id>/<episode>`` is lowest, with D the hexadecimal SHA-256 of the
+    run's rows; without a salt, of ``D/<run>/…``.
 
     Args:
         protocol: sequential, single or joint.
@@ -65,14 +69,13 @@ def audit_sample(
             returns.setdefault((int(number), int(stage_number), task_id), []).append(float(return_))
     seeds = {run: _seed(run_rows, salt) for run, run_rows in rows.items()}
     drawn = set(drawn_cells(protocol, tasks))
-    sample = []
+    sample, pools = [], dict[tuple[int, int, str], list[Audited]]()
     for (run, stage, task), values in returns.items():
         largest = values.index(max(values))
         sample.append(Audited(run, stage, task, largest))
-        if (stage, task) in drawn:
-            cell = f"{seeds[run]}/{run}/{stage}/{task}"
-            others = (episode for episode in range(EVALUATION_EPISODES) if episode != largest)
-            sample.append(Audited(run, stage, task, min(others, key=lambda each: _rank(cell, each))))
+        pool = pools.setdefault((run, stage, task if (stage, task) in drawn else OTHER_CELLS), [])
+        pool += [Audited(run, stage, task, each) for each in range(EVALUATION_EPISODES) if each != largest]
+    sample += [min(pool, key=lambda each: _rank(seeds[each.run], each)) for pool in pools.values()]
     return sorted(sample)
 
 
@@ -81,5 +84,6 @@ def _seed(rows: Sequence[str], salt: str) -> str:
     return f"{digest}/{salt}" if salt else digest
 
 
-def _rank(cell: str, episode: int) -> str:
-    return hashlib.sha256(f"{cell}/{episode}".encode()).hexdigest()
+def _rank(seed: str, each: Audited) -> str:
+    key = f"{seed}/{each.run}/{each.stage}/{each.task}/{each.episode}"
+    return hashlib.sha256(key.encode()).hexdigest()

@@ -31,10 +31,10 @@ TRUST = {
     "replayed": (
         "A sample of the episodes (or all of them, where the label says so) was run again from the recorded "
         "actions and gave the claimed returns. The log fixes all recorded episodes in advance. The sample "
-        "has the largest return of every cell, and episodes right after the training of each task and at "
-        "the end, drawn by a salt that was fixed after the log. Without a salt, a determined cheat could "
-        "edit the log until the drawn part misses the edit. Replay does not show how often a policy was "
-        "trained."
+        "has the largest return of every cell, and episodes right after the training of each task, at the "
+        "end, and one more per stage, drawn by a salt that was fixed after the log. Without a salt, a "
+        "determined cheat could edit the log until the drawn part misses the edit. Replay does not show how "
+        "often a policy was trained."
     ),
     "re-evaluated": (
         "Replayed, and the submitted policies were evaluated on new seeds that follow from a salt, which was "
