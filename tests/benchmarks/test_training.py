@@ -1,4 +1,4 @@
-"""Training: TRPO end to end with the paper's batches, against raw physics and SB3's TRPO."""
+"""Training from end to end, against raw physics: TRPO with the paper's batches, and the reference agent."""
 
 from __future__ import annotations
 
@@ -12,52 +12,74 @@ from mujoco.batch import Batch
 
 from gym_extensions.baselines.algorithms import factory
 from gym_extensions.baselines.training.recorder import Recorder
-from gym_extensions.catalog.budgets import budget
+from gym_extensions.catalog.budgets import Budget, budget
 from gym_extensions.catalog.registry import task
 from gym_extensions.envs import make, make_vec
 
 pytestmark = pytest.mark.bench
 
-LANES, THREADS, BODY = 64, 2, "Hopper"
+NUM_ENVS, THREADS, BODY = 64, 2, "Hopper"
 BATCH = budget("paper").batch_steps
-STEPS = -(-BATCH // LANES)
-"""Vector steps in which every lane makes its part of a batch."""
-PEER_BATCH = STEPS * LANES
+STEPS = -(-BATCH // NUM_ENVS)
+"""Vector steps in which every environment makes its part of a batch."""
+CHUNKS = {
+    "Hopper": (20_000, 0.8),
+    "Walker2d": (20_000, 0.8),
+    "HalfCheetah": (20_000, 0.7),
+    "Humanoid": (10_000, 0.65),
+}
+"""Per body: the training steps of a turn of the reference agent, and the share of raw physics to reach."""
+Clock = Callable[[], float]
+Turn = Callable[[], tuple[int, float]]
 
 
-def reference() -> tuple[Any, Any]:
-    """TRPO with the paper's settings and its environment, recorded as in a submission."""
-    env: Any = make_vec(BODY, LANES, num_threads=THREADS)
-    agent = factory("trpo-2017")(env.single_observation_space, env.single_action_space, 0)
+def trained(name: str, body: str, named: Budget, num_envs: int, threads: int) -> tuple[Any, Any]:
+    """An agent and its training environment, recorded as in a submission."""
+    env: Any = make_vec(body, num_envs, num_threads=threads)
+    agent = factory(name)(env.single_observation_space, env.single_action_space, 0)
     endless = 10**12
-    return agent, Recorder(env, [task(BODY).id], steps=endless, batch_steps=BATCH, seed=0)
+    return agent, Recorder(env, [task(body).id], steps=endless, batch_steps=named.batch_steps, seed=0)
 
 
-def engine_alone() -> Callable[[], tuple[int, float]]:
-    """A turn of raw physics: the states and actions of an untrained policy, the engine's own time counted."""
-    agent, env = reference()
-    single: Any = make(BODY).unwrapped
-    raw = Batch(single.model, LANES, THREADS)
-    ctrl = raw.bind("ctrl")
+def training(agent: Any, env: Any, steps: int, clock: Clock = time.perf_counter) -> Turn:
+    """A turn of training, which continues where the last one ended."""
 
     def turn() -> tuple[int, float]:
-        observations, _ = env.reset()
-        seconds = 0.0
-        for _ in range(STEPS):
-            for name, values in env.env.save_states().items():
-                raw.bind(name)[...] = values
-            actions = agent.act(observations)
-            ctrl[...] = actions.clip(-1, 1)
-            start = time.perf_counter()
-            raw.step(nstep=single.frame_skip)
-            seconds += time.perf_counter() - start
-            observations, *_ = env.step(actions)
-        return PEER_BATCH, seconds
+        start, before = clock(), env.taken
+        agent.learn(env, steps)
+        return env.taken - before, clock() - start
 
     return turn
 
 
-def peer(lanes: int, processes: bool) -> Callable[[], tuple[int, float]]:
+def engine_alone(
+    agent: Any, body: str, num_envs: int, threads: int, steps: int, *, clock: Clock = time.perf_counter
+) -> Turn:
+    """A turn of raw physics: the states and actions of the agent's policy, the engine's own time counted."""
+    env: Any = make_vec(body, num_envs, num_threads=threads)
+    single: Any = make(body).unwrapped
+    raw = Batch(single.model, num_envs, threads)
+    ctrl = raw.bind("ctrl")
+    low, high = single.action_space.low, single.action_space.high
+
+    def turn() -> tuple[int, float]:
+        observations, _ = env.reset()
+        seconds = 0.0
+        for _ in range(steps):
+            for name, values in env.save_states().items():
+                raw.bind(name)[...] = values
+            actions = agent.act(observations)
+            ctrl[...] = actions.clip(low, high)
+            start = clock()
+            raw.step(nstep=single.frame_skip)
+            seconds += clock() - start
+            observations, *_ = env.step(actions)
+        return steps * num_envs, seconds
+
+    return turn
+
+
+def peer(num_envs: int, processes: bool) -> Callable[[], tuple[int, float]]:
     """A turn of one batch of SB3's TRPO with the paper's settings."""
     import torch
     from sb3_contrib import TRPO
@@ -65,12 +87,12 @@ def peer(lanes: int, processes: bool) -> Callable[[], tuple[int, float]]:
 
     torch.set_num_threads(1 if processes else THREADS)
     kind: Any = SubprocVecEnv if processes else DummyVecEnv
-    steps = -(-BATCH // lanes)
+    steps = -(-BATCH // num_envs)
     model = TRPO(
         "MlpPolicy",
-        kind([lambda: gym.make(f"{BODY}-v5")] * lanes),
+        kind([lambda: gym.make(f"{BODY}-v5")] * num_envs),
         n_steps=steps,
-        batch_size=steps * lanes // 16,
+        batch_size=steps * num_envs // 16,
         gamma=0.99,
         gae_lambda=1.0,
         cg_damping=1e-5,
@@ -82,25 +104,33 @@ def peer(lanes: int, processes: bool) -> Callable[[], tuple[int, float]]:
 
     def turn() -> tuple[int, float]:
         start = time.perf_counter()
-        model.learn(steps * lanes, reset_num_timesteps=False)
-        return steps * lanes, time.perf_counter() - start
+        model.learn(steps * num_envs, reset_num_timesteps=False)
+        return steps * num_envs, time.perf_counter() - start
 
     return turn
 
 
 def test_trpo_from_end_to_end(side_by_side: Any) -> None:
-    agent, env = reference()
-
-    def ours() -> tuple[int, float]:
-        start, before = time.perf_counter(), env.taken
-        agent.learn(env, BATCH)
-        return env.taken - before, time.perf_counter() - start
-
+    agent, env = trained("trpo-2017", BODY, budget("paper"), NUM_ENVS, THREADS)
     contestants = {
-        "trpo": ours,
-        "Batch.step": engine_alone(),
-        "SB3, DummyVecEnv(64)": peer(LANES, processes=False),
+        "trpo": training(agent, env, BATCH),
+        "Batch.step": engine_alone(agent, BODY, NUM_ENVS, THREADS, STEPS),
+        "SB3, DummyVecEnv(64)": peer(NUM_ENVS, processes=False),
         "SB3, SubprocVecEnv(4)": peer(4, processes=True),
     }
     bars = {"Batch.step": 0.85, "SB3, DummyVecEnv(64)": 3.5}
     side_by_side("training", contestants, bars=bars, rounds=3, task=BODY, batch=BATCH, threads=THREADS)
+
+
+@pytest.mark.parametrize("body", CHUNKS)
+def test_the_reference_agent_on_one_thread_by_processor_time(side_by_side: Any, body: str) -> None:
+    standard = budget("300k")
+    chunk, bar = CHUNKS[body]
+    agent, env = trained("trpo", body, standard, standard.num_envs, 1)
+    steps = chunk // standard.num_envs
+    contestants = {
+        "trpo": training(agent, env, chunk, time.process_time),
+        "Batch.step": engine_alone(agent, body, standard.num_envs, 1, steps, clock=time.process_time),
+    }
+    about = {"task": body, "batch": standard.batch_steps, "threads": 1}
+    side_by_side("training, reference agent", contestants, bars={"Batch.step": bar}, rounds=5, **about)
