@@ -67,7 +67,8 @@ def engine_alone(
         seconds = 0.0
         for _ in range(steps):
             for name, values in env.save_states().items():
-                raw.bind(name)[...] = values
+                if not name.startswith("derived_"):
+                    raw.bind(name)[...] = values
             actions = agent.act(observations)
             ctrl[...] = actions.clip(low, high)
             start = clock()
