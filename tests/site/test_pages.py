@@ -266,10 +266,10 @@ def test_boards_without_a_score_are_in_one_line_with_the_reason(document: dict[s
 def test_the_overview_says_who_ends_best_and_who_forgets_least(document: dict[str, Any]) -> None:
     text = read(document)["index.html"].text
     assert re.search(
-        r"Best final performance: Agile \(agile\) with 0\.55 \(0\.48 to 0\.61\) on hopper-gravity-v0, \w+; "
-        r".* on walker2d-gravity-v0, \w+; .*\. Least forgetting among those that learned: Agile "
-        r"\(agile\) with "
-        r"0\.44 \(0\.39 to 0\.49\) on hopper-gravity-v0, \w+; ",
+        r"Best final performance: Agile \(agile\) with 0\.55 \(0\.48 to 0\.61\) on hopper-gravity-v0, 100k; "
+        r"Oracle \(oracle\) with .* on hopper-gravity-v0, 100k, task label\. "
+        r"Least forgetting among those that learned: Agile \(agile\) with "
+        r"0\.44 \(0\.39 to 0\.49\) on hopper-gravity-v0, 100k; ",
         text,
     )
 
@@ -280,7 +280,7 @@ def test_an_entry_that_is_first_on_most_of_too_many_boards_to_name_is_named_once
     monkeypatch.setattr(overview, "MAX_NAMED", 0)
     document["submissions"] = [card for card in document["submissions"] if card["name"] == "agile"]
     text = read(document)["index.html"].text
-    assert "Best final performance: Agile (agile) leads on 1 of 1 board with a score. Least" in text
+    assert "Best final performance: Agile (agile) leads on 1 of 1 board with a ranked entry. Least" in text
 
 
 def test_the_metrics_page_says_which_comparison_is_which(document: dict[str, Any]) -> None:

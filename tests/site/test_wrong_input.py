@@ -52,8 +52,11 @@ def test_without_any_entry_every_page_says_so() -> None:
 def test_one_entry_with_one_run_has_values_without_intervals() -> None:
     pages = read(only(one_run()))
     valid(pages)
-    for path in ("index.html", GROUP, BOARD):
-        assert "one run" in pages[path].text, path
+    assert "one run" in pages[BOARD].text
+    for path in (GROUP, BOARD):
+        assert "No entry is ranked yet. Single single has the highest score, " in pages[path].text, path
+    assert "no ranked entry: Fewer than 5 runs." in pages["index.html"].text
+    assert "Best final performance" not in pages["index.html"].text
     assert "Not ranked: Fewer than 5 runs." in pages[BOARD].text
     assert "It is the only entry with a score." in pages[BOARD].text
 

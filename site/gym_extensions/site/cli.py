@@ -72,20 +72,21 @@ def chapter(board: Board) -> str:
 
 
 def table(title: str, boards: Sequence[Board]) -> Table:
-    """A line per board: its leader with score, interval and forgetting, and the number of entries."""
+    """A line per board: its first entry with score, interval and forgetting, and how many are ranked."""
     lines = Table(
         title=title, title_justify="left", box=box.SIMPLE_HEAD, show_edge=False, padding=(0, 1, 0, 0)
     )
     lines.add_column("Board", no_wrap=True, min_width=22)
-    lines.add_column("Leader", overflow="fold", min_width=12)
-    for name in ("Score", "95 % interval", "Forgetting", "Entries"):
+    lines.add_column("First entry", overflow="fold", min_width=12)
+    for name in ("Score", "95 % interval", "Forgetting", "Ranked"):
         lines.add_column(name, justify="right", no_wrap=True)
     for board in boards:
-        lines.add_row(*map(Text, (board.group, *_leader(board), str(len(board.rows)))))
+        ranked = f"{board.ranked} of {len(board.rows)}"
+        lines.add_row(*map(Text, (board.group, *_first(board), ranked)))
     return lines
 
 
-def _leader(board: Board) -> tuple[str, str, str, str]:
+def _first(board: Board) -> tuple[str, str, str, str]:
     leader = board.leader
     if leader is None:
         return ("no score yet", "–", "–", "–")

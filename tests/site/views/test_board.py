@@ -260,6 +260,15 @@ def test_a_ranked_entry_leads_before_a_better_one_with_fewer_runs(entry: Make) -
     assert leader.row.entry.name == "full"
 
 
+def test_an_entry_without_a_rank_is_not_called_the_best(entry: Make) -> None:
+    board = only(entry("lucky", around(0.9, runs=4)), entry("one", around(0.4, runs=1)))
+    assert (board.best, board.least_forgetting) == (None, None)
+    assert board.leader is not None
+    assert (board.leader.row.entry.name, board.why_no_rank) == ("lucky", "Fewer than 5 runs.")
+    ranked = only(entry("lucky", around(0.9, runs=4)), entry("full", around(0.4)))
+    assert [row.entry.name for row in (ranked.best, ranked.least_forgetting) if row] == ["full", "full"]
+
+
 def test_an_identical_entry_follows_the_first_and_has_no_rank(entry: Make) -> None:
     board = only(entry("b", around(0.5)), entry("a", around(0.5)), entry("c", around(0.4)))
     assert [(row.entry.name, row.duplicate_of, row.ranked) for row in board.rows] == [

@@ -71,22 +71,30 @@ class Board:
         """The first entry and how certain its lead is; None if no entry has a score."""
         return leader(self.rows, self.columns[0])
 
+    @property
+    def best(self) -> Row | None:
+        """The first ranked entry. Without a rank, nothing proves that an entry is the best."""
+        return next((row for row in self.rows if row.ranked), None)
+
     @cached_property
     def least_forgetting(self) -> Row | None:
-        """The entry that forgets least of those that learned something; ranked ones go first."""
+        """The ranked entry that forgets least of those that learned something."""
         rows = [
             row
             for row in self.rows
             if self.protocol == SEQUENTIAL
+            and row.ranked
             and row.trial.metric("forgetting").mean is not None
             and not row.trial.learned_nothing
-            and not row.duplicate_of
         ]
         return min(
-            rows,
-            key=lambda row: (not row.ranked, row.trial.metric("forgetting").mean or 0.0, row.entry.name),
-            default=None,
+            rows, key=lambda row: (row.trial.metric("forgetting").mean or 0.0, row.entry.name), default=None
         )
+
+    @property
+    def why_no_rank(self) -> str:
+        """The reason why the first entry has no rank; empty if it has one."""
+        return self.rows[0].entry.why
 
     @property
     def why_no_score(self) -> str:

@@ -44,11 +44,11 @@ class Overview:
 
     @property
     def answers(self) -> tuple[str, ...]:
-        """Who is best in final performance and who forgets least, in sentences; empty without a score."""
+        """Who is best in final performance and who forgets least, in sentences; empty without ranks."""
         groups = [board for board in self.rows if not board.suite] or list(self.rows)
         if not groups:
             return ()
-        final = [(board, board.leader.row) for board in groups if board.leader]
+        final = [(board, row) for board in groups if (row := board.best)]
         least = [(board, row) for board in groups if (row := board.least_forgetting)]
         return tuple(
             sentence
@@ -61,9 +61,9 @@ class Overview:
 
 
 def overview(boards: Sequence[Board]) -> Overview:
-    """The overview of all boards, those of all budgets in the order of ``boards``."""
+    """The overview of all boards, those with a ranked entry first, in the order of ``boards``."""
     sequential = [board for board in boards if board.protocol == SEQUENTIAL]
-    scored = [board for board in sequential if board.leader]
+    scored = sorted((board for board in sequential if board.leader), key=lambda board: board.best is None)
     sizes = list(accumulate(map(_bytes, scored)))
     rows = bisect_right(sizes, ROWS_BYTES)
     return Overview(
@@ -75,7 +75,7 @@ def overview(boards: Sequence[Board]) -> Overview:
 
 def _bytes(board: Board) -> int:
     """About the size of a row; an escaped character takes up to six bytes."""
-    rows = (board.leader.row if board.leader else None, board.least_forgetting)
+    rows = (board.best, board.least_forgetting)
     entries = [row.entry for row in rows if row]
     texts = [text for entry in entries for text in (entry.title[:MAX_TITLE], entry.name, entry.name)]
     return ROW_BYTES + sum(len(str(escape(text)).encode()) for text in texts)
@@ -97,7 +97,7 @@ def _answer(what: str, rows: Sequence[tuple[Board, Row]], metric: str, verb: str
     ((name, wins),) = Counter(row.entry.name for _, row in rows).most_common(1)
     if len(rows) > MAX_NAMED and 2 * wins > len(rows):
         row = next(row for _, row in rows if row.entry.name == name)
-        return f"{what}: {_entry(row)} {verb} {wins} of {count(len(rows), 'board')} with a score."
+        return f"{what}: {_entry(row)} {verb} {wins} of {count(len(rows), 'board')} with a ranked entry."
     named = [_first(board, row, metric) for board, row in rows[:MAX_NAMED]]
     if len(rows) > MAX_NAMED:
         named.append(f"{count(len(rows) - MAX_NAMED, 'more board')} below")
@@ -107,7 +107,8 @@ def _answer(what: str, rows: Sequence[tuple[Board, Row]], metric: str, verb: str
 def _first(board: Board, row: Row, metric: str) -> str:
     """The first entry of a board, its value, and how many entries are tied with it."""
     value = row.trial.metric(metric)
-    text = f"{_entry(row)} with {mean(value)} ({ends(value)}) on {_group(board)}, {board.budget}"
+    label = ", task label" if board.task_conditioned else ""
+    text = f"{_entry(row)} with {mean(value)} ({ends(value)}) on {_group(board)}, {board.budget}{label}"
     tied = row.tied(metric) if row.ranked else 0
     return f"{text}, a tie of {tied + 1}" if tied else text
 
