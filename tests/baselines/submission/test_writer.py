@@ -193,12 +193,30 @@ def test_a_tuple_equals_itself_when_a_run_is_added(tmp_path: Path) -> None:
     assert manifest["hyperparameters"]["train_freq"] == [8, "step"]
 
 
+HOPPERS = "hopper-motor-noise"
+
+
+@pytest.fixture(scope="module")
+def first_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """random, joint, run 0."""
+    folder = tmp_path_factory.mktemp("first-run") / "random"
+    train("random", HOPPERS, "joint", "smoke", 0, out=folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def three_runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """random, joint, runs 0, 1 and 2 at once."""
+    folder = tmp_path_factory.mktemp("three-runs") / "random"
+    train("random", HOPPERS, "joint", "smoke", [0, 1, 2], out=folder)
+    return folder
+
+
 @pytest.mark.parametrize("name", ["joint.csv", ".npz", "submission.toml"])
 def test_a_full_disk_leaves_the_submission_as_it_was_and_the_run_can_be_written_later(
-    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    name: str, first_run: Path, three_runs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    out = tmp_path / "mine"
-    train("random", SHORT_GROUP, "joint", "smoke", 0, out=out)
+    out = Path(shutil.copytree(first_run, tmp_path / "mine"))
     before, write = digests(out), Path.write_bytes
 
     def fill_disk(path: Path, content: bytes) -> int:
@@ -210,18 +228,17 @@ def test_a_full_disk_leaves_the_submission_as_it_was_and_the_run_can_be_written_
     with monkeypatch.context() as patch:
         patch.setattr(Path, "write_bytes", fill_disk)
         with pytest.raises(BenchError) as error:
-            train("random", SHORT_GROUP, "joint", "smoke", [1, 2], out=out)
+            train("random", HOPPERS, "joint", "smoke", [1, 2], out=out)
     cause = "The disk is full: No space left on device. Free some disk space."
     assert [line.strip() for line in error.value.message.splitlines()] == [
         "2 of 2 jobs failed.",
-        *(f"{SHORT_GROUP} joint-run{run}: {cause}" for run in (1, 2)),
+        *(f"{HOPPERS} joint-run{run}: {cause}" for run in (1, 2)),
     ]
     assert error.value.hint.endswith("The same command continues; it reuses 2 finished stages.")
     assert digests(out) == before
     assert not list(out.rglob("*.partial"))
-    train("random", SHORT_GROUP, "joint", "smoke", [1, 2], out=out, callback=refuse_training)
-    train("random", SHORT_GROUP, "joint", "smoke", [0, 1, 2], out=tmp_path / "at-once")
-    assert digests(out) == digests(tmp_path / "at-once")
+    train("random", HOPPERS, "joint", "smoke", [1, 2], out=out, callback=refuse_training)
+    assert digests(out) == digests(three_runs)
 
 
 def refuse_training(event: Event) -> None:
