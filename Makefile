@@ -3,6 +3,8 @@
 PYTHON ?= python3
 PIP = .venv/bin/python -m pip --disable-pip-version-check --no-input install --quiet -c constraints.txt
 export OPENBLAS_NUM_THREADS ?= 1
+# Every process compiles what it imports where bytecode is not stored; the tests start many.
+unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
 .PHONY: help leaderboard verify test browser screenshots extras attack honest check docs docsite findings bench slow coverage reproduce changelog clean

@@ -39,7 +39,7 @@ def trpo_submission(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def random_submission(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """random, single, run 0, at the smoke budget."""
     folder = tmp_path_factory.mktemp("submissions") / "random"
-    train("random", "hopper-gravity", "single", "smoke", 0, out=folder)
+    train("random", "hopper-motor-noise", "single", "smoke", 0, out=folder)
     return folder
 
 

@@ -50,7 +50,7 @@ def test_the_same_seed_gives_the_same_episode_also_after_pickling(task_id: str) 
     first = construct_mujoco(task_id)
     second = pickle.loads(pickle.dumps(first))  # noqa: S301
     assert second.task == first.task
-    actions = actions_for(first, 30)
+    actions = actions_for(first, 15)
     start = first.reset(seed=7)[0]
     np.testing.assert_array_equal(second.reset(seed=7)[0], start)
     assert rollout(first, actions) == rollout(second, actions)
@@ -60,31 +60,31 @@ def test_the_same_seed_gives_the_same_episode_also_after_pickling(task_id: str) 
 @pytest.mark.parametrize("task_id", MUJOCO)
 def test_a_state_saved_in_mid_episode_continues_bit_for_bit_elsewhere(task_id: str) -> None:
     env, elsewhere = construct_mujoco(task_id), construct_mujoco(task_id)
-    actions = actions_for(env, 40)
+    actions = actions_for(env, 25)
     env.reset(seed=4)
-    rollout(env, actions[:20])
+    rollout(env, actions[:15])
     saved = env.save_state()
     assert all(value.dtype == np.float64 for value in saved.values())
-    expected = rollout(env, actions[20:])
+    expected = rollout(env, actions[15:])
     elsewhere.reset(seed=5)
     rollout(elsewhere, actions[:3])
     elsewhere.restore_state(saved)
-    assert rollout(elsewhere, actions[20:]) == expected
+    assert rollout(elsewhere, actions[15:]) == expected
     env.restore_state(saved)
-    assert rollout(env, actions[20:]) == expected
+    assert rollout(env, actions[15:]) == expected
 
 
 @pytest.mark.parametrize("task_id", MUJOCO)
 def test_without_derived_values_a_state_continues_from_the_second_step(task_id: str) -> None:
     env = construct_mujoco(task_id)
-    actions = actions_for(env, 30)
+    actions = actions_for(env, 20)
     env.reset(seed=4)
-    rollout(env, actions[:20])
+    rollout(env, actions[:15])
     saved = {name: value for name, value in env.save_state().items() if not name.startswith("derived_")}
-    expected = rollout(env, actions[20:])
+    expected = rollout(env, actions[15:])
     env.reset(seed=4)
     env.restore_state(saved)
-    continued = rollout(env, actions[20:])
+    continued = rollout(env, actions[15:])
     assert continued[1:] == expected[1:]
     assert continued[0][0] == expected[0][0]
 

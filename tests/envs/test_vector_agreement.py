@@ -24,7 +24,7 @@ def test_sync_and_async_vector_environments_agree_with_single_ones(name: str) ->
     makers = [partial(make, row) for row in rows]
     singles = [make(row) for row in rows]
     space = construct_mujoco(rows[0]).action_space
-    shape = (6, len(rows), *space.shape)
+    shape = (4, len(rows), *space.shape)
     actions = np.random.default_rng(1).uniform(space.low, space.high, shape).astype(np.float32)
     seeds: list[int | None] = list(range(len(rows)))
     expected = [[env.reset(seed=seed)[0] for env, seed in zip(singles, seeds, strict=True)]]
@@ -43,10 +43,12 @@ def test_a_varied_task_differs_from_its_base(task_id: str) -> None:
     start, base_start = varied.reset(seed=1)[0], base.reset(seed=1)[0]
     differs = not np.array_equal(start, base_start)
     for action in np.random.default_rng(2).uniform(-1, 1, (30, *base.action_space.shape)):
+        if differs:
+            break
         (seen, reward), (base_seen, base_reward) = (
             env.step(action.astype(np.float32))[:2] for env in (varied, base)
         )
-        differs = differs or reward != base_reward or not np.array_equal(seen, base_seen)
+        differs = reward != base_reward or not np.array_equal(seen, base_seen)
     assert differs
 
 
@@ -58,7 +60,7 @@ def test_observations_are_in_the_observation_space(name: str) -> None:
     env = make(name)
     env.action_space.seed(0)
     assert env.reset(seed=0)[0] in env.observation_space
-    for _ in range(1500):
+    for _ in range(400):
         seen, _, terminated, truncated, _ = env.step(env.action_space.sample())
         assert seen in env.observation_space
         assert np.isfinite(seen).all()

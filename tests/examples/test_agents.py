@@ -29,7 +29,12 @@ FACTORIES = {
     "sb3_ppo": "ppo",
 }
 OBSERVES = {"multi_head": {"task_in_training", "task_in_evaluation"}, "ewc": {"boundaries"}}
-QUICK = {"sac": {"steps_per_update": 20}, "recurrent": {"epochs": 3}}
+QUICK = {
+    "ppo": {"epochs": 5},
+    "sac": {"steps_per_update": 40},
+    "ewc": {"epochs": 10},
+    "recurrent": {"epochs": 3},
+}
 """Settings that save time in the tests."""
 LEARN = ("ppo", "ewc", "multi_head", "recurrent")
 """The agents whose first task shows progress after its 1000 steps; SAC has its own test."""

@@ -123,6 +123,14 @@ def policies(data: bytes | Callable[[], bytes]) -> Change:
     return all_of(*(put(f"{POLICIES}/single-run0-stage1-{task}.npz", data) for task in TASKS))
 
 
+def states_of_100_mebibytes(folder: Path) -> None:
+    """Gives all traces of the sample the same states, which are far too large for their digests to matter."""
+    states = zipped({"state_qpos.npy": npy("'<f8'", "(100, 131072)", bytes(100 * 2**20))})
+    for path in (folder / TRACES).iterdir():
+        path.unlink()
+        path.write_bytes(states)
+
+
 MALFORMED = ("malformed-arrays",)
 CASES = (
     Case("a trace of null bytes", put(TRACE, bytes(2**20)), MALFORMED),
@@ -236,7 +244,7 @@ CASES = (
         ("replay-differs", "trace-missing"),
         "replay",
     ),
-    Case("states of 100 MiB in every trace", every_trace(2**17), ("unpacks-too-large",), "replay"),
+    Case("states of 100 MiB in every trace", states_of_100_mebibytes, ("unpacks-too-large",), "replay"),
     Case(
         "a state of another name in every trace",
         every_trace(3, "luck"),

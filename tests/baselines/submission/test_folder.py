@@ -18,7 +18,7 @@ from ..conftest import digests
 
 def training_error(out: Path) -> str:
     with pytest.raises(BenchError) as error:
-        train("zero", "hopper-gravity", "single", "smoke", 7, out=out)
+        train("zero", "hopper-motor-noise", "single", "smoke", 7, out=out)
     return str(error.value)
 
 
@@ -71,10 +71,10 @@ def test_the_folder_that_contains_submissions_is_rejected(random_submission: Pat
 
 
 def test_folders_of_groups_and_of_unfinished_runs_are_allowed(tmp_path: Path) -> None:
-    for name in (".progress", "hopper-gravity"):
+    for name in (".progress", "hopper-motor-noise"):
         (tmp_path / name).mkdir()
     validate(tmp_path)
-    assert sorted(path.name for path in tmp_path.iterdir()) == [".progress", "hopper-gravity"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == [".progress", "hopper-motor-noise"]
 
 
 def test_logs_without_a_manifest_are_rejected(random_submission: Path, tmp_path: Path) -> None:
@@ -83,7 +83,7 @@ def test_logs_without_a_manifest_are_rejected(random_submission: Path, tmp_path:
     (out / "submission.toml").unlink()
     before = digests(out)
     assert training_error(out) == (
-        f"{out}: The folder contains hopper-gravity/single.csv but no submission.toml. "
+        f"{out}: The folder contains hopper-motor-noise/single.csv but no submission.toml. "
         "Restore submission.toml, or choose another --out."
     )
     assert digests(out) == before

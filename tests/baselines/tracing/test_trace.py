@@ -19,7 +19,7 @@ from gym_extensions.scoring.replay.verify import verify
 
 from ..conftest import SHORT_GROUP, digests
 
-GROUP = "hopper-gravity"
+GROUP = "hopper-motor-noise"
 """The group of ``random_submission``."""
 SALT, OTHER = "5a" * 32, "b7" * 32
 

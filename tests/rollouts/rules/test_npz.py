@@ -20,7 +20,10 @@ from ..examples import GROUP, TRACE, Check, Example, arrays, parametrize, put
 
 def bomb() -> bytes:
     stream = io.BytesIO()
-    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive, archive.open("a.npy", "w") as member:
+    with (
+        zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive,
+        archive.open("a.npy", "w") as member,
+    ):
         np.lib.format.write_array(member, np.zeros(2**25 + 1, np.int8))
         for _ in range(7):
             member.write(bytes(2**25))

@@ -23,7 +23,7 @@ from gym_extensions.scoring.scorecard.model import Scorecard
 
 from .forgery import Arrays, forge, rewrite
 
-GROUP = "halfcheetah-noisy-wall"  # its episodes are 1000 steps long: 100 segments each
+GROUP = "pusher"  # its episodes are 100 steps long: 20 segments each
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +43,7 @@ def traces(folder: Path) -> list[Path]:
 
 
 def shift_action(arrays: Arrays) -> None:
-    arrays["actions"][5] *= -1
+    arrays["actions"][2] *= -1
 
 
 def move_return_between_segments(arrays: Arrays) -> None:
@@ -58,17 +58,14 @@ def start_a_segment_elsewhere(arrays: Arrays) -> None:
 def test_an_honest_sample_replays_and_says_how_much_it_is(honest: Path) -> None:
     verification = verify(honest)
     assert verification.problems == ()
-    assert verification.level == "replayed (unsalted sample: 6 of 60 episodes)"
+    assert verification.level == "replayed (unsalted sample: 4 of 40 episodes)"
 
 
-def test_a_changed_success_in_the_log_is_reported(tmp_path: Path) -> None:
-    folder = tmp_path / "pusher"
-    train("random", "pusher", "single", "smoke", 0, out=folder)
-    assert verify(folder).problems == ()
-    log = folder / "pusher" / "single.csv"
+def test_a_changed_success_in_the_log_is_reported(copy: Path) -> None:
+    log = copy / GROUP / "single.csv"
     assert log.read_text().count(",false,false,") == 40
-    forge(folder, log, success="true")
-    (problem,) = verify(folder).problems
+    forge(copy, log, success="true")
+    (problem,) = verify(copy).problems
     message = "Steps 95 and following: the episode ends without success, the log says with success."
     assert problem.message == message
 
@@ -77,10 +74,10 @@ def test_a_changed_success_in_the_log_is_reported(tmp_path: Path) -> None:
     ("lie", "told"),
     [
         (shift_action, "Steps 0 and following: the rewards sum to "),
-        (move_return_between_segments, "Steps 30 and following: the rewards sum to "),
+        (move_return_between_segments, "Steps 15 and following: the rewards sum to "),
         (
             start_a_segment_elsewhere,
-            "Steps 60 and following: the state's 'qvel' before the next segment differs",
+            "Steps 30 and following: the state's 'qvel' before the next segment differs",
         ),
     ],
 )
@@ -100,19 +97,19 @@ def test_a_lie_in_one_trace_is_found_at_its_first_segment(
         (lambda arrays: arrays.pop("segment_returns"), "The array 'segment_returns' is missing."),
         (
             lambda arrays: arrays.update(segment_steps=np.array(25)),
-            "'segment_steps' is 25; it is 10 for HalfCheetah.",
+            "'segment_steps' is 25; it is 5 for Pusher.",
         ),
         (
             lambda arrays: arrays.update(actions=arrays["actions"][:-1]),
-            "'actions' is float32 of shape (999, 6); expected float32 of shape (1000, …).",
+            "'actions' is float32 of shape (99, 7); expected float32 of shape (100, …).",
         ),
         (
             lambda arrays: arrays["state_qpos"].fill(np.nan),
             "'state_qpos' contains a value that is not finite.",
         ),
         (
-            lambda arrays: arrays.update(segment_returns=np.zeros((100, 2))),
-            "'segment_returns' is float64 of shape (100, 2); expected float64 of shape (100,).",
+            lambda arrays: arrays.update(segment_returns=np.zeros((20, 2))),
+            "'segment_returns' is float64 of shape (20, 2); expected float64 of shape (20,).",
         ),
         (lambda arrays: arrays.update(luck=np.zeros(1)), "Unexpected array 'luck'."),
     ],
@@ -154,7 +151,7 @@ def leave_out_an_action(arrays: Arrays) -> None:
         ),
         (
             leave_out_an_action,
-            "Steps 0 and following: the recorded actions do not fit the task, whose actions are (6,).",
+            "Steps 0 and following: the recorded actions do not fit the task, whose actions are (7,).",
         ),
     ],
 )
@@ -168,8 +165,9 @@ def test_what_does_not_fit_the_task_is_told_of_its_own_trace_alone(
 
 def test_a_trace_whose_data_is_damaged_is_told(copy: Path) -> None:
     victim = traces(copy)[0]
+    rewrite(victim, lambda arrays: arrays.update(actions=np.zeros((1000, 7), np.float32)))
     data = bytearray(victim.read_bytes())
-    data[600] ^= 0xFF  # inside the first array
+    data[data.index(b"PK\x01\x02") + 16] ^= 0xFF  # the checksum of the first array
     victim.write_bytes(bytes(data))
     assert read(copy).problems == ()
     (problem,) = verify(copy).problems
@@ -227,7 +225,7 @@ def test_of_many_missing_traces_some_are_named_and_the_rest_counted(
     assert [one["rule"] for one in card["problems"]] == ["trace-missing"] * 2
     assert (card["problems"][1]["where"], card["problems"][1]["message"]) == (
         "copy",
-        "4 more problems of this rule in the submission.",
+        "2 more problems of this rule in the submission.",
     )
 
 
@@ -245,7 +243,7 @@ def test_score_verify_gives_the_level_of_trust_and_the_exit_status(
 ) -> None:
     assert main([str(honest), "--verify", "--json"]) == 0
     (card,) = json.loads(capsys.readouterr().out)["submissions"]
-    assert card["trust"] == "replayed (unsalted sample: 6 of 60 episodes)"
+    assert card["trust"] == "replayed (unsalted sample: 4 of 40 episodes)"
     forge(copy, copy / GROUP / "single.csv", shift_action)
     assert main([str(copy), "--verify", "--json"]) == 1
     (card,) = json.loads(capsys.readouterr().out)["submissions"]
