@@ -25,8 +25,12 @@ UNSOLVED = Measured(10.0, "random", "trpo", "100k", (9.0, 12.0), None)
 
 @pytest.fixture(scope="module")
 def pages() -> dict[str, str]:
-    """Every text file of the site."""
-    return dict(site_files(typed(everything())))
+    """Every text file of the site. All entries but *Zero action* were replayed."""
+    document = everything()
+    for card in document["submissions"]:
+        if card["trust"] == "validated" and card["title"] != "Zero action":
+            card["trust"] = "replayed (sample: 3 of 9 episodes)"
+    return dict(site_files(typed(document)))
 
 
 def page(pages: dict[str, str], name: str) -> Reader:
@@ -79,8 +83,11 @@ def test_a_page_has_definition_spaces_fingerprint_versions_and_groups(pages: dic
 
 def test_the_best_entries_are_sorted_by_the_return_at_the_end(pages: dict[str, str]) -> None:
     text = page(pages, "HopperGravityHalf").text
-    assert text.index("Keeper") < text.index("Agile") < text.index("Zero action")
-    assert "No entry on a board has trained on this task in sequence yet." in page(pages, "Striker").text
+    assert text.index("Keeper") < text.index("Agile")
+    assert "Zero action" not in text
+    assert (
+        "No entry that was replayed has trained on this task in sequence yet." in page(pages, "Striker").text
+    )
     assert best_entries(()) == {}
 
 

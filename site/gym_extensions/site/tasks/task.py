@@ -16,7 +16,7 @@ from gym_extensions.catalog.sheets import Sheet, sheet
 from gym_extensions.catalog.task import Task
 from gym_extensions.catalog.variations.gravity import Gravity
 from gym_extensions.scoring.metrics.paper_table import PaperRow
-from gym_extensions.scoring.scorecard.model import REPORTED
+from gym_extensions.site.text.labels import VERIFIED, level
 from gym_extensions.site.views.board import Board
 from gym_extensions.site.views.board_row import Row
 from gym_extensions.site.views.entrant import SEQUENTIAL
@@ -129,14 +129,14 @@ def _with_code(text: str) -> Markup:
 
 
 def best_entries(boards: Sequence[Board]) -> dict[str, tuple[BestEntry, ...]]:
-    """The entries with the highest return at the end of sequential training, by task id."""
+    """The replayed entries with the highest return at the end of sequential training, by task id."""
     by_task: dict[str, list[BestEntry]] = {}
     for board in boards:
         if board.protocol != SEQUENTIAL or board.suite:
             continue
         for row in board.rows:
             detail = row.trial.detail
-            if detail is None or row.duplicate_of or row.card.trust == REPORTED:
+            if detail is None or row.duplicate_of or level(row.card) not in VERIFIED:
                 continue
             for returns in detail.paper_table:
                 if returns.fully_trained:
