@@ -2,7 +2,7 @@
 
     python docs/images/take.py _site docs/images
 
-The board is the first one of the overview. The entry is the first of that board whose page has a Watch panel
+The board is the one with the most entries. The entry is the first of that board whose page has a Watch panel
 of its group. A picture that cannot be taken stays as it is, with a message.
 """
 
@@ -13,6 +13,7 @@ import shutil
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 from PIL import Image
 from playwright.sync_api import Browser, Page, sync_playwright
@@ -24,15 +25,15 @@ PLAYED = 0.4
 """The moment of the Watch panel, as a part of the longest episode."""
 
 
-def boards(site: Path) -> list[dict[str, str]]:
-    """The boards of sequential training, those of the overview's first rows first."""
+def boards(site: Path) -> list[dict[str, Any]]:
+    """The boards of sequential training by number of entries, then in the order of the overview."""
     index = json.loads((site / "api/index.json").read_text("utf-8"))
     overview = (site / "index.html").read_text("utf-8")
     rows = [row for row in index["boards"] if row["protocol"] == "sequential" and row["entries"]]
-    return sorted(rows, key=lambda row: overview.find(row["page"]) % (len(overview) + 1))
+    return sorted(rows, key=lambda row: (-row["entries"], overview.find(row["page"]) % (len(overview) + 1)))
 
 
-def watched(site: Path, rows: list[dict[str, str]]) -> Iterator[tuple[Path, str]]:
+def watched(site: Path, rows: list[dict[str, Any]]) -> Iterator[tuple[Path, str]]:
     """Page and id of every Watch panel, in the order of boards and ranks."""
     for row in rows:
         for entry in json.loads((site / row["path"]).read_text("utf-8"))["boards"][0]["rows"]:
