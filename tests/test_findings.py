@@ -57,5 +57,15 @@ def test_the_page_shows_means_intervals_and_verdicts(build: ModuleType) -> None:
     ) in text
 
 
+def test_the_page_names_what_has_not_been_trained(build: ModuleType) -> None:
+    text = build.page([build.Group("hopper-gravity", rows(build))])
+    (missing,) = [line for line in text.splitlines() if line.startswith("* hopper-gravity: no five runs of")]
+    assert "`packnet`" in missing
+    assert "`cloning`" not in missing
+    (groups,) = [line for line in text.splitlines() if line.startswith("* No entry of `trpo`")]
+    assert "walker2d-gravity" in groups
+    assert "hopper-gravity" not in groups
+
+
 def test_without_an_entry_of_fine_tuning_the_page_says_so(build: ModuleType) -> None:
     assert "No group has an entry of `trpo` with five runs at 300k yet." in build.page([])

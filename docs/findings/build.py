@@ -15,6 +15,7 @@ from figures import draw_learned_and_final, draw_retention
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from gym_extensions.atomic import write_text
+from gym_extensions.baselines.algorithms import names
 from gym_extensions.catalog.budgets import STANDARD_BUDGET
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS
@@ -28,8 +29,11 @@ from gym_extensions.scoring.statistics.welch import holm, welch
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER, PAGE = ROOT / "docs" / "findings", ROOT / "docs" / "findings.md"
 FINE_TUNING = "trpo"
+GROUP_NAMES = [group.name for group in GROUPS.values()]
 METRICS = ("learning_performance", "final_performance", "forgetting")
 UNTRAINED = {"random", "zero"}
+OTHER_SETTINGS = {"trpo-2017"}
+"""Reference agents that are not compared with fine-tuning."""
 
 
 @dataclass(frozen=True)
@@ -78,6 +82,11 @@ class Group:
 
     name: str
     rows: tuple[Row, ...]
+
+    @property
+    def missing(self) -> list[str]:
+        """Reference agents without five runs."""
+        return sorted(set(names()) - UNTRAINED - OTHER_SETTINGS - {row.name for row in self.rows})
 
 
 @dataclass(frozen=True)
@@ -165,11 +174,13 @@ def page(groups: Sequence[Group]) -> str:
     )
     templates.filters.update(mean=mean, excludes_zero=excludes_zero, verdict=verdict)
     rows = [row for group in groups for row in group.rows]
+    trained = {group.name for group in groups}
     return (
         templates.get_template("page.md.jinja").render(
             budget=STANDARD_BUDGET,
             fine_tuning=FINE_TUNING,
             groups=groups,
+            without_fine_tuning=[name for name in GROUP_NAMES if name not in trained],
             by_forgetting=sorted(groups, key=lambda group: -group.rows[0].forgetting.mean),
             counts=[
                 count("final performance", [row.final_verdict for row in rows]),
