@@ -78,7 +78,7 @@ def test_the_logs_and_traces_are_those_of_the_training_loop(recorded: Path, tmp_
 
 def test_the_submission_can_be_replayed(recorded: Path) -> None:
     verification = verify(recorded)
-    assert (verification.problems, verification.replayed) == ((), 13)
+    assert (verification.problems, verification.replayed) == ((), 15)
 
 
 def test_the_manifest_scorecard_and_board_say_that_steps_are_claimed(recorded: Path) -> None:
