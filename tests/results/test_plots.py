@@ -17,6 +17,7 @@ from gym_extensions.errors import BenchError
 from .test_evaluations import IDS, with_evaluations
 
 matplotlib = pytest.importorskip("matplotlib")
+pyplot = pytest.importorskip("matplotlib.pyplot")
 ENTRY = Path(__file__).resolve().parents[2] / "submissions" / "trpo-2017"
 GROUP = "hopper-gravity-v0"
 NAMES = ["HopperGravityHalf", "HopperGravityThreeQuarters", "Hopper", "HopperGravityOneAndQuarter"]
@@ -26,7 +27,7 @@ NAMES = ["HopperGravityHalf", "HopperGravityThreeQuarters", "Hopper", "HopperGra
 def no_screen() -> Iterator[None]:
     matplotlib.use("Agg")
     yield
-    matplotlib.pyplot.close("all")
+    pyplot.close("all")
 
 
 @pytest.fixture(scope="module")
@@ -76,7 +77,7 @@ def test_evaluations_during_training_are_points_within_the_stages(
     submission: Callable[..., Path],
 ) -> None:
     folder = with_evaluations(submission(runs=(0, 1)))
-    _, ax = matplotlib.pyplot.subplots()
+    _, ax = pyplot.subplots()
     axes = results.plot_retention(folder, ax=ax)
     assert axes is ax
     line = next(line for line in axes.lines if line.get_label() == NAMES[0])
