@@ -12,13 +12,12 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
-import msgspec
 from markupsafe import Markup
 
 from gym_extensions.errors import BenchError
 from gym_extensions.scoring.scorecard.model import ReferencesInfo, Scorecard, ScorecardDocument
 from gym_extensions.site.leaderboard import Frame, Leaderboard
-from gym_extensions.site.output import Output, digest
+from gym_extensions.site.output import Output, digest, encoded
 from gym_extensions.site.page import Draft, File, Page, pages
 from gym_extensions.site.templating import FOLDER, environment, source_digest
 from gym_extensions.site.views.entrant import Entrant, entrant
@@ -78,11 +77,11 @@ class Site:
         if card.name in self.entrants:
             hint = "Rename one of the folders."
             raise BenchError("same-name", f"Two submissions have the name {card.name!r}.", hint=hint)
-        inputs = digest(msgspec.json.encode(card)).encode()
+        inputs = digest(encoded(card)).encode()
         render = Renderer(Frame(self.references, poses=self.poses), self.pages, inputs)
         for page in self.pages:
             yield from page.publish_entry(card, render)
-        self.entrants[card.name] = entrant(card)
+        self.entrants[card.name] = entrant(card, inputs)
 
     @cached_property
     def leaderboard(self) -> Leaderboard:
