@@ -6,8 +6,10 @@ pages that show many entries are written at the end, from what ``entrant`` keeps
 
 from __future__ import annotations
 
+import gc
 import posixpath
 from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -22,6 +24,8 @@ from gym_extensions.site.page import Draft, File, Page, pages
 from gym_extensions.site.templating import FOLDER, environment, source_digest
 from gym_extensions.site.views.entrant import Entrant, entrant
 
+COLLECTED_FILES = 500
+"""Number of files after which unused objects of their pages are removed from memory."""
 TASK_PAGES = "Tasks"
 """The title of the pages of tasks; other pages link to them if the site has them."""
 
@@ -131,6 +135,18 @@ def build(document: ScorecardDocument, out: Path) -> Path:
     return build_site(document.submissions, document.references, out).index
 
 
+@contextmanager
+def _collected_by_hand() -> Iterator[None]:
+    """Turns the automatic garbage collection off, which searches all entries again and again."""
+    was_enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_enabled:
+            gc.enable()
+
+
 def build_site(
     cards: Iterable[Scorecard], references: ReferencesInfo, out: Path, poses: Path | None = None
 ) -> Built:
@@ -149,8 +165,11 @@ def build_site(
             the same name.
     """
     site = Site(references, poses)
-    with Output(out, digest(source_digest().encode(), repr(references).encode())) as output:
-        for path, content in site.files(cards):
+    base = digest(source_digest().encode(), repr(references).encode())
+    with Output(out, base) as output, _collected_by_hand():
+        for number, (path, content) in enumerate(site.files(cards)):
+            if number % COLLECTED_FILES == 0:
+                gc.collect(1)
             if isinstance(content, Draft):
                 output.add_draft(path, content.inputs, content.write)
             else:
