@@ -72,7 +72,6 @@ def environment() -> Environment:
         metrics=BY_NAME,
         missing_reasons=missing_reasons,
         names=names,
-        nothing_to_forget=trial.nothing_to_forget,
         numbers=numbers,
         paper_columns=PAPER_COLUMNS,
         performance_profile=performance_profile,

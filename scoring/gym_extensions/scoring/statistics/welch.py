@@ -41,7 +41,8 @@ def welch(entries: Sequence[Summary]) -> tuple[Array, Array]:
     mean, square, df = np.array(columns, dtype=np.float64).reshape(-1, 3).T
     a, b = _pairs(len(entries))
     difference, total = mean[a] - mean[b], square[a] + square[b]
-    denominator = square[a] * square[a] / df[a] + square[b] * square[b] / df[b]
+    part = square * square / df
+    denominator = part[a] + part[b]
     with np.errstate(divide="ignore", invalid="ignore"):
         t = np.where(difference == 0, 0.0, difference / np.sqrt(total))
         pooled = np.maximum(total * total / denominator, np.minimum(df[a], df[b]))

@@ -17,8 +17,8 @@ def publish(site: Leaderboard, render: Render) -> Iterator[File]:
     for board in site.boards:
         scale = board_scale(board.trials)
         certainty = board.leader.certainty if board.leader else ""
-        counts = (len(board.rows), board.ranked)
-        shared = (board.id, counts, board.rows[0].entry, certainty, board.unsolved_tasks, board.reasons, scale)
+        counts, first = (len(board.rows), board.ranked), board.rows[0].entry
+        shared = (board.id, counts, first, certainty, board.unsolved_tasks, board.reasons, scale)
         for page in board_pages(board):
             template = "rows.html" if page.everything else "board.html"
             rows = [(row.entry, row.entrant.inputs) for row in page.rows]

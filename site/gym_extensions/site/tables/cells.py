@@ -51,18 +51,21 @@ def figures(
         notes: the beginning of the anchor of these notes.
         row: the row of the board; without it, there are no ranks and no values for sorting.
     """
-    return Markup("".join(_figure(trial, name, columns, reasons, notes, row) for name in columns))
+    estimates = (_estimate(trial.metric(name), reasons, notes) for name in columns)
+    return Markup(
+        "".join(
+            _figure(trial, name, estimate, row, is_first=name == columns[0])
+            for name, estimate in zip(columns, estimates, strict=True)
+        )
+    )
 
 
-def _figure(
-    trial: Trial, name: str, columns: Sequence[str], reasons: Sequence[str], notes: str, row: Row | None
-) -> str:
-    value = trial.metric(name)
-    is_first, is_forgetting = name == columns[0], name == "forgetting"
+def _figure(trial: Trial, name: str, estimate: str, row: Row | None, *, is_first: bool) -> str:
+    is_forgetting = name == "forgetting"
     kind = f"num{' first' if is_first else ''}{' muted' if is_forgetting and trial.learned_nothing else ''}"
     return (
-        f'<td class="{kind}" data-label="{escape(BY_NAME[name].title)}"{_sorted_by(value) if row else ""}>'
-        f"{_estimate(value, reasons, notes)}{f' {nothing(trial)}' if is_forgetting else ''}"
+        f'<td class="{kind}" data-label="{escape(BY_NAME[name].title)}"{_sorted_by(trial.metric(name)) if row else ""}>'
+        f"{estimate}{f' {nothing(trial)}' if is_forgetting else ''}"
         f"{_rank(row, name, with_ties=is_first) if row else ''}</td>\n"
     )
 

@@ -10,7 +10,7 @@ THIN_SPACE = "\N{NARROW NO-BREAK SPACE}"
 
 def fixed(value: float, digits: int = 2) -> str:
     """The value with ``digits`` digits after the point and a minus sign; −0.00 becomes 0.00."""
-    text = "%.*f" % (digits, value)
+    text = f"{value:.{digits}f}"
     if text.startswith("-"):
         return MINUS + text[1:] if text.strip("-0.") else text[1:]
     return text
