@@ -64,7 +64,8 @@ def _figure(trial: Trial, name: str, estimate: str, row: Row | None, *, is_first
     is_forgetting = name == "forgetting"
     kind = f"num{' first' if is_first else ''}{' muted' if is_forgetting and trial.learned_nothing else ''}"
     return (
-        f'<td class="{kind}" data-label="{escape(BY_NAME[name].title)}"{_sorted_by(trial.metric(name)) if row else ""}>'
+        f'<td class="{kind}" data-label="{escape(BY_NAME[name].title)}"'
+        f"{_sorted_by(trial.metric(name)) if row else ''}>"
         f"{estimate}{f' {nothing(trial)}' if is_forgetting else ''}"
         f"{_rank(row, name, with_ties=is_first) if row else ''}</td>\n"
     )
