@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import json
 from pathlib import Path
 from typing import Any
@@ -9,8 +10,12 @@ from typing import Any
 import pytest
 
 from gym_extensions.site import build as module
-from gym_extensions.site.build import Built, build_site
-from gym_extensions.site.output import MARK, Output
+from gym_extensions.site.build import Built, Renderer, build_site
+from gym_extensions.site.leaderboard import Leaderboard
+from gym_extensions.site.output import MARK, Output, digest, encoded
+from gym_extensions.site.page import Draft
+from gym_extensions.site.pages import boards
+from gym_extensions.site.views.entrant import entrant
 
 from .browser import typed
 from .conftest import everything
@@ -61,6 +66,31 @@ def test_the_pages_of_a_changed_entry_and_of_its_boards_are_written(
         "boards/walker2d-gravity-v0-sequential-100k.html",
     ):
         assert after[path] != before[path], path
+
+
+def test_a_page_of_a_board_is_written_again_when_another_page_changes_the_scale() -> None:
+    document = everything()
+    row = document["submissions"][1]
+    row["groups"] = {name: row["groups"][name] for name in ("hopper-gravity-v0",)}
+    row["suites"] = {}
+    document["submissions"] = [row | {"name": f"entry-{at:02d}"} for at in range(51)]
+    before = second_page(document)
+    first = copy.deepcopy(document["submissions"][0])
+    value = first["groups"]["hopper-gravity-v0"]["sequential"]["metrics"]["final_performance"]
+    value["runs"] = [*value["runs"][:-1], 9.0]
+    document["submissions"][0] = first
+    assert second_page(document) != before
+
+
+def second_page(document: dict[str, Any]) -> bytes:
+    """The inputs of the second page of the board that these entries are on."""
+    whole = typed(document)
+    cards = tuple(entrant(card, digest(encoded(card)).encode()) for card in whole.submissions)
+    site = Leaderboard(whole.references, cards)
+    path = "boards/hopper-gravity-v0-sequential-100k-2.html"
+    content = dict(boards.publish(site, Renderer(site, ())))[path]
+    assert isinstance(content, Draft)
+    return content.inputs
 
 
 def test_a_build_without_a_change_writes_no_file_but_its_mark(tmp_path: Path) -> None:

@@ -6,23 +6,26 @@ pages that show many entries are written at the end, from what ``entrant`` keeps
 
 from __future__ import annotations
 
+import gc
 import posixpath
 from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
-import msgspec
 from markupsafe import Markup
 
 from gym_extensions.errors import BenchError
 from gym_extensions.scoring.scorecard.model import ReferencesInfo, Scorecard, ScorecardDocument
 from gym_extensions.site.leaderboard import Frame, Leaderboard
-from gym_extensions.site.output import Output, digest
+from gym_extensions.site.output import Output, digest, encoded
 from gym_extensions.site.page import Draft, File, Page, pages
 from gym_extensions.site.templating import FOLDER, environment, source_digest
 from gym_extensions.site.views.entrant import Entrant, entrant
 
+COLLECTED_FILES = 500
+"""Number of files after which unused objects of their pages are removed from memory."""
 TASK_PAGES = "Tasks"
 """The title of the pages of tasks; other pages link to them if the site has them."""
 
@@ -78,11 +81,11 @@ class Site:
         if card.name in self.entrants:
             hint = "Rename one of the folders."
             raise BenchError("same-name", f"Two submissions have the name {card.name!r}.", hint=hint)
-        inputs = digest(msgspec.json.encode(card)).encode()
+        inputs = digest(encoded(card)).encode()
         render = Renderer(Frame(self.references, poses=self.poses), self.pages, inputs)
         for page in self.pages:
             yield from page.publish_entry(card, render)
-        self.entrants[card.name] = entrant(card)
+        self.entrants[card.name] = entrant(card, inputs)
 
     @cached_property
     def leaderboard(self) -> Leaderboard:
@@ -132,6 +135,18 @@ def build(document: ScorecardDocument, out: Path) -> Path:
     return build_site(document.submissions, document.references, out).index
 
 
+@contextmanager
+def _collected_by_hand() -> Iterator[None]:
+    """Turns the automatic garbage collection off, which searches all entries again and again."""
+    was_enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_enabled:
+            gc.enable()
+
+
 def build_site(
     cards: Iterable[Scorecard], references: ReferencesInfo, out: Path, poses: Path | None = None
 ) -> Built:
@@ -150,8 +165,11 @@ def build_site(
             the same name.
     """
     site = Site(references, poses)
-    with Output(out, digest(source_digest().encode(), repr(references).encode())) as output:
-        for path, content in site.files(cards):
+    base = digest(source_digest().encode(), repr(references).encode())
+    with Output(out, base) as output, _collected_by_hand():
+        for number, (path, content) in enumerate(site.files(cards)):
+            if number % COLLECTED_FILES == 0:
+                gc.collect(1)
             if isinstance(content, Draft):
                 output.add_draft(path, content.inputs, content.write)
             else:

@@ -25,6 +25,7 @@ from gym_extensions.site.exports.commands import commands
 from gym_extensions.site.motion.episode_dots import episode_dots
 from gym_extensions.site.motion.stroboscope import stroboscopes
 from gym_extensions.site.output import digest
+from gym_extensions.site.tables import cells
 from gym_extensions.site.tasks.gravity_arrows import gravity_arrows
 from gym_extensions.site.tasks.reference_dots import reference_dots
 from gym_extensions.site.text import labels, markdown, names, numbers, values
@@ -60,6 +61,7 @@ def environment() -> Environment:
         addresses=addresses,
         band_chart=band_chart,
         board_columns=COLUMNS,
+        cells=cells,
         commands=commands,
         episode_dots=episode_dots,
         gravity_arrows=gravity_arrows,
@@ -70,7 +72,6 @@ def environment() -> Environment:
         metrics=BY_NAME,
         missing_reasons=missing_reasons,
         names=names,
-        nothing_to_forget=trial.nothing_to_forget,
         numbers=numbers,
         paper_columns=PAPER_COLUMNS,
         performance_profile=performance_profile,

@@ -6,7 +6,7 @@ import pytest
 
 from gym_extensions.scoring.scorecard.model import GroupScore, ReferenceValue
 from gym_extensions.site.charts.heatmap import change_tint, tint
-from gym_extensions.site.views.retention import retention
+from gym_extensions.site.views.retention import Retention
 
 REFERENCE = {"a": ReferenceValue(0.0, 100.0, False), "b": ReferenceValue(0.0, None, True)}
 
@@ -24,7 +24,7 @@ def score(*runs: tuple[float, float]) -> GroupScore:
 
 
 def test_the_change_is_the_end_minus_right_after_training_over_the_span() -> None:
-    (change,) = retention(score((80, 50), (90, 60))).changes
+    (change,) = Retention(score((80, 50), (90, 60))).changes
     assert change.value.mean == pytest.approx(-0.3)
     assert change.value.ends == pytest.approx((-0.3, -0.3))
     assert change.normalized
@@ -44,14 +44,14 @@ def test_the_change_is_the_end_minus_right_after_training_over_the_span() -> Non
 def test_a_change_is_tinted_around_zero_and_hatched_where_it_is_uncertain(
     runs: list[tuple[float, float]], classes: str
 ) -> None:
-    (change,) = retention(score(*runs)).changes
+    (change,) = Retention(score(*runs)).changes
     assert change_tint(change) == classes
 
 
 def test_an_unsolved_task_has_a_raw_change() -> None:
     unsolved = {task: ReferenceValue(0.0, None, True) for task in ("a", "b")}
     whole = score((80, 50))
-    (change,) = retention(
+    (change,) = Retention(
         GroupScore(
             budget="smoke",
             runs=(0,),
@@ -66,7 +66,7 @@ def test_an_unsolved_task_has_a_raw_change() -> None:
 
 def test_a_score_without_returns_has_no_changes() -> None:
     empty = GroupScore(budget="paper", runs=(), tasks=("a",), metrics={}, reference={}, return_matrix=())
-    assert (retention(empty).changes, retention(empty).stages) == ((), ())
+    assert (Retention(empty).changes, Retention(empty).stages) == ((), ())
 
 
 def test_tints_of_a_matrix_reach_its_highest_score() -> None:

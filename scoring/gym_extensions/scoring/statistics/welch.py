@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,10 +14,18 @@ from gym_extensions.scoring.statistics.student_t import two_sided_p
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+Places = NDArray[np.int64]
 ALPHA = 0.05
 """Family-wise error rate of a board."""
 NEAR = 0.99
 """Relative margin for rounding where p values need not be computed."""
+
+
+@lru_cache(maxsize=2)
+def _pairs(count: int) -> tuple[Places, Places]:
+    """Both entries of all pairs a < b."""
+    a, b = np.triu_indices(count, 1)
+    return a, b
 
 
 def welch(entries: Sequence[Summary]) -> tuple[Array, Array]:
@@ -30,9 +39,10 @@ def welch(entries: Sequence[Summary]) -> tuple[Array, Array]:
     """
     columns = [(entry.mean, entry.squared_error, entry.df) for entry in entries]
     mean, square, df = np.array(columns, dtype=np.float64).reshape(-1, 3).T
-    a, b = np.triu_indices(len(entries), 1)
+    a, b = _pairs(len(entries))
     difference, total = mean[a] - mean[b], square[a] + square[b]
-    denominator = square[a] * square[a] / df[a] + square[b] * square[b] / df[b]
+    part = square * square / df
+    denominator = part[a] + part[b]
     with np.errstate(divide="ignore", invalid="ignore"):
         t = np.where(difference == 0, 0.0, difference / np.sqrt(total))
         pooled = np.maximum(total * total / denominator, np.minimum(df[a], df[b]))
@@ -56,5 +66,5 @@ def significant_pairs(entries: Sequence[Summary], alpha: float = ALPHA) -> Mask:
     p_values = np.ones_like(t)
     p_values[possible] = two_sided_p(t[possible], df[possible])
     matrix = np.zeros((len(entries), len(entries)), dtype=np.bool_)
-    matrix[np.triu_indices(len(entries), 1)] = holm(p_values, alpha)
+    matrix[_pairs(len(entries))] = holm(p_values, alpha)
     return matrix | matrix.T

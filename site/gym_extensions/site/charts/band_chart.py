@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import islice
 
 from markupsafe import Markup
 
@@ -40,10 +41,10 @@ class Drawn:
 
 def drawn(rows: Sequence[Row], most: int = LINE_STYLES) -> list[Drawn]:
     """The first entries that have scores over the sequence."""
-    kept = [(row, row.retention) for row in rows if row.retention and row.retention.stages]
+    with_stages = ((row, row.retention) for row in rows if row.retention and row.retention.stages)
     return [
         Drawn(f"p{number}", row.entry.title, row.entry.name, retention)
-        for number, (row, retention) in enumerate(kept[:most], 1)
+        for number, (row, retention) in enumerate(islice(with_stages, most), 1)
     ]
 
 

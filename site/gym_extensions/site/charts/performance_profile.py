@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import islice
 
 from markupsafe import Markup, escape
 
@@ -56,10 +57,10 @@ def of_trial(trial: Trial) -> Markup:
 
 def lines(rows: Sequence[Row]) -> list[Line]:
     """The lines of the first entries that have a profile, from top to bottom."""
-    profiled = [row for row in rows if row.trial.profile]
+    profiled = (row for row in rows if row.trial.profile)
     return [
         Line(f"p{number}", row.entry.title, row.trial.iqm, row.trial.profile, row.entry.name)
-        for number, row in enumerate(profiled[:LINE_STYLES], 1)
+        for number, row in enumerate(islice(profiled, LINE_STYLES), 1)
     ]
 
 

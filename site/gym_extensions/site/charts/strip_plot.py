@@ -98,13 +98,13 @@ def _marks(value: MetricValue, scale: Scale, y: float, kind: str) -> str:
             for end in value.ends
             if not scale.contains(end)
         ]
+    middle, across = px(y), scale.each_at(value.runs) if value.runs else []
     parts += [
-        f'<circle class="run {kind}" cx="{px(scale.at(run))}" cy="{px(y)}" r="2.4">'
-        f"<title>{fixed(run)}</title></circle>"
-        for run in value.runs
+        f'<circle class="run {kind}" cx="{px(x)}" cy="{middle}" r="2.4"><title>{fixed(run)}</title></circle>'
+        for run, x in zip(value.runs, across, strict=True)
     ]
     if value.mean is not None:
-        parts.append(f'<circle class="mean {kind}" cx="{px(scale.at(value.mean))}" cy="{px(y)}" r="5"/>')
+        parts.append(f'<circle class="mean {kind}" cx="{px(scale.at(value.mean))}" cy="{middle}" r="5"/>')
     return "".join(parts)
 
 

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import partial
 
-import msgspec
-
 from gym_extensions.scoring.poses.files import load_entry
 from gym_extensions.scoring.scorecard.model import Scorecard
 from gym_extensions.site.addresses import entry_path, results_path
 from gym_extensions.site.motion.watch import watches
+from gym_extensions.site.output import encoded
 from gym_extensions.site.page import Draft, File, Page, Render
 from gym_extensions.site.views.trial import separate_groups
 
@@ -20,7 +19,7 @@ def publish_entry(entry: Scorecard, render: Render) -> Iterator[File]:
     path = entry_path(entry.name)
     poses = load_entry(render.site.poses, entry.name)
     panels = watches(entry, poses)
-    inputs = render.inputs + msgspec.json.encode(poses)
+    inputs = render.inputs + encoded(poses)
     yield path, Draft(inputs, lambda: render("submission.html", path, entry=entry, watches=panels))
     for group in separate_groups(entry):
         page = results_path(entry.name, group)

@@ -56,7 +56,7 @@ class Board:
         """The number of entries of which at least a sample was replayed."""
         return sum(level(row.card) in VERIFIED for row in self.rows)
 
-    @property
+    @cached_property
     def unsolved_tasks(self) -> tuple[str, ...]:
         """Tasks without a ceiling; normalized means exclude them."""
         return next((trial.unsolved_tasks for trial in self.trials if trial.unsolved_tasks), ())
@@ -147,6 +147,5 @@ def _board(board: model.Board, entrants: dict[str, Entrant]) -> Board:
         entrant = entrants[entry.name]
         scores = entrant.card.suites if suite else entrant.card.groups
         trial = Trial(board.group, board.protocol, scores[board.group][board.protocol])
-        kept = entrant.retention.get(board.group) if board.protocol == SEQUENTIAL else None
-        rows.append(Row(entrant.card, trial, entry, ranked_on, kept))
+        rows.append(Row(entrant, trial, entry, ranked_on))
     return Board(board.group, board.protocol, board.budget, board.task_conditioned, suite, tuple(rows))

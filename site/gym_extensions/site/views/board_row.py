@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 from gym_extensions.scoring.leaderboard.model import BoardEntry
 from gym_extensions.scoring.metrics.value import MetricValue
 from gym_extensions.scoring.scorecard.model import Scorecard
+from gym_extensions.site.views.entrant import SEQUENTIAL, Entrant
 from gym_extensions.site.views.retention import Retention
 from gym_extensions.site.views.trial import Trial
 
@@ -32,11 +34,21 @@ RANKED_COLUMNS = ("final_performance", "single_task_performance", "forgetting")
 class Row:
     """One entry on a board; ``ranked_on`` is the number of ranked entries per metric."""
 
-    card: Scorecard
+    entrant: Entrant
     trial: Trial
     entry: BoardEntry
     ranked_on: Mapping[str, int]
-    retention: Retention | None = None
+
+    @property
+    def card(self) -> Scorecard:
+        """Its scorecard without success rates and training curves."""
+        return self.entrant.card
+
+    @cached_property
+    def retention(self) -> Retention | None:
+        """What it keeps of each task; None for a suite and without a sequential log."""
+        detail = self.trial.detail
+        return Retention(detail) if detail and self.trial.protocol == SEQUENTIAL else None
 
     @property
     def score(self) -> MetricValue:

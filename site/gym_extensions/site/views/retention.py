@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 from gym_extensions.scoring.metrics.value import MetricValue
 from gym_extensions.scoring.scorecard.model import GroupScore, ReferenceValue
@@ -30,31 +31,35 @@ class Change:
         return ends is not None and not ends[0] <= 0 <= ends[1]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Retention:
-    """One entry on one group, from its sequential log.
+    """One entry on one group, from its sequential scores."""
 
-    Args:
-        tasks: task ids in training order.
-        changes: per task but the last, which nothing follows.
-        stages: ``[stage][task]`` scores after every stage; without a value where the task has no ceiling.
-    """
+    score: GroupScore
 
-    tasks: tuple[str, ...]
-    changes: tuple[Change, ...]
-    stages: Stages
+    @property
+    def tasks(self) -> tuple[str, ...]:
+        """Task ids in training order."""
+        return self.score.tasks
 
+    @cached_property
+    def changes(self) -> tuple[Change, ...]:
+        """Per task but the last, which nothing follows; empty without a return matrix."""
+        if not self.score.return_matrix:
+            return ()
+        references = map(self.score.reference.get, self.tasks[:-1])
+        return tuple(_change(self.score, at, reference) for at, reference in enumerate(references))
 
-def retention(score: GroupScore) -> Retention:
-    """The retention of a sequential score; it has no changes without a return matrix."""
-    if not score.return_matrix:
-        return Retention(score.tasks, (), ())
-    changes = [_change(score, at, score.reference.get(task)) for at, task in enumerate(score.tasks[:-1])]
-    stages = tuple(
-        tuple(_score(score, stage, at, score.reference.get(task)) for at, task in enumerate(score.tasks))
-        for stage in range(len(score.tasks) + 1)
-    )
-    return Retention(score.tasks, tuple(changes), stages)
+    @cached_property
+    def stages(self) -> Stages:
+        """``[stage][task]`` scores after every stage; without a value where the task has no ceiling."""
+        if not self.score.return_matrix:
+            return ()
+        references = [self.score.reference.get(task) for task in self.tasks]
+        return tuple(
+            tuple(_score(self.score, stage, at, reference) for at, reference in enumerate(references))
+            for stage in range(len(self.tasks) + 1)
+        )
 
 
 def _normalized(values: list[float], reference: ReferenceValue | None) -> list[float] | None:

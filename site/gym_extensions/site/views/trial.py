@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.protocol import PROTOCOLS
@@ -129,7 +129,7 @@ class Trial:
         reasons = {value.why if value.mean is None else "" for value in self.score.metrics.values()}
         return next(iter(reasons)) if len(reasons) == 1 else ""
 
-    @property
+    @cached_property
     def unsolved_tasks(self) -> tuple[str, ...]:
         """The tasks that no reference agent has learned, in training order."""
         return tuple(
@@ -141,6 +141,7 @@ def _mean(cells: tuple[float | None, ...]) -> float:
     return math.fsum(cell for cell in cells if cell is not None) / len(cells)
 
 
+@lru_cache(maxsize=1024)
 def group_order(group_id: str) -> tuple[int, str]:
     """Sorts groups in the catalog's order, others by name after them."""
     ids = [group.id for group in GROUPS.values()]
