@@ -1,4 +1,7 @@
-"""Every kind of page on small and large screens, on paper, and for the keyboard. Each page is loaded once."""
+"""Every kind of page on small and large screens, on paper, and for the keyboard. Each page is loaded once.
+
+The kinds outside of ``QUICK`` are marked ``slow``; ``make browser`` runs them.
+"""
 
 from __future__ import annotations
 
@@ -71,7 +74,15 @@ ON_SCREEN = {
 }
 
 
-@pytest.fixture(scope="module", params=PAGES.values(), ids=tuple(PAGES))
+QUICK = ("overview", "board", "entry")
+"""The kinds of pages that also run in ``make test``: text, a table with drawings, charts and players."""
+KINDS = [
+    pytest.param(path, id=kind, marks=() if kind in QUICK else pytest.mark.slow)
+    for kind, path in PAGES.items()
+]
+
+
+@pytest.fixture(scope="module", params=KINDS)
 def opened(browser: Browser, address: str, request: pytest.FixtureRequest) -> Iterator[Page]:
     """Each page in turn, from its file."""
     context = browser.new_context(viewport={"width": 1300, "height": 900})
