@@ -1,6 +1,6 @@
 """Every kind of page on small and large screens, on paper, and for the keyboard. Each page is loaded once.
 
-The kinds outside of ``QUICK`` are marked ``slow``; ``make browser`` runs them.
+Most kinds are marked ``slow``; ``make browser`` runs them.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from .made_site import MANY, PAGES
+from .made_site import KINDS, MANY
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -72,14 +72,6 @@ ON_SCREEN = {
     "cut captions": CUT_CAPTIONS,
     "low targets": f"() => ({LOW_TARGETS})({json.dumps(TARGETS)})",
 }
-
-
-QUICK = ("overview", "board", "entry")
-"""The kinds of pages that also run in ``make test``: text, a table with drawings, charts and players."""
-KINDS = [
-    pytest.param(path, id=kind, marks=() if kind in QUICK else pytest.mark.slow)
-    for kind, path in PAGES.items()
-]
 
 
 @pytest.fixture(scope="module", params=KINDS)
