@@ -24,7 +24,7 @@ test: .venv/everything.installed  ## run the tests, except the slow ones and the
 	.venv/bin/pytest -n 2 --dist loadfile --no-loadscope-reorder $(PYTEST)
 
 browser: .venv/everything.installed  ## run the tests of the pages in Chromium; none may be skipped
-	.venv/bin/pytest --no-skips tests/site/in_browser tests/site/test_html5.py
+	.venv/bin/pytest --no-skips -m 'slow or not slow' tests/site/in_browser tests/site/test_html5.py
 
 screenshots: .venv/everything.installed leaderboard  ## take the pictures of the README from _site (needs Chromium)
 	.venv/bin/python docs/images/take.py _site docs/images

@@ -214,7 +214,7 @@ def manifest_text() -> str:
     return MANIFEST
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def references() -> References:
     """Synthetic references of the gravity groups: floor 0, ceiling 1000, so that p is R / 1000."""
     tasks = {

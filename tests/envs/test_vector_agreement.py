@@ -15,6 +15,8 @@ from gym_extensions.envs import group, make, make_vec
 from gym_extensions.envs.make import construct_mujoco
 
 MUJOCO_GROUPS = [name for name, row in GROUPS.items() if row.tasks[0].base != "Navigation"]
+IN_PROCESSES = {GROUPS[name].tasks[0].base: name for name in reversed(MUJOCO_GROUPS)}.values()
+"""The first group of each body, whose tasks also run in processes: starting these takes most of the time."""
 VARIED = [row.id for row in TASKS.values() if row.base != "Navigation" and row.variations]
 
 
@@ -29,7 +31,8 @@ def test_sync_and_async_vector_environments_agree_with_single_ones(name: str) ->
     seeds: list[int | None] = list(range(len(rows)))
     expected = [[env.reset(seed=seed)[0] for env, seed in zip(singles, seeds, strict=True)]]
     expected += [[env.step(a)[0] for env, a in zip(singles, step, strict=True)] for step in actions]
-    for vector in (SyncVectorEnv(makers), AsyncVectorEnv(makers)):
+    for kind in (SyncVectorEnv, AsyncVectorEnv) if name in IN_PROCESSES else (SyncVectorEnv,):
+        vector = kind(makers)
         np.testing.assert_array_equal(vector.reset(seed=seeds)[0], expected[0])
         for step, row in zip(actions, expected[1:], strict=True):
             np.testing.assert_array_equal(vector.step(step)[0], row)

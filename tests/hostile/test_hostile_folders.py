@@ -19,6 +19,8 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no 
 CASES = (*manifests.CASES, *logs.CASES, *arrays.CASES, *folders.CASES)
 MAX_OUTPUT = 100_000
 """Characters of the problems of a folder."""
+LARGEST = ("60,000 unexpected files", "60,000 empty traces", "20,000 sections")
+"""The cases that take longest are marked ``slow``; quick ones have thousands of the same."""
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +36,13 @@ def valid(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_submission(folder, runs=(0,), protocols=("single",), traces=True)
 
 
-@pytest.mark.parametrize("case", CASES, ids=lambda case: case.title)
+@pytest.mark.parametrize(
+    "case",
+    [
+        pytest.param(case, id=case.title, marks=pytest.mark.slow if case.title in LARGEST else ())
+        for case in CASES
+    ],
+)
 def test_a_hostile_folder(case: Case, judge: Judge, valid: Path, tmp_path: Path) -> None:
     folder = Path(shutil.copytree(valid, tmp_path / case.name))
     case.change(folder)

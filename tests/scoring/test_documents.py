@@ -18,13 +18,17 @@ from gym_extensions.scoring.pipeline.score import score_folder, score_folders
 from gym_extensions.scoring.references import References
 from gym_extensions.scoring.scorecard.model import ScorecardDocument
 
+from ..conftest import write_submission
+
 Write = Callable[..., Path]
 FIVE = (0, 1, 2, 3, 4)
 
 
-@pytest.fixture
-def document(submission: Write, references: References) -> ScorecardDocument:
-    return score_folders([submission(curves=12, protocols=("sequential", "single", "joint"))], references)
+@pytest.fixture(scope="module")
+def document(tmp_path_factory: pytest.TempPathFactory, references: References) -> ScorecardDocument:
+    folder = tmp_path_factory.mktemp("document")
+    folder = write_submission(folder, curves=12, protocols=("sequential", "single", "joint"))
+    return score_folders([folder], references)
 
 
 def test_a_scorecard_document_is_the_same_after_writing_and_reading(document: ScorecardDocument) -> None:

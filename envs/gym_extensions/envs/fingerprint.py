@@ -8,7 +8,6 @@ import json
 import warnings
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from importlib.metadata import version
 from typing import Any
 
 from gym_extensions.catalog import fingerprints
@@ -19,6 +18,7 @@ from gym_extensions.catalog.task import Task
 from gym_extensions.envs import canary
 from gym_extensions.envs.mujoco.compile import asset
 from gym_extensions.errors import BenchError
+from gym_extensions.installed import version
 
 ENGINE = ("mujoco", "gymnasium")
 

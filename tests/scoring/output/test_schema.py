@@ -22,6 +22,10 @@ SUBMISSIONS = sorted(path.parent for path in ROOT.glob("submissions/*/submission
 Json = dict[str, Any]
 
 
+SCORED = [path for path in SUBMISSIONS if path.name in ("henderson2017-trpo", "multi-head", "random", "trpo")]
+"""Entries with and without every protocol, joint runs, policies and rows; scoring all takes seconds."""
+
+
 def check(name: str, document: Json) -> None:
     """Raises ValidationError where a document does not follow its schema."""
     Draft202012Validator(schemas()[name]).validate(document)
@@ -29,7 +33,7 @@ def check(name: str, document: Json) -> None:
 
 @pytest.fixture(scope="module")
 def document() -> ScorecardDocument:
-    return score_folders(SUBMISSIONS)
+    return score_folders(SCORED)
 
 
 @pytest.fixture(scope="module")
@@ -60,7 +64,7 @@ def test_the_committed_manifests_follow_the_schema(folder: Path) -> None:
 
 
 def test_the_scorecards_of_the_committed_submissions_follow_the_schema(scorecards: Json) -> None:
-    assert len(scorecards["submissions"]) == len(SUBMISSIONS) > 0
+    assert len(scorecards["submissions"]) == len(SCORED) == 4
     check("scorecard.json", scorecards)
 
 

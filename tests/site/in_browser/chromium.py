@@ -11,6 +11,8 @@ import pytest
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
+ARGUMENTS = ("--disable-gpu", "--in-process-gpu", "--renderer-process-limit=1")
+"""Few processes: starting one costs more than most tests."""
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 
 
@@ -21,6 +23,6 @@ def start() -> Iterator[Browser]:
     if path is None:
         pytest.skip("Chromium is not installed (on Debian: apt-get install chromium)")
     with api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=path, timeout=120_000, args=["--disable-gpu"])
+        browser = playwright.chromium.launch(executable_path=path, timeout=120_000, args=list(ARGUMENTS))
         yield browser
         browser.close()

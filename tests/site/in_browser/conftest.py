@@ -18,7 +18,7 @@ from .chromium import start
 from .made_site import write_site
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Page
+    from playwright.sync_api import Browser, BrowserContext, Page
 
 PATIENCE = 120_000
 """Milliseconds until an action fails: a busy machine is slow, and a test that waits costs nothing."""
@@ -61,15 +61,21 @@ def http_address(site: Path) -> Iterator[str]:
         thread.join()
 
 
-@pytest.fixture
-def page(browser: Browser) -> Iterator[Page]:
-    """An empty page of 1300 × 900 pixels in a profile of its own."""
+@pytest.fixture(scope="module")
+def profile(browser: Browser) -> Iterator[BrowserContext]:
+    """A profile that the tests of a module share: the pages store nothing in it."""
     context = browser.new_context(viewport={"width": 1300, "height": 900}, accept_downloads=True)
     context.set_default_timeout(PATIENCE)
-    try:
-        yield context.new_page()
-    finally:
-        context.close()
+    yield context
+    context.close()
+
+
+@pytest.fixture
+def page(profile: BrowserContext) -> Iterator[Page]:
+    """An empty page of 1300 × 900 pixels."""
+    page = profile.new_page()
+    yield page
+    page.close()
 
 
 @pytest.fixture

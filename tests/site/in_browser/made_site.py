@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from gym_extensions.scoring.pipeline.score import references_info
 from gym_extensions.scoring.poses.files import write
 from gym_extensions.scoring.references import load_references
@@ -43,6 +45,13 @@ PAGES = {
     "speed": "speed.html",
 }
 """One page of every kind, by path."""
+QUICK = ("overview", "board", "entry")
+"""The kinds that also run in ``make test``: text, a table with drawings, charts and players."""
+KINDS = [
+    pytest.param(path, id=kind, marks=() if kind in QUICK else pytest.mark.slow)
+    for kind, path in PAGES.items()
+]
+"""The pages as parameters of tests."""
 
 
 def write_site(folder: Path) -> Path:

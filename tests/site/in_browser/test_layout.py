@@ -1,4 +1,7 @@
-"""Every kind of page on small and large screens, on paper, and for the keyboard. Each page is loaded once."""
+"""Every kind of page on small and large screens, on paper, and for the keyboard. Each page is loaded once.
+
+Most kinds are marked ``slow``; ``make browser`` runs them.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from .made_site import MANY, PAGES
+from .made_site import KINDS, MANY
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -71,7 +74,7 @@ ON_SCREEN = {
 }
 
 
-@pytest.fixture(scope="module", params=PAGES.values(), ids=tuple(PAGES))
+@pytest.fixture(scope="module", params=KINDS)
 def opened(browser: Browser, address: str, request: pytest.FixtureRequest) -> Iterator[Page]:
     """Each page in turn, from its file."""
     context = browser.new_context(viewport={"width": 1300, "height": 900})

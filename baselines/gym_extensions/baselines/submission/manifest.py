@@ -6,7 +6,6 @@ import platform
 import tomllib
 from collections.abc import Mapping
 from dataclasses import asdict
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +15,7 @@ from gym_extensions.atomic import write_text
 from gym_extensions.baselines.agent import Card, Observes
 from gym_extensions.envs.fingerprint import require_published_engine
 from gym_extensions.errors import BenchError
+from gym_extensions.installed import version
 from gym_extensions.rollouts.manifest import FORMAT, RECORDED, Steps
 
 SHARED_SECTIONS = ("protocol", "hyperparameters", "observes")

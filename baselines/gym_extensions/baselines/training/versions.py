@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from importlib.metadata import version
+from gym_extensions.installed import version
 
 PACKAGES = ("gym_extensions", "gymnasium", "mujoco", "numpy")
 
