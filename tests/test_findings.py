@@ -67,5 +67,25 @@ def test_the_page_names_what_has_not_been_trained(build: ModuleType) -> None:
     assert "hopper-gravity" not in groups
 
 
+def test_a_group_without_another_method_has_no_table_of_its_own(build: ModuleType) -> None:
+    text = build.page([build.Group("hopper-wall", rows(build)[:1])])
+    assert "| hopper-wall | 1.18 (1.08 to 1.28) |" in text
+    assert "### hopper-wall" not in text
+    assert "* No method beside `trpo`: hopper-wall." in text
+
+
+def test_a_group_whose_tasks_are_all_unsolved_is_trained_and_has_no_score(build: ModuleType) -> None:
+    text = build.page([build.Group("hopper-gravity", rows(build))], ["striker"])
+    assert "No score, because the reference agent learned no task of the group: striker." in text
+    (groups,) = [line for line in text.splitlines() if line.startswith("* No entry of `trpo`")]
+    assert " striker," not in groups
+
+
+def test_names_in_a_legend_are_cut_between_words(build: ModuleType) -> None:
+    cut = sys.modules["figures"]._without_common_words
+    assert cut(["HopperWithSensor", "HopperWall"]) == ["WithSensor", "Wall"]
+    assert cut(["HalfCheetahGravityHalf", "HalfCheetah"]) == ["GravityHalf", "HalfCheetah"]
+
+
 def test_without_an_entry_of_fine_tuning_the_page_says_so(build: ModuleType) -> None:
     assert "No group has an entry of `trpo` with five runs at 300k yet." in build.page([])

@@ -60,7 +60,9 @@ def test_the_groups_with_references_are_those_of_the_references() -> None:
 
 def test_the_unsolved_tasks_are_those_of_the_references() -> None:
     unsolved = [task_id for task_id, reference in load_references().tasks.items() if reference.unsolved]
-    assert names_in(r"300k steps the reference agent does not learn (.*?)\.") == sorted(task(task_id).name for task_id in unsolved)
+    assert names_in(r"300k steps the reference agent does not learn (.*?)\.") == sorted(
+        task(task_id).name for task_id in unsolved
+    )
 
 
 def names_in(sentence: str) -> list[str]:

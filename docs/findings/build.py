@@ -84,6 +84,11 @@ class Group:
     rows: tuple[Row, ...]
 
     @property
+    def is_compared(self) -> bool:
+        """Whether the group has a method beside fine-tuning."""
+        return len(self.rows) > 1
+
+    @property
     def missing(self) -> list[str]:
         """Reference agents without five runs."""
         return sorted(set(names()) - UNTRAINED - OTHER_SETTINGS - {row.name for row in self.rows})
@@ -167,19 +172,25 @@ def verdict(each: Verdict | None) -> str:
     return "" if each is None else f"{mean(each.gap)}, {'**separated**' if each.is_separated else 'tie'}"
 
 
-def page(groups: Sequence[Group]) -> str:
-    """The text of the page."""
+def page(groups: Sequence[Group], without_score: Sequence[str] = ()) -> str:
+    """The text of the page.
+
+    Args:
+        groups: the groups on which fine-tuning has a score.
+        without_score: names of the groups on which it was trained without a score: every task is unsolved.
+    """
     templates = Environment(
         loader=FileSystemLoader(FOLDER), undefined=StrictUndefined, trim_blocks=True, autoescape=False
     )
     templates.filters.update(mean=mean, excludes_zero=excludes_zero, verdict=verdict)
     rows = [row for group in groups for row in group.rows]
-    trained = {group.name for group in groups}
+    trained = {group.name for group in groups} | set(without_score)
     return (
         templates.get_template("page.md.jinja").render(
             budget=STANDARD_BUDGET,
             fine_tuning=FINE_TUNING,
             groups=groups,
+            without_score=without_score,
             without_fine_tuning=[name for name in GROUP_NAMES if name not in trained],
             by_forgetting=sorted(groups, key=lambda group: -group.rows[0].forgetting.mean),
             counts=[
@@ -202,12 +213,23 @@ def main(submissions: Path = ROOT / "submissions") -> None:
         if (rows := group_rows(cards, group.id)) and rows[0].name == FINE_TUNING
     ]
     for group in groups:
-        points = [(row.title, row.learned, row.final) for row in group.rows]
-        draw_learned_and_final(points, FOLDER / f"{group.name}.svg")
-    if groups:
-        frame = evaluations(submissions / FINE_TUNING)
-        draw_retention(frame, [group.name for group in groups], FOLDER / "retention.svg")
-    write_text(PAGE, page(groups))
+        if group.is_compared:
+            points = [(row.title, row.learned, row.final) for row in group.rows]
+            draw_learned_and_final(points, FOLDER / f"{group.name}.svg")
+    if forgotten := [group.name for group in groups if excludes_zero(group.rows[0].forgetting) == "yes"]:
+        draw_retention(evaluations(submissions / FINE_TUNING), forgotten, FOLDER / "retention.svg")
+    write_text(PAGE, page(groups, groups_without_score(cards)))
+
+
+def groups_without_score(cards: Sequence[Scorecard]) -> list[str]:
+    """The groups on which fine-tuning was trained at the budget and has no score."""
+    (tables,) = [card.groups for card in cards if card.name == FINE_TUNING] or [{}]
+    scores = {group.name: tables.get(group.id, {}).get("sequential") for group in GROUPS.values()}
+    return [
+        name
+        for name, score in scores.items()
+        if score and score.budget == STANDARD_BUDGET and score.metrics["final_performance"].mean is None
+    ]
 
 
 if __name__ == "__main__":

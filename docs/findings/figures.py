@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
-from os.path import commonprefix
+from itertools import takewhile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -54,12 +55,18 @@ def draw_retention(frame: pd.DataFrame, groups: Sequence[str], path: Path) -> No
         plot_retention(frame, group, ax=axes)
         axes.set_title(group)
         lines, tasks = axes.get_legend_handles_labels()
-        body = commonprefix(tasks)  # noqa: RUF071 - characters are meant; the title names the body
-        names = [task.removeprefix(body) or task for task in tasks]
+        names = _without_common_words(tasks)  # the title names the body
         axes.legend(lines, names, loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
     for axes in panels:  # without a group
         axes.set_axis_off()
     _save(figure, path)
+
+
+def _without_common_words(tasks: Sequence[str]) -> list[str]:
+    """The names without the words that all begin with; a name that is only these words stays whole."""
+    words = [re.findall(r"[A-Z][^A-Z]*", task) for task in tasks]
+    common = len(list(takewhile(lambda column: len(set(column)) == 1, zip(*words, strict=False))))
+    return ["".join(each[common:]) or task for each, task in zip(words, tasks, strict=True)]
 
 
 def _save(figure: Figure, path: Path) -> None:
