@@ -104,7 +104,7 @@ def plot_retention(data: Data, group: str | None = None, *, ax: Axes | None = No
         axes.plot(ordered["trained"], ordered["return"], color=color, marker=".", label=label)
     for stage in sorted(frame["stage"].unique()):
         axes.axvline(stage, color="0.85", linewidth=0.8, zorder=0)
-    axes.xaxis.get_major_locator().set_params(integer=True)
+    axes.locator_params(axis="x", integer=True)
     axes.set(xlabel="tasks trained", ylabel="mean return", title=_title(frame))
     axes.legend(fontsize="small")
     return axes
