@@ -21,7 +21,7 @@ verify: .venv/scoring.installed  ## check the ledger and replay every entry as i
 	  $(shell test "$$(git rev-parse --is-shallow-repository 2>/dev/null)" = false || echo --no-history)
 
 test: .venv/everything.installed  ## run the tests, except the slow ones and the benchmarks
-	.venv/bin/pytest -n 2 --dist loadfile --no-loadscope-reorder $(PYTEST)
+	.venv/bin/pytest -n 2 --no-loadscope-reorder $(PYTEST)
 
 browser: .venv/everything.installed  ## run the tests of the pages in Chromium; none may be skipped
 	.venv/bin/pytest --no-skips -m 'slow or not slow' tests/site/in_browser tests/site/test_html5.py
@@ -54,7 +54,7 @@ check: .venv/everything.installed  ## check style, types, import layers and work
 	.venv/bin/check-jsonschema --quiet --builtin-schema vendor.dependabot .github/dependabot.yml
 
 coverage: .venv/everything.installed  ## run the tests and measure which lines and branches they reach
-	.venv/bin/pytest -n 2 --dist loadfile --no-loadscope-reorder --cov --cov-report=term
+	.venv/bin/pytest -n 2 --no-loadscope-reorder --cov --cov-report=term
 
 docs: .venv/scoring.installed  ## write the generated tables of docs/*.md
 	.venv/bin/python -m gym_extensions.scoring.output.docs docs

@@ -14,6 +14,7 @@ import shutil
 from collections.abc import Callable
 from itertools import product
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -29,10 +30,26 @@ from gym_extensions.rollouts.layout import trace_name
 from gym_extensions.rollouts.safe_npz import npz_bytes
 from gym_extensions.scoring.references import Reference, References
 
+from .scheduler import Scheduler, worker_group
+
+if TYPE_CHECKING:
+    from xdist.remote import Producer
+
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Adds ``--no-skips``: a skipped test is a failure, so that CI cannot lose a test unnoticed."""
     parser.addoption("--no-skips", action="store_true", help="a skipped test is a failure")
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> Scheduler:
+    """Distributes the tests by group and file if ``-n`` is given."""
+    return Scheduler(config, log)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Puts the groups first: they are long, and at the end of a run one worker would wait for the other."""
+    items.sort(key=lambda item: worker_group(item.nodeid) is None)
 
 
 @pytest.hookimpl(trylast=True)

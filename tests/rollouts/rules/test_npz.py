@@ -8,6 +8,7 @@ import random
 import struct
 import warnings
 import zipfile
+from pathlib import Path
 
 import numpy as np
 
@@ -18,16 +19,16 @@ from gym_extensions.rollouts.rules.npz import ArrayFile
 from ..examples import GROUP, TRACE, Check, Example, arrays, parametrize, put
 
 
-def bomb() -> bytes:
-    stream = io.BytesIO()
+def bomb(folder: Path) -> None:
+    """Writes a small trace that unpacks to 256 MiB."""
+    (folder / TRACE).parent.mkdir(parents=True, exist_ok=True)
     with (
-        zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive,
+        zipfile.ZipFile(folder / TRACE, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive,
         archive.open("a.npy", "w") as member,
     ):
         np.lib.format.write_array(member, np.zeros(2**25 + 1, np.int8))
         for _ in range(7):
             member.write(bytes(2**25))
-    return stream.getvalue()
 
 
 def archive(*members: tuple[str, bytes], packed: int = zipfile.ZIP_STORED) -> bytes:
@@ -81,7 +82,7 @@ EXAMPLES = (
     Example(
         "unpacks-too-large",
         "a small file that unpacks to 256 MiB",
-        put(TRACE, bomb()),
+        bomb,
         (
             (
                 TRACE,
