@@ -18,6 +18,7 @@ from markupsafe import Markup
 
 from gym_extensions.errors import BenchError
 from gym_extensions.scoring.scorecard.model import ReferencesInfo, Scorecard, ScorecardDocument
+from gym_extensions.site.earlier import kept, kept_path
 from gym_extensions.site.leaderboard import Frame, Leaderboard
 from gym_extensions.site.output import Output, digest, encoded
 from gym_extensions.site.page import Draft, File, Page, pages
@@ -70,6 +71,7 @@ class Site:
     references: ReferencesInfo
     poses: Path | None = None
     pages: tuple[Page, ...] = field(default_factory=pages)
+    base: str = ""
     entrants: dict[str, Entrant] = field(default_factory=dict)
 
     def entry_files(self, card: Scorecard) -> Iterator[File]:
@@ -85,6 +87,7 @@ class Site:
         render = Renderer(Frame(self.references, poses=self.poses), self.pages, inputs)
         for page in self.pages:
             yield from page.publish_entry(card, render)
+        yield kept_path(card.name), kept(self.base, card)
         self.entrants[card.name] = entrant(card, inputs)
 
     @cached_property
@@ -147,8 +150,17 @@ def _collected_by_hand() -> Iterator[None]:
             gc.enable()
 
 
+def base_digest(references: ReferencesInfo, checks: str = "") -> str:
+    """A digest of what all pages depend on: the code, the libraries, the references and the checks."""
+    return digest(source_digest().encode(), repr(references).encode(), checks.encode())
+
+
 def build_site(
-    cards: Iterable[Scorecard], references: ReferencesInfo, out: Path, poses: Path | None = None
+    cards: Iterable[Scorecard],
+    references: ReferencesInfo,
+    out: Path,
+    poses: Path | None = None,
+    base: str | None = None,
 ) -> Built:
     """Writes the site to ``out``; a failed build leaves ``out`` unchanged.
 
@@ -159,13 +171,14 @@ def build_site(
         references: the references that normalize all of them.
         out: the folder.
         poses: the folder of poses, for Watch panels; poses of other results are not shown.
+        base: the result of :func:`base_digest`. Nothing of a site with another one is kept.
 
     Raises:
         BenchError: ``out`` exists, is not empty, and was not written by an earlier build, or two entries have
             the same name.
     """
-    site = Site(references, poses)
-    base = digest(source_digest().encode(), repr(references).encode())
+    base = base or base_digest(references)
+    site = Site(references, poses, base=base)
     with Output(out, base) as output, _collected_by_hand():
         for number, (path, content) in enumerate(site.files(cards)):
             if number % COLLECTED_FILES == 0:

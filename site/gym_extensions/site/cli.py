@@ -24,7 +24,8 @@ from gym_extensions.scoring.reevaluation.record import FOLDER as REEVALUATIONS
 from gym_extensions.scoring.reevaluation.record import load, with_record
 from gym_extensions.scoring.references import load_references
 from gym_extensions.scoring.scorecard.model import Scorecard
-from gym_extensions.site.build import build_site
+from gym_extensions.site.build import base_digest, build_site
+from gym_extensions.site.earlier import EarlierSite
 from gym_extensions.site.text.labels import ends, mean
 from gym_extensions.site.views.board import Board
 
@@ -102,17 +103,26 @@ def main(argv: list[str] | None = None) -> int:
     empty = [folder for folder in options.submissions if is_empty(folder)]
     folders = find_submissions([folder for folder in options.submissions if folder not in empty])
     references = load_references()
+    info = references_info(references)
+    base = base_digest(info, "verified" if options.verify else "")
+    earlier = EarlierSite(options.out, base)
     refused, pending = [], []
 
     def scored() -> Iterator[Scorecard]:
-        for card in with_ledgers(scorecards(folders, Scorer(references), verify=options.verify), folders):
+        scorer = Scorer(references)
+        cards = (
+            scorecards(folders, scorer, verify=True)
+            if options.verify
+            else earlier.scorecards(folders, scorer)
+        )
+        for card in with_ledgers(cards, folders, earlier.folder_digest):
             if card.problems:
                 refused.append(card)
             if card.ledger and card.ledger.is_pending:
                 pending.append(card.name)
             yield with_record(card, load(options.reevaluations, card.name))
 
-    built = build_site(scored(), references_info(references), options.out, options.poses)
+    built = build_site(scored(), info, options.out, options.poses, base)
     # Text from submissions is printed literally, and never stops the output in a narrow encoding.
     if isinstance(sys.stdout, TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")

@@ -34,7 +34,7 @@ from gym_extensions.site.views.board import missing_reasons
 from gym_extensions.site.views.board_row import COLUMNS
 
 FOLDER = Path(__file__).parent
-LIBRARIES = ("jinja2", "markupsafe", "msgspec")
+LIBRARIES = ("jinja2", "markupsafe", "msgspec", "numpy", "scipy")
 
 
 @cache
@@ -92,13 +92,13 @@ def environment() -> Environment:
 
 @cache
 def source_digest() -> str:
-    """A digest of the code, the templates and the libraries that pages are made with."""
+    """A digest of the code, the templates and the libraries that scorecards and pages are made with."""
     folders = [FOLDER, *(Path(path) for package in (catalog, rollouts, scoring) for path in package.__path__)]
     files = sorted(
         file
         for folder in folders
         for file in folder.rglob("*")
-        if file.suffix in {".py", ".html", ".css", ".js", ".json", ".png", ".svg", ".webp"}
+        if file.suffix in {".py", ".html", ".css", ".csv", ".js", ".json", ".png", ".svg", ".webp"}
     )
     versions = [f"{name} {metadata.version(name)}".encode() for name in LIBRARIES]
     return digest(*versions, *(part for file in files for part in (file.name.encode(), file.read_bytes())))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -48,13 +48,16 @@ def with_record(card: Scorecard, record: LedgerRecord) -> Scorecard:
     return replace(card, ledger=record, trust=trust)
 
 
-def with_ledgers(cards: Iterable[Scorecard], folders: Sequence[Path]) -> Iterator[Scorecard]:
+def with_ledgers(
+    cards: Iterable[Scorecard], folders: Sequence[Path], digest_of: Callable[[Path], str] = folder_digest
+) -> Iterator[Scorecard]:
     """The scorecards with the records of the ledgers and with the challenges of their entries, one by one.
 
     Args:
         cards: the scorecards of the submissions.
         folders: the folder of each submission. Its ledger is the file ``ledger.jsonl`` beside the folder;
             without one, the scorecard is unchanged.
+        digest_of: the digest of a folder's files.
 
     Raises:
         BenchError: a ledger is broken.
@@ -71,6 +74,6 @@ def with_ledgers(cards: Iterable[Scorecard], folders: Sequence[Path]) -> Iterato
         if root not in ledgers:
             ledgers[root] = states(read(root))
             challenges[root] = read_challenges(root.parent)
-        record = ledger_record(folder_digest(path), ledgers[root].get(card.name))
+        record = ledger_record(digest_of(path), ledgers[root].get(card.name))
         doubts = challenges_of(card.name, challenges[root])
         yield replace(with_record(card, record), challenges=doubts)
