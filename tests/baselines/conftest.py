@@ -13,9 +13,15 @@ import pytest
 from gym_extensions import results
 from gym_extensions.baselines import train
 from gym_extensions.baselines.training.events import BatchTrained, Event
+from gym_extensions.envs import MovingGoal, TaskGroup, customize
 
 SHORT_GROUP = "pusher"
-"""A group of two tasks with episodes of 100 steps."""
+"""A published group of two tasks with episodes of 100 steps."""
+QUICK_GROUP = TaskGroup(
+    "quick-pusher",
+    (customize("Pusher", max_steps=10), customize("Pusher", [MovingGoal()], max_steps=10)),
+)
+"""The same with episodes of 10 steps, for tests that need no published group."""
 
 
 def digests(folder: Path) -> dict[str, str]:
