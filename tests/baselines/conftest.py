@@ -22,6 +22,16 @@ QUICK_GROUP = TaskGroup(
     (customize("Pusher", max_steps=10), customize("Pusher", [MovingGoal()], max_steps=10)),
 )
 """The same with episodes of 10 steps, for tests that need no published group."""
+QUICK_TOML = """
+name = "quick-pusher"
+[[tasks]]
+task = "Pusher"
+max_steps = 10
+[[tasks]]
+task = "Pusher"
+variations = [{kind = "MovingGoal"}]
+max_steps = 10
+"""
 
 
 def digests(folder: Path) -> dict[str, str]:
@@ -31,6 +41,14 @@ def digests(folder: Path) -> dict[str, str]:
         for path in sorted(folder.rglob("*"))
         if path.is_file() and ".progress" not in path.parts
     }
+
+
+@pytest.fixture(scope="session")
+def quick_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The TOML file of ``QUICK_GROUP``."""
+    path = tmp_path_factory.mktemp("groups") / "quick.toml"
+    path.write_text(QUICK_TOML, encoding="utf-8")
+    return path
 
 
 @pytest.fixture(scope="session")

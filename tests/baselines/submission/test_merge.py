@@ -21,16 +21,6 @@ from ..conftest import QUICK_GROUP, digests
 
 GROUP = QUICK_GROUP.name
 GROUPS = with_custom([QUICK_GROUP])
-QUICK_TOML = """
-name = "quick-pusher"
-[[tasks]]
-task = "Pusher"
-max_steps = 10
-[[tasks]]
-task = "Pusher"
-variations = [{kind = "MovingGoal"}]
-max_steps = 10
-"""
 
 
 class Guesses:
@@ -96,12 +86,10 @@ def refusal(pair: list[Path]) -> str:
 
 
 def test_the_files_are_those_of_training_all_runs_in_one_submission(
-    trained: dict[str, Path], pair: list[Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    trained: dict[str, Path], pair: list[Path], quick_file: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = pair[0].parent / "merged"
-    file = tmp_path / "quick.toml"
-    file.write_text(QUICK_TOML, encoding="utf-8")
-    assert main([*map(str, pair), "--out", str(out), "--groups", str(file)]) == 0
+    assert main([*map(str, pair), "--out", str(out), "--groups", str(quick_file)]) == 0
     assert capsys.readouterr().out == f"The submission is in {out}.\n"
     assert digests(out) == digests(trained["both"])
     verification = verify(out, GROUPS)
