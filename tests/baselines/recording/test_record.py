@@ -206,18 +206,18 @@ def test_a_policy_of_the_wrong_shapes_is_refused_and_nothing_is_lost(name: str, 
 BAD_ARGUMENTS: list[tuple[dict[str, Any], str]] = [
     (
         {"stage": 3},
-        "stage: Stage 3 is out of range. Use the number of tasks of quick-pusher that the policy was trained on, 0 "
-        "to 2.",
-    ),
-    (
-        {"stage": True},
-        "stage: Stage True is out of range. Use the number of tasks of quick-pusher that the policy was trained "
+        "stage: Stage 3 is out of range. Use the number of tasks of quick-pusher that the policy was trained "
         "on, 0 to 2.",
     ),
     (
-        {},
-        "stage: The protocol sequential needs a stage. Use the number of tasks of quick-pusher that the policy was "
+        {"stage": True},
+        "stage: Stage True is out of range. Use the number of tasks of quick-pusher that the policy was "
         "trained on, 0 to 2.",
+    ),
+    (
+        {},
+        "stage: The protocol sequential needs a stage. Use the number of tasks of quick-pusher that the "
+        "policy was trained on, 0 to 2.",
     ),
     (
         {"stage": 0, "task": FIRST},
@@ -253,7 +253,7 @@ BAD_ARGUMENTS: list[tuple[dict[str, Any], str]] = [
     ),
     (
         {"protocol": "joint", "curves": {FIRST: [(9000, 0.0)]}},
-        f"curves['{FIRST}']: It ends at step 9000; the budget is 2000. Choose the budget that the policy was ",
+        f"curves['{FIRST}']: It ends at step 9000; the budget is 2000. Choose the budget that the policy ",
     ),
     (
         {"protocol": "joint", "curves": {FIRST: [(10, float("nan"))]}},

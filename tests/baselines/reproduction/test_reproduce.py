@@ -14,7 +14,6 @@ from gym_extensions.baselines.reproduction.draw import LoggedRun, draw_run
 
 from ..conftest import QUICK_GROUP, SHORT_GROUP, digests
 
-
 Command = Callable[..., list[str]]
 
 
