@@ -37,7 +37,7 @@ task = "HopperGravityOneAndHalf"
 [[tasks]]
 task = "Hopper"
 variations = [{kind = "Gravity", factor = 0.3}]
-max_steps = 100
+max_steps = 20
 """
 LOG = "hopper-light/sequential.csv"
 PAGE = (Path(__file__).parents[1] / "docs" / "custom-groups.md").read_text(encoding="utf-8")
@@ -75,11 +75,13 @@ def options(folder: Path) -> list[str]:
 
 
 def test_a_python_object_trains_the_same_submission_as_a_file(folder: Path, tmp_path: Path) -> None:
-    light = customize("Hopper", [Gravity(0.3)], max_steps=100)
+    light = customize("Hopper", [Gravity(0.3)], max_steps=20)
     group = TaskGroup("hopper-light", (customize("HopperGravityOneAndHalf"), light))
     assert group == load_group(folder / "light.toml")
-    train("random", group, "sequential", "smoke", [0, 1], out=tmp_path / "random")
-    assert (tmp_path / "random" / LOG).read_bytes() == (folder / "random" / LOG).read_bytes()
+    train("random", group, "sequential", "smoke", 0, out=tmp_path / "random")
+    first_run = (tmp_path / "random" / LOG).read_bytes()
+    assert first_run.count(b"\n") == 1 + 3 * 2 * 20
+    assert (folder / "random" / LOG).read_bytes().startswith(first_run)
 
 
 def test_the_command_says_how_to_score_the_submission(

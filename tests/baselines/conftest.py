@@ -13,9 +13,25 @@ import pytest
 from gym_extensions import results
 from gym_extensions.baselines import train
 from gym_extensions.baselines.training.events import BatchTrained, Event
+from gym_extensions.envs import MovingGoal, TaskGroup, customize
 
 SHORT_GROUP = "pusher"
-"""A group of two tasks with episodes of 100 steps."""
+"""A published group of two tasks with episodes of 100 steps."""
+QUICK_GROUP = TaskGroup(
+    "quick-pusher",
+    (customize("Pusher", max_steps=10), customize("Pusher", [MovingGoal()], max_steps=10)),
+)
+"""The same with episodes of 10 steps, for tests that need no published group."""
+QUICK_TOML = """
+name = "quick-pusher"
+[[tasks]]
+task = "Pusher"
+max_steps = 10
+[[tasks]]
+task = "Pusher"
+variations = [{kind = "MovingGoal"}]
+max_steps = 10
+"""
 
 
 def digests(folder: Path) -> dict[str, str]:
@@ -25,6 +41,14 @@ def digests(folder: Path) -> dict[str, str]:
         for path in sorted(folder.rglob("*"))
         if path.is_file() and ".progress" not in path.parts
     }
+
+
+@pytest.fixture(scope="session")
+def quick_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The TOML file of ``QUICK_GROUP``."""
+    path = tmp_path_factory.mktemp("groups") / "quick.toml"
+    path.write_text(QUICK_TOML, encoding="utf-8")
+    return path
 
 
 @pytest.fixture(scope="session")

@@ -178,7 +178,7 @@ def test_an_interrupted_command_says_whether_it_can_be_continued(
         return train(agent, *positional, **(options | {"jobs": 0}))
 
     replace_train(monkeypatch, in_this_process)
-    assert main(command("trpo", out=str(tmp_path / "mine"))) == 130
+    assert main(command("trpo", groups="hopper-motor-noise", out=str(tmp_path / "mine"))) == 130
     assert capsys.readouterr().out.splitlines()[-1] == f"Interrupted. {expected}"
 
 

@@ -53,11 +53,11 @@ def test_reference_agents_train_without_torch(tmp_path: Path) -> None:
         "others = ('ppo', 'sac', 'sac-fresh-buffer');"
         "[algorithms.factory(name) for name in algorithms.names() if name not in others];"
         f"out = {str(tmp_path / 'mine')!r};"
-        "train('trpo', 'hopper-gravity', 'joint', 'smoke', 0, out=out, progress=False);"
+        "train('trpo', 'pusher', 'joint', 'smoke', 0, out=out, progress=False);"
         "del sys.modules['torch'], sys.modules['stable_baselines3']"
     )
     assert loaded(code) == "['mujoco']\n"
-    assert (tmp_path / "mine/hopper-gravity/joint.csv").exists()
+    assert (tmp_path / "mine/pusher/joint.csv").exists()
 
 
 @pytest.mark.parametrize(

@@ -24,11 +24,11 @@ import pytest
 from gym_extensions.__main__ import main
 from gym_extensions.baselines import Context
 
+from .conftest import QUICK_GROUP
+
 PAGE = Path(__file__).parents[2] / "docs/submit.md"
 TEXT = PAGE.read_text(encoding="utf-8")
 AGENT, CARD, MULTI_HEAD, RECURRENT, SB3 = re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL)
-SHORT = "pusher"
-"""A group of two tasks of 100 steps, which takes a fraction of the time of hopper-gravity."""
 PUSHER_WEIGHTS = 23 * 7
 """Observations times actions: the parameters of the hill climber in that group."""
 TWO_HOPPERS = "hopper-motor-noise"
@@ -81,13 +81,13 @@ def test_the_agent_learns(folder: Path) -> None:
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_the_commands_train_what_they_name(
-    command: str, folder: Path, monkeypatch: pytest.MonkeyPatch
+    command: str, folder: Path, quick_file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     quick = command.replace("--budget 100k --runs 0-4", "--budget smoke --runs 0").replace("--jobs 2", "")
-    words = shlex.split(quick.replace("--groups hopper-gravity", f"--groups {SHORT}"))
+    words = shlex.split(quick.replace("--groups hopper-gravity", f"--groups {quick_file}"))
     monkeypatch.chdir(folder)
     assert main(words) == 0
-    group = folder / words[words.index("--out") + 1] / SHORT
+    group = folder / words[words.index("--out") + 1] / QUICK_GROUP.name
     expected = words[words.index("--protocol") + 1].split(",")
     logs = {path.stem for path in group.glob("*.csv")} - {"curves"}
     assert logs == set(expected)
@@ -97,8 +97,8 @@ def test_there_is_a_command_for_a_reference_agent_and_one_for_your_own() -> None
     assert [command.split()[1] for command in COMMANDS] == ["trpo", "mine:HillClimber"]
 
 
-def test_the_card_is_written_to_the_manifest(tmp_path: Path) -> None:
-    code = AGENT.replace("    def learn", f"{CARD}\n    def learn").replace("hopper-gravity", SHORT)
+def test_the_card_is_written_to_the_manifest(quick_file: Path, tmp_path: Path) -> None:
+    code = AGENT.replace("    def learn", f"{CARD}\n    def learn").replace("hopper-gravity", str(quick_file))
     code = code.replace('["sequential", "single"]', '"single"')
     run_script(f"from gym_extensions.baselines import Card\n{code}", tmp_path)
     manifest = tomllib.loads((tmp_path / "submissions/climber/submission.toml").read_text(encoding="utf-8"))
@@ -111,13 +111,13 @@ def test_the_card_is_written_to_the_manifest(tmp_path: Path) -> None:
     assert manifest["memory"]["parameters_last"] == PUSHER_WEIGHTS
 
 
-def test_the_example_of_stable_baselines3_runs(tmp_path: Path) -> None:
+def test_the_example_of_stable_baselines3_runs(quick_file: Path, tmp_path: Path) -> None:
     pytest.importorskip("stable_baselines3")
     quick = SB3.replace('"100k"', '"smoke"').replace("[0, 1]", "0").replace('"sequential"', '"single"')
-    quick = quick.replace("hopper-gravity", SHORT)
-    assert [quick.count(text) for text in ("smoke", "runs=0", "single", SHORT)] == [1, 1, 1, 1]
+    quick = quick.replace("hopper-gravity", str(quick_file))
+    assert [quick.count(text) for text in ("smoke", "runs=0", "single", str(quick_file))] == [1, 1, 1, 1]
     run_script(quick, tmp_path)
-    assert len(episodes(tmp_path / "submissions/ppo" / SHORT / "single.csv")) == 2 * 20
+    assert len(episodes(tmp_path / "submissions/ppo" / QUICK_GROUP.name / "single.csv")) == 2 * 20
 
 
 @pytest.fixture(scope="module")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pickle
 import warnings
+from dataclasses import dataclass
 from typing import Any
 
 import gymnasium as gym
@@ -45,46 +46,61 @@ def test_every_task_passes_gymnasiums_checker(task_id: str) -> None:
     assert env.spec is not None and env.spec.max_episode_steps == TASKS[task_id].max_steps
 
 
-@pytest.mark.parametrize("task_id", MUJOCO)
-def test_the_same_seed_gives_the_same_episode_also_after_pickling(task_id: str) -> None:
-    first = construct_mujoco(task_id)
-    second = pickle.loads(pickle.dumps(first))  # noqa: S301
+@dataclass(frozen=True)
+class Interrupted:
+    """Two environments of a task; the state of the first in mid-episode, and what follows there."""
+
+    env: TaskEnv
+    elsewhere: TaskEnv
+    saved: dict[str, NDArray[Any]]
+    actions: NDArray[np.float32]
+    expected: list[tuple[object, float, bool]]
+
+
+@pytest.fixture(scope="module", params=MUJOCO)
+def pair(request: pytest.FixtureRequest) -> tuple[TaskEnv, TaskEnv]:
+    """An environment of a task and its pickled copy, which the tests of the task share."""
+    first = construct_mujoco(request.param)
+    return first, pickle.loads(pickle.dumps(first))  # noqa: S301
+
+
+@pytest.fixture(scope="module")
+def interrupted(pair: tuple[TaskEnv, TaskEnv]) -> Interrupted:
+    env = pair[0]
+    actions = actions_for(env, 20)
+    env.reset(seed=4)
+    rollout(env, actions[:15])
+    saved = env.save_state()
+    return Interrupted(*pair, saved, actions[15:], rollout(env, actions[15:]))
+
+
+def test_the_same_seed_gives_the_same_episode_also_after_pickling(pair: tuple[TaskEnv, TaskEnv]) -> None:
+    first, second = pair
     assert second.task == first.task
-    actions = actions_for(first, 15)
+    actions = actions_for(first, 10)
     start = first.reset(seed=7)[0]
     np.testing.assert_array_equal(second.reset(seed=7)[0], start)
     assert rollout(first, actions) == rollout(second, actions)
     assert not np.array_equal(first.reset(seed=8)[0], start)
 
 
-@pytest.mark.parametrize("task_id", MUJOCO)
-def test_a_state_saved_in_mid_episode_continues_bit_for_bit_elsewhere(task_id: str) -> None:
-    env, elsewhere = construct_mujoco(task_id), construct_mujoco(task_id)
-    actions = actions_for(env, 25)
-    env.reset(seed=4)
-    rollout(env, actions[:15])
-    saved = env.save_state()
-    assert all(value.dtype == np.float64 for value in saved.values())
-    expected = rollout(env, actions[15:])
+def test_a_state_saved_in_mid_episode_continues_bit_for_bit_elsewhere(interrupted: Interrupted) -> None:
+    env, elsewhere, actions = interrupted.env, interrupted.elsewhere, interrupted.actions
+    assert all(value.dtype == np.float64 for value in interrupted.saved.values())
     elsewhere.reset(seed=5)
     rollout(elsewhere, actions[:3])
-    elsewhere.restore_state(saved)
-    assert rollout(elsewhere, actions[15:]) == expected
-    env.restore_state(saved)
-    assert rollout(env, actions[15:]) == expected
+    elsewhere.restore_state(interrupted.saved)
+    assert rollout(elsewhere, actions) == interrupted.expected
+    env.restore_state(interrupted.saved)
+    assert rollout(env, actions) == interrupted.expected
 
 
-@pytest.mark.parametrize("task_id", MUJOCO)
-def test_without_derived_values_a_state_continues_from_the_second_step(task_id: str) -> None:
-    env = construct_mujoco(task_id)
-    actions = actions_for(env, 20)
-    env.reset(seed=4)
-    rollout(env, actions[:15])
-    saved = {name: value for name, value in env.save_state().items() if not name.startswith("derived_")}
-    expected = rollout(env, actions[15:])
+def test_without_derived_values_a_state_continues_from_the_second_step(interrupted: Interrupted) -> None:
+    env, expected = interrupted.env, interrupted.expected
+    saved = {name: value for name, value in interrupted.saved.items() if not name.startswith("derived_")}
     env.reset(seed=4)
     env.restore_state(saved)
-    continued = rollout(env, actions[15:])
+    continued = rollout(env, interrupted.actions)
     assert continued[1:] == expected[1:]
     assert continued[0][0] == expected[0][0]
 

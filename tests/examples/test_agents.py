@@ -18,7 +18,7 @@ from gym_extensions.rollouts.policies import Policy
 
 GROUP = TaskGroup(  # two tasks whose episodes are short
     "short-hoppers",
-    (customize("Hopper", max_steps=100), customize("Hopper", [MotorNoise(0.05)], max_steps=100)),
+    (customize("Hopper", max_steps=60), customize("Hopper", [MotorNoise(0.05)], max_steps=60)),
 )
 FACTORIES = {
     "ppo": "Ppo",

@@ -6,6 +6,7 @@ libraries are imported once; a fork that exceeds a limit or crashes ends alone.
 
 from __future__ import annotations
 
+import gc
 import json
 import os
 import resource
@@ -183,6 +184,7 @@ def fork(command: Callable[[Path], tuple[list[str], int]], folder: Path) -> Judg
 def main() -> None:
     """Answers each line of the standard input."""
     by_name = commands()
+    gc.freeze()  # the forks then share the memory of the libraries
     for line in sys.stdin:
         request = json.loads(line)
         judgement = fork(by_name[request["command"]], Path(request["folder"]))

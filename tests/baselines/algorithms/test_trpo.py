@@ -27,12 +27,12 @@ ENTRY = Path(__file__).parents[3] / "submissions/trpo-2017/hopper-gravity/curves
 
 
 class Corridor(gym.vector.VectorEnv[Any, Any, Any]):
-    """Two environments of reward 1 per step, whose episodes end after five steps, by failure or by time.
+    """Ten environments of reward 1 per step, whose episodes end after five steps, by failure or by time.
 
     Before a failure the observation counts the steps; before the time limit it is noise.
     """
 
-    num_envs, length = 2, 5
+    num_envs, length = 10, 5
     single_observation_space = BOX
     single_action_space = gym.spaces.Box(-1, 1, (1,), np.float32)
 
@@ -46,14 +46,14 @@ class Corridor(gym.vector.VectorEnv[Any, Any, Any]):
 
     def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
         self._step = (self._step + 1) % (self.length + 1)  # The step after an episode's end resets.
-        over = np.full(2, self._step == self.length)
-        reward = np.full(2, float(self._step > 0))
+        over = np.full(self.num_envs, self._step == self.length)
+        reward = np.full(self.num_envs, float(self._step > 0))
         return self._observations(), reward, over & self._ends, over & ~np.array(self._ends), {}
 
     def _observations(self) -> Array:
         if not self._ends:
-            return self._rng.standard_normal((2, 3), np.float32)
-        return np.full((2, 3), self._step, np.float32)
+            return self._rng.standard_normal((self.num_envs, 3), np.float32)
+        return np.full((self.num_envs, 3), self._step, np.float32)
 
 
 @pytest.mark.parametrize(

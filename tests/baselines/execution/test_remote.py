@@ -7,6 +7,7 @@ import pickle
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -18,7 +19,10 @@ from gym_extensions.baselines.training import evaluator, progress
 from gym_extensions.baselines.training.events import Event, Listener
 from gym_extensions.errors import BenchError
 
-from ..conftest import SHORT_GROUP, digests
+from ..conftest import QUICK_GROUP, digests
+
+NUM_ENVS = 10
+"""More environments take less time."""
 
 
 class NodeDiedError(RuntimeError):
@@ -50,6 +54,14 @@ class Cluster:
                 yield index, failure_of(error)
 
 
+@pytest.fixture(scope="module")
+def local(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """trpo, sequential and joint, trained in this process."""
+    folder = tmp_path_factory.mktemp("local") / "trpo"
+    train("trpo", QUICK_GROUP, ["sequential", "joint"], "smoke", 0, out=folder, num_envs=NUM_ENVS)
+    return folder
+
+
 @pytest.fixture
 def cluster(monkeypatch: pytest.MonkeyPatch) -> Cluster:
     """Replaces the executor that ``train(…, ray="fake")`` opens."""
@@ -65,23 +77,21 @@ def cluster(monkeypatch: pytest.MonkeyPatch) -> Cluster:
 
 
 def test_a_job_whose_node_died_ends_with_the_same_bytes(
-    cluster: Cluster, trpo_submission: Path, tmp_path: Path
+    cluster: Cluster, local: Path, tmp_path: Path
 ) -> None:
     out = tmp_path / "remote"
-    train("trpo", SHORT_GROUP, "joint", "smoke", 0, out=out, ray="fake")
+    train("trpo", QUICK_GROUP, "joint", "smoke", 0, out=out, num_envs=NUM_ENVS, ray="fake")
     assert cluster.has_died
-    remote, local = digests(out), digests(trpo_submission)
-    names = {name for name in local if "joint" in name}
+    remote, expected = digests(out), digests(local)
+    names = {name for name in expected if "joint" in name}
     assert {name for name in remote if "joint" in name} == names
-    assert all(remote[name] == local[name] for name in names)
-    traces = [
-        sorted(path.name for path in folder.rglob("traces/joint*")) for folder in (out, trpo_submission)
-    ]
+    assert all(remote[name] == expected[name] for name in names)
+    traces = [sorted(path.name for path in folder.rglob("traces/joint*")) for folder in (out, local)]
     assert traces[0] == traces[1]
 
 
 def test_finished_stages_travel_to_the_node_and_are_not_repeated(
-    trpo_submission: Path, tmp_path: Path, request: pytest.FixtureRequest
+    local: Path, tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:
     out = tmp_path / "remote"
 
@@ -89,8 +99,9 @@ def test_finished_stages_travel_to_the_node_and_are_not_repeated(
         if isinstance(event, TaskEvaluated) and event.stage == 2:
             raise KeyboardInterrupt
 
+    arguments: Any = ("trpo", QUICK_GROUP, "sequential", "smoke", 0)
     with pytest.raises(KeyboardInterrupt):
-        train("trpo", SHORT_GROUP, "sequential", "smoke", 0, out=out, callback=stop)
+        train(*arguments, out=out, num_envs=NUM_ENVS, callback=stop)
     cluster: Cluster = request.getfixturevalue("cluster")
     cluster.has_died = True
     stages: list[int] = []
@@ -99,11 +110,11 @@ def test_finished_stages_travel_to_the_node_and_are_not_repeated(
         if isinstance(event, TaskEvaluated):
             stages.append(event.stage)
 
-    train("trpo", SHORT_GROUP, "sequential", "smoke", 0, out=out, ray="fake", callback=record_stage)
+    train(*arguments, out=out, num_envs=NUM_ENVS, ray="fake", callback=record_stage)
     assert set(stages) == {2}
     assert cluster.sent[0] > 4
-    log = f"{SHORT_GROUP}/sequential.csv"
-    assert (out / log).read_bytes() == (trpo_submission / log).read_bytes()
+    log = f"{QUICK_GROUP.name}/sequential.csv"
+    assert (out / log).read_bytes() == (local / log).read_bytes()
 
 
 def test_files_that_cannot_be_stored_are_a_failure_and_leave_no_part_of_a_job(
@@ -119,7 +130,7 @@ def test_files_that_cannot_be_stored_are_a_failure_and_leave_no_part_of_a_job(
 
     monkeypatch.setattr(Path, "write_bytes", fill_disk)
     with pytest.raises(OSError, match="No space left on device"):
-        train("zero", SHORT_GROUP, "joint", "smoke", 0, out=out, ray="fake")
+        train("zero", QUICK_GROUP, "joint", "smoke", 0, out=out, ray="fake")
     assert not list((out / ".progress").rglob("stage*"))
 
 
@@ -133,6 +144,6 @@ def test_the_temporary_folder_of_a_node_is_removed(cluster: Cluster, tmp_path: P
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(evaluator, "traces_folder", remember)
-        train("zero", SHORT_GROUP, "joint", "smoke", 0, out=tmp_path / "mine", ray="fake")
+        train("zero", QUICK_GROUP, "joint", "smoke", 0, out=tmp_path / "mine", ray="fake")
     assert folders
     assert not [folder for folder in folders if folder.exists()]

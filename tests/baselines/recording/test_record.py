@@ -14,18 +14,19 @@ import numpy as np
 import pytest
 
 from gym_extensions.baselines import Card, record, train
-from gym_extensions.catalog.groups import group
+from gym_extensions.catalog.custom_groups import with_custom
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.policies import Policy
 from gym_extensions.rollouts.reader import read
 from gym_extensions.scoring.pipeline.score import make_scorer
 from gym_extensions.scoring.replay.verify import verify
 
-from ..conftest import digests
+from ..conftest import QUICK_GROUP, digests
 
-GROUP = "pusher"
-"""A group of two tasks of 100 steps."""
-TASKS = group(GROUP).tasks
+GROUP = QUICK_GROUP.name
+TASKS = QUICK_GROUP.tasks
+FIRST, SECOND = (task.name for task in TASKS)
+GROUPS = with_custom([QUICK_GROUP])
 CARD = Card("mine", evaluation="deterministic", parameters=7)
 
 
@@ -41,7 +42,7 @@ def record_stage(
     out: Path, policy: Any = zero, protocol: str = "sequential", **changes: Any
 ) -> dict[str, float]:
     arguments: dict[str, Any] = {"run": 0, "out": out, "budget": "smoke", "card": CARD} | changes
-    return record(policy, GROUP, protocol, **arguments)
+    return record(policy, QUICK_GROUP, protocol, **arguments)
 
 
 def message(*arguments: Any, **changes: Any) -> str:
@@ -67,7 +68,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_the_logs_and_traces_are_those_of_the_training_loop(recorded: Path, tmp_path: Path) -> None:
-    train("zero", GROUP, ["sequential", "single"], "smoke", 0, out=tmp_path / "trained")
+    train("zero", QUICK_GROUP, ["sequential", "single"], "smoke", 0, out=tmp_path / "trained")
     expected = {
         path: digest for path, digest in digests(tmp_path / "trained").items() if "policies" not in path
     }
@@ -77,7 +78,7 @@ def test_the_logs_and_traces_are_those_of_the_training_loop(recorded: Path, tmp_
 
 
 def test_the_submission_can_be_replayed(recorded: Path) -> None:
-    verification = verify(recorded)
+    verification = verify(recorded, GROUPS)
     assert (verification.problems, verification.replayed) == ((), 15)
 
 
@@ -89,13 +90,13 @@ def test_the_manifest_scorecard_and_board_say_that_steps_are_claimed(recorded: P
         "evaluation": "deterministic",
         "steps": "claimed",
     }
-    card = make_scorer([], None)(recorded)
+    card = make_scorer([QUICK_GROUP], None)(recorded)
     assert card.manifest is not None
     assert card.manifest.protocol.steps == "claimed"
 
 
 def test_claimed_curves_are_written(recorded: Path) -> None:
-    curves = read(recorded).groups[f"{GROUP}-v0"].curves
+    curves = read(recorded, GROUPS).groups[f"{GROUP}-v0"].curves
     assert curves is not None
     text = (recorded / GROUP / "curves.csv").read_text(encoding="utf-8").splitlines()
     assert text[1] == f"single,0,{TASKS[0].id},500,-10.0"
@@ -105,7 +106,7 @@ def test_claimed_curves_are_written(recorded: Path) -> None:
 def test_the_mean_returns_of_the_evaluated_tasks_are_returned(tmp_path: Path) -> None:
     means = record_stage(tmp_path / "mine", protocol="joint")
     rows = [float(row["return"]) for row in logged(tmp_path / "mine", "joint") if row["task"] == TASKS[1].id]
-    assert list(means) == list(group(GROUP).task_ids)
+    assert list(means) == list(QUICK_GROUP.task_ids)
     assert means[TASKS[1].id] == pytest.approx(sum(rows) / 20)
 
 
@@ -137,7 +138,7 @@ def test_a_finished_run_is_not_recorded_again(recorded: Path) -> None:
         "another run, or choose another out."
     )
     means = record_stage(recorded, push, stage=0, skip_recorded=True)
-    assert list(means) == list(group(GROUP).task_ids)
+    assert list(means) == list(QUICK_GROUP.task_ids)
     assert digests(recorded) == before
 
 
@@ -158,7 +159,7 @@ def test_a_model_of_stable_baselines3_keeps_its_state_within_a_task(tmp_path: Pa
     model = Model()
     record_stage(tmp_path / "mine", model, protocol="joint")
     starts = [start for start, _ in model.calls]
-    assert starts == ([True] + [False] * 99) * 2
+    assert starts == ([True] + [False] * 9) * 2
     assert {deterministic for _, deterministic in model.calls} == {True}
 
 
@@ -205,38 +206,38 @@ def test_a_policy_of_the_wrong_shapes_is_refused_and_nothing_is_lost(name: str, 
 BAD_ARGUMENTS: list[tuple[dict[str, Any], str]] = [
     (
         {"stage": 3},
-        "stage: Stage 3 is out of range. Use the number of tasks of pusher that the policy was trained on, 0 "
-        "to 2.",
-    ),
-    (
-        {"stage": True},
-        "stage: Stage True is out of range. Use the number of tasks of pusher that the policy was trained "
+        "stage: Stage 3 is out of range. Use the number of tasks of quick-pusher that the policy was trained "
         "on, 0 to 2.",
     ),
     (
-        {},
-        "stage: The protocol sequential needs a stage. Use the number of tasks of pusher that the policy was "
+        {"stage": True},
+        "stage: Stage True is out of range. Use the number of tasks of quick-pusher that the policy was "
         "trained on, 0 to 2.",
     ),
     (
-        {"stage": 0, "task": "Pusher"},
-        "task: Unexpected task 'Pusher'. Each stage is evaluated on every task; leave task out.",
+        {},
+        "stage: The protocol sequential needs a stage. Use the number of tasks of quick-pusher that the "
+        "policy was trained on, 0 to 2.",
+    ),
+    (
+        {"stage": 0, "task": FIRST},
+        "task: Unexpected task 'Pusher.steps-10'. Each stage is evaluated on every task; leave task out.",
     ),
     (
         {"protocol": "joint", "stage": 2},
         "stage: Stage 2 is out of range: the protocol joint has stage 1 only. Leave stage out.",
     ),
     (
-        {"protocol": "joint", "task": "Pusher"},
-        "task: Unexpected task 'Pusher'. A joint policy is trained on every task; leave task out.",
+        {"protocol": "joint", "task": FIRST},
+        "task: Unexpected task 'Pusher.steps-10'. A joint policy is trained on every task; leave task out.",
     ),
     (
         {"protocol": "single"},
         "task: The protocol single needs a task. Name the task that the policy was trained on.",
     ),
     (
-        {"protocol": "single", "task": "Pushr"},
-        "task: 'Pushr' is not a task of this group or stage. Did you mean 'Pusher'?",
+        {"protocol": "single", "task": "Pushr.steps-10"},
+        "task: 'Pushr.steps-10' is not a task of this group or stage. Did you mean 'Pusher.steps-10'?",
     ),
     (
         {"stage": 0, "run": [0, 1]},
@@ -247,16 +248,16 @@ BAD_ARGUMENTS: list[tuple[dict[str, Any], str]] = [
         "card().evaluation: The value is 'both'. Choose one of: deterministic, sampled.",
     ),
     (
-        {"protocol": "joint", "curves": {"Pusher": [(10, 0.0), (10, 0.0)]}},
-        "curves['Pusher']: The training steps do not increase. Start above 0.",
+        {"protocol": "joint", "curves": {FIRST: [(10, 0.0), (10, 0.0)]}},
+        f"curves['{FIRST}']: The training steps do not increase. Start above 0.",
     ),
     (
-        {"protocol": "joint", "curves": {"Pusher": [(9000, 0.0)]}},
-        "curves['Pusher']: It ends at step 9000; the budget is 2000. Choose the budget that the policy was ",
+        {"protocol": "joint", "curves": {FIRST: [(9000, 0.0)]}},
+        f"curves['{FIRST}']: It ends at step 9000; the budget is 2000. Choose the budget that the policy ",
     ),
     (
-        {"protocol": "joint", "curves": {"Pusher": [(10, float("nan"))]}},
-        "curves['Pusher']: A return is not finite. Leave such points out.",
+        {"protocol": "joint", "curves": {FIRST: [(10, float("nan"))]}},
+        f"curves['{FIRST}']: A return is not finite. Leave such points out.",
     ),
 ]
 
@@ -284,7 +285,7 @@ def test_an_unfinished_run_has_one_set_of_hyperparameters(tmp_path: Path) -> Non
 
 
 def test_recorded_policies_do_not_join_trained_runs(tmp_path: Path) -> None:
-    train("zero", GROUP, "joint", "smoke", 0, out=tmp_path / "trained")
+    train("zero", QUICK_GROUP, "joint", "smoke", 0, out=tmp_path / "trained")
     card = Card("zero", evaluation="deterministic")
     text = message(tmp_path / "trained", protocol="joint", run=1, card=card)
     assert "protocol.steps is 'recorded' in this submission and 'claimed' in the new run." in text
@@ -293,12 +294,15 @@ def test_recorded_policies_do_not_join_trained_runs(tmp_path: Path) -> None:
 RECORD_A_RUN = """
 import sys, numpy as np
 from gym_extensions.baselines import Card, record
+from gym_extensions.envs import MovingGoal, TaskGroup, customize
+tasks = customize("Pusher", max_steps=10), customize("Pusher", [MovingGoal()], max_steps=10)
 run = int(sys.argv[2])
 def act(observations):
     return np.full((len(observations), 7), run / 10)
 card = Card("mine", evaluation="deterministic", parameters=7)
-for task in ("Pusher", "PusherMovingGoal"):
-    record(act, "pusher", "single", run=run, task=task, out=sys.argv[1], budget="smoke", card=card)
+group = TaskGroup("quick-pusher", tasks)
+for task in tasks:
+    record(act, group, "single", run=run, task=task.name, out=sys.argv[1], budget="smoke", card=card)
 """
 
 
@@ -313,5 +317,5 @@ def test_two_processes_write_one_log(tmp_path: Path) -> None:
     errors = [process.communicate(timeout=300)[1] for process in processes]
     assert [process.returncode for process in processes] == [0, 0], errors
     assert [row["run"] for row in logged(out, "single")] == ["0"] * 40 + ["1"] * 40
-    verification = verify(out)
+    verification = verify(out, GROUPS)
     assert (verification.problems, verification.replayed) == ((), 8)

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from gym_extensions.baselines.execution.workers import ThisProcess
 from gym_extensions.baselines.references import cli, content
 from gym_extensions.baselines.references.existing import existing_rows, is_provisional
 from gym_extensions.catalog.groups import group
@@ -62,22 +63,22 @@ def test_the_command_writes_the_references_and_their_logs(
 
 
 def test_ceilings_are_added_to_the_floors_of_an_existing_file(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    quick_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """In this process; the test above starts workers."""
     monkeypatch.setattr(content, "FLOOR_EPISODES", 4)
     monkeypatch.setattr(content, "CEILING_EPISODES", 3)
+    monkeypatch.setattr(content, "Workers", lambda _: ThisProcess())
     grown, at_once = tmp_path / "grown/1.json", tmp_path / "at-once/1.json"
-    command = ["--groups", "pusher", "--budget", "smoke", "--runs", "1000"]
+    command = ["--groups", str(quick_file), "--budget", "smoke", "--runs", "1000"]
     assert cli.main([*command, "--out", str(grown), "--floors-only"]) == 0
     floors = json.loads(grown.read_text())["tasks"]
     assert [sorted(row) for row in floors.values()] == [["floor"], ["floor"]]
     assert load_tasks(grown) == []
     shutil.rmtree(tmp_path / "grown/.progress")
-    monkeypatch.setattr(content, "floor_measurements", None)
-    assert cli.main([*command, "--out", str(grown)]) == 0
-    monkeypatch.undo()
-    monkeypatch.setattr(content, "FLOOR_EPISODES", 4)
-    monkeypatch.setattr(content, "CEILING_EPISODES", 3)
+    with monkeypatch.context() as patch:
+        patch.setattr(content, "floor_measurements", None)
+        assert cli.main([*command, "--out", str(grown)]) == 0
     assert cli.main([*command, "--out", str(at_once)]) == 0
     assert load_tasks(grown) == list(floors)
     assert grown.read_text() == at_once.read_text()

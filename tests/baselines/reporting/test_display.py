@@ -94,10 +94,10 @@ def test_a_call_in_a_script_prints_its_progress(watched: Watched) -> None:
 def test_progress_can_be_switched_off(tmp_path: Path) -> None:
     code = (
         "from gym_extensions.baselines import train;"
-        "train('zero', 'pusher', 'single', 'smoke', 0, out='mine', progress=False)"
+        "train('zero', 'pusher', 'joint', 'smoke', 0, out='mine', progress=False)"
     )
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True
     )
     assert done.stdout == ""
-    assert "pusher single-run0-task0: finished\n" in (tmp_path / "mine/.progress/train.log").read_text()
+    assert "pusher joint-run0: finished\n" in (tmp_path / "mine/.progress/train.log").read_text()

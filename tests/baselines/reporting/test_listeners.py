@@ -12,7 +12,7 @@ from gym_extensions.baselines import BatchTrained, JobFinished, StageStarted, Ta
 from gym_extensions.baselines.training.events import Event, TrainingStarted
 from gym_extensions.errors import BenchError
 
-from ..conftest import SHORT_GROUP, Watched
+from ..conftest import QUICK_GROUP, SHORT_GROUP, Watched
 
 
 def test_the_events_of_a_job_come_in_order(watched: Watched) -> None:
@@ -48,7 +48,7 @@ class Impatient:
 
 def test_a_callback_that_raises_stops_the_training_and_loses_no_finished_stage(tmp_path: Path) -> None:
     callback, out = Impatient(), tmp_path / "mine"
-    arguments: Any = ("trpo", "pusher", "sequential", "smoke", 0)
+    arguments: Any = ("trpo", QUICK_GROUP, "sequential", "smoke", 0)
     with pytest.raises(BenchError) as error:
         train(*arguments, out=out, progress=False, callback=callback)
     assert error.value.code == "callback-failed"
@@ -65,7 +65,7 @@ def test_a_callback_that_raises_stops_the_training_and_loses_no_finished_stage(t
 
     train(*arguments, out=out, progress=False, callback=note)
     assert stages == [2]
-    assert (out / "pusher/sequential.csv").exists()
+    assert (out / QUICK_GROUP.name / "sequential.csv").exists()
 
 
 def test_a_callback_that_raises_stops_worker_processes(tmp_path: Path) -> None:
@@ -74,7 +74,7 @@ def test_a_callback_that_raises_stops_worker_processes(tmp_path: Path) -> None:
             raise KeyError("task")
 
     with pytest.raises(BenchError) as error:
-        train("zero", "pusher", "single", "smoke", 0, out=tmp_path / "mine", jobs=1, callback=callback)
+        train("zero", QUICK_GROUP, "single", "smoke", 0, out=tmp_path / "mine", jobs=1, callback=callback)
     assert str(error.value).startswith(
         "callback: The callback raised KeyError: 'task' Correct the callback. "
     )

@@ -12,31 +12,43 @@ from gym_extensions.__main__ import main
 from gym_extensions.baselines import train
 from gym_extensions.baselines.reproduction.draw import LoggedRun, draw_run
 
-from ..conftest import SHORT_GROUP, digests
+from ..conftest import QUICK_GROUP, SHORT_GROUP, digests
+
+Command = Callable[..., list[str]]
 
 
 @pytest.fixture(scope="module")
 def random_joint(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """random, joint, runs 0 and 1, with another number of environments than the budget's."""
     folder = tmp_path_factory.mktemp("submissions") / "random"
-    train("random", SHORT_GROUP, "joint", "smoke", [0, 1], out=folder, num_envs=4, progress=False)
+    train("random", QUICK_GROUP, "joint", "smoke", [0, 1], out=folder, num_envs=4, progress=False)
     return folder
 
 
-def command(entry: Path, *, protocol: str = "joint", run: int = 0) -> list[str]:
-    options = ("--group", SHORT_GROUP, "--protocol", protocol, "--run", str(run), "--quiet")
-    return ["reproduce", str(entry), *options]
+@pytest.fixture
+def command(quick_file: Path) -> Command:
+    """The command for an entry; of the quick group by default."""
+
+    def words(
+        entry: Path, *, group: str = str(quick_file), protocol: str = "joint", run: int = 0
+    ) -> list[str]:
+        options = ("--group", group, "--protocol", protocol, "--run", str(run), "--quiet")
+        return ["reproduce", str(entry), *options]
+
+    return words
 
 
-def test_a_run_of_trpo_is_the_same_bytes(trpo_submission: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_run_of_trpo_is_the_same_bytes(
+    trpo_submission: Path, command: Command, capsys: pytest.CaptureFixture[str]
+) -> None:
     before = digests(trpo_submission)
-    assert main(command(trpo_submission)) == 0
+    assert main(command(trpo_submission, group=SHORT_GROUP)) == 0
     assert capsys.readouterr().out == f"{trpo_submission} {SHORT_GROUP} joint run 0: the same bytes.\n"
     assert digests(trpo_submission) == before
 
 
 def test_a_later_run_with_its_number_of_environments_is_the_same_bytes(
-    random_joint: Path, capsys: pytest.CaptureFixture[str]
+    random_joint: Path, command: Command, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(command(random_joint, run=1)) == 0
     assert capsys.readouterr().out.endswith("run 1: the same bytes.\n")
@@ -46,7 +58,7 @@ def changed(entry: Path, folder: Path, change: Callable[[float], float], episode
     """A copy of an entry with changed returns of the first task, and another version of numpy."""
     copy = folder / "changed"
     shutil.copytree(entry, copy)
-    log = copy / SHORT_GROUP / "joint.csv"
+    log = copy / QUICK_GROUP.name / "joint.csv"
     header, *lines = log.read_text().splitlines()
     column = header.split(",").index("return")
     for index in range(episodes):
@@ -58,20 +70,20 @@ def changed(entry: Path, folder: Path, change: Callable[[float], float], episode
 
 
 def test_a_log_with_one_changed_return_agrees_and_the_row_is_named(
-    random_joint: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    random_joint: Path, command: Command, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     copy = changed(random_joint, tmp_path, lambda value: value + 1, 1)
     assert main(command(copy)) == 0
     first, second, third = capsys.readouterr().out.splitlines()
     assert first.endswith("the mean returns of all 2 cells agree within evaluation noise.")
     assert second.startswith(
-        "The first difference is at stage 1, gym_extensions/Pusher-v0, episode 0: return is "
+        f"The first difference is at stage 1, {QUICK_GROUP.task_ids[0]}, episode 0: return is "
     )
     assert third == "The versions and the platform are those of the submission."
 
 
 def test_a_log_with_another_mean_return_differs_and_the_cell_is_named(
-    random_joint: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    random_joint: Path, command: Command, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     copy = changed(random_joint, tmp_path, lambda value: value + 500, 20)
     text = (copy / "submission.toml").read_text()
@@ -80,7 +92,7 @@ def test_a_log_with_another_mean_return_differs_and_the_cell_is_named(
     first, _, third, fourth = capsys.readouterr().out.splitlines()
     assert first.endswith("run 0: 1 of 2 cells differ.")
     assert third.startswith("The submission was made with platform Plan9-")
-    assert fourth.startswith("Stage 1, gym_extensions/Pusher-v0: mean return ")
+    assert fourth.startswith(f"Stage 1, {QUICK_GROUP.task_ids[0]}: mean return ")
 
 
 REFUSED = [
@@ -92,7 +104,11 @@ REFUSED = [
 
 @pytest.mark.parametrize("change", REFUSED, ids=["algorithm", "claimed", "hyperparameters"])
 def test_an_entry_that_cannot_be_retrained_is_refused(
-    change: tuple[str, str, str], random_joint: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    change: tuple[str, str, str],
+    random_joint: Path,
+    command: Command,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     old, new, message = change
     copy = tmp_path / "entry"
@@ -105,25 +121,27 @@ def test_an_entry_that_cannot_be_retrained_is_refused(
 
 
 def test_an_entry_of_another_agent_is_retrained_from_its_module(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "their_agent.py").write_text(
         "from gym_extensions.baselines.algorithms.random import make as Theirs\n"
     )
     entry = tmp_path / "entry"
-    train("their_agent:Theirs", SHORT_GROUP, "joint", "smoke", 0, out=entry, progress=False)
+    train("their_agent:Theirs", QUICK_GROUP, "joint", "smoke", 0, out=entry, progress=False)
     assert main([*command(entry), "--agent", "their_agent:Theirs"]) == 0
     assert capsys.readouterr().out.endswith("run 0: the same bytes.\n")
     assert main([*command(entry), "--agent", "zero"]) == 2
     assert "protocol.algorithm is 'random'" in capsys.readouterr().err
 
 
-def test_a_salt_draws_the_run(random_joint: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_salt_draws_the_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    entry = tmp_path / "random"
+    train("random", SHORT_GROUP, "joint", "smoke", [0, 1], out=entry, num_envs=4, progress=False)
     salts = [f"{number:064x}" for number in range(8)]
-    drawn = {salt: draw_run(random_joint, salt) for salt in salts}
+    drawn = {salt: draw_run(entry, salt) for salt in salts}
     assert set(drawn.values()) == {LoggedRun(SHORT_GROUP, "joint", run) for run in (0, 1)}
-    assert main(["reproduce", str(random_joint), "--salt", salts[0], "--quiet"]) == 0
+    assert main(["reproduce", str(entry), "--salt", salts[0], "--quiet"]) == 0
     assert f"joint run {drawn[salts[0]].run}: the same bytes." in capsys.readouterr().out
 
 
@@ -143,12 +161,12 @@ def test_a_salt_that_cannot_draw_is_refused(
 
 
 def test_a_missing_entry_log_or_run_is_named(
-    random_joint: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    random_joint: Path, command: Command, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(command(tmp_path / "none")) == 2
     assert main(command(random_joint, protocol="single")) == 2
     assert main(command(random_joint, run=7)) == 2
-    log = random_joint / SHORT_GROUP
+    log = random_joint / QUICK_GROUP.name
     assert capsys.readouterr().err.splitlines() == [
         f"error: {tmp_path / 'none' / 'submission.toml'}: The file does not exist. "
         "Name the folder of a submission, such as submissions/random.",

@@ -3,27 +3,56 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
-from gym_extensions.baselines import merge, train
+from gym_extensions.baselines import Card, merge, train
 from gym_extensions.baselines.submission.cli import main
+from gym_extensions.catalog.custom_groups import with_custom
 from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.policies import Policy
 from gym_extensions.scoring.replay.verify import verify
 
-from ..conftest import digests
+from ..conftest import QUICK_GROUP, digests
 
-GROUP = "pusher"
+GROUP = QUICK_GROUP.name
+GROUPS = with_custom([QUICK_GROUP])
+
+
+class Guesses:
+    """Acts with a constant that depends on the rewards of its random actions in training."""
+
+    def __init__(self, observation_space: Any, action_space: Any, seed: int) -> None:
+        self.space, self.generator = action_space, np.random.default_rng(seed)
+        self.action = np.zeros(action_space.shape)
+
+    def act(self, observations: Any) -> Any:
+        return np.tile(self.action, (len(observations), 1))
+
+    def learn(self, env: Any, steps: int) -> None:
+        env.reset()
+        for _ in range(steps // env.num_envs):
+            actions = self.generator.uniform(-1, 1, (env.num_envs, *self.action.shape))
+            self.action = np.full(self.action.shape, np.sin(env.step(actions)[1].sum()))
+
+    def policy(self) -> Policy:
+        return Policy(self.action, np.ones(self.action.shape))
+
+    def card(self) -> Card:
+        settings = {"max_kl": 0.01}
+        return Card("guesses", evaluation="deterministic", hyperparameters=settings, stored_steps=250)
 
 
 @pytest.fixture(scope="module")
 def trained(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    """Runs of trpo by folder: ``first`` has run 1, ``second`` run 0, ``both`` has both."""
+    """Runs of one agent by folder: ``first`` has run 1, ``second`` run 0, ``both`` has both."""
     root = tmp_path_factory.mktemp("trained")
     for name, runs in {"first": [1], "second": [0], "both": [0, 1]}.items():
-        train("trpo", GROUP, "single", "smoke", runs, out=root / name)
+        train(Guesses, QUICK_GROUP, "single", "smoke", runs, out=root / name, num_envs=10)
     return {name: root / name for name in ("first", "second", "both")}
 
 
@@ -36,6 +65,10 @@ def pair(trained: dict[str, Path], tmp_path: Path) -> list[Path]:
     ]
 
 
+def joined(submissions: Iterable[Path], out: Path) -> Path:
+    return merge(submissions, out, groups=[QUICK_GROUP])
+
+
 def replace_in(path: Path, old: str, new: str) -> None:
     text = path.read_text(encoding="utf-8")
     assert old in text
@@ -46,27 +79,27 @@ def refusal(pair: list[Path]) -> str:
     out = pair[0].parent / "merged"
     before = [digests(path) for path in pair]
     with pytest.raises(BenchError) as error:
-        merge(pair, out)
+        joined(pair, out)
     assert sorted(path.name for path in out.parent.iterdir()) == ["first", "second"]
     assert [digests(path) for path in pair] == before
     return str(error.value)
 
 
 def test_the_files_are_those_of_training_all_runs_in_one_submission(
-    trained: dict[str, Path], pair: list[Path], capsys: pytest.CaptureFixture[str]
+    trained: dict[str, Path], pair: list[Path], quick_file: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = pair[0].parent / "merged"
-    assert main([*map(str, pair), "--out", str(out)]) == 0
+    assert main([*map(str, pair), "--out", str(out), "--groups", str(quick_file)]) == 0
     assert capsys.readouterr().out == f"The submission is in {out}.\n"
     assert digests(out) == digests(trained["both"])
-    verification = verify(out)
+    verification = verify(out, GROUPS)
     assert (verification.problems, verification.replayed) == ((), 8)
 
 
 def test_a_run_that_both_contain_is_merged_once(
     trained: dict[str, Path], pair: list[Path], tmp_path: Path
 ) -> None:
-    merge([trained["both"], *pair], tmp_path / "merged")
+    joined([trained["both"], *pair], tmp_path / "merged")
     assert digests(tmp_path / "merged") == digests(trained["both"])
 
 
@@ -74,21 +107,20 @@ def test_different_policies_of_one_run_are_refused(trained: dict[str, Path], pai
     shutil.rmtree(pair[0])
     shutil.copytree(trained["both"], pair[0], ignore=shutil.ignore_patterns(".progress"))
     policies = pair[1] / GROUP / "policies"
-    shutil.copy(
-        policies / "single-run0-stage1-PusherMovingGoal.npz", policies / "single-run0-stage1-Pusher.npz"
-    )
-    assert "Another submission has a different policy single-run0-stage1-Pusher.npz." in refusal(pair)
+    first, second = (task.name for task in QUICK_GROUP.tasks)
+    shutil.copy(policies / f"single-run0-stage1-{second}.npz", policies / f"single-run0-stage1-{first}.npz")
+    assert f"Another submission has a different policy single-run0-stage1-{first}.npz." in refusal(pair)
 
 
 def test_policies_are_left_out_if_a_submission_has_none(pair: list[Path], tmp_path: Path) -> None:
     shutil.rmtree(pair[0] / GROUP / "policies")
-    assert not (merge(pair, tmp_path / "merged") / GROUP / "policies").exists()
+    assert not (joined(pair, tmp_path / "merged") / GROUP / "policies").exists()
 
 
 def test_submissions_without_traces_are_merged_without(pair: list[Path], tmp_path: Path) -> None:
     for path in pair:
         shutil.rmtree(path / GROUP / "traces")
-    assert not (merge(pair, tmp_path / "merged") / GROUP / "traces").exists()
+    assert not (joined(pair, tmp_path / "merged") / GROUP / "traces").exists()
 
 
 def test_the_merged_manifest_has_the_largest_memory_and_all_versions(
@@ -99,7 +131,7 @@ def test_the_merged_manifest_has_the_largest_memory_and_all_versions(
     (pair[1] / "submission.toml").write_text(
         (pair[1] / "submission.toml").read_text() + f'\n[archive]\nurl = ""\nsha256 = "{"0" * 64}"\n'
     )
-    text = (merge(pair, tmp_path / "merged") / "submission.toml").read_text(encoding="utf-8")
+    text = (joined(pair, tmp_path / "merged") / "submission.toml").read_text(encoding="utf-8")
     assert "stored_steps = 300" in text
     assert ", Darwin-arm64 or " in text
     assert "archive" not in text
@@ -107,9 +139,9 @@ def test_the_merged_manifest_has_the_largest_memory_and_all_versions(
 
 CHANGES: dict[str, tuple[str, str, str]] = {
     "agent": (
-        'algorithm = "trpo"',
+        'algorithm = "guesses"',
         'algorithm = "ppo"',
-        "protocol.algorithm is 'trpo' in {} and 'ppo' here.",
+        "protocol.algorithm is 'guesses' in {} and 'ppo' here.",
     ),
     "budget": ('budget = "smoke"', 'budget = "100k"', "protocol.budget is 'smoke' in {} and '100k' here."),
     "claimed steps": ('"recorded"', '"claimed"', "protocol.steps is 'recorded' in {} and 'claimed' here."),
@@ -180,11 +212,11 @@ def test_a_damaged_submission_is_refused(damage: Callable[[Path], str], pair: li
 def test_a_folder_that_is_not_empty_is_refused(pair: list[Path]) -> None:
     before = digests(pair[0])
     with pytest.raises(BenchError) as error:
-        merge(pair, pair[0])
+        joined(pair, pair[0])
     assert str(error.value) == f"{pair[0]}: The folder is not empty. Choose a folder that does not exist yet."
     assert digests(pair[0]) == before
 
 
 def test_one_submission_is_refused(pair: list[Path], tmp_path: Path) -> None:
     with pytest.raises(BenchError, match=r"Expected two or more submissions, got 1\."):
-        merge([pair[0], pair[0]], tmp_path / "merged")
+        joined([pair[0], pair[0]], tmp_path / "merged")

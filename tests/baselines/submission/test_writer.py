@@ -23,7 +23,7 @@ from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.auditing.sample import audit_sample
 from gym_extensions.rollouts.layout import trace_name
 
-from ..conftest import SHORT_GROUP, digests
+from ..conftest import QUICK_GROUP, SHORT_GROUP, digests
 
 GROUP = group(SHORT_GROUP)
 
@@ -91,60 +91,68 @@ def test_the_manifest_describes_the_run(trpo_submission: Path) -> None:
     assert manifest["versions"]["mujoco"] == "4.0.0"
 
 
-def test_worker_processes_write_the_same_files(random_submission: Path, tmp_path: Path) -> None:
-    train("random", "hopper-motor-noise", "single", "smoke", [0], out=tmp_path / "again", jobs=2)
-    assert digests(tmp_path / "again") == digests(random_submission)
+@pytest.fixture(scope="module")
+def first_single_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """random, single, run 0."""
+    folder = tmp_path_factory.mktemp("first-single-run") / "random"
+    train("random", QUICK_GROUP, "single", "smoke", 0, out=folder)
+    return folder
+
+
+def test_worker_processes_write_the_same_files(first_single_run: Path, tmp_path: Path) -> None:
+    train("random", QUICK_GROUP, "single", "smoke", [0], out=tmp_path / "again", jobs=2)
+    assert digests(tmp_path / "again") == digests(first_single_run)
 
 
 def test_adding_a_run_later_writes_the_files_of_training_both_at_once(
-    random_submission: Path, tmp_path: Path
+    first_single_run: Path, tmp_path: Path
 ) -> None:
-    shutil.copytree(random_submission, tmp_path / "added")
-    train("random", "hopper-motor-noise", "single", "smoke", [1], out=tmp_path / "added")
-    train("random", "hopper-motor-noise", "single", "smoke", [0, 1], out=tmp_path / "together")
+    shutil.copytree(first_single_run, tmp_path / "added")
+    train("random", QUICK_GROUP, "single", "smoke", [1], out=tmp_path / "added")
+    train("random", QUICK_GROUP, "single", "smoke", [0, 1], out=tmp_path / "together")
     assert digests(tmp_path / "added") == digests(tmp_path / "together")
 
 
-def test_a_finished_run_is_not_repeated(random_submission: Path, tmp_path: Path) -> None:
-    shutil.copytree(random_submission, tmp_path / "same")
+def test_a_finished_run_is_not_repeated(first_single_run: Path, tmp_path: Path) -> None:
+    shutil.copytree(first_single_run, tmp_path / "same")
     events: list[Event] = []
-    train("random", "hopper-motor-noise", "single", "smoke", 0, out=tmp_path / "same", callback=events.append)
+    train("random", QUICK_GROUP, "single", "smoke", 0, out=tmp_path / "same", callback=events.append)
     assert events == [TrainingStarted(())]
     assert not (tmp_path / "same/.progress/train.log").read_text().count("0 jobs")
 
 
-def test_values_that_the_author_edited_stay(random_submission: Path, tmp_path: Path) -> None:
+def test_values_that_the_author_edited_stay(first_single_run: Path, tmp_path: Path) -> None:
     out = tmp_path / "mine"
-    shutil.copytree(random_submission, out)
+    shutil.copytree(first_single_run, out)
     path = out / "submission.toml"
     text = path.read_text().replace('title = "Random actions"', 'title = "Dice"')
     text = text.replace("authors = []", 'authors = ["A. Person"]').replace(
         'url = ""', 'url = "https://example.org"'
     )
     path.write_text(text)
-    train("random", "hopper-motor-noise", "single", "smoke", 1, out=out)
+    train("random", QUICK_GROUP, "single", "smoke", 1, out=out)
     manifest = tomllib.loads(path.read_text())
     assert (manifest["title"], manifest["authors"]) == ("Dice", ["A. Person"])
     assert manifest["code"]["url"] == "https://example.org"
 
 
-def test_a_run_is_added_to_the_files_of_a_submission_alone(random_submission: Path, tmp_path: Path) -> None:
+def test_a_run_is_added_to_the_files_of_a_submission_alone(first_single_run: Path, tmp_path: Path) -> None:
     ignore = shutil.ignore_patterns(".progress")
     for name, add in (("cloned", ignore), ("original", None)):
-        shutil.copytree(random_submission, tmp_path / name, ignore=add)
-        train("random", "hopper-motor-noise", "single", "smoke", 1, out=tmp_path / name)
+        shutil.copytree(first_single_run, tmp_path / name, ignore=add)
+        train("random", QUICK_GROUP, "single", "smoke", 1, out=tmp_path / name)
     assert digests(tmp_path / "cloned") == digests(tmp_path / "original")
 
 
-def test_a_run_cannot_be_added_if_traces_are_missing(random_submission: Path, tmp_path: Path) -> None:
+def test_a_run_cannot_be_added_if_traces_are_missing(first_single_run: Path, tmp_path: Path) -> None:
     out = tmp_path / "cloned"
-    shutil.copytree(random_submission, out, ignore=shutil.ignore_patterns(".progress"))
-    trace = sorted((out / "hopper-motor-noise/traces").iterdir())[0]
+    shutil.copytree(first_single_run, out, ignore=shutil.ignore_patterns(".progress"))
+    trace = sorted((out / QUICK_GROUP.name / "traces").iterdir())[0]
     trace.unlink()
     with pytest.raises(BenchError) as error:
-        train("random", "hopper-motor-noise", "single", "smoke", 1, out=out)
+        train("random", QUICK_GROUP, "single", "smoke", 1, out=out)
     assert str(error.value) == (
-        f"{trace.parent}: The audit sample of run 0 in hopper-motor-noise/single.csv needs the trace "
+        f"{trace.parent}: The audit sample of run 0 in {QUICK_GROUP.name}/single.csv needs the trace "
         f"{trace.name}, which is missing. Restore it or the traces of all episodes in .progress, or train "
         "all runs in another --out."
     )
@@ -158,22 +166,22 @@ MIXED = [
 
 @pytest.mark.parametrize(("run", "message"), MIXED)
 def test_a_submission_has_one_algorithm_and_one_budget(
-    random_submission: Path, run: tuple[str, str], message: str
+    first_single_run: Path, run: tuple[str, str], message: str
 ) -> None:
     agent, budget = run
     with pytest.raises(BenchError) as error:
-        train(agent, "hopper-motor-noise", "single", budget, 0, out=random_submission)
+        train(agent, QUICK_GROUP, "single", budget, 0, out=first_single_run)
     assert str(error.value) == (
-        f"{random_submission / 'submission.toml'}: {message} "
+        f"{first_single_run / 'submission.toml'}: {message} "
         "A submission has one algorithm, one budget and one set of hyperparameters; choose another --out."
     )
 
 
-def test_the_number_of_training_environments_is_a_hyperparameter(random_submission: Path) -> None:
+def test_the_number_of_training_environments_is_a_hyperparameter(first_single_run: Path) -> None:
     with pytest.raises(
         BenchError, match=r"hyperparameters\.num_envs is None in this submission and 3 in the new run"
     ):
-        train("random", "hopper-motor-noise", "single", "smoke", 1, out=random_submission, num_envs=3)
+        train("random", QUICK_GROUP, "single", "smoke", 1, out=first_single_run, num_envs=3)
 
 
 MIXED_TUPLE: dict[str, Any] = {"train_freq": (8, "step")}
@@ -188,19 +196,16 @@ class Tupled(Random):
 
 def test_a_tuple_equals_itself_when_a_run_is_added(tmp_path: Path) -> None:
     for run in (0, 1):
-        train(Tupled, "hopper-motor-noise", "single", "smoke", run, out=tmp_path / "tupled", jobs=0)
+        train(Tupled, QUICK_GROUP, "single", "smoke", run, out=tmp_path / "tupled", jobs=0)
     manifest = tomllib.loads((tmp_path / "tupled" / "submission.toml").read_text())
     assert manifest["hyperparameters"]["train_freq"] == [8, "step"]
-
-
-HOPPERS = "hopper-motor-noise"
 
 
 @pytest.fixture(scope="module")
 def first_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """random, joint, run 0."""
     folder = tmp_path_factory.mktemp("first-run") / "random"
-    train("random", HOPPERS, "joint", "smoke", 0, out=folder)
+    train("random", QUICK_GROUP, "joint", "smoke", 0, out=folder)
     return folder
 
 
@@ -208,7 +213,7 @@ def first_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def three_runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """random, joint, runs 0, 1 and 2 at once."""
     folder = tmp_path_factory.mktemp("three-runs") / "random"
-    train("random", HOPPERS, "joint", "smoke", [0, 1, 2], out=folder)
+    train("random", QUICK_GROUP, "joint", "smoke", [0, 1, 2], out=folder)
     return folder
 
 
@@ -228,16 +233,16 @@ def test_a_full_disk_leaves_the_submission_as_it_was_and_the_run_can_be_written_
     with monkeypatch.context() as patch:
         patch.setattr(Path, "write_bytes", fill_disk)
         with pytest.raises(BenchError) as error:
-            train("random", HOPPERS, "joint", "smoke", [1, 2], out=out)
+            train("random", QUICK_GROUP, "joint", "smoke", [1, 2], out=out)
     cause = "The disk is full: No space left on device. Free some disk space."
     assert [line.strip() for line in error.value.message.splitlines()] == [
         "2 of 2 jobs failed.",
-        *(f"{HOPPERS} joint-run{run}: {cause}" for run in (1, 2)),
+        *(f"{QUICK_GROUP.name} joint-run{run}: {cause}" for run in (1, 2)),
     ]
     assert error.value.hint.endswith("The same command continues; it reuses 2 finished stages.")
     assert digests(out) == before
     assert not list(out.rglob("*.partial"))
-    train("random", HOPPERS, "joint", "smoke", [1, 2], out=out, callback=refuse_training)
+    train("random", QUICK_GROUP, "joint", "smoke", [1, 2], out=out, callback=refuse_training)
     assert digests(out) == digests(three_runs)
 
 

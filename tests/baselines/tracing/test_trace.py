@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
 import re
 import shutil
 import zipfile
@@ -41,11 +43,19 @@ def salt_file(folder: Path) -> Path:
     return folder / SHORT_GROUP / "traces" / "salt.txt"
 
 
-def test_policies_repeat_the_episodes_of_a_salt(
-    trpo: Path, trpo_submission: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main([str(trpo), "--salt", SALT]) == 0
-    assert re.fullmatch(rf"{SHORT_GROUP}: \d+ traces, drawn with the salt\.\n", capsys.readouterr().out)
+@pytest.fixture(scope="module")
+def salted(trpo_submission: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+    """The deterministic agent's submission with the traces of a salt, and what the command printed."""
+    ignore = shutil.ignore_patterns(".progress")
+    folder = Path(shutil.copytree(trpo_submission, tmp_path_factory.mktemp("salted") / "trpo", ignore=ignore))
+    with contextlib.redirect_stdout(io.StringIO()) as printed:
+        assert main([str(folder), "--salt", SALT]) == 0
+    return folder, printed.getvalue()
+
+
+def test_policies_repeat_the_episodes_of_a_salt(salted: tuple[Path, str], trpo_submission: Path) -> None:
+    trpo, printed = salted
+    assert re.fullmatch(rf"{SHORT_GROUP}: \d+ traces, drawn with the salt\.\n", printed)
     assert salt_file(trpo).read_text() == f"{SALT}\n"
     recorded = trpo_submission / ".progress" / SHORT_GROUP / "traces"
     drawn = [path for path in salt_file(trpo).parent.iterdir() if path.suffix == ".npz"]
@@ -58,11 +68,14 @@ def test_policies_repeat_the_episodes_of_a_salt(
     assert [problem.rule for problem in verify(trpo, salt=OTHER).problems] == ["other-salt"]
 
 
-def test_without_a_salt_the_recorders_files_are_written_again(trpo: Path, trpo_submission: Path) -> None:
-    before = digests(trpo)
-    trace(trpo, SALT)
-    trace(trpo)
-    assert digests(trpo) == before == digests(trpo_submission)
+def test_without_a_salt_the_recorders_files_are_written_again(
+    salted: tuple[Path, str], trpo_submission: Path, tmp_path: Path
+) -> None:
+    folder = Path(shutil.copytree(salted[0], tmp_path / "trpo"))
+    before = digests(trpo_submission)
+    assert digests(folder) != before
+    trace(folder)
+    assert digests(folder) == before
 
 
 def refusal(folder: Path, salt: str = SALT) -> tuple[str, str]:

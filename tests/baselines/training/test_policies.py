@@ -10,12 +10,15 @@ import pytest
 
 from gym_extensions.baselines import train
 from gym_extensions.baselines.training.policies import policy_of
+from gym_extensions.catalog.custom_groups import with_custom
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.layout import MAX_POLICY_BYTES
 from gym_extensions.rollouts.policies import Policy
 from gym_extensions.rollouts.reader import read
 
-from ..conftest import SHORT_GROUP
+from ..conftest import QUICK_GROUP
+
+GROUPS = with_custom([QUICK_GROUP])
 
 
 class Counting:
@@ -62,8 +65,8 @@ class Wide(Counting):
 
 
 def test_the_submission_has_the_policy_after_every_stage(tmp_path: Path) -> None:
-    train(Counting, SHORT_GROUP, ["sequential", "single"], "smoke", 0, out=tmp_path / "counting")
-    folder = tmp_path / "counting" / SHORT_GROUP / "policies"
+    train(Counting, QUICK_GROUP, ["sequential", "single"], "smoke", 0, out=tmp_path / "counting")
+    folder = tmp_path / "counting" / QUICK_GROUP.name / "policies"
     actions = {
         path.name: float(Policy.from_bytes(path.read_bytes()).action_offset[0])
         for path in sorted(folder.iterdir())
@@ -72,40 +75,40 @@ def test_the_submission_has_the_policy_after_every_stage(tmp_path: Path) -> None
         f"{protocol}-run0-stage{stage}{task}.npz": 0.5 - stage / 10
         for protocol, stages, tasks in (
             ("sequential", (0, 1, 2), [""]),
-            ("single", (1,), ["-Pusher", "-PusherMovingGoal"]),
+            ("single", (1,), [f"-{task.name}" for task in QUICK_GROUP.tasks]),
         )
         for stage in stages
         for task in tasks
     }
-    assert read(tmp_path / "counting").problems == ()
+    assert read(tmp_path / "counting", GROUPS).problems == ()
 
 
 def test_an_added_run_adds_its_policies(tmp_path: Path) -> None:
     out = tmp_path / "added"
     for run in (0, 1):
-        train(Counting, SHORT_GROUP, "joint", "smoke", run, out=out)
-    policies = sorted(path.name for path in (out / SHORT_GROUP / "policies").iterdir())
+        train(Counting, QUICK_GROUP, "joint", "smoke", run, out=out)
+    policies = sorted(path.name for path in (out / QUICK_GROUP.name / "policies").iterdir())
     assert policies == ["joint-run0-stage1.npz", "joint-run1-stage1.npz"]
-    assert read(out).problems == ()
+    assert read(out, GROUPS).problems == ()
 
 
 def test_runs_without_policies_keep_those_of_later_runs_out_of_the_submission(tmp_path: Path) -> None:
     for make, run in ((Recurrent, 0), (Counting, 1)):
         make.__name__ = "agent"
-        train(make, SHORT_GROUP, "joint", "smoke", run, out=tmp_path / "mixed")
-    assert not (tmp_path / "mixed" / SHORT_GROUP / "policies").exists()
-    assert (tmp_path / "mixed/.progress" / SHORT_GROUP / "policies/joint-run1-stage1.npz").exists()
+        train(make, QUICK_GROUP, "joint", "smoke", run, out=tmp_path / "mixed")
+    assert not (tmp_path / "mixed" / QUICK_GROUP.name / "policies").exists()
+    assert (tmp_path / "mixed/.progress" / QUICK_GROUP.name / "policies/joint-run1-stage1.npz").exists()
 
 
 def test_a_policy_above_the_limit_is_left_out(tmp_path: Path) -> None:
-    train(Wide, SHORT_GROUP, "joint", "smoke", 0, out=tmp_path / "without")
-    assert not (tmp_path / "without" / SHORT_GROUP / "policies").exists()
-    assert read(tmp_path / "without").problems == ()
+    train(Wide, QUICK_GROUP, "joint", "smoke", 0, out=tmp_path / "without")
+    assert not (tmp_path / "without" / QUICK_GROUP.name / "policies").exists()
+    assert read(tmp_path / "without", GROUPS).problems == ()
 
 
 def test_a_policy_that_is_not_the_agents_stops_the_run(tmp_path: Path) -> None:
     with pytest.raises(BenchError) as error:
-        train(Wrong, SHORT_GROUP, "joint", "smoke", 0, out=tmp_path / "wrong")
+        train(Wrong, QUICK_GROUP, "joint", "smoke", 0, out=tmp_path / "wrong")
     assert str(error.value) == (
         "policy(): The policy's actions differ from those of act() by 0.05 half widths. "
         "Return the policy that act() uses, or None if it cannot be expressed as plain arrays."

@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 import time
+from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -19,7 +20,7 @@ from gym_extensions.baselines.training.recorder import Recorder
 from gym_extensions.envs import make_vec
 from gym_extensions.errors import BenchError
 
-from ..conftest import SHORT_GROUP, digests
+from ..conftest import QUICK_GROUP, SHORT_GROUP, digests
 
 COMMAND = [
     *(sys.executable, "-m", "gym_extensions", "train", "trpo", "--groups", SHORT_GROUP),
@@ -27,7 +28,7 @@ COMMAND = [
 ]
 MANY_THREADS = {**os.environ, "OPENBLAS_NUM_THREADS": "2"}
 """An environment of the user. The command's worker processes have one thread all the same."""
-FIRST_JOB = f".progress/{SHORT_GROUP}/sequential-run0"
+FIRST_JOB = ".progress/{}/sequential-run0"
 
 
 def wait_for(path: Path, process: subprocess.Popen[Any]) -> None:
@@ -37,39 +38,53 @@ def wait_for(path: Path, process: subprocess.Popen[Any]) -> None:
     assert path.exists()
 
 
-def test_a_killed_command_that_is_repeated_writes_the_same_files(
-    trpo_submission: Path, tmp_path: Path
-) -> None:
-    out = tmp_path / "killed"
-    job = out / FIRST_JOB
+@dataclass(frozen=True)
+class Killed:
+    """The folder of a command that was killed after its first finished stage, and its worker processes."""
+
+    out: Path
+    workers: list[int]
+    running: list[int]
+    """The workers that had not ended 30 seconds later."""
+
+
+@pytest.fixture(scope="module")
+def killed(tmp_path_factory: pytest.TempPathFactory) -> Killed:
+    out = tmp_path_factory.mktemp("command") / "killed"
     process = subprocess.Popen([*COMMAND, str(out)], stdout=subprocess.DEVNULL, env=MANY_THREADS)
-    wait_for(job / "stage1.json", process)
+    wait_for(out / FIRST_JOB.format(SHORT_GROUP) / "stage1.json", process)
+    children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
+    workers = [int(pid) for pid in children.read_text().split()] if children.exists() else []
     process.kill()
     process.wait()
-    time.sleep(1.0)  # the workers end with the command
+    if not workers:
+        time.sleep(1.0)  # the system does not say when they have ended
+    deadline = time.monotonic() + 30
+    while (running := [pid for pid in workers if is_running(pid)]) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    return Killed(out, workers, running)
+
+
+def is_running(pid: int) -> bool:
+    return Path(f"/proc/{pid}").exists()
+
+
+def test_workers_end_when_the_command_is_killed(killed: Killed) -> None:
+    if not Path(f"/proc/self/task/{os.getpid()}/children").exists():
+        pytest.skip("the operating system does not list child processes in /proc")
+    assert killed.workers
+    assert not killed.running
+
+
+def test_a_killed_command_that_is_repeated_writes_the_same_files(
+    killed: Killed, trpo_submission: Path
+) -> None:
+    out = killed.out
     assert not (out / SHORT_GROUP / "sequential.csv").exists()
     done = subprocess.run([*COMMAND, str(out)], check=True, capture_output=True, text=True, env=MANY_THREADS)
     assert "sequential-run0 stage 1:" not in done.stdout, "a finished stage was repeated"
     assert digests(out) == digests(trpo_submission)
-    assert not job.exists()
-
-
-def test_workers_end_when_the_command_is_killed(tmp_path: Path) -> None:
-    out = tmp_path / "killed"
-    process = subprocess.Popen([*COMMAND, str(out)], stdout=subprocess.DEVNULL)
-    wait_for(out / FIRST_JOB / "settings.json", process)
-    workers = Path(f"/proc/{process.pid}/task/{process.pid}/children")
-    if not workers.exists():
-        process.kill()
-        pytest.skip("the operating system does not list child processes in /proc")
-    children = [int(pid) for pid in workers.read_text().split()]
-    process.kill()
-    process.wait()
-    deadline = time.monotonic() + 30
-    while any(Path(f"/proc/{pid}").exists() for pid in children) and time.monotonic() < deadline:
-        time.sleep(0.05)
-    assert children
-    assert not [pid for pid in children if Path(f"/proc/{pid}").exists()]
+    assert not (out / FIRST_JOB.format(SHORT_GROUP)).exists()
 
 
 def test_a_saved_and_loaded_agent_continues_like_the_original(tmp_path: Path) -> None:
@@ -115,26 +130,26 @@ class Unsaved:
 def test_an_agent_that_cannot_be_saved_starts_again(tmp_path: Path) -> None:
     Unsaved.has_stopped = False
     with pytest.raises(PowerCutError):
-        train(Unsaved, SHORT_GROUP, "sequential", "smoke", 0, out=tmp_path / "stopped")
-    train(Unsaved, SHORT_GROUP, "sequential", "smoke", 0, out=tmp_path / "stopped")
-    train(Unsaved, SHORT_GROUP, "sequential", "smoke", 0, out=tmp_path / "complete")
+        train(Unsaved, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path / "stopped")
+    train(Unsaved, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path / "stopped")
+    train(Unsaved, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path / "complete")
     assert digests(tmp_path / "stopped") == digests(tmp_path / "complete")
 
 
 def test_the_stages_of_an_unfinished_run_with_other_settings_are_not_reused(tmp_path: Path) -> None:
     Unsaved.has_stopped = False
     with pytest.raises(PowerCutError):
-        train(Unsaved, SHORT_GROUP, "sequential", "smoke", 0, out=tmp_path)
+        train(Unsaved, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path)
     with pytest.raises(BenchError, match="belongs to an unfinished run with other settings"):
-        train("zero", SHORT_GROUP, "sequential", "smoke", 0, out=tmp_path)
+        train("zero", QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path)
 
 
 def unfinished(out: Path) -> Path:
     """The folder of a job that stopped after two stages."""
     Unsaved.has_stopped = False
     with pytest.raises(PowerCutError):
-        train(Saved, SHORT_GROUP, "sequential", "smoke", 0, out=out)
-    return out / FIRST_JOB
+        train(Saved, QUICK_GROUP, "sequential", "smoke", 0, out=out)
+    return out / FIRST_JOB.format(QUICK_GROUP.name)
 
 
 class Saved(Unsaved):
@@ -152,7 +167,7 @@ def test_a_checkpoint_of_another_version_is_not_continued(tmp_path: Path) -> Non
     numpy = version("numpy")
     settings.write_text(settings.read_text().replace(f'"numpy": "{numpy}"', '"numpy": "1.26.4"'))
     with pytest.raises(BenchError) as error:
-        train(Saved, SHORT_GROUP, "sequential", "smoke", 0, out=tmp_path)
+        train(Saved, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path)
     assert error.value.code == "other-version"
     assert str(error.value) == (
         f"{settings.parent}: The unfinished run was started with numpy 1.26.4 (installed: {numpy}). "
@@ -165,7 +180,7 @@ def test_a_checkpoint_that_the_agent_cannot_load_is_reported(tmp_path: Path) -> 
     checkpoint = unfinished(tmp_path) / "agent1.npz"
     checkpoint.write_text("format 2")
     with pytest.raises(BenchError) as error:
-        train(Saved, SHORT_GROUP, "sequential", "smoke", 0, out=tmp_path)
+        train(Saved, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path)
     assert error.value.code == "bad-checkpoint"
     assert str(error.value) == (
         f"{checkpoint}: The agent cannot load its checkpoint: KeyError: 'format 2'. "
