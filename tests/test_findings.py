@@ -81,6 +81,23 @@ def test_a_group_whose_tasks_are_all_unsolved_is_trained_and_has_no_score(build:
     assert " striker," not in groups
 
 
+def test_transfers_are_shown_where_they_have_a_value(build: ModuleType) -> None:
+    module = sys.modules["transfer"]
+    value = build.interval((0.5, 0.6, 0.7))
+    transfers = [
+        module.Transfer("pusher", (None,) * 5),
+        module.Transfer("hopper-wall", (value, None, None, None, None)),
+        module.Transfer("hopper-gravity", (value, value, value, None, None)),
+    ]
+    text = build.page([build.Group("hopper-gravity", rows(build))], transfers=transfers)
+    table = text.split("## Whether earlier tasks help")[1].split("\n\n")[2]
+    assert table.splitlines()[2:] == [
+        "| hopper-gravity | 0.60 (0.35 to 0.85) | 0.60 (0.35 to 0.85) | 0.60 (0.35 to 0.85) | – | – |",
+        "| hopper-wall | 0.60 (0.35 to 0.85) | – | – | – | – |",
+    ]
+    assert "Whether earlier tasks help" not in build.page([build.Group("pusher", rows(build))])
+
+
 def test_names_in_a_legend_are_cut_between_words(build: ModuleType) -> None:
     cut = sys.modules["figures"]._without_common_words
     assert cut(["HopperWithSensor", "HopperWall"]) == ["WithSensor", "Wall"]

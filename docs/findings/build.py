@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 from figures import draw_learned_and_final, draw_retention
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from transfer import TITLES, Transfer, shown, transfer
 
 from gym_extensions.atomic import write_text
 from gym_extensions.baselines.algorithms import names
@@ -172,12 +173,15 @@ def verdict(each: Verdict | None) -> str:
     return "" if each is None else f"{mean(each.gap)}, {'**separated**' if each.is_separated else 'tie'}"
 
 
-def page(groups: Sequence[Group], without_score: Sequence[str] = ()) -> str:
+def page(
+    groups: Sequence[Group], without_score: Sequence[str] = (), transfers: Sequence[Transfer] = ()
+) -> str:
     """The text of the page.
 
     Args:
         groups: the groups on which fine-tuning has a score.
         without_score: names of the groups on which it was trained without a score: every task is unsolved.
+        transfers: the transfers of fine-tuning on each group.
     """
     templates = Environment(
         loader=FileSystemLoader(FOLDER), undefined=StrictUndefined, trim_blocks=True, autoescape=False
@@ -191,6 +195,8 @@ def page(groups: Sequence[Group], without_score: Sequence[str] = ()) -> str:
             fine_tuning=FINE_TUNING,
             groups=groups,
             without_score=without_score,
+            transfer_titles=TITLES,
+            transfers=shown(transfers),
             without_fine_tuning=[name for name in GROUP_NAMES if name not in trained],
             by_forgetting=sorted(groups, key=lambda group: -group.rows[0].forgetting.mean),
             counts=[
@@ -218,7 +224,14 @@ def main(submissions: Path = ROOT / "submissions") -> None:
             draw_learned_and_final(points, FOLDER / f"{group.name}.svg")
     if forgotten := [group.name for group in groups if excludes_zero(group.rows[0].forgetting) == "yes"]:
         draw_retention(evaluations(submissions / FINE_TUNING), forgotten, FOLDER / "retention.svg")
-    write_text(PAGE, page(groups, groups_without_score(cards)))
+    names = {group.name for group in groups}
+    transfers = [
+        transfer(card, group.id, group.name)
+        for card in cards
+        for group in GROUPS.values()
+        if card.name == FINE_TUNING and group.name in names
+    ]
+    write_text(PAGE, page(groups, groups_without_score(cards), transfers))
 
 
 def groups_without_score(cards: Sequence[Scorecard]) -> list[str]:
