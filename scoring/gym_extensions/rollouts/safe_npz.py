@@ -102,14 +102,22 @@ def _read_header(header: bytes) -> Header | None:
     return Header(dtype, shape, fortran_order, stream.tell())
 
 
+def _is_plain(info: zipfile.ZipInfo) -> bool:
+    """Whether numpy packs this way."""
+    return info.compress_type in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED) and not info.flag_bits & ENCRYPTED
+
+
+def _header(start: bytes) -> Header | None:
+    """The header of a .npy file that begins with these bytes."""
+    return _read_header(start[: start.find(b"\n", npy.MAGIC_LEN + 2, MAX_HEADER_BYTES) + 1])
+
+
 def _member(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> Member:
-    is_packed_by_numpy = info.compress_type in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
-    is_plain, header = is_packed_by_numpy and not info.flag_bits & ENCRYPTED, None
+    is_plain, header = _is_plain(info), None
     if is_plain:
         try:
             with archive.open(info) as stream:
-                start = stream.read(MAX_HEADER_BYTES)
-            header = _read_header(start[: start.find(b"\n", npy.MAGIC_LEN + 2) + 1])
+                header = _header(stream.read(MAX_HEADER_BYTES))
         except ERRORS:
             header = None
     return Member(info.filename, info.file_size, is_plain, header)
@@ -132,16 +140,18 @@ def read(data: bytes, max_bytes: int = MAX_UNPACKED_BYTES) -> dict[str, NDArray[
         data: the content of the file.
         max_bytes: the largest uncompressed size.
     """
-    listing, count = members(data) or ([], MAX_ARRAYS + 1)
-    if count > MAX_ARRAYS or sum(member.size for member in listing) > max_bytes:
-        return None
     arrays = {}
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            for member in listing:
+            infos = archive.infolist()
+            if len(infos) > MAX_ARRAYS or sum(info.file_size for info in infos) > max_bytes:
+                return None
+            for info in infos:
+                content = archive.read(info) if _is_plain(info) else b""
+                member = Member(info.filename, info.file_size, bool(content), _header(content))
                 if not member.is_valid or (header := member.header) is None:
                     return None
-                values = np.frombuffer(archive.read(member.name), header.dtype, offset=header.start)
+                values = np.frombuffer(content, header.dtype, offset=header.start)
                 array = values.reshape(header.shape, order="F" if header.fortran_order else "C")
                 arrays[member.name.removesuffix(".npy")] = array
     except ERRORS:
