@@ -14,10 +14,11 @@ from gym_extensions.catalog.registry import task
 from gym_extensions.scoring.references import load_references
 
 README = Path(__file__).resolve().parent.parent / "README.md"
+TEXT = README.read_text("utf-8")
 
 
 def test_the_python_example_runs_and_prints_the_training_order(capsys: pytest.CaptureFixture[str]) -> None:
-    (example,) = re.findall(r"```python\n(.*?)```", README.read_text("utf-8"), flags=re.DOTALL)
+    (example,) = re.findall(r"```python\n(.*?)```", TEXT, flags=re.DOTALL)
     names: dict[str, Any] = {}
     exec(example, names)
     assert names["envs"].num_envs == 64
@@ -46,10 +47,20 @@ def test_the_commands_about_environments_print_what_the_readme_says(
 
 def test_the_commands_that_train_and_score_are_those_of_the_page_on_submissions() -> None:
     """They run in tests/baselines/test_submit_doc.py and tests/scoring/test_cli.py."""
-    commands = re.findall(r"^gym-extensions train .*$", README.read_text("utf-8"), flags=re.MULTILINE)
+    commands = re.findall(r"^gym-extensions train .*$", TEXT, flags=re.MULTILINE)
     page = (README.parent / "docs" / "submit.md").read_text("utf-8")
     assert len(commands) == 1
     assert commands[0] in page
+
+
+def test_the_results_on_the_first_screen_are_those_of_the_findings() -> None:
+    (paragraph,) = re.findall(
+        r"Fine-tuning with TRPO learns .*?compares the methods\.", TEXT, flags=re.DOTALL
+    )
+    findings = (README.parent / "docs" / "findings.md").read_text("utf-8")
+    results = re.findall(r"(?<![\w.])(\d*\.\d\d)\b", paragraph)
+    assert len(results) >= 15
+    assert [number for number in results if f"{float(number):.2f}" not in findings] == []
 
 
 def test_the_groups_with_references_are_those_of_the_references() -> None:
@@ -67,5 +78,5 @@ def test_the_unsolved_tasks_are_those_of_the_references() -> None:
 
 def names_in(sentence: str) -> list[str]:
     """The names in backticks in the README's sentence, sorted."""
-    (matched,) = re.findall(sentence, README.read_text("utf-8"), flags=re.DOTALL)
+    (matched,) = re.findall(sentence, TEXT, flags=re.DOTALL)
     return sorted(re.findall(r"`([A-Za-z0-9-]+)`", matched))
