@@ -147,8 +147,9 @@ def read(data: bytes, max_bytes: int = MAX_UNPACKED_BYTES) -> dict[str, NDArray[
             if len(infos) > MAX_ARRAYS or sum(info.file_size for info in infos) > max_bytes:
                 return None
             for info in infos:
-                content = archive.read(info) if _is_plain(info) else b""
-                member = Member(info.filename, info.file_size, bool(content), _header(content))
+                is_plain = _is_plain(info)
+                content = archive.read(info) if is_plain else b""
+                member = Member(info.filename, info.file_size, is_plain, _header(content))
                 if not member.is_valid or (header := member.header) is None:
                     return None
                 values = np.frombuffer(content, header.dtype, offset=header.start)
