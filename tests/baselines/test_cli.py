@@ -53,6 +53,7 @@ MISTAKES = [
     ),
     (command("trpo", jobs="0"), "--jobs: 0 is too small. Use at least 1."),
     (command("trpo", num_envs="0"), "--num-envs: 0 is too small. Use at least 1."),
+    (command("trpo", num_threads="0"), "--num-threads: 0 is too small. Use at least 1."),
     (
         command("trpo", budget="100k", num_envs="64"),
         "--num-envs: With 64 environments, the budget '100k' has fewer than 10 episodes per environment. "

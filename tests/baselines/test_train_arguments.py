@@ -10,7 +10,7 @@ import pytest
 from gym_extensions.baselines import train
 from gym_extensions.errors import BenchError
 
-from .conftest import SHORT_GROUP
+from .conftest import QUICK_GROUP, SHORT_GROUP
 
 BAD: list[tuple[dict[str, Any], str]] = [
     ({"log": "tensorbord"}, "log: There is no log 'tensorbord'. Did you mean 'tensorboard'?"),
@@ -24,6 +24,8 @@ BAD: list[tuple[dict[str, Any], str]] = [
     ({"evaluate_every": 0}, "--evaluate-every: 0 is too small. Use at least 1."),
     ({"evaluate_every": 2.5}, "--evaluate-every: Expected an integer, got 2.5."),
     ({"evaluate_every": True}, "--evaluate-every: Expected an integer, got True."),
+    ({"num_threads": 0}, "--num-threads: 0 is too small. Use at least 1."),
+    ({"num_threads": "2"}, "--num-threads: Expected an integer, got '2'."),
     ({"evaluate_episodes": 0}, "--evaluate-episodes: 0 is too small. Use at least 1."),
     (
         {"evaluate_episodes": 21},
@@ -40,3 +42,17 @@ def test_a_wrong_argument_is_rejected_before_training(
         train("zero", SHORT_GROUP, "single", "smoke", 0, out=tmp_path / "mine", **arguments)
     assert str(error.value) == message
     assert not (tmp_path / "mine").exists()
+
+
+def test_logs_and_policies_do_not_depend_on_the_number_of_threads(tmp_path: Path) -> None:
+    for num_threads in (1, 2):
+        folder = tmp_path / f"{num_threads}-threads"
+        train("trpo", QUICK_GROUP, "sequential", "smoke", 0, out=folder, num_threads=num_threads)
+    one, two = map(files, sorted(tmp_path.iterdir()))
+    assert {path.suffix for path in one} == {".csv", ".npz"}
+    assert one == two
+
+
+def files(folder: Path) -> dict[Path, bytes]:
+    paths = [*folder.glob("*/*.csv"), *folder.glob("*/*/*.npz")]
+    return {path.relative_to(folder): path.read_bytes() for path in paths}

@@ -56,6 +56,12 @@ def parser() -> argparse.ArgumentParser:
         "--num-envs", type=int, help="parallel training environments (default: those of the budget)"
     )
     command.add_argument(
+        "--num-threads",
+        type=int,
+        default=1,
+        help="threads that step the training environments of one job (default: 1)",
+    )
+    command.add_argument(
         "--evaluate-every",
         type=int,
         metavar="STEPS",
@@ -88,6 +94,7 @@ def _train(options: argparse.Namespace, titles: list[str]) -> None:
         jobs=options.jobs,
         ray=options.ray,
         num_envs=options.num_envs,
+        num_threads=options.num_threads,
         progress=not options.quiet,
         log=options.log and parse_names(options.log),
         callback=remember_titles,

@@ -20,7 +20,13 @@ from gym_extensions.baselines.submission.writer import missing_jobs, write_log
 from gym_extensions.baselines.training.events import JobFailed, Listener, TrainingStarted
 from gym_extensions.baselines.training.jobs import Settings, TrainingJob
 from gym_extensions.baselines.training.progress import FinishedStage, next_step
-from gym_extensions.baselines.training.request import Groups, Request, parse_interim, parse_request
+from gym_extensions.baselines.training.request import (
+    Groups,
+    Request,
+    parse_interim,
+    parse_request,
+    require_positive,
+)
 from gym_extensions.baselines.training.runner import PendingJob
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.envs import make_vec
@@ -42,6 +48,7 @@ def train(
     jobs: int = 0,
     ray: str | None = None,
     num_envs: int | None = None,
+    num_threads: int = 1,
     progress: bool = True,
     log: str | Iterable[str] | None = None,
     callback: Listener | None = None,
@@ -67,6 +74,8 @@ def train(
         ray: runs the jobs on an existing Ray cluster instead: ``"auto"`` or its address, such as
             ``"10.0.0.5:6379"``. Needs the extra ``cluster`` (docs/cluster.md).
         num_envs: number of training environments; the budget's if None.
+        num_threads: threads that step the training environments of one job, for one long job on several
+            processors. Results do not depend on it.
         progress: whether to show training return, steps per second and time left: bars in a terminal, lines
             elsewhere. The file ``out/.progress/train.log`` has them in any case.
         log: ``"csv"`` (``out/.progress/events.csv``), ``"tensorboard"`` (``out/.progress/tensorboard``; needs
@@ -95,6 +104,7 @@ def train(
         >>> logs = train("random", "hopper-gravity", "single", "smoke", 0, out="mine")  # doctest: +SKIP
     """
     request = parse_request(groups, protocols, budget, runs, num_envs)
+    require_positive(num_threads, "--num-threads")
     interim, logs = parse_interim(evaluate_every, evaluate_episodes), parse_logs(log)
     check_callback(callback)
     path = Path(out)
@@ -107,7 +117,9 @@ def train(
     with open_executor(ray, jobs) as executor, lock_all(path, titles), listeners as listen:
         plan = _plan(path, request)  # another process may have finished a run before the locks were held
         pending = [
-            PendingJob(job, agent, settings, path, interim) for missing in plan.values() for job in missing
+            PendingJob(job, agent, settings, path, interim, num_threads)
+            for missing in plan.values()
+            for job in missing
         ]
         plans = (each.job.plan(request.budget, interim) for each in pending)
         listen(TrainingStarted(tuple(plans), executor.slots))

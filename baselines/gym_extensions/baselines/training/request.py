@@ -75,11 +75,8 @@ def parse_interim(every: int | None, episodes: int) -> Interim | None:
         BenchError: a number that is not an integer or out of range.
     """
     for value, option in ((every, "--evaluate-every"), (episodes, "--evaluate-episodes")):
-        if value is None:
-            continue
-        if not isinstance(value, int) or isinstance(value, bool):
-            raise BenchError(f"bad-{option[2:]}", f"Expected an integer, got {value!r}.", option)
-        require_positive(value, option)
+        if value is not None:
+            require_positive(value, option)
     if episodes > EVALUATION_EPISODES:
         message = f"{episodes} is too large."
         hint = f"Use at most {EVALUATION_EPISODES}, the episodes that have a prescribed seed."
@@ -128,10 +125,12 @@ def parse_runs(text: str) -> list[int]:
     return runs
 
 
-def require_positive(number: int, option: str) -> None:
-    """Raises ``BenchError`` if the value of a command's option is below 1."""
-    if number < 1:
-        raise BenchError(f"bad-{option[2:]}", f"{number} is too small.", option, "Use at least 1.")
+def require_positive(value: object, option: str) -> None:
+    """Raises ``BenchError`` if the value of a command's option is not an integer or below 1."""
+    if not isinstance(value, int) or isinstance(value, bool):
+        raise BenchError(f"bad-{option[2:]}", f"Expected an integer, got {value!r}.", option)
+    if value < 1:
+        raise BenchError(f"bad-{option[2:]}", f"{value} is too small.", option, "Use at least 1.")
 
 
 def _items(value: object) -> list[object]:
@@ -164,8 +163,6 @@ def _integers(value: Any) -> list[int]:
 
 def _check_num_envs(num_envs: Any, budget: Budget, groups: Iterable[TaskGroup]) -> None:
     option = "--num-envs"
-    if not isinstance(num_envs, int):
-        raise BenchError("bad-num-envs", f"Expected an integer, got {num_envs!r}.", option)
     require_positive(num_envs, option)
     if not budget.on_boards:
         return

@@ -35,11 +35,16 @@ class PendingJob:
     settings: Settings
     out: Path
     interim: Interim | None = None
+    num_threads: int = 1
 
     def run(self, listen: Listener) -> list[FinishedStage]:
         """Runs the job; see :func:`run_job`."""
         make = algorithms.factory(self.agent)
-        return run_job(self.job, make, self.settings, self.out, listen, interim=self.interim)
+        return run_job(
+            *(self.job, make, self.settings, self.out, listen),
+            interim=self.interim,
+            num_threads=self.num_threads,
+        )
 
 
 def run_job(
@@ -50,6 +55,7 @@ def run_job(
     listen: Listener,
     *,
     interim: Interim | None = None,
+    num_threads: int = 1,
 ) -> list[FinishedStage]:
     """Runs every stage of the job that an earlier attempt did not finish.
 
@@ -60,6 +66,7 @@ def run_job(
         out: the submission's folder.
         listen: receives the events.
         interim: when to evaluate during training; None evaluates at the end of each stage only.
+        num_threads: threads that step the training environments. Results do not depend on it.
 
     Returns:
         The records of all stages, those of earlier attempts included.
@@ -76,11 +83,11 @@ def run_job(
         listen(JobFinished(job.title))
         return done
     evaluator = Evaluator(job, settings, out)
-    env = evaluator.envs(stages[0].evaluated[0])
+    spaces = evaluator.envs(stages[0].evaluated[0])
     seed = training_seed(job.run, job.group.id, "agent")
 
     def create() -> Agent:
-        return make(env.single_observation_space, env.single_action_space, seed)
+        return make(spaces.single_observation_space, spaces.single_action_space, seed)
 
     agent = create()
     _require_same(observes_of(agent, settings.agent), settings, job)
@@ -99,7 +106,10 @@ def run_job(
             evaluate=isolated(agent, create, progress.folder / "acting.npz", evaluator.mean_returns),
         )
         if stage.steps:
-            _train(job, stage, agent, settings, monitor)
+            env = _training_env(job, stage, settings, monitor, num_threads)
+            agent.learn(env, stage.steps)
+            env.flush()
+            env.close()
         episodes, policy = [], policy_of(agent)
         for task in stage.evaluated:
             start = time.perf_counter()
@@ -127,11 +137,12 @@ def _require_same(observes: Observes, settings: Settings, job: TrainingJob) -> N
         raise BenchError("bad-agent", message, settings.agent, hint)
 
 
-def _train(job: TrainingJob, stage: Stage, agent: Agent, settings: Settings, monitor: StageMonitor) -> None:
+def _training_env(
+    job: TrainingJob, stage: Stage, settings: Settings, monitor: StageMonitor, num_threads: int
+) -> Recorder:
     ids = [task.id for task in stage.trained]
-    env = make_vec(stage.trained, settings.num_envs_for(len(ids)))
-    recorder = Recorder(
-        env,
+    return Recorder(
+        make_vec(stage.trained, settings.num_envs_for(len(ids)), num_threads),
         ids,
         steps=stage.steps,
         batch_steps=budget(settings.budget).batch_steps,
@@ -139,6 +150,3 @@ def _train(job: TrainingJob, stage: Stage, agent: Agent, settings: Settings, mon
         report=monitor,
         context=TrainingContext(settings.observes, job.group.task_ids, stage.number),
     )
-    agent.learn(recorder, stage.steps)
-    recorder.flush()
-    env.close()
