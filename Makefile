@@ -59,8 +59,9 @@ coverage: .venv/everything.installed  ## run the tests and measure which lines a
 docs: .venv/scoring.installed  ## write the generated tables of docs/*.md
 	.venv/bin/python -m gym_extensions.scoring.output.docs docs
 
-findings: .venv/everything.installed  ## write docs/findings.md and its figures from the committed submissions
+findings: .venv/everything.installed  ## write docs/findings.md and docs/reproduction.md from the committed submissions
 	.venv/bin/python docs/findings/build.py
+	.venv/bin/python docs/findings/reproduction.py
 
 docsite: .venv/docs.installed  ## build the documentation as a site, _site/docs/
 	@NO_MKDOCS_2_WARNING=1 .venv/bin/mkdocs build --quiet

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 from figures import draw_learned_and_final, draw_retention
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from numbers_as_text import mean
 from transfer import TITLES, Transfer, shown, transfer
 
 from gym_extensions.atomic import write_text
@@ -151,16 +152,6 @@ def count(metric: str, table: Sequence[Verdict | None]) -> Count:
     present = [verdict for verdict in table if verdict is not None]
     signs = [verdict.gap.mean > 0 for verdict in present if verdict.is_separated]
     return Count(metric, sum(signs), len(signs) - sum(signs), len(present))
-
-
-def fixed(value: float) -> str:
-    """Two decimals with a minus sign."""
-    return f"{value + 0.0:.2f}".replace("-", "−")
-
-
-def mean(each: Interval) -> str:
-    """A mean with its interval."""
-    return f"{fixed(each.mean)} ({fixed(each.low or 0.0)} to {fixed(each.high or 0.0)})"
 
 
 def excludes_zero(each: Interval) -> str:

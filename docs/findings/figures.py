@@ -13,6 +13,8 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from gym_extensions.results.plots import plot_retention
+from gym_extensions.scoring.metrics.paper_table import PaperRow
+from gym_extensions.scoring.scorecard.highlights import task_name
 from gym_extensions.scoring.statistics.intervals import Interval
 
 if TYPE_CHECKING:
@@ -59,6 +61,32 @@ def draw_retention(frame: pd.DataFrame, groups: Sequence[str], path: Path) -> No
         axes.legend(lines, names, loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
     for axes in panels:  # without a group
         axes.set_axis_off()
+    _save(figure, path)
+
+
+def draw_reproduction(
+    groups: Sequence[tuple[str, Sequence[PaperRow], Sequence[PaperRow]]], path: Path
+) -> None:
+    """The return right after training on a task (ring) and at the end (disc), printed and reproduced."""
+    figure = Figure(figsize=(6.4, 2.8 * len(groups)), layout="constrained")
+    panels = figure.subplots(len(groups), 1, squeeze=False).flat
+    for (title, *sources), axes in zip(groups, panels, strict=True):
+        for rows, label, color, shift in zip(
+            sources, ("paper", "here"), ("0.45", "C0"), (-0.12, 0.12), strict=True
+        ):
+            for place, row in enumerate(rows):
+                after, final = row.after_env_training, row.fully_trained
+                assert after is not None and final is not None
+                x = place + shift
+                axes.plot([x, x], [after.mean, final.mean], color=color, linewidth=1.5)
+                axes.plot(x, after.mean, "o", color=color, markerfacecolor="white")
+                axes.plot(x, final.mean, "o", color=color, label=label if place == 0 else None)
+        axes.set_xticks(
+            range(len(sources[0])), _without_common_words([task_name(row.task) for row in sources[0]])
+        )
+        axes.set_title(title)
+        axes.set_ylabel("return: ring after training\non the task, disc at the end")
+        axes.legend(frameon=False)
     _save(figure, path)
 
 

@@ -1,0 +1,203 @@
+"""Writes docs/reproduction.md: the paper's tables beside the entry that repeats its training.
+
+``make findings`` runs it. Every number and verdict is computed; the text is in ``reproduction.md.jinja``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from figures import draw_reproduction
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from numbers_as_text import fixed, mean
+
+from gym_extensions.atomic import write_text
+from gym_extensions.catalog.groups import GROUPS
+from gym_extensions.catalog.protocol import EVALUATION_EPISODES
+from gym_extensions.scoring.metrics.paper_table import PaperCell, PaperRow
+from gym_extensions.scoring.pipeline.score import make_scorer
+from gym_extensions.scoring.scorecard.highlights import task_name
+from gym_extensions.scoring.statistics.intervals import (
+    Interval,
+    Summary,
+    mean_of_groups,
+    subtract,
+    to_interval,
+)
+from gym_extensions.scoring.statistics.student_t import two_sided_p
+from gym_extensions.scoring.statistics.welch import holm, welch
+
+ROOT = Path(__file__).resolve().parents[2]
+FOLDER, PAGE = ROOT / "docs" / "findings", ROOT / "docs" / "reproduction.md"
+PRINTED, REPRODUCED = "henderson2017-trpo", "trpo-2017-paper"
+CLAIMED = {"hopper-gravity": True, "halfcheetah-gravity": False}
+"""The groups on which the paper says that earlier tasks are forgotten (True) or not (False)."""
+
+
+@dataclass(frozen=True)
+class Change:
+    """Fully Trained minus After Env on an earlier task, and whether the corrected test separates the two."""
+
+    task: str
+    gap: Interval
+    is_separated: bool
+
+    @property
+    def is_lower(self) -> bool:
+        """Whether the task was forgotten in part."""
+        return self.is_separated and self.gap.mean < 0
+
+
+@dataclass(frozen=True)
+class Table:
+    """The paper's columns on one group from one source, and the changes on the tasks before the last one."""
+
+    rows: tuple[PaperRow, ...]
+    changes: tuple[Change, ...]
+    mean_change: Interval
+
+    @property
+    def forgotten(self) -> int:
+        """Number of earlier tasks that end separated and lower."""
+        return sum(change.is_lower for change in self.changes)
+
+    @property
+    def kept(self) -> float:
+        """Fully Trained in percent of After Env, both summed over the earlier tasks."""
+        final, after = (
+            sum(cell(row, column).mean for row in self.rows[:-1])
+            for column in ("fully_trained", "after_env_training")
+        )
+        return 100 * final / after
+
+
+@dataclass(frozen=True)
+class Group:
+    """A group with what the paper claims, what it prints, and what the entry shows, if it was trained."""
+
+    name: str
+    is_forgotten: bool
+    printed: Table
+    reproduced: Table | None
+
+    @property
+    def pairs(self) -> list[tuple[PaperRow, PaperRow]]:
+        """The rows of both tables."""
+        return list(zip(self.printed.rows, self.reproduced.rows, strict=True)) if self.reproduced else []
+
+    @property
+    def change_pairs(self) -> list[tuple[Change, Change]]:
+        """The changes of both tables."""
+        return (
+            list(zip(self.printed.changes, self.reproduced.changes, strict=True)) if self.reproduced else []
+        )
+
+
+def cell(row: PaperRow, column: str) -> PaperCell:
+    """A cell that must be there."""
+    found = row.cell(column)
+    assert found is not None, (row.task, column)
+    return found
+
+
+def cell_summary(each: PaperCell, count: int) -> Summary:
+    """The mean of ``count`` episodes with its sampling error; ``std`` divides by the number of episodes."""
+    variance = each.std**2 * count / (count - 1)
+    return Summary(each.mean, variance / count, count - 1.0, count, variance, 1.0)
+
+
+def table(rows: Sequence[PaperRow], episodes: int = EVALUATION_EPISODES) -> Table:
+    """The changes of the earlier tasks: Welch's test over episodes, with Holm's correction over the tasks.
+
+    Args:
+        rows: the tasks in training order.
+        episodes: number of episodes of each cell.
+    """
+    columns = ("fully_trained", "after_env_training")
+    pairs = [[cell_summary(cell(row, column), episodes) for column in columns] for row in rows[:-1]]
+    p_values = [float(two_sided_p(*welch(pair))[0]) for pair in pairs]
+    separated = holm(np.array(p_values, dtype=np.float64))
+    gaps = [subtract(*pair) for pair in pairs]
+    changes = [
+        Change(task_name(row.task), to_interval(gap), bool(apart))
+        for row, gap, apart in zip(rows, gaps, separated, strict=False)
+    ]
+    return Table(tuple(rows), tuple(changes), to_interval(mean_of_groups(gaps)))
+
+
+def deviation(each: PaperCell) -> str:
+    """A mean and a standard deviation over episodes."""
+    return f"{fixed(each.mean, 0)} ± {fixed(each.std, 0)}"
+
+
+def gap_in_words(each: Change) -> str:
+    """A change with its interval and verdict."""
+    return f"{mean(each.gap, 0)}, {'**separated**' if each.is_separated else 'tie'}"
+
+
+def verdict(group: Group, shown: Table) -> str:
+    """What a table says about the paper's claim on its group."""
+    agrees = shown.forgotten > 0 if group.is_forgotten else shown.forgotten == 0
+    count = (
+        f"{shown.forgotten} of {len(shown.changes)} earlier tasks end lower, {fixed(shown.kept, 0)} % kept"
+    )
+    return f"{'yes' if agrees else 'no'}: {count}"
+
+
+def page(groups: Sequence[Group]) -> str:
+    """The text of the page."""
+    templates = Environment(
+        loader=FileSystemLoader(FOLDER), undefined=StrictUndefined, trim_blocks=True, autoescape=False
+    )
+    templates.filters.update(
+        deviation=deviation,
+        change=gap_in_words,
+        gap=partial(mean, digits=0),
+        whole=partial(fixed, digits=0),
+        task_name=task_name,
+    )
+    return (
+        templates.get_template("reproduction.md.jinja").render(
+            groups=groups,
+            shown=[g for g in groups if g.reproduced],
+            verdict=verdict,
+            entry=REPRODUCED,
+            episodes=EVALUATION_EPISODES,
+        )
+        + "\n"
+    )
+
+
+def main(submissions: Path = ROOT / "submissions") -> None:
+    """Writes the page and its figure."""
+    scorer = make_scorer()
+    printed = scorer(submissions / PRINTED).groups
+    reproduced = scorer(submissions / REPRODUCED).groups if (submissions / REPRODUCED).is_dir() else {}
+    groups = []
+    for name, is_forgotten in CLAIMED.items():
+        group_id = GROUPS[name].id
+        ours = reproduced.get(group_id, {}).get("sequential")
+        groups.append(
+            Group(
+                name,
+                is_forgotten,
+                table(printed[group_id]["sequential"].paper_table),
+                table(ours.paper_table, EVALUATION_EPISODES * len(ours.return_matrix)) if ours else None,
+            )
+        )
+    shown = [
+        (group.name, group.printed.rows, group.reproduced.rows)
+        for group in groups
+        if group.reproduced is not None
+    ]
+    if shown:
+        draw_reproduction(shown, FOLDER / "reproduction.svg")
+    write_text(PAGE, page(groups))
+
+
+if __name__ == "__main__":
+    main()
