@@ -55,6 +55,18 @@ def test_a_cluster_whose_node_is_killed_writes_the_same_files(cluster: Any, tmp_
     assert digests(tmp_path / "ray") == digests(tmp_path / "local")
 
 
+@pytest.mark.slow
+def test_a_job_that_fits_on_no_node_is_an_error(cluster: Any, tmp_path: Path) -> None:
+    cluster.add_node(num_cpus=2, **NODE)
+    arguments: dict[str, Any] = {"out": tmp_path / "mine", "ray": cluster.address}
+    with pytest.raises(BenchError) as error:
+        train("zero", SHORT_GROUP, "joint", "smoke", 0, **arguments, num_threads=3)
+    assert str(error.value) == (
+        "--num-threads: 3 is too large. The largest node of the cluster has 2 CPUs. Use at most 2."
+    )
+    train("zero", SHORT_GROUP, "joint", "smoke", 0, **arguments, num_threads=2)
+
+
 def closed_port() -> int:
     with socket.socket() as probe:
         probe.bind((LOOPBACK, 0))

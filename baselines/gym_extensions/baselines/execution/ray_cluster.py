@@ -28,7 +28,7 @@ HINT = "Start a cluster with `ray start --head`, or correct the address; docs/cl
 
 @contextmanager
 def ray_cluster(address: str) -> Iterator[Remote]:
-    """An executor of training jobs on a Ray cluster, one CPU per job.
+    """An executor of training jobs on a Ray cluster, one CPU per thread of a job.
 
     Args:
         address: ``auto`` (the cluster of this machine or of ``RAY_ADDRESS``), ``host:port`` or
@@ -76,6 +76,15 @@ def _unreachable(address: str, reason: str) -> BenchError:
     return BenchError("ray-unreachable", message, "--ray", HINT)
 
 
+def _require_cpus(ray: Any, count: int) -> None:
+    """Raises ``BenchError`` if no node has so many CPUs; Ray itself waits for such a node forever."""
+    nodes = [node["Resources"] for node in ray.nodes() if node["Alive"]]
+    largest = max((int(resources.get("CPU", 0)) for resources in nodes), default=0)
+    if count > max(largest, 1):  # a cluster without CPUs may be about to grow
+        message = f"{count} is too large. The largest node of the cluster has {largest} CPUs."
+        raise BenchError("bad-num-threads", message, "--num-threads", f"Use at most {largest}.")
+
+
 @dataclass(frozen=True)
 class _Submission:
     """Submits jobs to the cluster that the module ``ray`` is connected to."""
@@ -88,8 +97,13 @@ class _Submission:
             ray.get_runtime_context().get_node_id(), soft=False
         )
         mailbox = ray.remote(_Mailbox).options(num_cpus=0, scheduling_strategy=node).remote()
-        run = ray.remote(_run).options(num_cpus=1, max_retries=MAX_RETRIES, scheduling_strategy="SPREAD")
-        running = {run.remote(job, mailbox): index for index, job in enumerate(jobs)}
+        run, options = ray.remote(_run), {"max_retries": MAX_RETRIES, "scheduling_strategy": "SPREAD"}
+        threads = [job.pending.num_threads for job in jobs]
+        _require_cpus(ray, max(threads))
+        running = {
+            run.options(num_cpus=count, **options).remote(job, mailbox): index
+            for index, (job, count) in enumerate(zip(jobs, threads, strict=True))
+        }
         while running:
             done, _ = ray.wait(list(running), timeout=EVENT_SECONDS)
             for event in ray.get(mailbox.take.remote()):
