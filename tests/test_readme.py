@@ -63,6 +63,16 @@ def test_the_results_on_the_first_screen_are_those_of_the_findings() -> None:
     assert [number for number in results if f"{float(number):.2f}" not in findings] == []
 
 
+def test_the_reproduction_on_the_first_screen_is_that_of_its_page() -> None:
+    (paragraph,) = re.findall(r"With the settings of the paper .*?both tables\.", TEXT, flags=re.DOTALL)
+    page = (README.parent / "docs" / "reproduction.md").read_text("utf-8")
+    (row,) = re.findall(r"\| halfcheetah-gravity: earlier tasks are not forgotten .*", page)
+    printed, here = re.findall(r"no: (\d) of 4 earlier tasks end lower, (\d+) % kept", row)
+    assert re.findall(r"(\d+) %", paragraph) == [here[1], printed[1]]
+    assert f"all {here[0]} end" in paragraph
+    assert f"{printed[0]} of the 4 tasks end lower" in paragraph
+
+
 def test_the_groups_with_references_are_those_of_the_references() -> None:
     tasks = load_references().tasks
     complete = [row.name for row in GROUPS.values() if set(row.task_ids) <= set(tasks)]

@@ -68,7 +68,7 @@ def draw_reproduction(
     groups: Sequence[tuple[str, Sequence[PaperRow], Sequence[PaperRow]]], path: Path
 ) -> None:
     """The return right after training on a task (ring) and at the end (disc), printed and reproduced."""
-    figure = Figure(figsize=(6.4, 2.8 * len(groups)), layout="constrained")
+    figure = Figure(figsize=(8.8, 2.8 * len(groups)), layout="constrained")
     panels = figure.subplots(len(groups), 1, squeeze=False).flat
     for (title, *sources), axes in zip(groups, panels, strict=True):
         for rows, label, color, shift in zip(
