@@ -2,27 +2,17 @@
 
 from __future__ import annotations
 
-import importlib.util
 import sys
-from pathlib import Path
 from types import ModuleType
 
 import pytest
 
-FOLDER = Path(__file__).resolve().parent.parent / "docs" / "findings"
+from .findings_script import findings_script
 
 
 @pytest.fixture(scope="module")
 def build() -> ModuleType:
-    pytest.importorskip("matplotlib", reason="the figures need matplotlib: the extra `plot`")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.syspath_prepend(str(FOLDER))
-        spec = importlib.util.spec_from_file_location("build", FOLDER / "build.py")
-        assert spec is not None and spec.loader is not None
-        module = importlib.util.module_from_spec(spec)
-        patch.setitem(sys.modules, "build", module)
-        spec.loader.exec_module(module)
-    return module
+    return findings_script("build")
 
 
 def rows(build: ModuleType) -> tuple[object, ...]:

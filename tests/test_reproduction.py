@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
-from pathlib import Path
 from types import ModuleType
 
 import pytest
@@ -12,21 +9,14 @@ import pytest
 from gym_extensions.scoring.metrics.paper_table import PaperCell, PaperRow
 from gym_extensions.scoring.published.tables import printed_groups
 
-FOLDER = Path(__file__).resolve().parent.parent / "docs" / "findings"
+from .findings_script import findings_script
+
 CELL = PaperCell(1000.0, 100.0)
 
 
 @pytest.fixture(scope="module")
 def page() -> ModuleType:
-    pytest.importorskip("matplotlib", reason="the figures need matplotlib: the extra `plot`")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.syspath_prepend(str(FOLDER))
-        spec = importlib.util.spec_from_file_location("reproduction", FOLDER / "reproduction.py")
-        assert spec is not None and spec.loader is not None
-        module = importlib.util.module_from_spec(spec)
-        patch.setitem(sys.modules, "reproduction", module)
-        spec.loader.exec_module(module)
-    return module
+    return findings_script("reproduction")
 
 
 def rows(*final: float) -> list[PaperRow]:
