@@ -92,6 +92,6 @@ def test_the_page_shows_both_sources_and_names_what_is_not_trained(page: ModuleT
     )
     assert "kept | not trained yet |" in text
     assert "## hopper-gravity" not in text
-    assert "| Hopper0 | 1,000 ± 100 | 1,000 ± 100 |" in text
+    assert "| Hopper0 | 1000 ± 100 | 1000 ± 100 |" in text
     assert "| Hopper0 | −500 (−566 to −434), **separated** |" in text
     assert "* hopper-gravity at this budget." in text

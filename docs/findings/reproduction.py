@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from figures import draw_reproduction
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
-from numbers_as_text import fixed, mean
+from numbers_as_text import mean
 
 from gym_extensions.atomic import write_text
 from gym_extensions.catalog.groups import GROUPS
@@ -30,6 +30,7 @@ from gym_extensions.scoring.statistics.intervals import (
 )
 from gym_extensions.scoring.statistics.student_t import two_sided_p
 from gym_extensions.scoring.statistics.welch import holm, welch
+from gym_extensions.site.text.numbers import fixed
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER, PAGE = ROOT / "docs" / "findings", ROOT / "docs" / "reproduction.md"
@@ -163,7 +164,6 @@ def page(groups: Sequence[Group]) -> str:
     return (
         templates.get_template("reproduction.md.jinja").render(
             groups=groups,
-            shown=[g for g in groups if g.reproduced],
             verdict=verdict,
             entry=REPRODUCED,
             episodes=EVALUATION_EPISODES,

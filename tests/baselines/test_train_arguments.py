@@ -10,7 +10,7 @@ import pytest
 from gym_extensions.baselines import train
 from gym_extensions.errors import BenchError
 
-from .conftest import QUICK_GROUP, SHORT_GROUP
+from .conftest import QUICK_GROUP, SHORT_GROUP, digests
 
 BAD: list[tuple[dict[str, Any], str]] = [
     ({"log": "tensorbord"}, "log: There is no log 'tensorbord'. Did you mean 'tensorboard'?"),
@@ -48,11 +48,6 @@ def test_logs_and_policies_do_not_depend_on_the_number_of_threads(tmp_path: Path
     for num_threads in (1, 2):
         folder = tmp_path / f"{num_threads}-threads"
         train("trpo", QUICK_GROUP, "sequential", "smoke", 0, out=folder, num_threads=num_threads)
-    one, two = map(files, sorted(tmp_path.iterdir()))
-    assert {path.suffix for path in one} == {".csv", ".npz"}
+    one, two = map(digests, sorted(tmp_path.iterdir()))
+    assert {Path(name).suffix for name in one} >= {".csv", ".npz"}
     assert one == two
-
-
-def files(folder: Path) -> dict[Path, bytes]:
-    paths = [*folder.glob("*/*.csv"), *folder.glob("*/*/*.npz")]
-    return {path.relative_to(folder): path.read_bytes() for path in paths}

@@ -77,10 +77,10 @@ def _unreachable(address: str, reason: str) -> BenchError:
 
 
 def _require_cpus(ray: Any, count: int) -> None:
-    """Raises ``BenchError`` if no node has so many CPUs; Ray itself waits for such a node forever."""
+    """Raises ``BenchError`` if no node has that many CPUs. Ray would wait for such a node without end."""
     nodes = [node["Resources"] for node in ray.nodes() if node["Alive"]]
     largest = max((int(resources.get("CPU", 0)) for resources in nodes), default=0)
-    if count > max(largest, 1):  # a cluster without CPUs may be about to grow
+    if 0 < largest < count:  # a cluster without CPUs may be about to grow
         message = f"{count} is too large. The largest node of the cluster has {largest} CPUs."
         raise BenchError("bad-num-threads", message, "--num-threads", f"Use at most {largest}.")
 
