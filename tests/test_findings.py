@@ -7,6 +7,8 @@ from types import ModuleType
 
 import pytest
 
+from gym_extensions.scoring.statistics.intervals import interval
+
 from .findings_script import findings_script
 
 
@@ -23,7 +25,7 @@ def rows(build: ModuleType) -> tuple[object, ...]:
         build.Row("cloning", "TRPO + cloning", False, (high, high, low)),
         build.Row("multi-head", "TRPO + multi-head", True, (high, low, high)),
     ]
-    result: tuple[object, ...] = build.with_verdicts(table)
+    result: tuple[object, ...] = (table[0], *build.with_verdicts(table[0], table[1:]))
     return result
 
 
@@ -41,10 +43,30 @@ def test_the_page_shows_means_intervals_and_verdicts(build: ModuleType) -> None:
     assert "1.00 (0.88 to 1.12), **separated** | −1.00 (−1.12 to −0.88), **separated** |" in text
     assert "| `multi-head` (observes the task) |" in text
     assert "0.00 (−0.12 to 0.12), tie | 0.00 (−0.12 to 0.12), tie |" in text
-    assert (
-        "Comparisons with fine-tuning in forgetting: 2. Separated with a higher value: 0, with a lower\n"
-        "one: 1. Ties: 1."
-    ) in text
+    assert "in forgetting: 2. Separated with a higher value: 0, with a lower\none: 1. Ties: 1." in text
+
+
+def test_other_learners_have_a_table_and_a_correction_of_their_own(build: ModuleType) -> None:
+    low, high = (0.1, 0.2, 0.3, 0.2, 0.1), (1.1, 1.2, 1.3, 1.2, 1.1)
+    names = ("trpo", "cloning", "sac", "sac-fresh-buffer", "ppo")
+    table = [build.Row(name, name, False, (high, low if name == "trpo" else high, high)) for name in names]
+    group = build.group_of("hopper-gravity", table)
+    assert [row.name for row in group.rows] == ["trpo", "cloning"]
+    assert [row.name for row in group.learners] == ["sac", "sac-fresh-buffer", "ppo"]
+    methods, learners = build.page([group]).split("## Other learners")
+    assert "final performance: 1. Separated with a higher value: 1" in methods
+    assert "| hopper-gravity | `ppo` | 5 | 1.18 (1.08 to 1.28) |" in learners
+    assert "| hopper-gravity | 0.00 (−0.12 to 0.12), tie | 0.00 (−0.12 to 0.12), tie |" in learners
+
+
+def test_without_both_kinds_of_sac_replay_is_not_compared(build: ModuleType) -> None:
+    values = ((1.1, 1.2, 1.3, 1.2, 1.1),) * 3
+    table = [build.Row(name, name, False, values) for name in ("trpo", "sac")]
+    group = build.group_of("hopper-gravity", table)
+    assert group.replay is None
+    assert "## Other learners" in build.page([group])
+    assert "A replay buffer kept or emptied" not in build.page([group])
+    assert not group.is_compared
 
 
 def test_the_page_names_what_has_not_been_trained(build: ModuleType) -> None:
@@ -73,7 +95,7 @@ def test_a_group_whose_tasks_are_all_unsolved_is_trained_and_has_no_score(build:
 
 def test_transfers_are_shown_where_they_have_a_value(build: ModuleType) -> None:
     module = sys.modules["transfer"]
-    value = build.interval((0.5, 0.6, 0.7))
+    value = interval((0.5, 0.6, 0.7))
     transfers = [
         module.Transfer("pusher", (None,) * 5),
         module.Transfer("hopper-wall", (value, None, None, None, None)),

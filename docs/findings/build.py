@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
+from comparison import METRICS, Row, Verdict, count, with_verdicts
 from figures import draw_learned_and_final, draw_retention
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from numbers_as_text import mean
@@ -24,66 +24,41 @@ from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS
 from gym_extensions.results.evaluations import evaluations
 from gym_extensions.scoring.pipeline.score import make_scorer
 from gym_extensions.scoring.scorecard.model import Scorecard
-from gym_extensions.scoring.statistics.intervals import Interval, difference, interval, summary
-from gym_extensions.scoring.statistics.student_t import two_sided_p
-from gym_extensions.scoring.statistics.welch import holm, welch
+from gym_extensions.scoring.statistics.intervals import Interval
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER, PAGE = ROOT / "docs" / "findings", ROOT / "docs" / "findings.md"
 FINE_TUNING = "trpo"
 GROUP_NAMES = [group.name for group in GROUPS.values()]
-METRICS = ("learning_performance", "final_performance", "forgetting")
 UNTRAINED = {"random", "zero"}
 OTHER_SETTINGS = {"trpo-2017"}
 """Reference agents that are not compared with fine-tuning."""
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """A method minus fine-tuning in one metric, and whether the corrected test separates the two."""
-
-    gap: Interval
-    is_separated: bool
-
-
-@dataclass(frozen=True)
-class Row:
-    """One method on one group, with the values of its runs."""
-
-    name: str
-    title: str
-    observes_task: bool
-    values: tuple[Sequence[float], ...]
-    final_verdict: Verdict | None = None
-    forgetting_verdict: Verdict | None = None
-
-    @property
-    def runs(self) -> int:
-        """Number of runs."""
-        return len(self.values[0])
-
-    @property
-    def learned(self) -> Interval:
-        """Score right after training on a task."""
-        return interval(self.values[0])
-
-    @property
-    def final(self) -> Interval:
-        """Score of all tasks at the end."""
-        return interval(self.values[1])
-
-    @property
-    def forgetting(self) -> Interval:
-        """Score that was lost in between."""
-        return interval(self.values[2])
+REPLAY = ("sac", "sac-fresh-buffer")
+"""The same learner with its replay buffer kept across tasks, and emptied."""
+OTHER_LEARNERS = {"ppo", *REPLAY}
+"""Reference agents that fine-tune with another learner than TRPO."""
 
 
 @dataclass(frozen=True)
 class Group:
-    """The methods on one group: fine-tuning first, then the others by final performance."""
+    """The entries of one group, each family by final performance.
+
+    Attributes:
+        name: name of the group.
+        rows: fine-tuning, then the methods against it.
+        learners: the other learners against fine-tuning.
+        replay: SAC with its replay buffer, against SAC without; None if one of the two is not trained.
+    """
 
     name: str
     rows: tuple[Row, ...]
+    learners: tuple[Row, ...] = ()
+    replay: Row | None = None
+
+    @property
+    def all_rows(self) -> tuple[Row, ...]:
+        """Fine-tuning, the methods and the other learners."""
+        return self.rows + self.learners
 
     @property
     def is_compared(self) -> bool:
@@ -93,26 +68,11 @@ class Group:
     @property
     def missing(self) -> list[str]:
         """Reference agents without five runs."""
-        return sorted(set(names()) - UNTRAINED - OTHER_SETTINGS - {row.name for row in self.rows})
-
-
-@dataclass(frozen=True)
-class Count:
-    """How many methods are separated from fine-tuning in one metric, over all groups."""
-
-    metric: str
-    above: int
-    below: int
-    comparisons: int
-
-    @property
-    def ties(self) -> int:
-        """Comparisons without a verdict."""
-        return self.comparisons - self.above - self.below
+        return sorted(set(names()) - UNTRAINED - OTHER_SETTINGS - {row.name for row in self.all_rows})
 
 
 def group_rows(cards: Sequence[Scorecard], group: str) -> list[Row]:
-    """The methods with at least five runs at the budget and a value of every metric in each."""
+    """The entries with at least five runs at the budget and a value of every metric in each."""
     rows = []
     for card in cards:
         score = card.groups.get(group, {}).get("sequential")
@@ -129,29 +89,17 @@ def group_rows(cards: Sequence[Scorecard], group: str) -> list[Row]:
     return sorted(rows, key=lambda row: (row.name != FINE_TUNING, -row.final.mean))
 
 
-def verdicts(values: Sequence[Sequence[float]]) -> list[Verdict | None]:
-    """Every row after the first against the first: Welch's test, with Holm's correction over the rows."""
-    first, *others = values
-    p_values = [float(two_sided_p(*welch([summary(runs), summary(first)]))[0]) for runs in others]
-    separated = holm(np.array(p_values, dtype=np.float64))
-    pairs = zip(others, separated, strict=True)
-    return [None, *(Verdict(difference(runs, first), bool(apart)) for runs, apart in pairs)]
-
-
-def with_verdicts(rows: Sequence[Row]) -> tuple[Row, ...]:
-    """The rows with their verdicts against the first one, fine-tuning."""
-    final, lost = (verdicts([row.values[index] for row in rows]) for index in (1, 2))
-    return tuple(
-        replace(row, final_verdict=one, forgetting_verdict=other)
-        for row, one, other in zip(rows, final, lost, strict=True)
+def group_of(name: str, rows: Sequence[Row]) -> Group:
+    """The entries of a group with their verdicts; methods and other learners are two families of tests."""
+    fine_tuning, *others = rows
+    by_name = {row.name: row for row in others}
+    kept, emptied = (by_name.get(each) for each in REPLAY)
+    return Group(
+        name,
+        (fine_tuning, *with_verdicts(fine_tuning, [row for row in others if row.name not in OTHER_LEARNERS])),
+        with_verdicts(fine_tuning, [row for row in others if row.name in OTHER_LEARNERS]),
+        with_verdicts(emptied, [kept])[0] if kept and emptied else None,
     )
-
-
-def count(metric: str, table: Sequence[Verdict | None]) -> Count:
-    """The verdicts of one metric, counted."""
-    present = [verdict for verdict in table if verdict is not None]
-    signs = [verdict.gap.mean > 0 for verdict in present if verdict.is_separated]
-    return Count(metric, sum(signs), len(signs) - sum(signs), len(present))
 
 
 def excludes_zero(each: Interval) -> str:
@@ -185,6 +133,7 @@ def page(
             budget=STANDARD_BUDGET,
             fine_tuning=FINE_TUNING,
             groups=groups,
+            with_learners=[group for group in groups if group.learners],
             without_score=without_score,
             transfer_titles=TITLES,
             transfers=shown(transfers),
@@ -205,13 +154,13 @@ def main(submissions: Path = ROOT / "submissions") -> None:
     folders = [path.parent for path in sorted(submissions.glob("*/submission.toml"))]
     cards = [card for card in map(scorer, folders) if not card.problems]
     groups = [
-        Group(group.name, with_verdicts(rows))
+        group_of(group.name, rows)
         for group in GROUPS.values()
         if (rows := group_rows(cards, group.id)) and rows[0].name == FINE_TUNING
     ]
     for group in groups:
         if group.is_compared:
-            points = [(row.title, row.learned, row.final) for row in group.rows]
+            points = [(row.title, row.learned, row.final) for row in group.all_rows]
             draw_learned_and_final(points, FOLDER / f"{group.name}.svg")
     if forgotten := [group.name for group in groups if excludes_zero(group.rows[0].forgetting) == "yes"]:
         draw_retention(evaluations(submissions / FINE_TUNING), forgotten, FOLDER / "retention.svg")
