@@ -58,6 +58,7 @@ coverage: .venv/everything.installed  ## run the tests and measure which lines a
 
 docs: .venv/scoring.installed  ## write the generated tables of docs/*.md
 	.venv/bin/python -m gym_extensions.scoring.output.docs docs
+	.venv/bin/python -m gym_extensions.rollouts.rules docs/rollout-log.md
 
 findings: .venv/everything.installed  ## write docs/findings.md and docs/reproduction.md from the committed submissions
 	.venv/bin/python docs/findings/build.py

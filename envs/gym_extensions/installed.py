@@ -10,3 +10,11 @@ from importlib import metadata
 def version(package: str) -> str:
     """Returns the version of an installed package. It is read once per process: long metadata takes 4 ms."""
     return metadata.version(package)
+
+
+def version_or_none(package: str) -> str | None:
+    """Returns the version of a package; None if it is not installed."""
+    try:
+        return version(package)
+    except metadata.PackageNotFoundError:
+        return None

@@ -46,6 +46,10 @@ BAD_CARDS = [
     (changed(title=3), ".title: 3 is not a string. Give a string."),
     (changed(parameters=np.int64(3)), f".parameters: np.int64(3) {COUNT}"),
     (changed(stored_steps=-1), f".stored_steps: -1 {COUNT}"),
+    (
+        changed(packages=("torhc",)),
+        ".packages: The package 'torhc' is not installed. Use the names that pip lists.",
+    ),
     (changed([3]), ": hyperparameters is of type list. Use a dict of values by name."),
     (changed({3: 1}), ": The hyperparameter name 3 is not a string. Use strings as names."),
     (changed({"rate": float("nan")}), f": Hyperparameter 'rate' is not finite. {HINT}"),

@@ -11,6 +11,7 @@ from gym_extensions.catalog.budgets import BUDGETS
 from gym_extensions.rollouts.manifest import (
     EVALUATIONS,
     FORMAT,
+    FREE_SECTIONS,
     SECTION_TYPES,
     SECTIONS,
     Manifest,
@@ -57,7 +58,7 @@ def test_the_keys_are_the_fields_of_the_dataclasses() -> None:
     for name, section in SECTION_TYPES.items():
         assert list(SECTIONS[name]) == [field.name for field in fields(section)]
     top = [field.name for field in fields(Manifest)]
-    assert sorted(top) == sorted([*SECTIONS[""], *SECTION_TYPES, "hyperparameters"])
+    assert sorted(top) == sorted([*SECTIONS[""], *SECTION_TYPES, *FREE_SECTIONS])
 
 
 def test_the_choices_are_those_of_the_benchmark() -> None:

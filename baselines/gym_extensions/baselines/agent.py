@@ -118,6 +118,8 @@ class Card:
         tuning_tasks: names of the tasks of these trials.
         stored_steps: the largest number of transitions that the agent stores.
         parameters: the number of the agent's trained parameters.
+        packages: names of the packages, besides Gymnasium, MuJoCo and NumPy, on which the results depend,
+            such as ``"torch"``. The manifest states their versions.
 
     Example:
         >>> Card("hill climbing", evaluation="deterministic", parameters=33).algorithm
@@ -133,6 +135,7 @@ class Card:
     tuning_tasks: tuple[str, ...] = ()
     stored_steps: int = 0
     parameters: int = 0
+    packages: tuple[str, ...] = ()
 
     def __new__(cls, *_: object, **values: object) -> Card:
         """Raises ``BenchError`` for fields that are now in the agent's attribute ``observes``."""

@@ -11,8 +11,15 @@ import gymnasium as gym
 from gym_extensions.baselines.agent import Agent, Card, Described, Factory
 from gym_extensions.baselines.context_checks import check_context
 from gym_extensions.errors import BenchError, did_you_mean
+from gym_extensions.installed import version_or_none
 from gym_extensions.rollouts.manifest import SECTIONS
-from gym_extensions.rollouts.manifest_values import HYPERPARAMETER, Key, hyperparameter_error, value_error
+from gym_extensions.rollouts.manifest_values import (
+    HYPERPARAMETER,
+    NAMES,
+    Key,
+    hyperparameter_error,
+    value_error,
+)
 
 METHODS = {"act": "act(observations)", "learn": "learn(env, steps)"}
 """The required methods of an agent and their signatures."""
@@ -26,8 +33,9 @@ KEYS: dict[str, Key] = {
     "tuning_tasks": SECTIONS["tuning"]["tasks"],
     "stored_steps": SECTIONS["memory"]["stored_steps"],
     "parameters": SECTIONS["memory"]["parameters_last"],
+    "packages": Key(NAMES),
 }
-"""The key of submission.toml that each field of a card becomes."""
+"""The key of submission.toml that each field of a card becomes; the names of packages become keys."""
 
 
 def create_agent(make: Factory, spaces: tuple[gym.Space[Any], gym.Space[Any]], name: str) -> Agent:
@@ -101,6 +109,11 @@ def _check_fields(card: Card) -> None:
         if key.choices and value not in key.choices:
             hint = did_you_mean(str(value), map(str, key.choices))
             raise BenchError("bad-card", f"The value is {value!r}.", f"card().{name}", hint)
+    for package in card.packages:
+        if version_or_none(package) is None:
+            message = f"The package {package!r} is not installed."
+            hint = "Use the names that pip lists."
+            raise BenchError("bad-card", message, "card().packages", hint)
 
 
 def _bad_card(message: str, hint: str) -> BenchError:

@@ -179,7 +179,9 @@ def _checked(make: Factory, settings: Settings, out: Path, request: Request) -> 
     card = card_of(agent, settings.agent)
     env.close()
     observes = observes_of(agent, settings.agent)
-    settings = replace(settings, observes=observes, hyperparameters=card.hyperparameters)
+    settings = replace(
+        settings, observes=observes, hyperparameters=card.hyperparameters, packages=card.packages
+    )
     new = manifest.run_sections(card, settings.budget, settings.num_envs, settings.observes)
     manifest.require_same(path, existing, new)
     return settings

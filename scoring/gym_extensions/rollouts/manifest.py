@@ -23,7 +23,9 @@ from gym_extensions.rollouts.manifest_values import (
 
 FORMAT = 1
 HYPERPARAMETERS = "hyperparameters"
-"""The section with free keys."""
+PACKAGES = "packages"
+FREE_SECTIONS = (HYPERPARAMETERS, PACKAGES)
+"""The sections with free keys."""
 
 Evaluation = Literal["sampled", "deterministic"]
 EVALUATIONS: tuple[str, ...] = get_args(Evaluation)
@@ -114,6 +116,8 @@ class Traces:
 class Manifest:
     """A submission's manifest. ``reported`` names a published table that replaces logs.
 
+    ``packages`` has the versions of the packages that the agent uses besides those of ``versions``.
+
     ``tuning``, ``memory`` and ``versions`` are None only if ``reported`` is set.
     """
 
@@ -130,6 +134,7 @@ class Manifest:
     archive: Archive | None = None
     traces: Traces | None = None
     hyperparameters: dict[str, Hyperparameter] = field(default_factory=dict)
+    packages: dict[str, str] = field(default_factory=dict)
     reported: Annotated[str, Key(TEXT, required=False)] = ""
 
 
@@ -154,10 +159,10 @@ def _keys(section: type) -> dict[str, Key]:
 SECTIONS: dict[str, dict[str, Key]] = {
     "": _keys(Manifest),
     **{name: _keys(section) for name, section in SECTION_TYPES.items()},
-    HYPERPARAMETERS: {},
+    **{name: {} for name in FREE_SECTIONS},
 }
-"""The keys of submission.toml by section; ``""`` is the top level, and ``hyperparameters`` has free keys."""
-OPTIONAL_SECTIONS = ("archive", "traces", HYPERPARAMETERS)
+"""The keys of submission.toml by section; ``""`` is the top level, and ``FREE_SECTIONS`` have free keys."""
+OPTIONAL_SECTIONS = ("archive", "traces", *FREE_SECTIONS)
 OPTIONAL_IF_REPORTED = ("tuning", "memory", "versions")
 """Sections that a published table, which has no logs, may leave out."""
 

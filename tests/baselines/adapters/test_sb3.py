@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import hashlib
 import tomllib
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -56,6 +57,7 @@ def test_ppo_trains_through_a_protocol_and_writes_a_submission(ppo_submission: P
     assert manifest["protocol"]["algorithm"] == "ppo"
     assert manifest["protocol"]["evaluation"] == "deterministic"
     assert manifest["memory"]["stored_steps"] == 250
+    assert manifest["packages"] == {name: version(name) for name in ("stable-baselines3", "torch")}
     with (ppo_submission / "hopper-motor-noise/curves.csv").open() as file:
         last_step = max(int(row["step"]) for row in csv.DictReader(file))
     assert 1900 < last_step <= 2000

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Callable
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,8 @@ import pytest
 from gym_extensions.__main__ import main
 from gym_extensions.baselines import train
 from gym_extensions.baselines.reproduction.draw import LoggedRun, draw_run
+from gym_extensions.baselines.reproduction.reproduce import differing_versions
+from gym_extensions.baselines.submission import manifest
 
 from ..conftest import QUICK_GROUP, SHORT_GROUP, digests
 
@@ -93,6 +96,12 @@ def test_a_log_with_another_mean_return_differs_and_the_cell_is_named(
     assert first.endswith("run 0: 1 of 2 cells differ.")
     assert third.startswith("The submission was made with platform Plan9-")
     assert fourth.startswith(f"Stage 1, {QUICK_GROUP.task_ids[0]}: mean return ")
+
+
+def test_other_versions_of_the_agents_packages_are_named() -> None:
+    tables = {"versions": manifest.versions(), "packages": {"pandas": "1.0", "torhc": "2.0"}}
+    assert differing_versions(tables) == {"pandas": ("1.0", version("pandas")), "torhc": ("2.0", "none")}
+    assert differing_versions({"versions": manifest.versions()}) == {}
 
 
 REFUSED = [

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ from gym_extensions.baselines import Card, Observes, train
 from gym_extensions.baselines.submission import manifest
 from gym_extensions.envs import fingerprint
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.rules.manifest import bad_value, missing_key, unknown_key
+from gym_extensions.rollouts.rules.manifest import bad_package, bad_value, missing_key, unknown_key
 
 PATH = Path("mine/submission.toml")
 CARD = Card("climber", hyperparameters={"step": 0.1}, stored_steps=10)
@@ -27,6 +28,14 @@ def test_a_new_manifest_passes_the_rules_of_the_format() -> None:
     assert [*unknown_key(tables), *missing_key(tables), *bad_value(tables)] == []
     assert (tables["title"], tables["hyperparameters"]) == ("climber", {"step": 0.1})
     assert tables["memory"] == {"stored_steps": 10, "parameters_first": 3, "parameters_last": 5}
+
+
+def test_the_versions_of_the_packages_that_an_agent_names_are_stored() -> None:
+    card = Card("climber", packages=("pandas",))
+    tables = manifest.merge({}, card, run(card), 3, 5)
+    assert tables["packages"] == {"pandas": version("pandas")}
+    assert [*unknown_key(tables), *missing_key(tables), *bad_value(tables), *bad_package(tables)] == []
+    assert "packages" not in run()
 
 
 def test_what_the_agent_observes_follows_from_what_it_asks_for() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import tomllib
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
@@ -135,6 +136,16 @@ def test_the_merged_manifest_has_the_largest_memory_and_all_versions(
     assert "stored_steps = 300" in text
     assert ", Darwin-arm64 or " in text
     assert "archive" not in text
+
+
+def test_the_merged_manifest_has_the_packages_of_all(pair: list[Path], tmp_path: Path) -> None:
+    packages = ('torch = "2.12.0"', 'torch = "2.13.0"\njax = "0.10.2"')
+    for path, lines in zip(pair, packages, strict=True):
+        replace_in(path / "submission.toml", "[versions]", f"[packages]\n{lines}\n\n[versions]")
+    tables = tomllib.loads(
+        (joined(pair, tmp_path / "merged") / "submission.toml").read_text(encoding="utf-8")
+    )
+    assert tables["packages"] == {"torch": "2.12.0, 2.13.0", "jax": "0.10.2"}
 
 
 CHANGES: dict[str, tuple[str, str, str]] = {

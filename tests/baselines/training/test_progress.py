@@ -16,6 +16,7 @@ import pytest
 
 from gym_extensions.baselines import train
 from gym_extensions.baselines.algorithms import trpo
+from gym_extensions.baselines.training.progress import Progress
 from gym_extensions.baselines.training.recorder import Recorder
 from gym_extensions.envs import make_vec
 from gym_extensions.errors import BenchError
@@ -174,6 +175,16 @@ def test_a_checkpoint_of_another_version_is_not_continued(tmp_path: Path) -> Non
         "Install these versions, or delete the folder to start the run again."
     )
     assert (settings.parent / "stage1.json").exists()
+
+
+def test_a_checkpoint_of_another_version_of_the_agents_packages_is_not_continued(tmp_path: Path) -> None:
+    progress, settings = Progress(tmp_path), {"packages": ("pandas",)}
+    progress.begin(settings)
+    progress.begin(settings)
+    stored = tmp_path / "settings.json"
+    stored.write_text(stored.read_text().replace(f'"pandas": "{version("pandas")}"', '"pandas": "1.0"'))
+    with pytest.raises(BenchError, match=r"started with pandas 1\.0 \(installed: "):
+        progress.begin(settings)
 
 
 def test_a_checkpoint_that_the_agent_cannot_load_is_reported(tmp_path: Path) -> None:

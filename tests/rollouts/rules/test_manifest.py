@@ -112,6 +112,12 @@ EXAMPLES = (
         ((f"{TOML}, [protocol] evaluation", "The value is 'sample'.", "Did you mean 'sampled'?"),),
     ),
     Example(
+        "bad-package",
+        "a version that is a number",
+        edit("[tuning]", '[packages]\ntorch = 2.13\njax = "0.10.2"\n\n[tuning]', TOML),
+        ((f"{TOML}, [packages] torch", "2.13 is not a string.", "Write a string."),),
+    ),
+    Example(
         "bad-value",
         "a value where a section belongs",
         lambda folder: (

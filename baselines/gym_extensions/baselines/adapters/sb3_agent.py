@@ -149,6 +149,7 @@ class Sb3Agent:
             tuning_tasks=options.tuning_tasks,
             stored_steps=int(getattr(model, "buffer_size", None) or rollout_steps),
             parameters=num_parameters(model),
+            packages=options.packages,
         )
 
     def save(self, path: Path) -> None:

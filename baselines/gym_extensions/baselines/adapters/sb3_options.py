@@ -20,6 +20,9 @@ SET_BY_THE_RUN = ("env", "seed")
 NOT_HYPERPARAMETERS = ("device", "verbose")
 """Keyword arguments of a model that are not stored in the manifest, because they do not change a result."""
 
+LIBRARIES = {"sb3_contrib": ("sb3-contrib",), "sbx": ("sbx-rl", "jax", "jaxlib", "flax", "optax")}
+"""The packages of the libraries that build on Stable-Baselines3, by the name of their module."""
+
 
 def no_batch_settings(num_envs: int, batch_steps: int) -> ModelSettings:
     """No settings that depend on the environments or the batch."""
@@ -65,6 +68,12 @@ class Options:
     title: str = ""
     description: str = ""
     hyperparameters: Mapping[str, Setting] = field(default_factory=dict)
+
+    @property
+    def packages(self) -> tuple[str, ...]:
+        """The packages that the model's results depend on."""
+        library = self.algorithm.__module__.partition(".")[0]
+        return ("stable-baselines3", "torch", *LIBRARIES.get(library, ()))
 
     def learn_arguments(self, run_name: str) -> dict[str, Any]:
         """Keyword arguments of the model's ``learn``, without the callback."""

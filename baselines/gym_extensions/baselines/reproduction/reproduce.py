@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import tempfile
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,12 @@ from gym_extensions.baselines.train_agent import train
 from gym_extensions.catalog.custom_groups import resolve_group
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.errors import BenchError, did_you_mean
+from gym_extensions.installed import version_or_none
 from gym_extensions.rollouts.layout import MANIFEST
+from gym_extensions.rollouts.manifest import PACKAGES
+
+OF_THE_MACHINE = ("versions", PACKAGES)
+"""Sections that may differ from those of the submission."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +71,7 @@ def reproduce(
     with tempfile.TemporaryDirectory(prefix="gym-extensions-") as temporary:
         out = Path(temporary) / "retrained"
         # With the settings of the submission in place, training another agent or setting is refused.
-        manifest.write(out / MANIFEST, {name: table for name, table in tables.items() if name != "versions"})
+        manifest.write(out / MANIFEST, {name: tables[name] for name in tables if name not in OF_THE_MACHINE})
         settings = tables["protocol"]
         try:
             train(
@@ -83,13 +89,18 @@ def reproduce(
             )
             raise BenchError("not-reproducible", error.message, str(folder / MANIFEST), hint) from error
         _, retrained = read_run(out / log, run)
-    installed = manifest.versions()
-    differ = {
-        name: (str(version), installed[name])
-        for name, version in tables.get("versions", {}).items()
-        if name in installed and installed[name] != version
+    return Reproduction(compare(logged, retrained, columns), differing_versions(tables))
+
+
+def differing_versions(tables: Mapping[str, Any]) -> dict[str, tuple[str, str]]:
+    """The versions that differ: by name, in the submission's manifest and installed."""
+    packages = tables.get(PACKAGES, {})
+    installed = manifest.versions() | {name: version_or_none(name) or "none" for name in packages}
+    return {
+        name: (str(stated), installed[name])
+        for name, stated in (tables.get("versions", {}) | packages).items()
+        if name in installed and installed[name] != stated
     }
-    return Reproduction(compare(logged, retrained, columns), differ)
 
 
 def read_run(path: Path, run: int) -> tuple[list[str], list[dict[str, str]]]:

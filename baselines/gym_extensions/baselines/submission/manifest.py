@@ -13,10 +13,11 @@ import tomli_w
 
 from gym_extensions.atomic import write_text
 from gym_extensions.baselines.agent import Card, Observes
+from gym_extensions.baselines.training.versions import job_versions
 from gym_extensions.envs.fingerprint import require_published_engine
 from gym_extensions.errors import BenchError
 from gym_extensions.installed import version
-from gym_extensions.rollouts.manifest import FORMAT, RECORDED, Steps
+from gym_extensions.rollouts.manifest import FORMAT, PACKAGES, RECORDED, Steps
 
 SHARED_SECTIONS = ("protocol", "hyperparameters", "observes")
 """Sections that are the same in every run of a submission."""
@@ -34,8 +35,7 @@ Tables = Mapping[str, Any]
 
 def versions() -> dict[str, str]:
     """The versions of the packages, of Python and of the platform."""
-    packages = ("gym_extensions", "gymnasium", "mujoco", "numpy")
-    return {name: version(name.replace("_", "-")) for name in packages} | {
+    return job_versions() | {
         "python": platform.python_version(),
         "platform": f"{platform.system()}-{platform.machine()}",
     }
@@ -55,7 +55,10 @@ def read(path: Path) -> dict[str, Any]:
 def run_sections(
     card: Card, budget: str, num_envs: int | None, observes: Observes, *, steps: Steps = "recorded"
 ) -> dict[str, Any]:
-    """The sections that follow from a run: ``protocol``, ``hyperparameters``, ``observes`` and ``versions``.
+    """The sections that follow from a run.
+
+    They are ``protocol``, ``hyperparameters``, ``observes``, ``versions`` and, if the card names packages,
+    ``packages``.
 
     Hyperparameters are as TOML reads them back (tuples as lists), so that a later run compares equal.
 
@@ -63,7 +66,8 @@ def run_sections(
     """
     require_published_engine()
     settings = dict(card.hyperparameters) | ({} if num_envs is None else {"num_envs": num_envs})
-    return {
+    packages = {PACKAGES: {name: version(name) for name in card.packages}} if card.packages else {}
+    return packages | {
         "protocol": {
             "budget": budget,
             "algorithm": card.algorithm,
@@ -128,7 +132,7 @@ def merge(existing: Tables, card: Card, new: Tables, first: int, last: int) -> d
             "parameters_last": max(memory.get("parameters_last", 0), last),
         },
         "versions": new["versions"],
-    }
+    } | ({PACKAGES: new[PACKAGES]} if PACKAGES in new else {})
     return tables | {key: value for key, value in existing.items() if key not in tables}
 
 

@@ -9,6 +9,7 @@ from typing import Any
 from gym_extensions.baselines.submission.manifest import DEFAULTS
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.layout import MANIFEST
+from gym_extensions.rollouts.manifest import PACKAGES
 from gym_extensions.rollouts.manifest_values import SHORT
 
 SAME_SECTIONS = ("protocol", "hyperparameters", "observes", "code")
@@ -40,13 +41,18 @@ def merged_tables(manifests: Sequence[Tables]) -> dict[str, Any]:
     tables = dict(manifests[0])
     tables["memory"] = _columns(manifests, "memory", max)
     tables["versions"] = _columns(manifests, "versions", _joined)
+    if any(PACKAGES in item for item in manifests):
+        tables[PACKAGES] = _columns(manifests, PACKAGES, _joined)
     if any(item.get("archive") != tables.get("archive") for item in manifests):
         tables.pop("archive", None)
     return tables
 
 
 def _columns(manifests: Sequence[Tables], section: str, combine: Any) -> dict[str, Any]:
-    return {key: combine([item[section][key] for item in manifests]) for key in manifests[0][section]}
+    """Every key of a section, with its values combined; a manifest may lack the section or the key."""
+    present = [item.get(section, {}) for item in manifests]
+    keys = dict.fromkeys(key for table in present for key in table)
+    return {key: combine([table[key] for table in present if key in table]) for key in keys}
 
 
 def _joined(values: Sequence[str]) -> str:

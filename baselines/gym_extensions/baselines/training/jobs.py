@@ -20,7 +20,7 @@ class Settings:
     agent asked to observe.
 
     ``steps`` is ``recorded`` if the training loop counts the training steps, else ``claimed``.
-    ``hyperparameters`` are those of the agent's card.
+    ``hyperparameters`` and ``packages`` are those of the agent's card.
     """
 
     agent: str
@@ -29,6 +29,7 @@ class Settings:
     observes: Observes = field(default_factory=Observes)
     steps: Steps = "recorded"
     hyperparameters: Mapping[str, object] = field(default_factory=dict, hash=False)
+    packages: tuple[str, ...] = ()
 
     def num_envs_for(self, num_tasks: int) -> int:
         """Training environments: a multiple of the number of tasks, so that each task has equally many."""

@@ -50,13 +50,14 @@ class Progress:
             BenchError: the folder belongs to other settings or versions.
         """
         path = self.folder / SETTINGS
-        settings = dict(settings) | {"versions": job_versions()}
+        packages = settings.get("packages", ())
+        settings = dict(settings) | {"versions": job_versions(packages)}
         text = json.dumps(settings, indent=1, sort_keys=True) + "\n"
         if not path.exists():
             write_text(path, text)
             return
         stored = path.read_text(encoding="utf-8")
-        if difference := version_difference(json.loads(stored).get("versions")):
+        if difference := version_difference(json.loads(stored).get("versions"), packages):
             raise BenchError(
                 "other-version",
                 f"The unfinished run was started with {difference}.",

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from gym_extensions.installed import version
 
 PACKAGES = ("gym_extensions", "gymnasium", "mujoco", "numpy")
 
 
-def job_versions() -> dict[str, str]:
-    """The version of each package."""
-    return {name: version(name.replace("_", "-")) for name in PACKAGES}
+def job_versions(packages: Iterable[str] = ()) -> dict[str, str]:
+    """The versions of the packages that every job uses, and of those that its agent uses besides them."""
+    return {name: version(name.replace("_", "-")) for name in (*PACKAGES, *packages)}
 
 
-def version_difference(stored: object) -> str:
+def version_difference(stored: object, packages: Iterable[str] = ()) -> str:
     """What differs between stored and installed versions; empty if nothing does."""
     old = stored if isinstance(stored, dict) else {}
     return ", ".join(
         f"{name} {old.get(name, 'unknown')} (installed: {new})"
-        for name, new in job_versions().items()
+        for name, new in job_versions(packages).items()
         if old.get(name) != new
     )

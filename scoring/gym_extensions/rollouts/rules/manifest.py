@@ -11,12 +11,20 @@ from gym_extensions.catalog.published import TABLES
 from gym_extensions.errors import did_you_mean
 from gym_extensions.rollouts.layout import MANIFEST
 from gym_extensions.rollouts.manifest import (
+    FREE_SECTIONS,
     HYPERPARAMETERS,
     OPTIONAL_IF_REPORTED,
     OPTIONAL_SECTIONS,
+    PACKAGES,
     SECTIONS,
 )
-from gym_extensions.rollouts.manifest_values import HYPERPARAMETER, hyperparameter_error, value_error
+from gym_extensions.rollouts.manifest_values import (
+    HYPERPARAMETER,
+    TEXT,
+    Key,
+    hyperparameter_error,
+    value_error,
+)
 from gym_extensions.rollouts.problem import MAX_QUOTE, Finding, quote
 from gym_extensions.rollouts.reading.toml_text import MAX_NESTING, parse
 from gym_extensions.rollouts.rules.rule import rule
@@ -61,13 +69,13 @@ def malformed_toml(data: bytes) -> Iterator[Finding]:
 @rule("manifest")
 def unknown_key(tables: Tables) -> Iterator[Finding]:
     """Every section and key of submission.toml is one that docs/rollout-log.md lists; only [hyperparameters]
-    has free keys."""
+    and [packages] have free keys."""
     for name in tables:
         if name not in SECTIONS and name not in SECTIONS[""]:
             hint = _closest(name, [*filter(None, SECTIONS), *SECTIONS[""]]) or "Remove it."
             yield Finding(MANIFEST, f"Unknown key {quote(name)}.", hint)
     for section, keys in SECTIONS.items():
-        table = tables.get(section) if section and section != HYPERPARAMETERS else None
+        table = tables.get(section) if section and section not in FREE_SECTIONS else None
         for name in table if isinstance(table, dict) else ():
             if name not in keys:
                 yield Finding(key_path(section, name), f"Unknown key {quote(name)}.", _closest(name, keys))
@@ -127,6 +135,15 @@ def unknown_report(tables: Tables) -> Iterator[Finding]:
     name = tables.get("reported")
     if isinstance(name, str) and name not in TABLES:
         yield Finding(key_path("", "reported"), f"Unknown table {quote(name)}.", _closest(name, TABLES))
+
+
+@rule("manifest")
+def bad_package(tables: Tables) -> Iterator[Finding]:
+    """The version of a package in [packages] is a string."""
+    table = tables.get(PACKAGES)
+    for name, value in table.items() if isinstance(table, dict) else ():
+        if error := value_error(Key(TEXT), value):
+            yield Finding(key_path(PACKAGES, name), error, f"Write {TEXT}.")
 
 
 @rule("manifest")

@@ -41,6 +41,13 @@ HYPERPARAMETERS: Schema = {
     },
 }
 
+VERSIONS: Schema = {
+    "type": "object",
+    "additionalProperties": KINDS[values.TEXT] | {"maxLength": values.SHORT},
+}
+FREE: dict[str, Schema] = {manifest.HYPERPARAMETERS: HYPERPARAMETERS, manifest.PACKAGES: VERSIONS}
+"""The schemas of the sections with free keys."""
+
 
 def _field(field: values.Key) -> Schema:
     schema = dict(KINDS[field.kind])
@@ -64,8 +71,7 @@ def submission_schema() -> Schema:
     schema = _section(manifest.SECTIONS[top])
     schema["properties"]["reported"]["enum"] = list(TABLES)
     for name in names:
-        free = name == manifest.HYPERPARAMETERS
-        schema["properties"][name] = HYPERPARAMETERS if free else _section(manifest.SECTIONS[name])
+        schema["properties"][name] = FREE.get(name) or _section(manifest.SECTIONS[name])
     required = [name for name in names if name not in manifest.OPTIONAL_SECTIONS]
     always = [name for name in required if name not in manifest.OPTIONAL_IF_REPORTED]
     schema["required"] += always

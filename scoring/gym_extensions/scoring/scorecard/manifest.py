@@ -24,7 +24,7 @@ class ManifestSummary:
     observes: Observes
     tuning: Annotated[Tuning | None, about("null in a reported entry")]
     memory: Annotated[Memory | None, about("null in a reported entry")]
-    versions: Annotated[dict[str, str], about("versions of the packages; empty in a reported entry")]
+    versions: Annotated[dict[str, str], about("versions of all packages; empty in a reported entry")]
     archive: Annotated[Archive | None, about("null without the section")]
 
 
@@ -42,6 +42,6 @@ def summarize_manifest(manifest: Manifest) -> ManifestSummary:
         observes=manifest.observes,
         tuning=manifest.tuning,
         memory=manifest.memory,
-        versions=asdict(manifest.versions) if manifest.versions else {},
+        versions=(asdict(manifest.versions) if manifest.versions else {}) | manifest.packages,
         archive=manifest.archive,
     )
