@@ -78,7 +78,7 @@ def test_sac_keeps_its_replay_buffer_and_sac_fresh_buffer_empties_it(
     agent = create(small(name, warm_up=1000), env)
     for stage in (1, 2):
         learn(agent, env, stage)
-    assert agent._model.replay_buffer.pos * env.num_envs == stored
+    assert agent.card().stored_steps == stored
     assert agent._model.num_timesteps == stored, "the warm-up starts again with an empty buffer only"
     assert agent.observes.boundaries == (name == "sac-fresh-buffer")
 

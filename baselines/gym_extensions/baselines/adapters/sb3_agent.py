@@ -18,7 +18,12 @@ from gym_extensions.baselines.adapters.sb3_normalization import Normalization
 from gym_extensions.baselines.adapters.sb3_options import Options
 from gym_extensions.baselines.adapters.sb3_policy import exported, unsupported
 from gym_extensions.baselines.adapters.sb3_random import Generators, PolicyKeys
-from gym_extensions.baselines.adapters.sb3_state import model_state, num_parameters, restore_model
+from gym_extensions.baselines.adapters.sb3_state import (
+    model_state,
+    num_parameters,
+    restore_model,
+    stored_steps,
+)
 from gym_extensions.baselines.adapters.sb3_vec_env import BatchVecEnv, SpacesVecEnv
 from gym_extensions.baselines.agent import Array, Card, Context, Observes, VectorEnv
 from gym_extensions.baselines.checkpoint import load_arrays, save_arrays
@@ -138,7 +143,6 @@ class Sb3Agent:
     def card(self) -> Card:
         """The agent's description in the manifest, with the name of its class and its settings."""
         model, options = self._model, self._options
-        rollout_steps = getattr(model, "n_steps", 0) * model.n_envs
         return Card(
             options.name,
             title=options.title,
@@ -147,7 +151,7 @@ class Sb3Agent:
             hyperparameters=options.manifest_settings(),
             tuning_steps=options.tuning_steps,
             tuning_tasks=options.tuning_tasks,
-            stored_steps=int(getattr(model, "buffer_size", None) or rollout_steps),
+            stored_steps=stored_steps(model),
             parameters=num_parameters(model),
             packages=options.packages,
         )

@@ -55,6 +55,13 @@ def num_parameters(model: BaseAlgorithm) -> int:
     return int(from_torch + sum(leaf.size for leaves in trees for leaf in leaves))
 
 
+def stored_steps(model: BaseAlgorithm) -> int:
+    """The transitions in a model's replay buffer, or in its rollouts if it has none."""
+    buffer = getattr(model, "replay_buffer", None)
+    steps = getattr(model, "n_steps", 0) if buffer is None else buffer.size()
+    return int(steps) * model.n_envs
+
+
 def _jax_holders(model: BaseAlgorithm) -> list[tuple[Any, str, Any]]:
     """The attributes of a model and its policy that hold JAX arrays: object, attribute and value."""
     if "jax" not in sys.modules:
