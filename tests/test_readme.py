@@ -55,7 +55,7 @@ def test_the_commands_that_train_and_score_are_those_of_the_page_on_submissions(
 
 def test_the_results_on_the_first_screen_are_those_of_the_findings() -> None:
     (paragraph,) = re.findall(
-        r"Fine-tuning with TRPO learns .*?compares the methods\.", TEXT, flags=re.DOTALL
+        r"Fine-tuning with TRPO learns .*?compares the methods and the learners\.", TEXT, flags=re.DOTALL
     )
     findings = (README.parent / "docs" / "findings.md").read_text("utf-8")
     results = re.findall(r"(?<![\w.])(\d*\.\d\d)\b", paragraph)
