@@ -59,6 +59,14 @@ def test_other_learners_have_a_table_and_a_correction_of_their_own(build: Module
     assert "| hopper-gravity | 0.00 (−0.12 to 0.12), tie | 0.00 (−0.12 to 0.12), tie |" in learners
 
 
+def test_a_method_is_not_corrected_for_the_other_learners(build: ModuleType) -> None:
+    low, higher = (0.0, 0.1, 0.2, 0.3, 0.4), (0.25, 0.35, 0.45, 0.55, 0.65)
+    values = {"trpo": low, "cloning": higher, "sac": low, "sac-fresh-buffer": low, "ppo": low}
+    table = [build.Row(name, name, False, (runs,) * 3) for name, runs in values.items()]
+    assert build.group_of("hopper-gravity", table).rows[1].final_verdict.is_separated
+    assert not build.with_verdicts(table[0], table[1:])[0].final_verdict.is_separated
+
+
 def test_without_both_kinds_of_sac_replay_is_not_compared(build: ModuleType) -> None:
     values = ((1.1, 1.2, 1.3, 1.2, 1.1),) * 3
     table = [build.Row(name, name, False, values) for name in ("trpo", "sac")]

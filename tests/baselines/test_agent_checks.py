@@ -50,6 +50,10 @@ BAD_CARDS = [
         changed(packages=("torhc",)),
         ".packages: The package 'torhc' is not installed. Use the names that pip lists.",
     ),
+    (
+        changed(packages=("numpy",)),
+        ".packages: The manifest always states the version of 'numpy'. Leave it out.",
+    ),
     (changed([3]), ": hyperparameters is of type list. Use a dict of values by name."),
     (changed({3: 1}), ": The hyperparameter name 3 is not a string. Use strings as names."),
     (changed({"rate": float("nan")}), f": Hyperparameter 'rate' is not finite. {HINT}"),

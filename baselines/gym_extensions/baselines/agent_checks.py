@@ -110,10 +110,13 @@ def _check_fields(card: Card) -> None:
             hint = did_you_mean(str(value), map(str, key.choices))
             raise BenchError("bad-card", f"The value is {value!r}.", f"card().{name}", hint)
     for package in card.packages:
-        if version_or_none(package) is None:
-            message = f"The package {package!r} is not installed."
-            hint = "Use the names that pip lists."
-            raise BenchError("bad-card", message, "card().packages", hint)
+        if package in SECTIONS["versions"]:
+            message, hint = f"The manifest always states the version of {package!r}.", "Leave it out."
+        elif version_or_none(package) is None:
+            message, hint = f"The package {package!r} is not installed.", "Use the names that pip lists."
+        else:
+            continue
+        raise BenchError("bad-card", message, "card().packages", hint)
 
 
 def _bad_card(message: str, hint: str) -> BenchError:

@@ -118,6 +118,12 @@ EXAMPLES = (
         ((f"{TOML}, [packages] torch", "2.13 is not a string.", "Write a string."),),
     ),
     Example(
+        "bad-package",
+        "another version of a package of [versions]",
+        edit("[tuning]", '[packages]\nmujoco = "3.0.0"\n\n[tuning]', TOML),
+        ((f"{TOML}, [packages] mujoco", "'mujoco' is a key of [versions].", "Remove it."),),
+    ),
+    Example(
         "bad-value",
         "a value where a section belongs",
         lambda folder: (

@@ -10,7 +10,7 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 
 from gym_extensions.baselines.adapters.sb3_agent import Sb3Agent
 from gym_extensions.baselines.adapters.sb3_callback import Callback
-from gym_extensions.baselines.adapters.sb3_options import Options, check_options
+from gym_extensions.baselines.adapters.sb3_options import Options, check_options, library
 from gym_extensions.baselines.agent import Factory
 
 
@@ -86,11 +86,6 @@ def sb3(
             tensorboard_log=str(tensorboard_log),
             name=algorithm.__name__.lower(),
             title=algorithm.__name__,
-            description=f"{_library(algorithm)}'s {algorithm.__name__}.",
+            description=f"{library(algorithm)[0]}'s {algorithm.__name__}.",
         )
     )
-
-
-def _library(algorithm: type[BaseAlgorithm]) -> str:
-    libraries = {"sb3_contrib": "SB3-Contrib", "sbx": "SBX"}
-    return libraries.get(algorithm.__module__.partition(".")[0], "Stable-Baselines3")

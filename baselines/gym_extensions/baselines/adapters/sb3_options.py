@@ -20,8 +20,17 @@ SET_BY_THE_RUN = ("env", "seed")
 NOT_HYPERPARAMETERS = ("device", "verbose")
 """Keyword arguments of a model that are not stored in the manifest, because they do not change a result."""
 
-LIBRARIES = {"sb3_contrib": ("sb3-contrib",), "sbx": ("sbx-rl", "jax", "jaxlib", "flax", "optax")}
-"""The packages of the libraries that build on Stable-Baselines3, by the name of their module."""
+LIBRARIES: dict[str, tuple[str, tuple[str, ...]]] = {
+    "stable_baselines3": ("Stable-Baselines3", ()),
+    "sb3_contrib": ("SB3-Contrib", ("sb3-contrib",)),
+    "sbx": ("SBX", ("sbx-rl", "jax", "jaxlib", "flax", "optax")),
+}
+"""By the name of a library's module, its name and its packages besides those of Stable-Baselines3."""
+
+
+def library(algorithm: type[BaseAlgorithm]) -> tuple[str, tuple[str, ...]]:
+    """The row of ``LIBRARIES`` of a class; that of Stable-Baselines3 for a class of the user."""
+    return LIBRARIES.get(algorithm.__module__.partition(".")[0], LIBRARIES["stable_baselines3"])
 
 
 def no_batch_settings(num_envs: int, batch_steps: int) -> ModelSettings:
@@ -72,8 +81,7 @@ class Options:
     @property
     def packages(self) -> tuple[str, ...]:
         """The packages that the model's results depend on."""
-        library = self.algorithm.__module__.partition(".")[0]
-        return ("stable-baselines3", "torch", *LIBRARIES.get(library, ()))
+        return ("stable-baselines3", "torch", *library(self.algorithm)[1])
 
     def learn_arguments(self, run_name: str) -> dict[str, Any]:
         """Keyword arguments of the model's ``learn``, without the callback."""

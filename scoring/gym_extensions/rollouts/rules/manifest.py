@@ -139,11 +139,13 @@ def unknown_report(tables: Tables) -> Iterator[Finding]:
 
 @rule("manifest")
 def bad_package(tables: Tables) -> Iterator[Finding]:
-    """The version of a package in [packages] is a string."""
+    """The version of a package in [packages] is a string, and no package of [versions] is repeated there."""
     table = tables.get(PACKAGES)
     for name, value in table.items() if isinstance(table, dict) else ():
         if error := value_error(Key(TEXT), value):
             yield Finding(key_path(PACKAGES, name), error, f"Write {TEXT}.")
+        elif name in SECTIONS["versions"]:
+            yield Finding(key_path(PACKAGES, name), f"{quote(name)} is a key of [versions].", "Remove it.")
 
 
 @rule("manifest")
