@@ -122,7 +122,7 @@ def remove(path: str) -> Change:
 
 
 def arrays(**content: object) -> bytes:
-    """An .npz file of these arrays."""
+    """An .npz file of these arrays. Arrays of objects are pickled, as in a hostile file."""
     stream = io.BytesIO()
     np.savez(stream, allow_pickle=True, **{name: np.asarray(values) for name, values in content.items()})
     return stream.getvalue()

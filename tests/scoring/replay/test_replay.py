@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -13,11 +12,9 @@ import pytest
 
 from gym_extensions.baselines import train
 from gym_extensions.envs import fingerprint
-from gym_extensions.rollouts.policies import Policy
 from gym_extensions.rollouts.problem import Problem
 from gym_extensions.rollouts.reader import read
 from gym_extensions.scoring.cli import main
-from gym_extensions.scoring.replay.segments import usable_cpus
 from gym_extensions.scoring.replay.verify import verified, verify
 from gym_extensions.scoring.scorecard.model import Scorecard
 
@@ -258,67 +255,12 @@ def test_a_submission_with_problems_is_not_replayed(copy: Path) -> None:
     assert verification.problems != ()
 
 
-@pytest.mark.parametrize(("has_it", "count"), [(True, 3), (False, 5)])
-def test_the_usable_cpus_are_known_on_every_system(
-    has_it: bool, count: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Python 3.13 knows the CPUs of the process; before it, and on every system, those of the machine."""
-    monkeypatch.delattr(os, "sched_getaffinity", raising=False)
-    monkeypatch.setattr(os, "cpu_count", lambda: 5)
-    if has_it:
-        monkeypatch.setattr(os, "process_cpu_count", lambda: 3, raising=False)
-    else:
-        monkeypatch.delattr(os, "process_cpu_count", raising=False)
-    assert usable_cpus() == count
-
-
-def test_there_is_at_least_one_cpu(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(os, "process_cpu_count", lambda: None, raising=False)
-    assert usable_cpus() == 1
-
-
 def test_a_reported_scorecard_and_one_with_problems_are_returned_unchanged(copy: Path) -> None:
     reported = Scorecard(name="copy", title="", trust="reported", manifest=None)
     assert verified(reported, copy) is reported
     problem = Problem("manifest-missing", "submission.toml", "It is missing.", "Add it.")
     refused = Scorecard(name="copy", title="", trust=None, manifest=None, problems=(problem,))
     assert verified(refused, copy) is refused
-
-
-@pytest.fixture(scope="module")
-def with_policies(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("submissions") / "trpo"
-    train("trpo", "hopper-motor-noise", "single", "smoke", 0, out=folder)
-    return folder
-
-
-def test_recorded_actions_are_those_of_the_policy(with_policies: Path, tmp_path: Path) -> None:
-    assert verify(with_policies).problems == ()
-    shutil.copytree(with_policies, tmp_path / "copy", ignore=shutil.ignore_patterns(".progress"))
-    policies = tmp_path / "copy/hopper-motor-noise/policies"
-    shutil.copy(
-        policies / "single-run0-stage1-Hopper.npz", policies / "single-run0-stage1-HopperMotorNoise.npz"
-    )
-    problem, *others = verify(tmp_path / "copy").problems
-    assert {problem.rule, *(other.rule for other in others)} == {"actions-differ"}
-    assert problem.where.startswith("hopper-motor-noise/traces/single-run0-stage1-HopperMotorNoise-episode")
-    assert problem.message.startswith(
-        "Steps 0 and following: the recorded action differs from the policy's by "
-    )
-    assert problem.hint == (
-        "Store the policy of the stage that its name states; "
-        "if it was, tell the maintainers the platform that it was made on."
-    )
-
-
-def test_a_policy_of_other_observations_or_actions_is_reported(with_policies: Path, tmp_path: Path) -> None:
-    shutil.copytree(with_policies, tmp_path / "copy", ignore=shutil.ignore_patterns(".progress"))
-    wrong = Policy(np.zeros(2), np.ones(2), (np.zeros((9, 2)),), (np.zeros(2),))
-    for path in (tmp_path / "copy/hopper-motor-noise/policies").iterdir():
-        path.write_bytes(wrong.to_bytes())
-    assert {problem.message for problem in verify(tmp_path / "copy").problems} == {
-        "Steps 0 and following: The actions have 3 values; the policy has 2."
-    }
 
 
 def test_another_engine_replays_nothing(
