@@ -2,8 +2,15 @@
 
 from __future__ import annotations
 
-from ..attack import REEVALUATED, REPRODUCED, Attack
-from ..forgeries.before_training import all_above, all_but_largest, sequential, two_that_are_missed
+from ..attack import REEVALUATED, REPLAYED, REPRODUCED, Attack
+from ..forgeries.chosen_cells import (
+    all_above,
+    all_but_largest,
+    before_training,
+    later_runs,
+    missed,
+    sequential,
+)
 from ..forgeries.edited_log import fewer, first_row, log_only, other_root
 from ..forgeries.invented import (
     add,
@@ -92,23 +99,36 @@ ATTACKS = (
     ),
     Attack(
         "All cells R[s][j] with 0 < s < j are invented.",
-        submission(sequential(all_above)),
+        submission(sequential(before_training, all_above)),
         "replay: trace-missing",
     ),
     Attack(
         "All episodes of the cells R[s][j] with 0 < s < j but the largest are invented below it.",
-        submission(sequential(all_but_largest)),
+        submission(sequential(before_training, all_but_largest)),
         "replay: trace-missing",
     ),
     Attack(
         "Two of 20 episodes of the cells R[s][j] with 0 < s < j are invented below the largest, and the salt "
         "draws none of them.",
-        submission(two_that_are_missed),
+        submission(missed(before_training, 2)),
         "retraining: not-reproducible",
         REEVALUATED,
         REEVALUATED,
-        "A replay of all traces. One episode is drawn per stage and run: with five runs, the probability of "
-        "such a sample is 25 % for five tasks, 57 % for two. Final performance does not use these cells.",
+        "A replay of all traces. Per stage and run, one of their episodes is drawn at most: with five runs, "
+        "the probability of such a sample is 30 % for five tasks, 68 % for two. Final performance does not "
+        "use these cells.",
+    ),
+    Attack(
+        "All episodes of R[s][s] and R[T][j] of the runs from 2 on but the largest are invented below it.",
+        submission(sequential(later_runs, all_but_largest)),
+        "replay: trace-missing",
+    ),
+    Attack(
+        "Five of 20 episodes of these cells are invented below the largest, and the salt draws none of them.",
+        submission(missed(later_runs, 5)),
+        "new seeds: reevaluation-differs",
+        REPLAYED,
+        REPLAYED,
     ),
     Attack(
         "One episode of the log is invented, below the largest of its cell.",

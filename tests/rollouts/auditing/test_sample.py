@@ -10,7 +10,7 @@ import pytest
 
 from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.task import Task
-from gym_extensions.rollouts.auditing.sample import Audited, audit_sample, drawn_cells
+from gym_extensions.rollouts.auditing.sample import Audited, audit_sample, performance_cells
 
 TASKS = group("hopper-gravity").tasks
 SALT = "5a" * 32
@@ -26,32 +26,34 @@ def log(protocol: str, runs: tuple[int, ...], shift: int = 0, tasks: tuple[Task,
     return "".join(["run,stage,task,episode,return\n", *rows]).encode()
 
 
-def test_a_second_episode_is_drawn_of_the_cells_of_the_table() -> None:
+def test_the_cells_of_final_performance_and_forgetting() -> None:
     # T = 5: five of R[5][j] and four of R[j][j] that are not R[5][5].
-    cells = drawn_cells("sequential", TASKS)
+    cells = performance_cells("sequential", TASKS)
     assert len(cells) == len(set(cells)) == 9
     assert {stage for stage, _ in cells} == {1, 2, 3, 4, 5}
-    assert drawn_cells("single", TASKS) == drawn_cells("joint", TASKS) == [(1, task.id) for task in TASKS]
+    for protocol in ("single", "joint"):
+        assert performance_cells(protocol, TASKS) == [(1, task.id) for task in TASKS]
 
 
 def test_the_sample_has_the_largest_return_of_every_cell() -> None:
-    sample = audit_sample("sequential", log("sequential", (0, 3)), [0, 3], TASKS)
-    assert len(sample) == len(set(sample)) == 2 * (30 + 9 + 5)
-    for run, stage, (position, task) in product((0, 3), range(6), enumerate(TASKS)):
+    sample = audit_sample("sequential", log("sequential", (0, 1, 3)), [0, 1, 3], TASKS)
+    # Run 3 has one drawn episode per stage 0 to 5, of all its cells.
+    assert len(sample) == len(set(sample)) == 2 * (30 + 9 + 5) + 30 + 6
+    for run, stage, (position, task) in product((0, 1, 3), range(6), enumerate(TASKS)):
         assert Audited(run, stage, task.id, (run + stage + position) % 20) in sample
 
 
-def test_five_runs_of_five_tasks_have_270_traces() -> None:
+def test_five_runs_of_five_tasks_have_234_traces() -> None:
     runs = (0, 1, 2, 3, 4)
     samples = [audit_sample(name, log(name, runs), runs, TASKS) for name in ("sequential", "single")]
-    assert sum(map(len, samples)) == 270
+    assert sum(map(len, samples)) == 2 * (44 + 10) + 3 * (36 + 6) == 234
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 5])
 def test_every_stage_but_the_last_has_one_more_drawn_episode(count: int) -> None:
     tasks = TASKS[:count]
     data = log("sequential", (0,), tasks=tasks)
-    drawn = set(drawn_cells("sequential", tasks))
+    drawn = set(performance_cells("sequential", tasks))
     sample = audit_sample("sequential", data, [0], tasks)
     others = [row for row in sample if (row.stage, row.task) not in drawn]
     # The largest return of each such cell, all of stage 0 and all but R[s][s] later, and one episode more.
@@ -80,13 +82,13 @@ def test_a_drawn_episode_by_hand() -> None:
     data = log("single", (0,))
     digest = hashlib.sha256(data.partition(b"\n")[2]).hexdigest()
     others = [episode for episode in range(20) if episode != 1]
-    for salt, seed in (("", digest), (SALT, f"{digest}/{SALT}")):
+    for salt, seed in (("", f"{digest}/0"), (SALT, f"{digest}/{SALT}/0")):
         drawn = min(others, key=lambda episode, seed=seed: rank(seed, episode))  # type: ignore[misc]
         assert Audited(0, 1, TASKS[0].id, drawn) in audit_sample("single", data, [0], TASKS, salt)
 
 
 def rank(seed: str, episode: int, stage: int = 1, task: str = TASKS[0].id) -> str:
-    return hashlib.sha256(f"{seed}/0/{stage}/{task}/{episode}".encode()).hexdigest()
+    return hashlib.sha256(f"{seed}/{stage}/{task}/{episode}".encode()).hexdigest()
 
 
 @pytest.mark.parametrize("salt", ["", SALT])
@@ -94,7 +96,7 @@ def test_the_drawn_episode_of_a_stage_by_hand(salt: str) -> None:
     first, second = (task.id for task in TASKS[:2])
     data = log("sequential", (0,), tasks=TASKS[:2])
     digest = hashlib.sha256(data.partition(b"\n")[2]).hexdigest()
-    seed = f"{digest}/{salt}" if salt else digest
+    seed = f"{digest}/{salt}/0" if salt else f"{digest}/0"
     # T = 2. The largest return of a cell is that of episode stage + position. Stage 0 draws from the other 19
     # episodes of R[0][1] and R[0][2] together, stage 1 from those of R[1][2]: the table has the other cells.
     pools = {
@@ -107,6 +109,29 @@ def test_the_drawn_episode_of_a_stage_by_hand(salt: str) -> None:
         task, episode = min(pool, key=lambda each: rank(seed, each[1], stage, each[0]))
         members = {Audited(0, stage, *each) for each in pool}
         assert sample & members == {Audited(0, stage, task, episode)}
+
+
+@pytest.mark.parametrize("salt", ["", SALT])
+def test_the_drawn_episodes_of_a_later_run_by_hand(salt: str) -> None:
+    data = log("sequential", (2,), tasks=TASKS[:2])
+    digest = hashlib.sha256(data.partition(b"\n")[2]).hexdigest()
+    seed = f"{digest}/{salt}/2" if salt else f"{digest}/2"
+    sample = set(audit_sample("sequential", data, [2], TASKS[:2], salt))
+    largest = {
+        Audited(2, stage, task.id, 2 + stage + position)
+        for stage, (position, task) in product(range(3), enumerate(TASKS[:2]))
+    }
+    for stage in range(3):
+        pool = [
+            (task.id, each)
+            for (position, task), each in product(enumerate(TASKS[:2]), range(20))
+            if each != 2 + stage + position
+        ]
+        task_id, episode = min(pool, key=lambda each: rank(seed, each[1], stage, each[0]))
+        assert {row for row in sample - largest if row.stage == stage} == {
+            Audited(2, stage, task_id, episode)
+        }
+    assert sample >= largest
 
 
 def test_the_rows_of_a_run_select_its_sample_and_no_other() -> None:

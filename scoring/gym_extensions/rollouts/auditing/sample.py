@@ -1,8 +1,9 @@
 """Selects the audit sample, the episodes whose traces a submission must include.
 
-The sample has the episode with the largest return of every cell of every run, one more episode of each of the
-cells right after the training on a task and after the last stage, and per stage one more episode of its other
-cells together. A run's own rows and a salt draw these.
+The sample has the episode with the largest return of every cell of every run. A run's own rows and a salt
+draw more: of runs 0 and 1, one episode of each of the cells right after the training on a task and after the
+last stage, and one per stage of its other cells together; of later runs, one per stage of all its cells
+together.
 """
 
 from __future__ import annotations
@@ -14,8 +15,11 @@ from dataclasses import dataclass
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES
 from gym_extensions.catalog.task import Task
 
-OTHER_CELLS = ""
-"""In place of a task: all cells of a stage but those of :func:`drawn_cells`."""
+RUNS_WITH_DRAWS_PER_CELL = 2
+"""The runs 0 and 1 have one drawn episode of each cell of :func:`performance_cells`."""
+
+TOGETHER = ""
+"""In place of a task: the cells of a stage that have one drawn episode together."""
 
 
 @dataclass(frozen=True, order=True)
@@ -28,8 +32,8 @@ class Audited:
     episode: int
 
 
-def drawn_cells(protocol: str, tasks: Sequence[Task]) -> list[tuple[int, str]]:
-    """(stage, task id) of the cells of a run of which a second episode is drawn.
+def performance_cells(protocol: str, tasks: Sequence[Task]) -> list[tuple[int, str]]:
+    """(stage, task id) of the cells of final performance and forgetting.
 
     Sequential: R[T][j] and R[j][j]. Single and joint: every task at stage 1.
     """
@@ -44,10 +48,11 @@ def audit_sample(
 ) -> list[Audited]:
     """The episodes of one log whose traces a submission must include, sorted.
 
-    Of every cell, the episode with the largest return, the first of several. Of the other episodes, one of
-    each cell of :func:`drawn_cells`, and one per stage of all other cells together. It is the one whose
-    SHA-256 of ``D/<salt>/<run>/<stage>/<task id>/<episode>`` is lowest, with D the hexadecimal SHA-256 of the
-    run's rows; without a salt, of ``D/<run>/…``.
+    Of every cell, the episode with the largest return, the first of several. Of the other episodes, in runs 0
+    and 1 one of each cell of :func:`performance_cells` and one per stage of all other cells together, in
+    later runs one per stage of all its cells together. It is the one whose SHA-256 of
+    ``D/<salt>/<run>/<stage>/<task id>/<episode>`` is lowest, with D the hexadecimal SHA-256 of the run's
+    rows; without a salt, of ``D/<run>/…``.
 
     Args:
         protocol: sequential, single or joint.
@@ -68,12 +73,13 @@ def audit_sample(
             rows[int(number)].append(line)
             returns.setdefault((int(number), int(stage_number), task_id), []).append(float(return_))
     seeds = {run: _seed(run_rows, salt) for run, run_rows in rows.items()}
-    drawn = set(drawn_cells(protocol, tasks))
+    drawn = set(performance_cells(protocol, tasks))
     sample, pools = [], dict[tuple[int, int, str], list[Audited]]()
     for (run, stage, task), values in returns.items():
         largest = values.index(max(values))
         sample.append(Audited(run, stage, task, largest))
-        pool = pools.setdefault((run, stage, task if (stage, task) in drawn else OTHER_CELLS), [])
+        has_own_draw = run < RUNS_WITH_DRAWS_PER_CELL and (stage, task) in drawn
+        pool = pools.setdefault((run, stage, task if has_own_draw else TOGETHER), [])
         pool += [Audited(run, stage, task, each) for each in range(EVALUATION_EPISODES) if each != largest]
     sample += [min(pool, key=lambda each: _rank(seeds[each.run], each)) for pool in pools.values()]
     return sorted(sample)

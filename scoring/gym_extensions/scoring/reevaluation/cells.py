@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES
-from gym_extensions.rollouts.auditing.sample import drawn_cells
+from gym_extensions.rollouts.auditing.sample import performance_cells
 from gym_extensions.rollouts.folder import Folder
 from gym_extensions.rollouts.layout import POLICIES, policy_name
 from gym_extensions.rollouts.reading.evaluation_log import Log
@@ -35,13 +35,13 @@ def has_policies(log: Log, folder: Folder) -> bool:
 
 
 def cells_of(submitted: SubmittedGroup, folder: Folder) -> Iterator[Cell]:
-    """The cells of :func:`drawn_cells` of every log with policies: R[T][j], R[j][j] and S[j] of every run."""
+    """R[T][j], R[j][j] and S[j] of every run of every log with policies (:func:`performance_cells`)."""
     for protocol, log in submitted.logs.items():
         if not has_policies(log, folder):
             continue
         returns = dict(_returns(log))
         for run in log.runs:
-            for stage, task_id in drawn_cells(protocol, log.group.tasks):
+            for stage, task_id in performance_cells(protocol, log.group.tasks):
                 index = log.group.task_ids.index(task_id)
                 name = policy_name(protocol, run, stage, log.group.tasks[index].name)
                 path = f"{log.group.name}/{POLICIES}/{name}"

@@ -12,7 +12,7 @@ from gym_extensions.catalog.protocol import EVALUATION_EPISODES
 from gym_extensions.catalog.task import Task
 from gym_extensions.envs.make import construct_mujoco
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.auditing.sample import drawn_cells
+from gym_extensions.rollouts.auditing.sample import performance_cells
 from gym_extensions.rollouts.folder import Folder
 from gym_extensions.rollouts.layout import TRACE
 from gym_extensions.rollouts.problem import Problem
@@ -69,7 +69,7 @@ def shown_episodes(folder: Folder, log: Log) -> dict[Cell, TraceRequest]:
     cell, the drawn one is shown and not the one with the largest return.
     """
     salt, tasks = salt_in(folder, log.group.name), log.group.tasks
-    shown: dict[Cell, TraceRequest | None] = dict.fromkeys(drawn_cells(log.protocol, tasks))
+    shown: dict[Cell, TraceRequest | None] = dict.fromkeys(performance_cells(log.protocol, tasks))
     for request in sorted(trace_requests(log, folder.read(log.path), salt), key=lambda each: -each.return_):
         run, stage, _ = _numbers(request)
         if run == log.runs[0] and (stage, request.task.id) in shown:
