@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from comparison import METRICS, Row, Verdict, count, with_verdicts
+from costs import hours
 from figures import draw_learned_and_final, draw_retention
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from numbers_as_text import mean
@@ -125,7 +126,7 @@ def page(
     templates = Environment(
         loader=FileSystemLoader(FOLDER), undefined=StrictUndefined, trim_blocks=True, autoescape=False
     )
-    templates.filters.update(mean=mean, excludes_zero=excludes_zero, verdict=verdict)
+    templates.filters.update(mean=mean, excludes_zero=excludes_zero, verdict=verdict, hours=hours)
     rows = [row for group in groups for row in group.rows]
     trained = {group.name for group in groups} | set(without_score)
     return (
