@@ -44,7 +44,7 @@ ATTACKS = (
     Attack(
         "All returns are invented, without traces.",
         submission(invented_without_traces),
-        "board: 20 of 20 traces of the audit sample are missing.",
+        "board: 17 of 17 traces of the audit sample are missing.",
         quick=True,
     ),
     Attack(
