@@ -238,6 +238,13 @@ def test_a_group_page_spells_out_what_one_means(document: dict[str, Any]) -> Non
     assert "No reference has been measured." in read(document)["groups/halfcheetah-gravity-v0.html"].text
 
 
+def test_the_one_of_a_task_of_navigation_is_the_oracle(document: dict[str, Any]) -> None:
+    current = load_references()
+    document["references"] = {"version": current.version, "provisional": False, "sha256": current.digest}
+    text = read(document)["groups/nav-state-v0.html"].text
+    assert re.search(r"1 = oracle: return −\d+\. 0 = the zero action: return −1000\.", text)
+
+
 def test_a_group_page_has_the_numbers_of_a_publication_beside_those_of_the_first_entries(
     document: dict[str, Any],
 ) -> None:

@@ -159,8 +159,10 @@ def _one(reference: Measured) -> str:
         if not reference.agent:
             return "No 1 on the scale yet: no reference agent was trained on it"
         return f"No 1 on the scale: {reference.agent}{steps}, {runs}, did not learn the task{returns}"
+    if not reference.budget:
+        return f"1 = {reference.agent or 'no agent'}: return {_number(reference.ceiling)}"
     mean = "" if number < 2 else f"; mean {_number(reference.ceiling)}"
-    return f"1 = {reference.agent or 'no agent'}{steps}{f', {runs}' if number else ''}{returns}{mean}"
+    return f"1 = {reference.agent}{steps}{f', {runs}' if number else ''}{returns}{mean}"
 
 
 def _number(value: float) -> str:
