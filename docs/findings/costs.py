@@ -29,7 +29,8 @@ Measured at the standard budget on a busy machine of two cores, in 60,000 steps 
     python tests/benchmarks/measure_learners.py --seeds 10 --steps 60000 --num-envs 25 \\
         --tasks Hopper,Walker2d,HalfCheetah,Humanoid,HumanoidStandupAndRun,Pusher,Striker
 
-HumanoidStandup and the variants of navigation whose goal is observed stand with the body next to them.
+and with the first tasks of nav-state, nav-range and nav-image. HumanoidStandup and the two other families of
+navigation were not measured: they have the figure of the row beside them.
 """
 
 
