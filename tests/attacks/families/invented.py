@@ -124,8 +124,8 @@ ATTACKS = (
         "replay: trace-missing",
     ),
     Attack(
-        "Five of 20 episodes of R[s][s] and R[T][j] of the runs from 2 on are invented below the largest, and "
-        "the salt draws none of them.",
+        "Five of 20 episodes of R[s][s] and R[T][j] of the runs from 2 on are invented below the largest, "
+        "and the salt draws none of them.",
         submission(missed(later_runs, 5)),
         "new seeds: reevaluation-differs",
         REPLAYED,
