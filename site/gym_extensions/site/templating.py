@@ -11,6 +11,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from gym_extensions import catalog, rollouts, scoring
 from gym_extensions.scoring.metrics.definitions import BY_NAME
 from gym_extensions.scoring.metrics.paper_table import COLUMNS as PAPER_COLUMNS
+from gym_extensions.scoring.scorecard import highlights
 from gym_extensions.scoring.scorecard.model import REPORTED
 from gym_extensions.site import addresses
 from gym_extensions.site.charts import (
@@ -29,7 +30,7 @@ from gym_extensions.site.tables import cells
 from gym_extensions.site.tasks.gravity_arrows import gravity_arrows
 from gym_extensions.site.tasks.reference_dots import reference_dots
 from gym_extensions.site.text import labels, markdown, names, numbers, values
-from gym_extensions.site.views import losses, pictures, trial
+from gym_extensions.site.views import pictures, trial
 from gym_extensions.site.views.board import missing_reasons
 from gym_extensions.site.views.board_row import COLUMNS
 
@@ -64,11 +65,12 @@ def environment() -> Environment:
         cells=cells,
         commands=commands,
         episode_dots=episode_dots,
+        forgetting=highlights.FORGETTING,
         gravity_arrows=gravity_arrows,
         group_trials=trial.group_trials,
         heatmap=heatmap,
         labels=labels,
-        largest_loss=losses.largest_loss,
+        largest_change=highlights.largest_change,
         metrics=BY_NAME,
         missing_reasons=missing_reasons,
         names=names,

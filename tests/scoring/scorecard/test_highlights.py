@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
+
 from gym_extensions.scoring.pipeline.score import score_folder
 from gym_extensions.scoring.references import Reference, References
 from gym_extensions.scoring.scorecard.highlights import highlights
@@ -40,9 +42,31 @@ def test_a_difference_that_chance_explains_does_not(submission: Write, reference
 
 
 def test_one_run_is_told_as_it_is(submission: Write, references: References) -> None:
-    assert sentences(submission(runs=(0,), value=forgets(20, 0, 1)), references) == [
-        FORGETS_HALF.format(500, 480)
+    assert sentences(submission(runs=(0,), value=forgets(80, 0, 1)), references) == [
+        FORGETS_HALF.format(500, 420)
     ]
+
+
+def test_the_test_is_corrected_for_the_number_of_tasks(submission: Write, references: References) -> None:
+    # Falls of 28, 114, 200, 286, 372: p = .03 by itself, above .05 / 4.
+    assert sentences(submission(runs=tuple(range(5)), value=forgets(200, 86)), references) == []
+    # Falls of 80, 140, 200, 260, 320: p = .009.
+    folder = submission(runs=tuple(range(5)), value=forgets(200, 60))
+    assert sentences(folder, references) == [FORGETS_HALF.format(500, 300)]
+
+
+@pytest.mark.parametrize(("fall", "expected"), [(49, []), (51, [FORGETS_HALF.format(500, 449)])])
+def test_a_change_is_at_least_a_twentieth_of_the_span(
+    submission: Write, references: References, fall: float, expected: list[str]
+) -> None:
+    assert sentences(submission(runs=(0,), value=forgets(fall, 0, 1)), references) == expected
+
+
+def test_an_agent_that_learned_nothing_has_no_change(submission: Write, references: References) -> None:
+    def value(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
+        return -400.0 + (100.0 if protocol == "sequential" and stage >= position else 0.0) + run
+
+    assert sentences(submission(runs=tuple(range(5)), value=value), references) == []
 
 
 def test_the_largest_is_measured_in_the_spans_of_the_tasks(submission: Write, references: References) -> None:

@@ -99,8 +99,8 @@ def score(submission: Submission, references: References) -> Scorecard:
     manifest = submission.manifest
     scored = manifest is not None and not submission.problems
     trust = (REPORTED if manifest.reported else VALIDATED) if manifest and scored else None
-    scored_groups = tuple(submission.groups.values()) if trust == VALIDATED else ()
     groups: dict[str, dict[str, GroupScore]] = {}
+    patterns: list[str] = []
     if manifest and trust == REPORTED:
         groups = reported_groups(manifest.reported, manifest.protocol.budget)
     elif manifest and trust == VALIDATED:
@@ -114,6 +114,7 @@ def score(submission: Submission, references: References) -> Scorecard:
                 )
                 for protocol in returns.runs
             }
+            patterns += signs(entry, manifest.protocol.evaluation == "sampled")
     return Scorecard(
         name=submission.name,
         title=manifest.title if manifest else submission.name,
@@ -122,7 +123,7 @@ def score(submission: Submission, references: References) -> Scorecard:
         manifest=summarize_manifest(manifest) if manifest else None,
         readme=submission.readme,
         notes=tuple(f"{name}: {note}" for name, entry in submission.groups.items() for note in entry.notes),
-        signs=tuple(text for entry in scored_groups for text in signs(entry)),
+        signs=tuple(patterns),
         groups=groups,
         suites={} if trust == REPORTED else suite_scores(groups),
     )

@@ -5,14 +5,30 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from gym_extensions.scoring.metrics.paper_table import PaperRow
+import numpy as np
+
+from gym_extensions.scoring.metrics.value import learned_nothing
 from gym_extensions.scoring.scorecard.model import GroupScore
-from gym_extensions.scoring.statistics.intervals import interval
+from gym_extensions.scoring.statistics.intervals import summary
+from gym_extensions.scoring.statistics.one_sample import zero_mean_p
+from gym_extensions.scoring.statistics.welch import holm
+
+LEAST_CHANGE = 0.05
+"""The smallest change of normalized return that is reported."""
 
 
 @dataclass(frozen=True)
 class Contrast:
-    """A change between two columns of the paper's table that is worth a sentence."""
+    """Two columns of the paper's table whose difference is worth a sentence.
+
+    Attributes:
+        sentence: the sentence, with places for the task, the return before and the return after.
+        before: one column.
+        after: the other.
+        sign: 1 for an increase, −1 for a decrease.
+        first_task: position of the first task that is compared.
+        last_tasks_left_out: number of tasks at the end that are not compared.
+    """
 
     sentence: str
     before: str
@@ -22,8 +38,20 @@ class Contrast:
     last_tasks_left_out: int = 0
 
 
+@dataclass(frozen=True)
+class Change:
+    """A task's mean raw return in both columns of a contrast."""
+
+    task: str
+    before: float
+    after: float
+
+
+FORGETTING = Contrast(
+    "forgets {} most: {} → {}", "after_env_training", "fully_trained", -1, last_tasks_left_out=1
+)
 CONTRASTS = (
-    Contrast("forgets {} most: {} → {}", "after_env_training", "fully_trained", -1, last_tasks_left_out=1),
+    FORGETTING,
     Contrast(
         "earlier tasks help {} most: {} alone, {} after them",
         "single_env",
@@ -54,26 +82,11 @@ def _runs(score: GroupScore, single: GroupScore | None, index: int, column: str)
     return [run[stage][index] for run in score.return_matrix]
 
 
-def _is_significant(before: Sequence[float], after: Sequence[float], sign: int) -> bool:
-    """Whether the change is significant in the given direction. A single run counts as significant."""
+def _p_value(before: Sequence[float], after: Sequence[float]) -> float:
+    """The p value of the paired t test over runs. With a single run there is no test: it is 0."""
     if min(len(before), len(after)) < 2:
-        return True
-    low = interval([sign * (b - a) for a, b in zip(before, after, strict=True)]).low
-    return low is not None and low > 0
-
-
-def _changes(
-    score: GroupScore, single: GroupScore | None, contrast: Contrast, rows: dict[int, PaperRow]
-) -> dict[int, float]:
-    """The significant changes by task index, in units of the task's span where it has one."""
-    changes = {}
-    for index, row in rows.items():
-        before, after = row.cell(contrast.before), row.cell(contrast.after)
-        runs_before = _runs(score, single, index, contrast.before)
-        runs_after = _runs(score, single, index, contrast.after)
-        if before and after and _is_significant(runs_before, runs_after, contrast.sign):
-            changes[index] = contrast.sign * (after.mean - before.mean) / (_span(score, row.task) or 1.0)
-    return changes
+        return 0.0
+    return zero_mean_p(summary([b - a for a, b in zip(before, after, strict=True)]))
 
 
 def _span(score: GroupScore, task: str) -> float | None:
@@ -83,11 +96,42 @@ def _span(score: GroupScore, task: str) -> float | None:
     return reference.ceiling - reference.floor
 
 
-def highlights(score: GroupScore, single: GroupScore | None = None) -> list[str]:
-    """Sentences on one group, empty if nothing is significant or the paper's table is missing.
+def largest_change(score: GroupScore, single: GroupScore | None, contrast: Contrast) -> Change | None:
+    """The task that changes most, in units of the tasks' spans from floor to ceiling.
 
-    A change counts where its 95 % interval over runs does not contain 0. The largest is chosen in units of
-    the tasks' spans from floor to ceiling; tasks without a span count only where no task has one.
+    A change counts if it is at least .05 of the span and a paired t test over runs finds it, at 5 % with Holm's
+    correction over the tasks; a single run has no test, and counts. Tasks without a span count only if no task
+    has one. An agent that learned nothing has no change.
+
+    Args:
+        score: a group's sequential scores.
+        single: its single-task scores, if the entry has them.
+        contrast: what is compared.
+    """
+    last = len(score.paper_table) - contrast.last_tasks_left_out
+    tasks = []
+    for index, row in enumerate(score.paper_table):
+        before, after = row.cell(contrast.before), row.cell(contrast.after)
+        if before and after and contrast.first_task <= index < last:
+            tasks.append((index, Change(row.task, before.mean, after.mean)))
+    if learned_nothing(score.metrics) or not tasks:
+        return None
+    tasks = [each for each in tasks if _span(score, each[1].task) is not None] or tasks
+    p_values = [
+        _p_value(*(_runs(score, single, index, column) for column in (contrast.before, contrast.after)))
+        for index, _ in tasks
+    ]
+    best, largest = None, 0.0
+    for (_, change), is_found in zip(tasks, holm(np.array(p_values)), strict=True):
+        span = _span(score, change.task)
+        size = contrast.sign * (change.after - change.before) / (span or 1.0)
+        if is_found and size > largest and (span is None or size >= LEAST_CHANGE):
+            best, largest = change, size
+    return best
+
+
+def highlights(score: GroupScore, single: GroupScore | None = None) -> list[str]:
+    """Sentences on one group: its largest changes, and its unsolved tasks. Empty if there are none.
 
     Args:
         score: the group's sequential scores.
@@ -95,19 +139,9 @@ def highlights(score: GroupScore, single: GroupScore | None = None) -> list[str]
     """
     sentences = []
     for contrast in CONTRASTS:
-        last = len(score.paper_table) - contrast.last_tasks_left_out
-        rows = {
-            index: row
-            for index, row in enumerate(score.paper_table)
-            if contrast.first_task <= index < last and row.cell(contrast.before) and row.cell(contrast.after)
-        }
-        with_span = {index: row for index, row in rows.items() if _span(score, row.task) is not None}
-        changes = _changes(score, single, contrast, with_span or rows)
-        best = max(changes, key=changes.__getitem__, default=None)
-        if best is not None and changes[best] > 0:
-            cells = (rows[best].cell(column) for column in (contrast.before, contrast.after))
-            means = (f"{cell.mean:.0f}" for cell in cells if cell)
-            sentences.append(contrast.sentence.format(task_name(rows[best].task), *means))
+        if change := largest_change(score, single, contrast):
+            means = (f"{value:.0f}" for value in (change.before, change.after))
+            sentences.append(contrast.sentence.format(task_name(change.task), *means))
     unsolved = [task_name(row.task) for row in score.paper_table if score.reference[row.task].unsolved]
     if unsolved:
         sentences.append(f"unsolved, left out of normalized means: {', '.join(unsolved)}")
