@@ -103,6 +103,18 @@ def test_a_group_without_another_method_has_no_table_of_its_own(build: ModuleTyp
     assert "| hopper-wall | any method beside `trpo` | 0.09 |" in text
 
 
+def test_forgetting_is_separated_from_0_after_a_correction_for_the_groups(build: ModuleType) -> None:
+    # The p value of the first, .01696, is above .05 / 3 and below .05 / 2.
+    weak, strong, none = (0.1, 0.2, 0.02, 0.2, 0.2), (1.0, 1.1, 1.2, 1.1, 1.0), (0.1, -0.1, 0.2, -0.2, 0.1)
+    assert build.separated_from_zero({"weak": weak, "strong": strong, "none": none}) == {"strong", "weak"}
+    assert build.separated_from_zero({"weak": weak, "none": none, "other": none}) == set()
+    text = build.page([build.Group("hopper-gravity", rows(build))])
+    assert (
+        "| hopper-gravity | 1.18 (1.08 to 1.28) | 0.18 (0.08 to 0.28) | 1.18 (1.08 to 1.28) | yes | yes |"
+        in text
+    )
+
+
 def test_a_group_whose_tasks_are_all_unsolved_is_trained_and_has_no_score(build: ModuleType) -> None:
     text = build.page([build.Group("hopper-gravity", rows(build))], ["striker"])
     assert "No score, because the reference agent learned no task of the group: striker." in text

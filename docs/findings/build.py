@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from comparison import METRICS, Row, Verdict, count, with_verdicts
+from comparison import METRICS, Row, Verdict, count, separated_from_zero, with_verdicts
 from costs import hours
 from figures import draw_learned_and_final, draw_retention
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
@@ -140,6 +140,7 @@ def page(
             transfers=shown(transfers),
             without_fine_tuning=[name for name in GROUP_NAMES if name not in trained],
             by_forgetting=sorted(groups, key=lambda group: -group.rows[0].forgetting.mean),
+            forgotten=separated_from_zero({group.name: group.rows[0].values[2] for group in groups}),
             counts=[
                 count("final performance", [row.final_verdict for row in rows]),
                 count("forgetting", [row.forgetting_verdict for row in rows]),

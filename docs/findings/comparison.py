@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from gym_extensions.scoring.statistics.intervals import Interval, difference, interval, summary
+from gym_extensions.scoring.statistics.one_sample import zero_mean_p
 from gym_extensions.scoring.statistics.student_t import two_sided_p
 from gym_extensions.scoring.statistics.welch import holm, welch
 
@@ -86,6 +87,13 @@ def _verdicts(first: Sequence[float], others: Sequence[Sequence[float]]) -> list
     separated = holm(np.array(p_values, dtype=np.float64))
     pairs = zip(others, separated, strict=True)
     return [Verdict(difference(runs, first), bool(apart)) for runs, apart in pairs]
+
+
+def separated_from_zero(runs: Mapping[str, Sequence[float]]) -> set[str]:
+    """The groups whose mean over runs differs from 0, by t tests with Holm's correction over them."""
+    p_values = [zero_mean_p(summary(values)) for values in runs.values()]
+    rejected = holm(np.array(p_values, dtype=np.float64))
+    return {name for name, is_rejected in zip(runs, rejected, strict=True) if is_rejected}
 
 
 def count(metric: str, verdicts: Sequence[Verdict | None]) -> Count:

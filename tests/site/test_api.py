@@ -11,6 +11,7 @@ import pytest
 from jsonschema import Draft202012Validator
 
 from gym_extensions.scoring.leaderboard.model import BoardsDocument
+from gym_extensions.scoring.references import load_references
 from gym_extensions.scoring.scorecard.model import ScorecardDocument
 
 from .browser import files, typed
@@ -73,3 +74,23 @@ def test_the_csv_of_a_board_has_a_row_per_entry(document: dict[str, Any]) -> Non
     metrics = document["submissions"][0]["groups"]["hopper-gravity-v0"]["sequential"]["metrics"]
     assert float(rows[0]["forgetting"]) == metrics["forgetting"]["mean"]
     assert (rows[0]["title"], rows[0]["ranked"], rows[1]["ranked"]) == ("'=HYPERLINK(1)", "true", "false")
+
+
+@pytest.mark.parametrize(
+    ("group", "task", "unsolved"),
+    [
+        ("striker-v0", "Striker-v0", True),
+        ("pusher-v0", "Pusher-v0", False),
+        # It has a floor; no reference agent was trained on it.
+        ("hopper-motor-noise-v0", "HopperMotorNoise-v0", None),
+    ],
+)
+def test_a_task_without_reference_runs_is_not_unsolved(
+    document: dict[str, Any], group: str, task: str, unsolved: bool | None
+) -> None:
+    current = load_references()
+    document["references"] = {"version": current.version, "provisional": False, "sha256": current.digest}
+    written = json.loads(dict(files(document))[f"api/groups/{group}.json"])
+    reference = written["reference"][f"gym_extensions/{task}"]
+    assert reference["floor"] is not None
+    assert reference["unsolved"] is unsolved

@@ -68,7 +68,8 @@ TABLE = (
             max(run.p(s, j) for s in range(j, run.T)) - run.p(run.T, j) for j in run.scored if j < run.T
         ),
         LOWER,
-        known_as="Chaudhry et al. 2018; a maximum over noisy means is biased upward",
+        known_as="Chaudhry et al. 2018, whose maximum is over 1 ≤ s < T; "
+        "a maximum over noisy means is biased upward",
         limits="A typical loss. It takes the best stage, so noise raises it.",
     ),
     Metric(

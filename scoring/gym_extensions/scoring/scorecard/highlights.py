@@ -99,9 +99,9 @@ def _span(score: GroupScore, task: str) -> float | None:
 def largest_change(score: GroupScore, single: GroupScore | None, contrast: Contrast) -> Change | None:
     """The task that changes most, in units of the tasks' spans from floor to ceiling.
 
-    A change counts if it is at least .05 of the span and a paired t test over runs finds it, at 5 % with Holm's
-    correction over the tasks; a single run has no test, and counts. Tasks without a span count only if no task
-    has one. An agent that learned nothing has no change.
+    A change counts if it is at least .05 of the span and a paired t test over runs finds it, at 5 % with
+    Holm's correction over the tasks; a single run has no test, and counts. Tasks without a span count only if
+    no task has one. An agent that learned nothing has no change.
 
     Args:
         score: a group's sequential scores.

@@ -25,13 +25,11 @@ class ReferenceValue:
     """A task's floor and ceiling in raw returns."""
 
     floor: Annotated[
-        float | None, about("return of a policy that ignores observations; null without a reference")
+        float | None, about("return of a policy that ignores observations; null if not measured")
     ]
-    ceiling: Annotated[
-        float | None, about("return of the reference agent; null if unsolved or without a reference")
-    ]
+    ceiling: Annotated[float | None, about("return of the reference agent; null if unsolved or not measured")]
     unsolved: Annotated[
-        bool | None, about("whether no reference agent has learned it; null without a reference")
+        bool | None, about("whether the reference agent did not learn it; null if not measured")
     ]
 
     def normalize(self, value: float) -> float | None:
@@ -196,7 +194,12 @@ class ReferencesInfo:
     """Which frozen floors and ceilings normalize the scores."""
 
     version: Annotated[str, about("benchmark version")]
-    provisional: Annotated[bool, about("true until five reference runs at the full budget exist")]
+    provisional: Annotated[
+        bool,
+        about(
+            "true if a ceiling has fewer than five runs or another budget than `300k`; an oracle has one"
+        ),
+    ]
     sha256: Annotated[str, about("SHA-256 of the references' file")]
 
 

@@ -24,8 +24,8 @@ def signs(entry: SubmittedGroup, is_sampled: bool) -> tuple[str, ...]:
     """One sentence per kind of sign and log of a group that has no problem.
 
     Outliers and training curves are compared only where evaluation samples its actions, as training does. A
-    deterministic policy does without the noise of its training curve, and its returns lie so close together that
-    honest cells have outliers of a hundred interquartile ranges.
+    deterministic policy does without the noise of its training curve, and its returns lie so close together
+    that honest cells have outliers of a hundred interquartile ranges.
 
     Args:
         entry: the group's logs and curves.

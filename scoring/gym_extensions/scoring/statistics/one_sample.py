@@ -12,7 +12,7 @@ def zero_mean_p(estimate: Summary) -> float:
     """The two-sided p value of a mean of zero. Without variance it is 1 for a mean of zero and 0 for another.
 
     Args:
-        estimate: a summary of at least two runs. That of the differences of paired runs gives the paired t test.
+        estimate: of at least two runs. The differences of paired runs give the paired t test.
     """
     if estimate.mean == 0 or estimate.squared_error == 0:
         return float(estimate.mean == 0)

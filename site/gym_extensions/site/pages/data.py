@@ -62,7 +62,7 @@ def _index_board(board: Board) -> IndexBoard:
 
 def _group(group: Group, site: Leaderboard, boards: dict[str, IndexBoard]) -> GroupDocument:
     measured = {
-        row.task: ReferenceValue(row.measured.floor, row.measured.ceiling, row.measured.ceiling is None)
+        row.task: ReferenceValue(row.measured.floor, row.measured.ceiling, row.measured.is_unsolved)
         for row in group.tasks
         if row.measured
     }

@@ -33,5 +33,6 @@ def reference_dots(measured: Measured) -> Markup:
         parts.append(stroke(scale.at(mean), y - 9, scale.at(mean), y + 9, "cell-mean"))
         if measured.ceiling is not None:
             parts.append(text("tick key", scale.at(mean), y - 13, "1"))
-        label += f"; runs of the reference agent {', '.join(fixed(run, digits) for run in measured.runs)}"
+        agent = "runs of the reference agent" if measured.budget else measured.agent
+        label += f"; {agent} {', '.join(fixed(run, digits) for run in measured.runs)}"
     return picture("references dots", str(WIDTH), px(y + 28), label, "".join(parts))

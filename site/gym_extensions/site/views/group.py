@@ -37,7 +37,7 @@ class TaskRow:
     @property
     def one(self) -> str:
         """What a score of 1 means, in words."""
-        return "No reference has been measured." if self.measured is None else _one(self.measured)
+        return "No reference has been measured" if self.measured is None else _one(self.measured)
 
     @property
     def zero(self) -> str:

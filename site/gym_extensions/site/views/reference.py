@@ -37,6 +37,11 @@ class Measured:
     floor_error: float | None = None
     floor_episodes: int = 0
 
+    @property
+    def is_unsolved(self) -> bool | None:
+        """Whether no reference agent learned the task; None if none was trained on it."""
+        return self.ceiling is None if self.agent else None
+
 
 @cache
 def measured(info: ReferencesInfo) -> Mapping[str, Measured]:

@@ -1,0 +1,138 @@
+"""The results on the README's first screen are those of docs/findings.md, cell by cell."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+README = " ".join((ROOT / "README.md").read_text("utf-8").split())
+FINDINGS = (ROOT / "docs" / "findings.md").read_text("utf-8")
+FORGETTING, TRANSFER, LEARNERS = (
+    "Where fine-tuning forgets",
+    "Whether earlier tasks help fine-tuning",
+    "Other learners",
+)
+HOPPER, HALFCHEETAH = "hopper-gravity", "halfcheetah-gravity"
+
+Cell = tuple[str, str, str]
+"""A heading, the first cells of a row, and a column."""
+
+SENTENCES: tuple[tuple[str, tuple[Cell, ...]], ...] = (
+    (
+        "The scores of earlier tasks fall by {} on Hopper's gravity tasks and by {} on HalfCheetah's, "
+        "and by {} on Hopper's wall tasks and {} on Walker2d's.",
+        tuple(
+            (FORGETTING, name, "forgetting") for name in (HOPPER, HALFCHEETAH, "hopper-wall", "walker2d-wall")
+        ),
+    ),
+    (
+        "On Hopper's gravity tasks, behavioral cloning of 1,000 stored states per task ends at {mean}, "
+        "fine-tuning at {mean} and fresh networks for every task at {mean}.",
+        tuple((HOPPER, name, "at the end") for name in ("cloning", "trpo", "reset")),
+    ),
+    (
+        "On Hopper's wall tasks, cloning ends at {mean}, PackNet, which observes the task, at {mean}, "
+        "and fine-tuning at {mean}.",
+        tuple(
+            ("hopper-wall", name, "at the end") for name in ("cloning", "packnet (observes the task)", "trpo")
+        ),
+    ),
+    (
+        "a gravity task of Hopper scores {} more than one that is learned alone, and one of HalfCheetah "
+        "{} more.",
+        tuple((TRANSFER, name, "Asymptotic transfer") for name in (HOPPER, HALFCHEETAH)),
+    ),
+    (
+        "Training on all gravity tasks at once ends {} above fine-tuning on HalfCheetah and {} on Hopper.",
+        tuple((TRANSFER, name, "Joint gap") for name in (HALFCHEETAH, HOPPER)),
+    ),
+    (
+        "SAC that keeps its replay buffer across tasks has a forgetting of {} on Hopper's gravity tasks "
+        "and {} on HalfCheetah's; below 0, earlier tasks improved. SAC whose buffer is emptied for each "
+        "task has {} and {}, and PPO {} and {}.",
+        tuple(
+            (LEARNERS, f"{group}, {name}", "forgetting")
+            for name in ("sac", "sac-fresh-buffer", "ppo")
+            for group in (HOPPER, HALFCHEETAH)
+        ),
+    ),
+)
+SEPARATED = (
+    (HOPPER, "cloning"),
+    (HOPPER, "reset"),
+    ("hopper-wall", "cloning"),
+    ("hopper-wall", "packnet (observes the task)"),
+)
+END, LOST = "at the end, minus fine-tuning", "forgetting, minus fine-tuning"
+
+
+def rows(heading: str) -> dict[str, dict[str, str]]:
+    """The first table below a heading: its cells by row and column. A row of a learner is named by two."""
+    section = re.split(rf"^##+ {re.escape(heading)}$", FINDINGS, flags=re.MULTILINE)[1]
+    lines = re.findall(r"(?:^\|.*\n)+", section.replace("`", ""), flags=re.MULTILINE)[0].splitlines()
+    columns, _, *cells = ([cell.strip() for cell in line.strip("|").split("|")] for line in lines)
+    keys = 2 if "learner" in columns else 1
+    return {", ".join(row[:keys]): dict(zip(columns, row, strict=True)) for row in cells}
+
+
+def shown(cell: str) -> str:
+    """A cell as the README prints it, without zeros before the point."""
+    return re.sub(r"(?<!\d)0(?=\.\d)", "", cell)
+
+
+def test_a_cell_is_shown_without_zeros_before_the_point() -> None:
+    assert shown("0.70 (−0.29 to 10.05)") == ".70 (−.29 to 10.05)"
+
+
+@pytest.mark.parametrize(("sentence", "cells"), SENTENCES)
+def test_the_numbers_of_a_sentence_are_those_of_the_findings(sentence: str, cells: tuple[Cell, ...]) -> None:
+    for heading, row, column in cells:
+        text = shown(rows(heading)[row][column])
+        place = re.search(r"\{(?:mean)?\}", sentence)
+        assert place is not None
+        number = text.partition(" ")[0] if place[0] == "{mean}" else text
+        sentence = sentence[: place.start()] + number + sentence[place.end() :]
+    assert sentence in README
+
+
+def test_every_number_on_the_first_screen_is_in_one_of_these_sentences() -> None:
+    (results,) = re.findall(r"\* \*\*Forgetting\.\*\* .*?\[docs/findings\.md\]", README)
+    numbers = len(re.findall(r"(?<![\w.])\d*\.\d\d\b", results))
+    intervals = sum(sentence.count("{}") for sentence, _ in SENTENCES)
+    assert numbers == 3 * intervals + sum(sentence.count("{mean}") for sentence, _ in SENTENCES)
+
+
+def test_what_is_separated_is_separated_in_the_findings() -> None:
+    assert "All four differences from fine-tuning are separated." in README
+    assert all("**separated**" in rows(group)[name][END] for group, name in SEPARATED)
+    assert (
+        "The two kinds of SAC are separated in forgetting, but not in what they score at the end." in README
+    )
+    replay = rows("A replay buffer kept or emptied").values()
+    assert all("separated" in row["forgetting"] and "tie" in row["at the end"] for row in replay)
+
+
+def test_what_is_tied_is_tied_in_the_findings() -> None:
+    assert "On HalfCheetah no method is separated from fine-tuning in final performance" in README
+    groups = re.findall(r"^### ((?:hopper|walker2d|halfcheetah)-\w+)$", FINDINGS, flags=re.MULTILINE)
+    assert {"halfcheetah-gravity", "halfcheetah-wall"} <= set(groups)
+    for group in groups:
+        for name, row in rows(group).items():
+            assert name == "trpo" or "tie" in row[END] or not group.startswith("halfcheetah")
+            assert name == "trpo" or "tie" in row[LOST], "and nowhere is one in forgetting"
+
+
+def test_what_differs_from_zero_does_so_in_the_findings() -> None:
+    assert "The intervals of the three other groups contain 0." in README
+    assert (
+        "With a correction for all seven groups, only Walker2d's wall tasks are separated from 0." in README
+    )
+    table = rows(FORGETTING)
+    assert len(table) == 7
+    assert {name for name, row in table.items() if row["interval excludes 0"] == "no"} == set(table) - {
+        HOPPER, HALFCHEETAH, "hopper-wall", "walker2d-wall"
+    }  # fmt: skip
+    assert [name for name, row in table.items() if row["separated from 0"] == "yes"] == ["walker2d-wall"]
