@@ -30,6 +30,7 @@ from gym_extensions.baselines.training.request import (
 from gym_extensions.baselines.training.runner import PendingJob
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.envs import make_vec
+from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.layout import MANIFEST
 
 INTERIM_EPISODES = 5
@@ -110,11 +111,11 @@ def train(
     path = Path(out)
     settings = Settings(algorithms.name_of(agent), request.budget.name, num_envs)
     settings = _checked(algorithms.factory(agent), settings, path, request)
-    titles = [job.title for missing in _plan(path, request).values() for job in missing]
-    if titles:
+    run_titles = dict.fromkeys(job.run_title for missing in _plan(path, request).values() for job in missing)
+    if run_titles:
         folder.prepare(path)
     listeners = open_listeners(path, progress=progress, logs=logs, callback=callback)
-    with open_executor(ray, jobs) as executor, lock_all(path, titles), listeners as listen:
+    with open_executor(ray, jobs) as executor, lock_all(path, run_titles), listeners as listen:
         plan = _plan(path, request)  # another process may have finished a run before the locks were held
         pending = [
             PendingJob(job, agent, settings, path, interim, num_threads)
@@ -151,7 +152,7 @@ def _run(pending: Sequence[PendingJob], executor: JobExecutor, listen: Listener)
                 }
                 try:
                     write_log(pending[index].out, job.group, job.protocol, results, pending[index].settings)
-                except OSError as error:
+                except (OSError, BenchError) as error:
                     failures[job.title] = failure_of(error, in_this_process=True)
         if job.title in failures:
             listen(JobFailed(job.title, failures[job.title].cause, failures[job.title].traceback))

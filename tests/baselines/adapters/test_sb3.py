@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import hashlib
 import tomllib
+from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ torch = pytest.importorskip("torch")
 stable_baselines3 = pytest.importorskip("stable_baselines3")
 
 from gym_extensions.baselines import Context, Factory, sb3, train  # noqa: E402
+from gym_extensions.baselines.adapters.sb3_agent import Sb3Agent  # noqa: E402
 from gym_extensions.baselines.agent import Described  # noqa: E402
 from gym_extensions.baselines.training.evaluation import evaluate  # noqa: E402
 from gym_extensions.baselines.training.recorder import Recorder  # noqa: E402
@@ -131,6 +133,15 @@ def trained_parameters(num_actions: int) -> list[float]:
             agent.act(np.ones((2, 11)))
         agent.learn(Recorder(env, ["Hopper"], steps=125, batch_steps=125, seed=0), 125)
     return [float(values.detach().sum()) for values in agent._model.policy.parameters()]
+
+
+@pytest.mark.parametrize("continues", [True, False])
+def test_a_model_that_starts_to_count_again_at_each_task_uses_the_boundaries(continues: bool) -> None:
+    env = make_vec("Pusher", 1)
+    options = replace(ppo(8)._options, continue_counting=continues)  # type: ignore[attr-defined]
+    agent = Sb3Agent((env.single_observation_space, env.single_action_space), 0, options)
+    env.close()
+    assert agent.observes.boundaries is not continues
 
 
 def test_acting_does_not_change_what_an_sb3_agent_learns() -> None:

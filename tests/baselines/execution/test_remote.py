@@ -12,11 +12,13 @@ from typing import Any
 import pytest
 
 from gym_extensions.baselines import TaskEvaluated, train, train_agent
+from gym_extensions.baselines.execution import job_files
 from gym_extensions.baselines.execution.failures import Failure, failure_of
 from gym_extensions.baselines.execution.job_files import Files, RemoteJob
 from gym_extensions.baselines.execution.remote import Remote
 from gym_extensions.baselines.training import evaluator, progress
 from gym_extensions.baselines.training.events import Event, Listener
+from gym_extensions.baselines.training.versions import job_versions
 from gym_extensions.errors import BenchError
 
 from ..conftest import QUICK_GROUP, digests
@@ -88,6 +90,33 @@ def test_a_job_whose_node_died_ends_with_the_same_bytes(
     assert all(remote[name] == expected[name] for name in names)
     traces = [sorted(path.name for path in folder.rglob("traces/joint*")) for folder in (out, local)]
     assert traces[0] == traces[1]
+
+
+def test_nothing_to_run_submits_nothing(cluster: Cluster, tmp_path: Path) -> None:
+    arguments: Any = ("zero", QUICK_GROUP, "joint", "smoke", 0)
+    cluster.has_died = True
+    for _ in range(2):
+        train(*arguments, out=tmp_path / "mine", ray="fake")
+    assert len(cluster.sent) == 1
+
+    def refuse(*_: object) -> Iterator[tuple[int, Files | Failure]]:
+        raise AssertionError
+
+    assert list(Remote(refuse, 2).run([], lambda _: None)) == []
+
+
+def test_a_node_with_other_versions_refuses_the_job(
+    cluster: Cluster, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(job_files, "job_versions", lambda each: job_versions(each) | {"numpy": "1.0.0"})
+    with pytest.raises(BenchError) as error:
+        train("zero", QUICK_GROUP, ["single", "joint"], "smoke", 0, out=tmp_path / "mine", ray="fake")
+    assert error.value.code == "jobs-failed"
+    assert "has other packages than the machine that sends the jobs: numpy 1.0.0 (installed: " in str(
+        error.value
+    )
+    assert "Install the same versions on every node." in str(error.value)
+    assert not list((tmp_path / "mine").rglob("stage*"))
 
 
 def test_finished_stages_travel_to_the_node_and_are_not_repeated(

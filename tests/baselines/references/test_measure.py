@@ -32,6 +32,31 @@ def test_a_measurement_uses_the_reference_seeds_and_is_not_repeated(tmp_path: Pa
     assert [row.return_ for row in other_run.run(lambda _: None)] != [row.return_ for row in rows]
 
 
+@pytest.mark.parametrize(
+    ("agent", "key", "name"),
+    [
+        ("random", "versions", "numpy"),
+        ("trpo", "hyperparameters", "max_kl"),
+        ("oracle", "versions", "mujoco"),
+    ],
+)
+def test_a_result_of_other_versions_or_settings_is_measured_again(
+    tmp_path: Path, agent: str, key: str, name: str
+) -> None:
+    navigation = "State-Based-Navigation-2d-Map0-Goal0"
+    which = task(navigation) if agent == "oracle" else TASKS[0]
+    pending = PendingMeasurement(Measurement(which, agent, 1000, 2), tmp_path)
+    rows = pending.run(lambda _: None)
+    (path,) = tmp_path.iterdir()
+    content = json.loads(path.read_text())
+    content["episodes"][0]["return_"] = 77.0
+    path.write_text(json.dumps(content))
+    assert pending.run(lambda _: None)[0].return_ == 77.0
+    content["settings"][key][name] = "0.0.1"
+    path.write_text(json.dumps(content))
+    assert pending.run(lambda _: None) == rows
+
+
 def test_each_agent_and_task_has_its_own_seed() -> None:
     measurements = [Measurement(each, agent, 1000, 5) for each in TASKS for agent in ("random", "zero")]
     assert len({measurement.agent_seed for measurement in measurements}) == 4

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import sys
 from pathlib import Path
 from typing import Any
@@ -32,6 +33,26 @@ def test_a_batch_has_its_steps_return_and_speed(watched: Watched) -> None:
     for event in batches:
         assert event.mean_return is not None
         assert event.steps_per_second == pytest.approx(250 / event.seconds, rel=0.01)
+
+
+def test_a_log_that_cannot_be_written_gives_one_warning_and_loses_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    open_file = Path.open
+
+    def fill_disk(path: Path, *arguments: Any, **options: Any) -> Any:
+        if path.name == "train.log":
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return open_file(path, *arguments, **options)
+
+    monkeypatch.setattr(Path, "open", fill_disk)
+    with pytest.warns(RuntimeWarning) as warned:
+        train("zero", QUICK_GROUP, "joint", "smoke", 0, out=tmp_path / "mine", log="csv", progress=False)
+    assert [str(each.message) for each in warned if each.category is RuntimeWarning] == [
+        "A log of the training cannot be written: No space left on device. The training continues."
+    ]
+    assert (tmp_path / "mine" / QUICK_GROUP.name / "joint.csv").exists()
+    assert (tmp_path / "mine/.progress/events.csv").exists()
 
 
 class Impatient:

@@ -60,6 +60,31 @@ def test_all_locks_are_released_if_one_is_held(tmp_path: Path) -> None:
         pass
 
 
+def test_the_jobs_of_a_run_share_a_lock(tmp_path: Path) -> None:
+    train("zero", "pusher", "single", "smoke", [0, 1], out=tmp_path / "mine")
+    locks = sorted(path.name for path in (tmp_path / "mine/.progress/locks").iterdir())
+    assert locks == ["pusher single-run0.lock", "pusher single-run1.lock", "write.lock"]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no limit that a process can set")
+def test_too_many_open_files_are_a_named_error(tmp_path: Path) -> None:
+    import resource
+
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (min(soft, 256), hard))
+    try:
+        with pytest.raises(BenchError) as error, lock_all(tmp_path, map(str, range(300))):
+            pass
+    finally:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+    assert error.value.code == "too-many-runs"
+    assert str(error.value).endswith(
+        "Too many open files. Train fewer groups or runs in one call, or raise the limit (ulimit -n)."
+    )
+    with lock_all(tmp_path, map(str, range(300))):
+        pass
+
+
 def test_a_lock_can_be_waited_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     held = lock(tmp_path, "write")
     held.__enter__()

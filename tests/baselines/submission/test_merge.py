@@ -53,7 +53,8 @@ def trained(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     """Runs of one agent by folder: ``first`` has run 1, ``second`` run 0, ``both`` has both."""
     root = tmp_path_factory.mktemp("trained")
     for name, runs in {"first": [1], "second": [0], "both": [0, 1]}.items():
-        train(Guesses, QUICK_GROUP, "single", "smoke", runs, out=root / name, num_envs=10)
+        options: Any = {"num_envs": 10, "evaluate_every": 500, "evaluate_episodes": 2}
+        train(Guesses, QUICK_GROUP, "single", "smoke", runs, out=root / name, **options)
     return {name: root / name for name in ("first", "second", "both")}
 
 
@@ -93,6 +94,7 @@ def test_the_files_are_those_of_training_all_runs_in_one_submission(
     assert main([*map(str, pair), "--out", str(out), "--groups", str(quick_file)]) == 0
     assert capsys.readouterr().out == f"The submission is in {out}.\n"
     assert digests(out) == digests(trained["both"])
+    assert (out / GROUP / "evaluations.csv").exists()
     verification = verify(out, GROUPS)
     assert (verification.problems, verification.replayed) == ((), 8)
 
@@ -184,7 +186,7 @@ def test_another_version_of_the_physics_is_refused(pair: list[Path]) -> None:
 
 
 def test_different_runs_with_one_number_are_refused(pair: list[Path]) -> None:
-    for file in ("single.csv", "curves.csv"):
+    for file in ("single.csv", "curves.csv", "evaluations.csv"):
         path = pair[1] / GROUP / file
         path.write_text(path.read_text().replace("\n0,", "\n1,").replace("single,0,", "single,1,"))
     for folder in ("traces", "policies"):

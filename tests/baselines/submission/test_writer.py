@@ -246,5 +246,25 @@ def test_a_full_disk_leaves_the_submission_as_it_was_and_the_run_can_be_written_
     assert digests(out) == digests(three_runs)
 
 
+def test_a_manifest_that_breaks_during_training_fails_the_runs_that_it_meets_and_loses_none(
+    first_run: Path, three_runs: Path, tmp_path: Path
+) -> None:
+    out = Path(shutil.copytree(first_run, tmp_path / "mine"))
+    manifest = (out / "submission.toml").read_bytes()
+
+    def edit(event: Event) -> None:
+        if isinstance(event, StageStarted):
+            (out / "submission.toml").write_text("title = ")
+
+    with pytest.raises(BenchError) as error:
+        train("random", QUICK_GROUP, "joint", "smoke", [1, 2], out=out, callback=edit)
+    assert error.value.code == "jobs-failed"
+    assert error.value.message.startswith("2 of 2 jobs failed.")
+    assert error.value.hint.endswith("The same command continues; it reuses 2 finished stages.")
+    (out / "submission.toml").write_bytes(manifest)
+    train("random", QUICK_GROUP, "joint", "smoke", [1, 2], out=out, callback=refuse_training)
+    assert digests(out) == digests(three_runs)
+
+
 def refuse_training(event: Event) -> None:
     assert not isinstance(event, StageStarted), "a finished stage was repeated"

@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 
 from gym_extensions.baselines.agent import Array
-from gym_extensions.baselines.trpo.gaussian_policy import divergence, mean_and_log_sigma
+from gym_extensions.baselines.trpo.gaussian_policy import (
+    Architecture,
+    Batch,
+    divergence,
+    log_density,
+    mean_and_log_sigma,
+)
 from gym_extensions.baselines.trpo.penalty import Curvature, natural_step, penalized_step
 from gym_extensions.baselines.trpo.update import TrustRegion, updated
 
@@ -28,6 +34,15 @@ class Pull:
 
     def curvature(self, theta: Array) -> Curvature:
         return Curvature(lambda vector: self.coefficient * vector, self.coefficient * np.ones_like(theta))
+
+
+def objective(architecture: Architecture, old: Array, new: Array, batch: Batch) -> float:
+    """The surrogate: the mean of probability ratio times advantage, minus its value at the old parameters."""
+    before, after = (
+        log_density(*mean_and_log_sigma(architecture, theta, batch.observations), batch.actions)
+        for theta in (old, new)
+    )
+    return float(np.mean((np.exp(after - before) - 1) * batch.advantages))
 
 
 def step(fisher: Array, slope: Array, bend: Array, max_kl: float, damping: float = 0.1) -> Array:
@@ -90,8 +105,37 @@ def test_an_update_raises_surrogate_minus_penalty_within_the_bound(coefficient: 
     old_mean, old_log_sigma = mean_and_log_sigma(architecture, theta, batch.observations)
     kl = divergence(old_mean, old_log_sigma, *mean_and_log_sigma(architecture, new, batch.observations))
     assert 0 < kl <= 0.04
+    assert objective(architecture, theta, new, batch) - penalty.value(new) > -penalty.value(theta)
     if coefficient == 100:
         assert penalty.value(new) < penalty.value(theta)
+
+
+class Wall(Pull):
+    """A penalty that is much larger than its gradient and its curvature at the old parameters say."""
+
+    def value(self, theta: Array) -> float:
+        return float(1e4 * np.sum((theta - self.anchor) ** 4))
+
+    def gradient(self, theta: Array) -> Array:
+        slope: Array = 4e4 * (theta - self.anchor) ** 3
+        return slope
+
+    def curvature(self, theta: Array) -> Curvature:
+        return Curvature(lambda vector: 0 * vector, np.zeros_like(theta))
+
+
+def test_the_line_search_shortens_a_step_that_raises_the_surrogate_and_lowers_it_minus_the_penalty() -> None:
+    architecture, theta, batch = ARCHITECTURES[0], random_policy(ARCHITECTURES[0]), random_batch(200)
+    region, penalty = TrustRegion(0.04, 0.1), Wall(1.0, theta)
+    free = updated(architecture, theta, batch, region)
+    assert (
+        objective(architecture, theta, free, batch) - penalty.value(free)
+        < 0
+        < objective(architecture, theta, free, batch)
+    )
+    new = updated(architecture, theta, batch, region, penalty=penalty)
+    assert 0 < np.linalg.norm(new - theta) < 0.9 * np.linalg.norm(free - theta)
+    assert objective(architecture, theta, new, batch) - penalty.value(new) > 0
 
 
 def test_an_update_of_some_parameters_leaves_the_others_bit_by_bit() -> None:

@@ -43,9 +43,9 @@ def sb3(
     """A factory of agents that train a Stable-Baselines3 or SBX model. It needs the extra ``sb3`` or ``sbx``.
 
     An interrupted run resumes after its last finished stage and writes the same files. Each stage is one
-    call of the model's ``learn``, which starts its schedules and warm-up steps again. A rollout of the model,
-    ``n_steps`` times the number of environments, should divide the budget: at most 2 % more steps are
-    allowed.
+    call of the model's ``learn``, which starts its schedules and warm-up steps again, so the manifest states
+    that the agent observes task boundaries. A rollout of the model, ``n_steps`` times the number of
+    environments, should divide the budget: at most 2 % more steps are allowed.
 
     Args:
         algorithm: ``PPO``, ``SAC``, or any other class built on SB3's ``BaseAlgorithm``.

@@ -49,7 +49,7 @@ class Sb3Agent:
         self._normalization = Normalization(options.normalize_observations, options.normalize_rewards)
         self._size = (0, 0)
         self._state: tuple[Array, ...] | None = None
-        self.observes = Observes(boundaries=options.fresh_buffer)
+        self.observes = Observes(boundaries=options.fresh_buffer or not options.continue_counting)
         self._model = self._create_model(*PLACEHOLDER)
         self._keys = PolicyKeys(self._model.policy, self._seed + 1)
 

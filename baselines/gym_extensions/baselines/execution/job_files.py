@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import socket
 import tempfile
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
@@ -13,6 +14,8 @@ from gym_extensions.baselines.training.events import Listener
 from gym_extensions.baselines.training.jobs import TrainingJob
 from gym_extensions.baselines.training.progress import FinishedStage, Progress
 from gym_extensions.baselines.training.runner import PendingJob
+from gym_extensions.baselines.training.versions import job_versions, version_difference
+from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.layout import POLICIES, PROGRESS, TRACES
 
 Files = Mapping[str, bytes]
@@ -21,14 +24,32 @@ Files = Mapping[str, bytes]
 
 @dataclass(frozen=True)
 class RemoteJob:
-    """A job that runs in a temporary folder, from the files of its finished stages to all of its files."""
+    """A job that runs in a temporary folder, from the files of its finished stages to all of its files.
+
+    ``versions`` are those of the packages of the process that sends it.
+    """
 
     pending: PendingJob
     files: Files
+    versions: Mapping[str, str]
+
+    @classmethod
+    def of(cls, pending: PendingJob) -> RemoteJob:
+        """The job with its files and the versions of this process."""
+        return cls(pending, read_files(pending.out, pending.job), job_versions(pending.settings.packages))
 
     def run(self, listen: Listener) -> Files:
-        """Runs the job and returns its files."""
+        """Runs the job and returns its files.
+
+        Raises:
+            BenchError: this machine has other versions of the packages than the process that sent the job.
+        """
         job = self.pending.job
+        if difference := version_difference(self.versions, self.pending.settings.packages):
+            node = socket.gethostname()
+            message = f"{node} has other packages than the machine that sends the jobs: {difference}."
+            hint = "Install the same versions on every node."
+            raise BenchError("other-version", message, job.title, hint)
         with tempfile.TemporaryDirectory(prefix="gym-extensions-") as folder:
             out = Path(folder) / "job"
             store_files(out, job, self.files)

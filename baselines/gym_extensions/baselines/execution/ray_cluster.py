@@ -106,8 +106,7 @@ class _Submission:
         }
         while running:
             done, _ = ray.wait(list(running), timeout=EVENT_SECONDS)
-            for event in ray.get(mailbox.take.remote()):
-                listen(event)
+            self._deliver(mailbox, listen)
             for reference in done:
                 index = running.pop(reference)
                 try:
@@ -116,6 +115,11 @@ class _Submission:
                     reason = str(error).strip().partition("\n")[0]
                     outcome = Failure(f"Ray could not finish the job: {reason}", failure_of(error).traceback)
                 yield index, outcome
+        self._deliver(mailbox, listen)
+
+    def _deliver(self, mailbox: Any, listen: Listener) -> None:
+        for event in self.ray.get(mailbox.take.remote()):
+            listen(event)
 
 
 class _Mailbox:

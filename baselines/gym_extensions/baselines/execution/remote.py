@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from gym_extensions.baselines.execution.failures import Failure, failure_of
-from gym_extensions.baselines.execution.job_files import Files, RemoteJob, read_files, store_files
+from gym_extensions.baselines.execution.job_files import Files, RemoteJob, store_files
 from gym_extensions.baselines.training.events import Listener
 from gym_extensions.baselines.training.progress import FinishedStage
 from gym_extensions.baselines.training.runner import PendingJob
@@ -31,7 +31,9 @@ class Remote:
         self, pending: Sequence[PendingJob], listen: Listener
     ) -> Iterator[tuple[int, list[FinishedStage] | Failure]]:
         """Yields each index with the job's stages, whose files are in place, or its failure."""
-        jobs = [RemoteJob(each, read_files(each.out, each.job)) for each in pending]
+        if not pending:
+            return
+        jobs = [RemoteJob.of(each) for each in pending]
         for index, outcome in self.submit(jobs, listen):
             result: list[FinishedStage] | Failure
             if isinstance(outcome, Failure):

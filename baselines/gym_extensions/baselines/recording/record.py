@@ -163,7 +163,7 @@ def _evaluate(
 
 def _write_if_complete(out: Path, job: TrainingJob, settings: Settings) -> None:
     """Writes the run to the submission if all of its stages and tasks are recorded."""
-    with lock(out, f"{job.group.name} {job.protocol}-run{job.run}", seconds=WRITE_SECONDS):
+    with lock(out, job.run_title, seconds=WRITE_SECONDS):
         jobs = jobs_of(job.group, job.protocol, [job.run])
         records = {item: Progress.of(out, item).finished() for item in jobs}
         stages = job.stages(budget_named(settings.budget))

@@ -12,11 +12,13 @@ from typing import Any
 from gym_extensions.atomic import write_text
 from gym_extensions.baselines import algorithms
 from gym_extensions.baselines.agent import Agent, VectorEnv
+from gym_extensions.baselines.agent_checks import card_of
 from gym_extensions.baselines.training.evaluation import evaluate
 from gym_extensions.baselines.training.events import BatchTrained, Listener, TaskEvaluated
 from gym_extensions.baselines.training.jobs import Settings
 from gym_extensions.baselines.training.recorder import Batch, Recorder
 from gym_extensions.baselines.training.seeding import training_seed
+from gym_extensions.baselines.training.versions import job_versions
 from gym_extensions.catalog.budgets import budget
 from gym_extensions.catalog.protocol import evaluation_seed
 from gym_extensions.catalog.task import Task
@@ -68,7 +70,10 @@ class Measurement:
 
 @dataclass(frozen=True)
 class PendingMeasurement:
-    """A measurement that a worker process can run. An existing result is not measured again."""
+    """A measurement that a worker process can run.
+
+    An existing result is not measured again, unless its agent's settings or the versions of packages differ.
+    """
 
     measurement: Measurement
     folder: Path
@@ -77,15 +82,28 @@ class PendingMeasurement:
         """The measurement's episodes, stored in its file."""
         path = self.measurement.path(self.folder)
         task = self.measurement.task
-        settings = {"title": self.measurement.title, "fingerprint": fingerprint_of(task)}
+        settings: dict[str, Any] = {"title": self.measurement.title, "fingerprint": fingerprint_of(task)}
+        settings |= _provenance(self.measurement)
         if path.exists():
             stored: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-            if stored["settings"] == settings:
+            if stored["settings"] == json.loads(json.dumps(settings)):
                 return [Episode(**row) for row in stored["episodes"]]
         episodes = measure(self.measurement, listen)
         content = {"settings": settings, "episodes": [asdict(row) for row in episodes]}
         write_text(path, json.dumps(content) + "\n")
         return episodes
+
+
+def _provenance(measurement: Measurement) -> dict[str, Any]:
+    """What a result depends on besides its task: the agent's settings, and the versions of packages."""
+    if measurement.agent == ORACLE:
+        return {"versions": job_versions()}
+    env = make_vec(measurement.task, 1)
+    make = algorithms.factory(measurement.agent)
+    agent = make(env.single_observation_space, env.single_action_space, measurement.agent_seed)
+    env.close()
+    card = card_of(agent, measurement.agent)
+    return {"versions": job_versions(card.packages), "hyperparameters": dict(card.hyperparameters)}
 
 
 def measure(measurement: Measurement, listen: Listener) -> list[Episode]:

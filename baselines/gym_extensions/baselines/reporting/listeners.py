@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -66,7 +67,7 @@ def open_listeners(
             board = TensorBoard(folder)
             stack.callback(board.close)
             file_listeners.append(board)
-        listeners += file_listeners
+        listeners += map(tolerant, file_listeners)
         if callback is not None:
             listeners.append(guarded(callback, out))
 
@@ -75,6 +76,24 @@ def open_listeners(
                 each(event)
 
         yield listen
+
+
+def tolerant(write: Listener) -> Listener:
+    """A listener that writes a log. If it cannot, it warns once, and the training goes on."""
+    has_warned = False
+
+    def listen(event: Event) -> None:
+        nonlocal has_warned
+        try:
+            write(event)
+        except OSError as error:
+            if not has_warned:
+                has_warned = True
+                reason = error.strerror or type(error).__name__
+                message = f"A log of the training cannot be written: {reason}. The training continues."
+                warnings.warn(message, RuntimeWarning, stacklevel=2)
+
+    return listen
 
 
 def guarded(callback: Listener, out: Path) -> Listener:

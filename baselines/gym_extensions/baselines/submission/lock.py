@@ -1,4 +1,4 @@
-"""Locks that let several processes write one submission: one process per job, and one writer at a time.
+"""Locks that let several processes write one submission: one process per run, and one writer at a time.
 
 The operating system releases a lock when its process ends, however it ends, so a lock is never stale. The
 file of a lock stays; it names the last process that held it.
@@ -6,6 +6,7 @@ file of a lock stays; it names the last process that held it.
 
 from __future__ import annotations
 
+import errno
 import os
 import socket
 import sys
@@ -44,15 +45,21 @@ def lock(out: Path, name: str, *, seconds: float = 0.0) -> Iterator[None]:
 
     Args:
         out: the folder; its ``.progress/locks`` contains the files of the locks.
-        name: what is locked: a job's title, or ``write``.
+        name: what is locked: a run's or a stage's title, or ``write``.
         seconds: how long to wait for another process.
 
     Raises:
-        BenchError: another process holds the lock.
+        BenchError: another process holds the lock, or this process has too many open files.
     """
     path = out / PROGRESS / "locks" / f"{name}.lock"
     path.parent.mkdir(parents=True, exist_ok=True)
-    descriptor = os.open(path, os.O_RDWR | os.O_CREAT)
+    try:
+        descriptor = os.open(path, os.O_RDWR | os.O_CREAT)
+    except OSError as error:
+        if error.errno != errno.EMFILE:
+            raise
+        hint = "Train fewer groups or runs in one call, or raise the limit (ulimit -n)."
+        raise BenchError("too-many-runs", f"{error.strerror}.", str(path), hint) from error
     try:
         _acquire(descriptor, path, name, time.monotonic() + seconds)
         holder = f"process {os.getpid()} on {socket.gethostname()}".encode()
@@ -65,7 +72,7 @@ def lock(out: Path, name: str, *, seconds: float = 0.0) -> Iterator[None]:
 
 @contextmanager
 def lock_all(out: Path, names: Iterable[str]) -> Iterator[None]:
-    """Holds the locks of several jobs, or raises ``BenchError`` and holds none."""
+    """Holds the locks of several runs, or raises ``BenchError`` and holds none."""
     with ExitStack() as locks:
         for name in names:
             locks.enter_context(lock(out, name))

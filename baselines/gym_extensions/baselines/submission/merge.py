@@ -16,7 +16,7 @@ from gym_extensions.catalog.custom_groups import with_custom
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.layout import CURVES, MANIFEST, POLICIES, SALT_FILE, TRACES
+from gym_extensions.rollouts.layout import CURVES, EVALUATIONS, MANIFEST, POLICIES, SALT_FILE, TRACES
 from gym_extensions.rollouts.reader import read
 
 CustomGroups = Iterable[str | Path | TaskGroup]
@@ -26,7 +26,7 @@ PARTIAL = ("gaps-in-runs",)
 
 
 def merge(submissions: Iterable[str | Path], out: str | Path, *, groups: CustomGroups = ()) -> Path:
-    """Joins submissions of one agent into a new one: their runs, curves, traces and policies.
+    """Joins submissions of one agent into a new one: their runs, curves, evaluations, traces and policies.
 
     The title, authors and description are those of the first. A run that several of them contain must be the
     same in all. The audit sample of a run depends on that run alone, so the submissions contain all traces
@@ -108,9 +108,10 @@ def _merge_group(paths: list[Path], staged: Path, group: TaskGroup) -> None:
         _copy_policies(logs, target / POLICIES, protocol)
     if salt:
         write_bytes(target / TRACES / SALT_FILE, f"{salt}\n".encode())
-    curves = [source / CURVES for source in sources if (source / CURVES).exists()]
-    if curves:
-        write_bytes(target / CURVES, merge_curves(curves))
+    for name in (CURVES, EVALUATIONS):
+        curves = [source / name for source in sources if (source / name).exists()]
+        if curves:
+            write_bytes(target / name, merge_curves(curves))
 
 
 def _common_salt(sources: list[Path]) -> str:

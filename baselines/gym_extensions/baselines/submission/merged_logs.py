@@ -21,7 +21,7 @@ def merge_log(paths: Sequence[Path]) -> tuple[bytes, dict[int, Path]]:
 
 
 def merge_curves(paths: Sequence[Path]) -> bytes:
-    """The bytes of a file with the training curves of all files, sorted by protocol and run.
+    """The bytes of a file with the training curves or evaluations of all files, sorted by protocol and run.
 
     Raises:
         BenchError: the curves of a run differ between two files.

@@ -88,6 +88,11 @@ class TrainingJob:
         """The group's and the job's name."""
         return f"{self.group.name} {self.name}"
 
+    @property
+    def run_title(self) -> str:
+        """The group's name, the protocol and the run, as text."""
+        return f"{self.group.name} {self.protocol}-run{self.run}"
+
     def stages(self, budget: Budget) -> list[Stage]:
         """The stages in order."""
         tasks = self.group.tasks
