@@ -245,9 +245,6 @@ def test_the_one_of_a_task_of_navigation_is_the_oracle(document: dict[str, Any])
     document["references"] = {"version": current.version, "provisional": False, "sha256": current.digest}
     text = read(document)["groups/nav-state-v0.html"].text
     assert re.search(r"1 = oracle: return −\d+\. 0 = the zero action: return −1000\.", text)
-    task = read(document)["tasks/state-based-navigation-2d-map0-goal0-v0.html"].text
-    assert "1 is the mean return of an oracle that knows the map and takes the fewest steps, −" in task
-    assert "Each dot is" not in task
 
 
 def test_a_group_page_has_the_numbers_of_a_publication_beside_those_of_the_first_entries(

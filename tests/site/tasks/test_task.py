@@ -8,6 +8,7 @@ from urllib.parse import urlsplit
 import pytest
 
 from gym_extensions.catalog.registry import TASKS, task
+from gym_extensions.scoring.references import load_references
 from gym_extensions.scoring.scorecard.model import ReferencesInfo
 from gym_extensions.site.addresses import task_path
 from gym_extensions.site.build import files as site_files
@@ -25,8 +26,9 @@ UNSOLVED = Measured(10.0, "random", "trpo", "100k", (9.0, 12.0), None)
 
 @pytest.fixture(scope="module")
 def pages() -> dict[str, str]:
-    """Every text file of the site. All entries but *Zero action* were replayed."""
-    document = everything()
+    """Every text file of the site, with the references in use. All entries but *Zero action* were replayed."""
+    document, current = everything(), load_references()
+    document["references"] = {"version": current.version, "provisional": False, "sha256": current.digest}
     for card in document["submissions"]:
         if card["trust"] == "validated" and card["title"] != "Zero action":
             card["trust"] = "replayed (sample: 3 of 9 episodes)"
@@ -89,6 +91,15 @@ def test_the_best_entries_are_sorted_by_the_return_at_the_end(pages: dict[str, s
         "No entry that was replayed has trained on this task in sequence yet." in page(pages, "Striker").text
     )
     assert best_entries(()) == {}
+
+
+def test_the_1_of_navigation_is_an_oracle(pages: dict[str, str]) -> None:
+    text = page(pages, "State-Based-Navigation-2d-Map0-Goal0").text
+    assert "1 is the mean return of an oracle that knows the map and takes the fewest steps, −43.0." in text
+    assert "Each dot is" not in text
+    text = page(pages, "Pusher").text
+    assert "1 is the return of trpo after 300k steps on this task alone, −" in text
+    assert "Each dot is the mean return of one reference run" in text
 
 
 def test_references_are_dots_between_0_and_1() -> None:
