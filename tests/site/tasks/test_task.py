@@ -26,7 +26,7 @@ UNSOLVED = Measured(10.0, "random", "trpo", "100k", (9.0, 12.0), None)
 
 @pytest.fixture(scope="module")
 def pages() -> dict[str, str]:
-    """Every text file of the site, with the current references. All entries but *Zero action* were replayed."""
+    """Every text file of the site, with the references. All entries but *Zero action* were replayed."""
     document, current = everything(), load_references()
     document["references"] = {"version": current.version, "provisional": False, "sha256": current.digest}
     for card in document["submissions"]:
