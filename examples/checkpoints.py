@@ -53,6 +53,8 @@ def record_checkpoints(checkpoints: Path, out: Path) -> None:
 
 
 if __name__ == "__main__":
+    if len(sys.argv) != 2:
+        sys.exit("usage: python examples/checkpoints.py FOLDER")
     root = Path(sys.argv[1])
     pretend_to_train(root / "checkpoints")
     record_checkpoints(root / "checkpoints", root / "mine")

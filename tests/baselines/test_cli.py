@@ -242,7 +242,7 @@ class FailsOnce(Fails):
         raise ValueError("no gradient")
 """
 DIED = "The worker process ended unexpectedly. If memory ran out, use fewer --jobs or --num-envs."
-TRACEBACKS = "Tracebacks are in .progress/train.log."
+TRACEBACKS = "Tracebacks are in mine/.progress/train.log."
 SHORT = {"groups": "hopper-motor-noise", "protocol": "joint"}
 
 

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import re
+from dataclasses import MISSING, fields
 from pathlib import Path
 
 import pytest
 
+from gym_extensions.catalog.bodies import BODIES
 from gym_extensions.catalog.custom import customize
 from gym_extensions.catalog.custom_groups import load_group, resolve_group
 from gym_extensions.catalog.groups import TaskGroup, group
@@ -25,6 +28,9 @@ task = "Hopper"
 variations = [{kind = "Gravity", factor = 0.3}]
 max_steps = 500
 """
+
+
+PAGE = (Path(__file__).parents[2] / "docs" / "custom-groups.md").read_text("utf-8")
 
 
 def write(folder: Path, text: str) -> Path:
@@ -92,6 +98,14 @@ BROKEN = {
         LIGHT.replace("factor", "facter"),
         "{path}, task 2, Gravity: There is no key 'facter'. Did you mean 'factor'?",
     ),
+    "a parameter that is missing": (
+        LIGHT.replace(", factor = 0.3", ""),
+        "{path}, task 2, Gravity: The key 'factor' is missing. Add factor.",
+    ),
+    "no kind": (
+        LIGHT.replace('kind = "Gravity", ', ""),
+        "{path}, task 2: The key 'kind' is missing. Add kind.",
+    ),
     "an impossible value": (
         LIGHT.replace("0.3", "-1"),
         "{path}, task 2: Gravity's factor is -1. Give a finite number above 0.",
@@ -138,3 +152,19 @@ def test_a_file_that_does_not_exist_is_reported(tmp_path: Path) -> None:
     with pytest.raises(BenchError) as error:
         resolve_group(tmp_path / "none.toml")
     assert str(error.value) == f"{tmp_path / 'none.toml'}: No such file or directory."
+
+
+def test_the_table_of_variations_has_every_kind_with_its_arguments_and_bodies() -> None:
+    _, *rows = re.findall(r"^\| `(\w+)` \|(.*?)\|[^|]*\| ([\w, ]+) \|$", PAGE, flags=re.MULTILINE)
+    assert {name for name, _, _ in rows} == set(KINDS) - {"Course"}, "all but the maps of navigation"
+    running = re.findall(r"The running bodies are (.*)\.", PAGE)[0].replace(" and ", ", ").split(", ")
+    for name, arguments, bodies in rows:
+        kind = KINDS[name]
+        shown = [
+            f"`{each.name}`" + ("" if each.default is MISSING else f" = {each.default}")
+            for each in fields(kind)
+        ]
+        assert arguments.strip().replace("false", "False") == ", ".join(shown)
+        variation = kind(**{each.name: 1.0 for each in fields(kind) if each.default is MISSING})
+        expected = {"running": running, "all": list(BODIES)}.get(bodies, bodies.split(", "))
+        assert [body for body in BODIES if variation.fits(BODIES[body])] == expected

@@ -48,7 +48,7 @@ def test_the_documented_columns_of_a_board_are_repeated_per_metric(
     protocol: str, submission: Callable[..., Path]
 ) -> None:
     *entry, mean, low, high = ((column, dtype) for column, dtype, _ in column_rows("board"))
-    frame = results.board("hopper-gravity", submission(), protocol=protocol)
+    frame = results.board("hopper-gravity", submission(), protocol, "smoke")
     expected = [
         (column.replace("METRIC", metric.name), dtype)
         for metric in METRICS[protocol]

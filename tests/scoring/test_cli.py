@@ -46,11 +46,13 @@ HopperGravityOneAndHalf        3001 ± 1   3001 ± 1  1501 ± 1      178 ± 1
 total                       1117 ± 1050   3001 ± 1  1501 ± 1  1117 ± 1050
 · forgets HopperGravityHalf most: 3001 → 178
 · earlier tasks help HopperGravityOneAndHalf most: 178 alone, 3001 after them
+! no rank: The log does not commit to traces.
 missing for a full entry: 3 more runs, joint.csv, curves.csv
 
 hopper-gravity-v0, single, budget smoke, 2 runs
 metric                    mean   95 % interval
 Single-task performance  1.117  1.110 to 1.123
+! no rank: The log does not commit to traces.
 missing for a full entry: 3 more runs
 
 """

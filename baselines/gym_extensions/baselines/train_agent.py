@@ -13,6 +13,7 @@ from gym_extensions.baselines.agent_checks import card_of, create_agent
 from gym_extensions.baselines.context_checks import observes_of
 from gym_extensions.baselines.execution.executors import JobExecutor, open_executor
 from gym_extensions.baselines.execution.failures import Failure, failure_of, jobs_failed
+from gym_extensions.baselines.reporting.files import TRAIN_LOG
 from gym_extensions.baselines.reporting.listeners import check_callback, open_listeners, parse_logs
 from gym_extensions.baselines.submission import folder, manifest
 from gym_extensions.baselines.submission.lock import lock_all
@@ -31,11 +32,10 @@ from gym_extensions.baselines.training.runner import PendingJob
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.envs import make_vec
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.layout import MANIFEST
+from gym_extensions.rollouts.layout import MANIFEST, PROGRESS
 
 INTERIM_EPISODES = 5
 """Episodes per task of an evaluation during training."""
-FAILED_HINT = "Tracebacks are in .progress/train.log."
 
 
 def train(
@@ -130,7 +130,10 @@ def train(
             if failure.error is not None:
                 raise failure.error
     if failures:
-        raise jobs_failed(failures, len(pending), f"{FAILED_HINT} {next_step(path, failures)}")
+        repeated = [title for title, failure in failures.items() if failure.can_repeat]
+        then = f" {next_step(path, repeated)}" if repeated else ""
+        hint = f"Tracebacks are in {path / PROGRESS / TRAIN_LOG}.{then}"
+        raise jobs_failed(failures, len(pending), hint)
     return [path / group.name / f"{protocol}.csv" for group, protocol in plan]
 
 
@@ -173,6 +176,9 @@ def _checked(make: Factory, settings: Settings, out: Path, request: Request) -> 
     Raises ``BenchError`` before training for anything that cannot become a submission after it.
     """
     folder.validate(out, request.groups)
+    for group in request.groups:
+        if not group.published:
+            _require_equal_spaces(group)
     path = out / MANIFEST
     existing = manifest.read(path)
     env = make_vec(request.groups[0].tasks[0], 1)
@@ -186,3 +192,11 @@ def _checked(make: Factory, settings: Settings, out: Path, request: Request) -> 
     new = manifest.run_sections(card, settings.budget, settings.num_envs, settings.observes)
     manifest.require_same(path, existing, new)
     return settings
+
+
+def _require_equal_spaces(group: TaskGroup) -> None:
+    """Raises ``BenchError`` if a task of the group cannot be created, or the tasks have different spaces."""
+    try:
+        make_vec(list(group.tasks), len(group.tasks)).close()
+    except BenchError as error:
+        raise BenchError(error.code, error.message, f"{group.name}", error.hint) from error

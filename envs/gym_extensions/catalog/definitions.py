@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import fields, is_dataclass
+from dataclasses import MISSING, fields, is_dataclass
 from typing import Any
 
 from gym_extensions.catalog.task import Task
@@ -50,13 +50,16 @@ def make_variation(row: Any, where: str) -> Variation:
     if not isinstance(row, Mapping):
         hint = 'Write {kind = "Gravity", factor = 0.5}.'
         raise BenchError("malformed-group", f"The variation {row!r} is not a table.", where, hint)
-    kind = KINDS.get(str(row.get("kind")))
+    if "kind" not in row:
+        raise BenchError("missing-key", "The key 'kind' is missing.", where, "Add kind.")
+    kind = KINDS.get(str(row["kind"]))
     if kind is None:
-        hint = did_you_mean(str(row.get("kind", "")), KINDS)
-        raise BenchError("unknown-variation", f"There is no variation {row.get('kind')!r}.", where, hint)
+        hint = did_you_mean(str(row["kind"]), KINDS)
+        raise BenchError("unknown-variation", f"There is no variation {row['kind']!r}.", where, hint)
     parameters = {name: value for name, value in row.items() if name != "kind"}
     names = [field.name for field in fields(kind)]
-    check_keys(parameters, names, (), f"{where}, {row['kind']}")
+    required = [field.name for field in fields(kind) if field.default is MISSING]
+    check_keys(parameters, names, required, f"{where}, {row['kind']}")
     try:
         variation: Variation = kind(**parameters)
     except TypeError as error:

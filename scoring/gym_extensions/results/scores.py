@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
@@ -18,7 +19,7 @@ from gym_extensions.scoring.leaderboard.board import board as board_of
 from gym_extensions.scoring.leaderboard.keys import BoardKey
 from gym_extensions.scoring.output.frames import METRIC_DTYPES, board_dtypes, board_frame, metrics_frame
 from gym_extensions.scoring.pipeline.score import Scorer, make_scorer, scorecard_document
-from gym_extensions.scoring.scorecard.model import ScorecardDocument
+from gym_extensions.scoring.scorecard.model import Scorecard, ScorecardDocument
 
 
 def metrics(
@@ -108,6 +109,9 @@ def board(
 
     Raises:
         BenchError: a group, protocol, budget, path or column is unknown, or a submission has problems.
+
+    Warns:
+        UserWarning: the board is empty, and the submissions have results with another budget.
     """
     if isinstance(group, TaskGroup):
         groups, group = (*groups, group), group.name
@@ -116,8 +120,22 @@ def board(
     _check("protocol", protocol, PROTOCOLS)
     _check("budget", budget, BUDGETS)
     check_columns(columns, board_dtypes(protocol))
+    cards = _document(submissions, scorer).submissions
     key = BoardKey(group_id, protocol, budget, task_conditioned)
-    return select_columns(board_frame(board_of(_document(submissions, scorer).submissions, key)), columns)
+    found = board_of(cards, key)
+    if not found.rows:
+        _warn_of_another_budget(cards, key)
+    return select_columns(board_frame(found), columns)
+
+
+def _warn_of_another_budget(cards: Sequence[Scorecard], key: BoardKey) -> None:
+    """Warns if the submissions have results on the board's group and protocol, but with another budget."""
+    scores = [card.groups.get(key.group, {}).get(key.protocol) for card in cards]
+    budgets = sorted({score.budget for score in scores if score})
+    if budgets and key.budget not in budgets:
+        board_name = f"{key.group}, {key.protocol}, budget {key.budget}"
+        message = f"The board of {board_name} is empty. The submissions have the budget {', '.join(budgets)}."
+        warnings.warn(message, UserWarning, stacklevel=3)
 
 
 def _group_id(name: str, groups: Mapping[str, TaskGroup]) -> str:

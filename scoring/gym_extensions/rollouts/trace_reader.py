@@ -129,7 +129,7 @@ def _request(log: Log, index: int) -> TraceRequest:
 def read_trace(folder: Folder, request: TraceRequest) -> RecordedEpisode | Problem:
     """The episode with its trace, or the first problem of the trace."""
     if request.path not in folder.files:
-        hint = "Add the traces of the audit sample, as described in docs/rollout-log.md."
+        hint = "Run gym-extensions trace on the folder, or add the trace (docs/rollout-log.md)."
         return Problem("trace-missing", request.path, "The audit sample needs this trace.", hint)
     try:
         arrays = read(folder.read(request.path))
@@ -141,7 +141,7 @@ def read_trace(folder: Folder, request: TraceRequest) -> RecordedEpisode | Probl
         else next(trace_errors(arrays, request.task, request.length, request.return_), "")
     )
     if arrays is None or error:
-        hint = "Record the trace as described in docs/rollout-log.md."
+        hint = "Delete the file and run gym-extensions trace, or record the trace (docs/rollout-log.md)."
         return Problem("trace-malformed", request.path, error, hint)
     outcome = (request.length, request.return_, request.terminated, request.success)
     if trace_digest(arrays, *outcome) != request.digest:

@@ -281,7 +281,10 @@ def test_a_policy_of_another_algorithm_is_refused(recorded: Path) -> None:
 def test_an_unfinished_run_has_one_set_of_hyperparameters(tmp_path: Path) -> None:
     record_stage(tmp_path / "mine", stage=0)
     text = message(tmp_path / "mine", stage=1, card=replace(CARD, hyperparameters={"rate": 0.1}))
-    assert "The folder belongs to an unfinished run with other settings" in text
+    assert (
+        "The unfinished run has other settings: hyperparameters.rate is None, and 0.1 in this command."
+        in text
+    )
 
 
 def test_recorded_policies_do_not_join_trained_runs(tmp_path: Path) -> None:

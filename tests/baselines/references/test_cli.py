@@ -97,6 +97,19 @@ def test_a_floor_of_another_definition_of_the_task_is_refused(tmp_path: Path) ->
     )
 
 
+def test_a_place_that_cannot_be_written_is_refused_before_anything_is_measured(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "file").write_text("x")
+    for out, message in {
+        tmp_path / "file" / "1.json": "The folder is not writable: ",
+        tmp_path: "It is a folder. Name a file, such as references.json.",
+    }.items():
+        assert cli.main(["--groups", "pusher", "--budget", "smoke", "--out", str(out)]) == 2
+        assert message in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]
+
+
 @pytest.mark.parametrize("text", ["{", "[]", '{"format": 2, "tasks": {}}'])
 def test_a_file_that_does_not_hold_references_is_not_replaced(text: str, tmp_path: Path) -> None:
     out = tmp_path / "1.json"

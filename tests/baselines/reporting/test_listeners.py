@@ -97,7 +97,7 @@ def test_a_callback_that_raises_stops_worker_processes(tmp_path: Path) -> None:
     with pytest.raises(BenchError) as error:
         train("zero", QUICK_GROUP, "single", "smoke", 0, out=tmp_path / "mine", jobs=1, callback=callback)
     assert str(error.value).startswith(
-        "callback: The callback raised KeyError: 'task' Correct the callback. "
+        "callback: The callback raised KeyError: 'task'. Correct the callback. "
     )
 
 

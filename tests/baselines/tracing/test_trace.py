@@ -105,7 +105,16 @@ def test_a_salt_of_the_wrong_form_is_refused(trpo: Path) -> None:
 
 def test_a_submission_with_problems_is_refused(trpo: Path) -> None:
     (trpo / "notes.txt").write_text("x")
-    assert refusal(trpo) == ("not-valid", "The submission has problems: Unexpected file.")
+    assert refusal(trpo) == ("not-valid", "The submission has problems: notes.txt: Unexpected file.")
+
+
+def test_a_damaged_trace_is_written_again(trpo: Path) -> None:
+    trace(trpo)
+    before = digests(trpo)
+    path = sorted((trpo / SHORT_GROUP / "traces").glob("*.npz"))[0]
+    path.write_bytes(path.read_bytes()[:100])
+    trace(trpo)
+    assert digests(trpo) == before
 
 
 def test_a_run_is_not_added_to_salted_traces(random: Path) -> None:

@@ -141,8 +141,14 @@ def test_the_stages_of_an_unfinished_run_with_other_settings_are_not_reused(tmp_
     Unsaved.has_stopped = False
     with pytest.raises(PowerCutError):
         train(Unsaved, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path)
-    with pytest.raises(BenchError, match="belongs to an unfinished run with other settings"):
+    with pytest.raises(BenchError) as error:
         train("zero", QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path)
+    assert error.value.message.startswith("The unfinished run has other settings: agent is ")
+    assert ", and 'zero' in this command" in error.value.message
+    with pytest.raises(BenchError) as error:
+        train("zero", QUICK_GROUP, "sequential", "smoke", [0, 1], out=tmp_path)
+    assert error.value.message.startswith("1 of 2 jobs failed.")
+    assert error.value.hint == f"Tracebacks are in {tmp_path / '.progress/train.log'}."
 
 
 def unfinished(out: Path) -> Path:

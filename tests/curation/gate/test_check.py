@@ -178,7 +178,8 @@ def test_an_entry_that_is_replaced_by_a_link_is_refused(project: Path) -> None:
 
 
 def test_a_pull_request_without_a_change_or_a_common_ancestor_is_refused(project: Path) -> None:
-    assert rules(checked(project)) == [("no-change", "")]
+    ((rule, where),) = rules(checked(project))
+    assert (rule, len(where)) == ("no-change", 40), "the commit"
     git(project, "switch", "--quiet", "--orphan", "alone")
     commit(project, {"submissions/new/submission.toml": "x"})
     assert rules(checked(project)) == [("unrelated-history", "")]

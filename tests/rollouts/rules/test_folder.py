@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,12 @@ from ..examples import GROUP, TOML, Check, Example, arrays, parametrize, put, re
 
 def link(folder: Path) -> None:
     (folder / GROUP / "joint.csv").symlink_to("/etc/hostname")
+
+
+def interrupted(folder: Path) -> None:
+    shutil.rmtree(folder / GROUP)
+    (folder / TOML).unlink()
+    (folder / ".progress" / GROUP).mkdir(parents=True)
 
 
 WRITE = "Write submission.toml as described in docs/rollout-log.md, or name the folder that contains it."
@@ -187,6 +194,18 @@ EXAMPLES = (
                 "elsewhere",
                 "The folder contains no submission.toml.",
                 WRITE,
+            ),
+        ),
+    ),
+    Example(
+        "not-a-submission",
+        "a training that was interrupted in its first run",
+        interrupted,
+        (
+            (
+                "entry",
+                "The folder contains no submission.toml.",
+                "It contains only unfinished runs: repeat the command that trains them.",
             ),
         ),
     ),

@@ -11,6 +11,8 @@ from gym_extensions.errors import BenchError
 
 JOBS_FAILED = "jobs-failed"
 """The code of the error that ``train`` raises after the other jobs have finished."""
+OTHER_RUN = ("other-run-unfinished", "other-version")
+"""The codes of errors with which a command refuses an unfinished run."""
 DISK_FULL = (errno.ENOSPC, errno.EDQUOT)
 WORKER_DIED = "The worker process ended unexpectedly. If memory ran out, use fewer --jobs or --num-envs."
 
@@ -23,11 +25,14 @@ class Failure:
         cause: the error in one sentence.
         traceback: the text of the traceback; empty if there is none.
         error: the exception, if the job ran in this process.
+        can_repeat: whether the same command may succeed later; not if its settings or versions are other than
+            those of the unfinished run.
     """
 
     cause: str
     traceback: str = ""
     error: BaseException | None = field(default=None, compare=False)
+    can_repeat: bool = True
 
 
 def failure_of(error: BaseException, *, in_this_process: bool = False) -> Failure:
@@ -39,7 +44,8 @@ def failure_of(error: BaseException, *, in_this_process: bool = False) -> Failur
     else:
         cause = f"{type(error).__name__}: {error}".rstrip(": ")
     text = "".join(traceback.format_exception(error))
-    return Failure(cause, text, error if in_this_process else None)
+    can_repeat = not (isinstance(error, BenchError) and error.code in OTHER_RUN)
+    return Failure(cause, text, error if in_this_process else None, can_repeat)
 
 
 def jobs_failed(failures: Mapping[str, Failure], total: int, hint: str) -> BenchError:

@@ -69,10 +69,9 @@ class PolicyAgent:
         try:
             return self._act(observations, context)
         except POLICY_ERRORS as error:
-            message = (
-                f"The policy failed on observations of shape {observations.shape} and dtype "
-                f"{observations.dtype}: {type(error).__name__}: {error}"
-            )
+            reason = f"{type(error).__name__}: {error}".rstrip(".")
+            shape = f"shape {observations.shape} and dtype {observations.dtype}"
+            message = f"The policy failed on observations of {shape}: {reason}."
             raise BenchError("bad-policy", message, "policy", f"{SIGNATURE}.") from error
 
     def learn(self, env: VectorEnv, steps: int) -> NoReturn:

@@ -10,6 +10,7 @@ from gym_extensions.atomic import write_text
 from gym_extensions.baselines import algorithms
 from gym_extensions.baselines.references.content import CEILING_AGENT, measure_all
 from gym_extensions.baselines.reporting.display import open_screen
+from gym_extensions.baselines.submission.folder import prepare
 from gym_extensions.baselines.training.request import parse_groups, parse_names, parse_runs, require_positive
 from gym_extensions.catalog.budgets import BUDGETS, STANDARD_BUDGET
 from gym_extensions.catalog.budgets import budget as budget_named
@@ -86,6 +87,11 @@ def main(argv: list[str] | None = None) -> int:
             raise BenchError("bad-run", f"Run {run} is out of range.", "--runs", hint)
     require_positive(options.jobs, "--jobs")
     require_published_engine()
+    if options.out.is_dir():
+        raise BenchError(
+            "bad-out", "It is a folder.", str(options.out), "Name a file, such as references.json."
+        )
+    prepare(options.out.parent)
     with open_screen() as screen:
         content = measure_all(
             budgets,

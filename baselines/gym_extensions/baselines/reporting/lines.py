@@ -43,6 +43,8 @@ def batch_text(event: BatchTrained) -> str:
 
 
 def _plan_line(event: TrainingStarted) -> str:
+    if not event.jobs:
+        return "Nothing to train: all runs are finished."
     stages = [stage for job in event.jobs for stage in job.stages]
     steps, episodes = sum(stage.steps for stage in stages), sum(stage.episodes for stage in stages)
     jobs = "1 job" if len(event.jobs) == 1 else f"{len(event.jobs)} jobs"

@@ -106,7 +106,7 @@ def guarded(callback: Listener, out: Path) -> Listener:
         try:
             callback(event)
         except Exception as error:
-            message = f"The callback raised {type(error).__name__}: {error}"
+            message = f"The callback raised {type(error).__name__}: {error}".rstrip(".") + "."
             hint = f"Correct the callback. {next_step(out, titles)}"
             raise BenchError("callback-failed", message, "callback", hint) from error
 

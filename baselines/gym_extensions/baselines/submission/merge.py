@@ -64,6 +64,7 @@ def merge(submissions: Iterable[str | Path], out: str | Path, *, groups: CustomG
         require_bound(path)
     manifests = {path: manifest.read(path / MANIFEST) for path in paths}
     require_mergeable(manifests)
+    folder.prepare(target.resolve().parent)
     partial = target.with_name(f".{target.name}.partial")
     shutil.rmtree(partial, ignore_errors=True)
     try:

@@ -33,9 +33,9 @@ def trace(
 ) -> dict[str, int]:
     """Writes the traces of the audit sample that the logs and a salt select, and removes all others.
 
-    A trace is taken from the recorder's folder ``.progress`` or from the submission. Where it is missing, the
-    stored policy repeats the episodes of its cell. Every trace has the digest of its row in the log; if one
-    cannot be obtained, the submission stays as it was.
+    A trace is taken from the recorder's folder ``.progress`` or from the submission. Where it is missing or
+    damaged, the stored policy repeats the episodes of its cell. Every trace has the digest of its row in the
+    log; if one cannot be obtained, the submission stays as it was.
 
     Args:
         submission: the submission's folder.
@@ -51,8 +51,9 @@ def trace(
     """
     salt, folder, known = parse_salt(salt), Path(submission), with_custom(groups)
     content = read(folder, known)
-    if content.problems or content.manifest is None:
-        reason = str(content.problems[0].message) if content.problems else "It has no manifest."
+    problems = [each for each in content.problems if not _is_trace(each.where)]
+    if problems or content.manifest is None:
+        reason = f"{problems[0].where}: {problems[0].message}" if problems else "It has no manifest."
         hint = f"Run: score {folder}"
         raise BenchError("not-valid", f"The submission has problems: {reason}", str(folder), hint)
     require_bound(folder)
@@ -69,6 +70,11 @@ def trace(
         for name in counts:
             _replace(folder / name / TRACES, staged / name / TRACES, salt)
     return counts
+
+
+def _is_trace(path: str) -> bool:
+    """Whether a problem is that of a trace, which is written again."""
+    return f"/{TRACES}/" in path and path.endswith(".npz")
 
 
 def _requests(folder: Path, submitted: SubmittedGroup, salt: str) -> Iterator[TraceRequest]:

@@ -67,7 +67,7 @@ class Progress:
         if stored != text:
             raise BenchError(
                 "other-run-unfinished",
-                f"The folder belongs to an unfinished run with other settings: {stored}",
+                f"The unfinished run has other settings: {_changes(json.loads(stored), json.loads(text))}.",
                 where=str(self.folder),
                 hint="Finish it with its settings, delete the folder, or choose another --out.",
             )
@@ -158,6 +158,18 @@ def next_step(out: Path, titles: Iterable[str]) -> str:
 def traces_folder(out: Path, group_name: str) -> Path:
     """The folder with the traces of all episodes, from which the audit sample is taken."""
     return out / PROGRESS / group_name / TRACES
+
+
+def _changes(old: Mapping[str, Any], new: Mapping[str, Any]) -> str:
+    """What differs, in words: ``hyperparameters.rate is 0.1, and 0.2 in this command``."""
+    pairs = []
+    for key in sorted({*old, *new}):
+        first, second = old.get(key), new.get(key)
+        if isinstance(first, dict) and isinstance(second, dict):
+            pairs += [f"{key}.{part}" for part in [_changes(first, second)] if part]
+        elif first != second:
+            pairs.append(f"{key} is {first!r}, and {second!r} in this command")
+    return "; ".join(pairs)
 
 
 def _number(record: Path) -> int:

@@ -89,7 +89,7 @@ def _open(repository: Repository, base: str, head: str) -> PullRequest:
         raise BenchError("unrelated-history", message, hint="Start from the base's branch.")
     pull_request = PullRequest(repository, start, base, head)
     if not pull_request.changes:
-        raise BenchError("no-change", "It changes nothing.", hint="Add the submission.")
+        raise BenchError("no-change", "It changes nothing.", head, "Commit the submission on a branch.")
     return pull_request
 
 

@@ -22,6 +22,7 @@ from gym_extensions.rollouts.layout import (
     NAME,
     POLICIES,
     POLICY,
+    PROGRESS,
     README,
     SALT_FILE,
     TRACE,
@@ -70,6 +71,8 @@ def not_a_submission(folder: Folder) -> Iterator[Finding]:
         yield Finding(folder.name, f"'{folder.name}' {problem}.", hint)
     elif not any(item.path == MANIFEST and item.kind != "folder" for item in folder.items):
         hint = f"Write {MANIFEST} as described in docs/rollout-log.md, or name the folder that contains it."
+        if not folder.items and exists_readable(folder.root / PROGRESS):
+            hint = "It contains only unfinished runs: repeat the command that trains them."
         yield Finding(folder.name, f"The folder contains no {MANIFEST}.", hint)
 
 

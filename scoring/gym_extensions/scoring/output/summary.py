@@ -65,6 +65,8 @@ def _group(out: Console, name: str, protocol: str, score: GroupScore, single: Gr
         out.print(f"· {sentence}")
     for note in score.notes:
         out.print(f"! {note}")
+    if score.missing_evidence:
+        out.print(f"! no rank: {score.missing_evidence}")
     if score.missing_for_full_entry:
         out.print(f"missing for a full entry: {', '.join(score.missing_for_full_entry)}", style="dim")
 
@@ -117,6 +119,8 @@ def show_comparison(out: Console, comparison: Comparison) -> None:
                     has_intervals = has_intervals or pair.difference.low is not None
             out.print(table)
             if not table.row_count:
-                out.print("They have no metric in common.")
+                out.print(
+                    "They have no metric in common: see `score` on each. Custom groups need --references."
+                )
     if has_intervals:
         out.print("Intervals are for this pair alone (Welch); an interval without 0 separates the two.")

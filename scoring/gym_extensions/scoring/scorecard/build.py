@@ -39,7 +39,7 @@ def _success_rates(results: Results, protocol: str) -> Rates:
 
 
 def missing_for_full_entry(results: Results, protocol: str) -> tuple[str, ...]:
-    """What a full, ranked entry of this group and protocol still needs, in words."""
+    """What a full entry of this group and protocol still needs, in words. A rank needs the runs alone."""
     more = FULL_ENTRY_RUNS - len(results.runs[protocol])
     runs = [f"{more} more run{'s' if more > 1 else ''}"] if more > 0 else []
     present = {*results.runs, *(["curves"] if results.curves else [])}

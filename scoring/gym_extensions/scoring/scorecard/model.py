@@ -196,9 +196,7 @@ class ReferencesInfo:
     version: Annotated[str, about("benchmark version")]
     provisional: Annotated[
         bool,
-        about(
-            "true if a ceiling has fewer than five runs or another budget than `300k`; an oracle has one"
-        ),
+        about("true if a ceiling has fewer than five runs or another budget than `300k`; an oracle has one"),
     ]
     sha256: Annotated[str, about("SHA-256 of the references' file")]
 
