@@ -26,6 +26,7 @@ from gym_extensions.baselines.training.request import (
     Request,
     parse_interim,
     parse_request,
+    require_equal_spaces,
     require_positive,
 )
 from gym_extensions.baselines.training.runner import PendingJob
@@ -176,9 +177,7 @@ def _checked(make: Factory, settings: Settings, out: Path, request: Request) -> 
     Raises ``BenchError`` before training for anything that cannot become a submission after it.
     """
     folder.validate(out, request.groups)
-    for group in request.groups:
-        if not group.published:
-            _require_equal_spaces(group)
+    require_equal_spaces(request.groups)
     path = out / MANIFEST
     existing = manifest.read(path)
     env = make_vec(request.groups[0].tasks[0], 1)
@@ -192,11 +191,3 @@ def _checked(make: Factory, settings: Settings, out: Path, request: Request) -> 
     new = manifest.run_sections(card, settings.budget, settings.num_envs, settings.observes)
     manifest.require_same(path, existing, new)
     return settings
-
-
-def _require_equal_spaces(group: TaskGroup) -> None:
-    """Raises ``BenchError`` if a task of the group cannot be created, or the tasks have different spaces."""
-    try:
-        make_vec(list(group.tasks), len(group.tasks)).close()
-    except BenchError as error:
-        raise BenchError(error.code, error.message, f"{group.name}", error.hint) from error

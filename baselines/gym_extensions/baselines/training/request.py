@@ -20,6 +20,7 @@ from gym_extensions.catalog.protocol import (
     FIRST_REFERENCE_RUN,
     PROTOCOLS,
 )
+from gym_extensions.envs import make_vec
 from gym_extensions.errors import BenchError, did_you_mean
 
 Groups = str | Path | TaskGroup | Iterable[str | Path | TaskGroup]
@@ -102,6 +103,17 @@ def parse_groups(groups: Groups) -> list[TaskGroup]:
         resolved.append(resolve_group(value))
     with_custom(resolved)
     return resolved
+
+
+def require_equal_spaces(groups: Iterable[TaskGroup]) -> None:
+    """Raises ``BenchError`` if the tasks of a custom group cannot be created, or have different spaces."""
+    for group in groups:
+        if group.published:
+            continue
+        try:
+            make_vec(list(group.tasks), len(group.tasks)).close()
+        except BenchError as error:
+            raise BenchError(error.code, error.message, group.name, error.hint) from error
 
 
 def parse_names(text: str) -> list[str]:
