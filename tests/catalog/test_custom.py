@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
 import pytest
 
 from gym_extensions.catalog.custom import customize
 from gym_extensions.catalog.registry import task
 from gym_extensions.catalog.task import Task
+from gym_extensions.catalog.variations.goals import TrackingGoal
 from gym_extensions.catalog.variations.gravity import Gravity
 from gym_extensions.catalog.variations.morphology import LimbScale
 from gym_extensions.catalog.variations.obstacles import RangeSensor, Wall
+from gym_extensions.errors import BenchError
+
+
+WORD: Any = "no"
 
 
 @pytest.mark.parametrize("base", ["Hopper", "gym_extensions/Hopper-v0", task("Hopper")])
@@ -34,6 +43,43 @@ def test_variations_are_added_after_those_of_the_task() -> None:
 def test_a_combination_that_is_published_is_the_published_task_in_any_order(order: int) -> None:
     variations = [RangeSensor(), Wall(0.8)][::order]
     assert customize("Hopper", variations) is task("HopperWall")
+
+
+@pytest.mark.parametrize("factor", [np.float64(0.5), np.float32(0.5), 0.5])
+def test_numbers_of_any_type_give_one_task(factor: float) -> None:
+    assert customize("Hopper", [Gravity(factor)]) is task("HopperGravityHalf")
+    assert customize("Humanoid", [RangeSensor(), Wall(10)]) is task("HumanoidWall")
+    assert customize("Hopper", [Gravity(2)]) == customize("Hopper", [Gravity(2.0)])
+    assert customize("Hopper", [Gravity(2)]).id == "gym_extensions/Hopper.Gravity-2.0-v0"
+    limit: Any = np.int64(1000)
+    assert customize("Hopper", max_steps=limit) is task("Hopper")
+
+
+def test_values_that_differ_in_a_sign_give_two_ids() -> None:
+    walls = [Wall(0.9, centre_height=height) for height in (0.125, -0.125)]
+    names = [customize("Hopper", [wall]).name for wall in walls]
+    assert names == [f"Hopper.Wall-0.9-0.4-0.5-{height}-1.8-3.8-False" for height in ("0.125", "m0.125")]
+    assert customize("Hopper", [Gravity(1e16)]).id != customize("Hopper", [Gravity(1e-16)]).id
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Wall(farthest=float("inf")), "Wall's farthest is inf. Give a finite number above 0."),
+        (lambda: Wall(farthest=WORD), "Wall's farthest is 'no'. Give a finite number above 0."),
+        (lambda: Wall(centre_height=float("nan")), "Wall's centre_height is nan. Give a finite number."),
+        (lambda: Wall(parked=WORD), "Wall's parked is 'no'. Give true or false."),
+        (
+            lambda: TrackingGoal(4.1),
+            "TrackingGoal's speed is 4.1. Give at most 4, with which a goal crosses its rectangle in one "
+            "step.",
+        ),
+    ],
+)
+def test_a_value_that_no_simulation_can_have_is_refused(make: Callable[[], object], message: str) -> None:
+    with pytest.raises(BenchError) as error:
+        make()
+    assert str(error.value) == message
 
 
 def test_another_time_limit_is_another_task() -> None:

@@ -82,6 +82,17 @@ def test_publishing_again_changes_nothing() -> None:
     assert json.loads(fingerprint.text(table)) == table
 
 
+def test_fingerprints_of_another_engine_are_not_mixed_with_the_published_ones(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(fingerprint, "engine", lambda: {"mujoco": "9.9.9"})
+    monkeypatch.setattr(fingerprint, "TASKS", {HALF: task(HALF)})
+    with pytest.raises(BenchError, match="Install that engine, or replace all fingerprints") as error:
+        fingerprint.updated()
+    assert error.value.code == "other-engine"
+    assert fingerprint.updated(replace=True)[0]["engine"] == {"mujoco": "9.9.9"}
+
+
 def test_canary_actions_fill_the_space_and_differ_from_step_to_step() -> None:
     space = construct_mujoco("Hopper").action_space
     chosen = list(canary.actions(space))

@@ -80,6 +80,14 @@ def test_a_published_id_accepts_rendering_and_its_own_time_limit() -> None:
     assert gym.make(MAP, render_mode="rgb_array").render_mode == "rgb_array"
 
 
+def test_gymnasium_makes_the_render_modes_that_follow_from_others() -> None:
+    for name in ("HopperGravityHalf", "State-Based-Navigation-2d-Map0-Goal0"):
+        env = gym.make(f"gym_extensions/{name}-v0", render_mode="rgb_array_list")
+        assert isinstance(env, gym.wrappers.RenderCollection)
+        assert env.unwrapped.render_mode == "rgb_array"
+        env.close()
+
+
 def test_a_task_under_an_id_of_your_own_has_its_own_time_limit() -> None:
     spec = EnvSpec("Mine-v0", entry_point="gym_extensions.envs.make:construct", kwargs={"task": "Hopper"})
     assert gym.make(spec).get_wrapper_attr("task").name == "Hopper"

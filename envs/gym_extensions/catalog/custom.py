@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import astuple, is_dataclass, replace
@@ -31,9 +32,9 @@ def customize(
         BenchError: the task is unknown, the time limit is below 1, or a value is not a variation.
     """
     base = task if isinstance(task, Task) else published_task(task)
-    _check_limit(max_steps)
+    limit = _limit(max_steps)
     added = _checked(variations)
-    steps = base.max_steps if max_steps is None else max_steps
+    steps = base.max_steps if limit is None else limit
     if not added and steps == base.max_steps:
         return base
     combined = (*base.variations, *added)
@@ -46,15 +47,22 @@ def customize(
 
 
 def label(variation: Variation) -> str:
-    """The variation as a part of a task's name: its kind and its values (``Gravity-0.8``)."""
+    """The variation as a part of a task's name: its kind and values (``Gravity-0.8``), with m for a minus."""
     values: tuple[object, ...] = astuple(variation) if is_dataclass(variation) else ()
-    return re.sub(r"[^\w.]+", "-", "-".join([type(variation).__name__, *map(str, values)])).strip("-")
+    words = (str(value).replace("-", "m") if isinstance(value, float) else str(value) for value in values)
+    return re.sub(r"[^\w.]+", "-", "-".join([type(variation).__name__, *words])).strip("-")
 
 
-def _check_limit(max_steps: Any) -> None:
-    is_count = isinstance(max_steps, int) and not isinstance(max_steps, bool) and max_steps >= 1
-    if max_steps is not None and not is_count:
+def _limit(max_steps: Any) -> int | None:
+    if max_steps is None:
+        return None
+    try:
+        limit = 0 if isinstance(max_steps, bool) else operator.index(max_steps)
+    except TypeError:
+        limit = 0
+    if limit < 1:
         raise BenchError("bad-limit", f"max_steps is {max_steps!r}.", hint="Give a whole number above 0.")
+    return limit
 
 
 def _checked(variations: Any) -> tuple[Variation, ...]:

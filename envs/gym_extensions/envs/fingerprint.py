@@ -164,8 +164,15 @@ def updated(replace: bool = False) -> tuple[dict[str, Any], list[str]]:
     """Returns the table with a row for every new task, and the ids of the new rows.
 
     Published rows stay byte for byte; with ``replace``, rows that differ from their task are computed again.
+
+    Raises:
+        BenchError: the installed physics engine is not that of the published rows, and ``replace`` is false.
     """
-    old = fingerprints.table() if fingerprints.PATH.exists() else {"tasks": {}}
+    empty: dict[str, Any] = {"engine": engine(), "tasks": {}}
+    old = fingerprints.table() if fingerprints.PATH.exists() else empty
+    if old["engine"] != engine() and not replace:
+        message = f"The published fingerprints are of {old['engine']}; installed is {engine()}."
+        raise BenchError("other-engine", message, hint="Install that engine, or replace all fingerprints.")
     rows: dict[str, Any] = {}
     changed = []
     for task in TASKS.values():

@@ -18,6 +18,8 @@ from gym_extensions.envs.gym_request import check_keywords, request, resolve
 from gym_extensions.envs.mujoco.task_env import TaskEnv
 
 ENTRY_POINT = "gym_extensions.envs.make:construct"
+RENDER_MODES = ["human", "rgb_array", "depth_array", "rgbd_tuple"]
+"""Those of Gymnasium's MuJoCo environments. From them Gymnasium makes others, such as ``rgb_array_list``."""
 VECTOR_ENTRY_POINT = "gym_extensions.envs.make_vec:construct"
 
 
@@ -35,6 +37,9 @@ def construct(task: str | Task | Mapping[str, Any], **rendering: Any) -> gym.Env
     row = resolve(task, request())
     check_keywords(row, rendering)
     return build(row, **rendering)
+
+
+construct.metadata = {"render_modes": RENDER_MODES}  # type: ignore[attr-defined]  # read by gymnasium.make
 
 
 def build(row: Task, **rendering: Any) -> gym.Env[Any, Any]:

@@ -186,4 +186,4 @@ def test_an_unknown_part_raises_an_error(body: str, part: str, text: str) -> Non
 def test_the_factor_must_be_a_finite_number_above_0(factor: Any) -> None:
     with pytest.raises(BenchError) as caught:
         LimbScale("Foot", factor)
-    assert str(caught.value) == f"LimbScale's factor for 'Foot' is {factor!r}. Give a finite number above 0."
+    assert str(caught.value) == f"LimbScale's factor is {factor!r}. Give a finite number above 0."

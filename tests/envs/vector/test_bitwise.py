@@ -136,6 +136,17 @@ def test_costs_use_the_precision_of_the_actions(body: str) -> None:
     assert_bitwise_equal([body], num_envs=2, steps=40, dtype=np.float64)
 
 
+def test_rewards_do_not_depend_on_the_memory_order_of_the_actions() -> None:
+    first, second = envs.make_vec("Humanoid", 4), envs.make_vec("Humanoid", 4)
+    for env in (first, second):
+        env.reset(seed=0)
+    rng = np.random.default_rng(0)
+    for _ in range(60):
+        actions = rng.uniform(-0.4, 0.4, (4, 17)).astype(np.float32)
+        ours, theirs = first.step(actions), second.step(np.asfortranarray(actions))
+        assert np.array_equal(ours[1], theirs[1])
+
+
 def test_an_unknown_runtime_variation_is_stepped_through_single_environments() -> None:
     class Whim(RuntimeVariation):
         """Something new at run time."""

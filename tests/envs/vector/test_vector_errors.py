@@ -104,6 +104,10 @@ MISTAKES: list[tuple[Callable[[], object], str]] = [
         for indices in ([0, 2], [-1, 0], [1, 1], [0.0, 1.0], [True, False], [])
     ),
     (
+        lambda: reset(num_envs=4).restore_states(reset(num_envs=4).save_states(), [2]),
+        "make_vec: The states' 'qpos' has 4 rows; expected 1. Give one row per restored environment.",
+    ),
+    (
         lambda: reset().step(np.zeros((2, 4), np.float32)),
         "make_vec: The action has shape (2, 4); expected (2, 3). Give one number per actuator.",
     ),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from gym_extensions.catalog.variations.base import RuntimeVariation, require_positive
+from gym_extensions.catalog.variations.base import RuntimeVariation, set_positive
 
 if TYPE_CHECKING:
     import mujoco
@@ -24,7 +24,12 @@ class MotorNoise(RuntimeVariation):
     scale: float = 0.1
 
     def __post_init__(self) -> None:
-        require_positive("MotorNoise's scale", self.scale)
+        set_positive(self, "scale")
+
+    @classmethod
+    def fits(cls, body: Body) -> bool:
+        """Returns whether the body has motors."""
+        return body.family != "navigation"
 
     def describe(self, body: Body, spec: mujoco.MjSpec) -> str:
         """Returns the documentation's sentence."""

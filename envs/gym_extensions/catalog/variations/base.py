@@ -48,8 +48,22 @@ class RuntimeVariation(BaseVariation):
     """A variation that acts while the simulation runs and leaves the model of the base body unchanged."""
 
 
-def require_positive(name: str, value: object) -> None:
-    """Raises ``BenchError`` unless the value is a finite number above 0."""
+def set_positive(variation: BaseVariation, *names: str) -> None:
+    """Stores fields of a frozen variation as floats, so that equal numbers of any type give one task.
+
+    Raises:
+        BenchError: a value is not a finite number above 0.
+    """
+    for name in names:
+        value = getattr(variation, name)
+        number = finite(value)
+        if number is None or number <= 0:
+            message = f"{type(variation).__name__}'s {name} is {value!r}."
+            raise BenchError("bad-factor", message, hint="Give a finite number above 0.")
+        object.__setattr__(variation, name, number)
+
+
+def finite(value: object) -> float | None:
+    """The value as a float; None if it is not a finite number."""
     number = float(value) if isinstance(value, SupportsFloat) and not isinstance(value, bool) else math.nan
-    if not (math.isfinite(number) and number > 0):
-        raise BenchError("bad-factor", f"{name} is {value!r}.", hint="Give a finite number above 0.")
+    return number if math.isfinite(number) else None

@@ -5,12 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from gym_extensions.catalog.variations.base import RuntimeVariation, require_positive
+from gym_extensions.catalog.variations.base import RuntimeVariation, set_positive
+from gym_extensions.errors import BenchError
 
 if TYPE_CHECKING:
     import mujoco
 
     from gym_extensions.catalog.bodies.body import Body
+
+
+MAX_SPEED = 4.0
+"""Largest speed of a moving goal, in m/s: 0.2 m, the shortest side of a rectangle, per step of 0.05 s."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +63,10 @@ class TrackingGoal(RuntimeVariation):
     speed: float = 0.2
 
     def __post_init__(self) -> None:
-        require_positive("TrackingGoal's speed", self.speed)
+        set_positive(self, "speed")
+        if self.speed > MAX_SPEED:
+            hint = f"Give at most {MAX_SPEED:g}, with which a goal crosses its rectangle in one step."
+            raise BenchError("bad-factor", f"TrackingGoal's speed is {self.speed!r}.", hint=hint)
 
     @classmethod
     def fits(cls, body: Body) -> bool:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from decimal import Decimal
 from typing import TYPE_CHECKING
 
-from gym_extensions.catalog.variations.base import BaseVariation, require_positive
+from gym_extensions.catalog.variations.base import BaseVariation, set_positive
 
 if TYPE_CHECKING:
     import mujoco
@@ -21,7 +21,7 @@ class Gravity(BaseVariation):
     factor: float
 
     def __post_init__(self) -> None:
-        require_positive("Gravity's factor", self.factor)
+        set_positive(self, "factor")
 
     @classmethod
     def fits(cls, body: Body) -> bool:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from gym_extensions.catalog.bodies import body_of_model
-from gym_extensions.catalog.variations.base import BaseVariation, require_positive
+from gym_extensions.catalog.variations.base import BaseVariation, set_positive
 from gym_extensions.errors import BenchError, did_you_mean
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ class LimbScale(BaseVariation):
     factor: float
 
     def __post_init__(self) -> None:
-        require_positive(f"LimbScale's factor for {self.part!r}", self.factor)
+        set_positive(self, "factor")
 
     @classmethod
     def fits(cls, body: Body) -> bool:

@@ -5,7 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from gym_extensions.catalog.variations.base import BaseVariation, RuntimeVariation, require_positive
+from gym_extensions.catalog.variations.base import (
+    BaseVariation,
+    RuntimeVariation,
+    finite,
+    set_positive,
+)
 from gym_extensions.errors import BenchError
 
 if TYPE_CHECKING:
@@ -38,8 +43,14 @@ class Wall(BaseVariation):
     parked: bool = False
 
     def __post_init__(self) -> None:
-        for name in ("width", "depth", "height", "nearest"):
-            require_positive(f"Wall's {name}", getattr(self, name))
+        set_positive(self, "width", "depth", "height", "nearest", "farthest")
+        height = finite(self.centre_height)
+        if height is None:
+            message = f"Wall's centre_height is {self.centre_height!r}."
+            raise BenchError("bad-height", message, hint="Give a finite number.")
+        object.__setattr__(self, "centre_height", height)
+        if not isinstance(self.parked, bool):
+            raise BenchError("bad-value", f"Wall's parked is {self.parked!r}.", hint="Give true or false.")
         if not self.farthest >= self.nearest:
             message = f"Wall's farthest is {self.farthest!r} and its nearest {self.nearest!r}."
             raise BenchError("bad-range", message, hint="Give farthest at least as large as nearest.")
@@ -129,8 +140,7 @@ class SensorNoise(_OnTorso):
     noise: float = 0.02
 
     def __post_init__(self) -> None:
-        require_positive("SensorNoise's dropout", self.dropout)
-        require_positive("SensorNoise's noise", self.noise)
+        set_positive(self, "dropout", "noise")
         if self.dropout > 1:
             raise BenchError(
                 "bad-factor", f"SensorNoise's dropout is {self.dropout!r}.", hint="Give at most 1."

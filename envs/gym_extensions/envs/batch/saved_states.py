@@ -42,6 +42,14 @@ def rows_for(states: States, rows: Indices, expected: Mapping[str, Array]) -> di
     return selected
 
 
+def check_rows(states: States, count: int) -> None:
+    """Raises ``BenchError`` unless every array has one row per restored environment."""
+    for name, value in states.items():
+        if np.ndim(value) > 0 and len(value) != count:
+            message = f"The states' {name!r} has {len(value)} rows; expected {count}."
+            raise BenchError("bad-state", message, WHERE, "Give one row per restored environment.")
+
+
 def check_names(states: States, expected: set[str]) -> None:
     """Raises ``BenchError`` for a name that no environment saves."""
     for name in sorted(states.keys() - expected):

@@ -17,6 +17,7 @@ from gym_extensions.catalog.task import Task
 from gym_extensions.envs.actions import check_actions
 from gym_extensions.envs.batch.engine import Engine
 from gym_extensions.envs.batch.infos import combine, gather, select
+from gym_extensions.envs.batch.saved_states import check_rows
 from gym_extensions.envs.batch.seeding import WHERE, check_indices, reset_mask, seed_of_each
 from gym_extensions.envs.lifecycle import IndependentCopies, require_open, require_reset
 from gym_extensions.envs.protocols import Array, Flags, Indices, States
@@ -101,7 +102,7 @@ class TaskVectorEnv(gym.vector.VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any
         """
         if self.closed or not self._is_set:
             self._require_state()
-        checked = check_actions(actions, self._actions_shape, WHERE)
+        checked = np.ascontiguousarray(check_actions(actions, self._actions_shape, WHERE))
         starting = self._ended if self._ended.any() else None
         rewards, terminations = self._engine.step(checked, starting)
         parts = self._engine.step_infos()
@@ -161,6 +162,7 @@ class TaskVectorEnv(gym.vector.VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any
         require_open(self.closed, WHERE)
         chosen = check_indices(indices, self.num_envs)
         require_reset(self._is_set or len(chosen) == self.num_envs, WHERE)
+        check_rows(states, len(chosen))
         self._engine.load(chosen, states)
         self._elapsed[chosen] = 0
         self._ended[chosen] = False
@@ -173,6 +175,7 @@ class TaskVectorEnv(gym.vector.VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any
         Raises:
             BenchError: another name, or arguments.
             ResetNeededError: ``save_state`` of environments that were never reset.
+            ClosedError: the environments are closed.
         """
         answers: dict[str, Callable[[], Iterable[Any]]] = {
             "save_state": self._engine.save_each,
@@ -183,6 +186,7 @@ class TaskVectorEnv(gym.vector.VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any
         if name not in answers or args or kwargs:
             hint = f"Call one of {', '.join(answers)}, without arguments."
             raise BenchError("unknown-call", f"The environments have no {name!r}.", WHERE, hint)
+        require_open(self.closed, WHERE)
         if name == "save_state":
             self._require_state()
         return tuple(answers[name]())

@@ -28,9 +28,10 @@ bodies `width`, `height`, `camera_id`, `camera_name`, `default_camera_config`, `
 `spec` of a custom task can be written with `to_json`, read with `EnvSpec.from_json` and given to
 `gymnasium.make`.
 
-`copy`, `copy.deepcopy` and `pickle` of an environment or vector environment return one that continues
-exactly where the original is. A step before the first reset raises `gymnasium.error.ResetNeeded`, and any
-use of a closed vector environment `gymnasium.error.ClosedEnvironmentError`.
+`copy.deepcopy` and `pickle` of an environment or vector environment return one that continues exactly
+where the original is, and so does `copy.copy` of one without wrappers. A step before the first reset
+raises `gymnasium.error.ResetNeeded`, and any use of a closed vector environment
+`gymnasium.error.ClosedEnvironmentError`.
 
 ### Videos
 
