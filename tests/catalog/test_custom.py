@@ -17,7 +17,6 @@ from gym_extensions.catalog.variations.morphology import LimbScale
 from gym_extensions.catalog.variations.obstacles import RangeSensor, Wall
 from gym_extensions.errors import BenchError
 
-
 WORD: Any = "no"
 
 
