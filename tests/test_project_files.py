@@ -103,6 +103,17 @@ def test_a_workflow_that_runs_on_untrusted_input_starts_without_permissions_and_
     assert "github.event.pull_request.title" not in texts["gate.yml"]
 
 
+def test_the_comment_follows_only_the_gate_of_the_main_branch() -> None:
+    """A pull request can add a workflow that is named like the gate."""
+    text = (ROOT / ".github/workflows/gate-comment.yml").read_text("utf-8")
+    (condition,) = re.findall(r"^    if: >-\n((?:      .*\n)+)", text, flags=re.MULTILINE)
+    assert [part.strip().removesuffix(" &&") for part in condition.splitlines()] == [
+        "github.event.workflow_run.event == 'pull_request_target'",
+        "github.event.workflow_run.path == '.github/workflows/gate.yml'",
+        "github.event.workflow_run.conclusion != 'cancelled'",
+    ]
+
+
 def test_one_action_has_one_pin() -> None:
     uses = {
         use for path in WORKFLOWS for use in re.findall(r"uses: (.*)$", path.read_text("utf-8"), re.MULTILINE)

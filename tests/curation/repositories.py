@@ -55,6 +55,19 @@ def write_entry(folder: Path, name: str, bonus: float = 0.0, group: str = "hoppe
     )
 
 
+def make_crossed(folder: Path) -> None:
+    """Makes ``request`` a merge of both sides of an old merge, without what the base changed."""
+    git(folder, "switch", "--quiet", "-c", "first", "main")
+    first = commit(folder, {"submissions/old/README.md": "x\n"})
+    git(folder, "switch", "--quiet", "main")
+    second = commit(folder, {"scoring/rank.py": "rank = 2\n"})
+    git(folder, "merge", "--quiet", "--no-edit", "first")
+    tree = git(folder, "rev-parse", f"{first}^{{tree}}")
+    crossed = git(folder, "commit-tree", tree, "-p", first, "-p", second, "-m", "crossed")
+    git(folder, "switch", "--quiet", "request")
+    git(folder, "reset", "--quiet", "--hard", crossed)
+
+
 def make_project(folder: Path) -> Path:
     """A repository with code, an owner, an entry and its ledger.
 

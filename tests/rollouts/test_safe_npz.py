@@ -5,8 +5,10 @@ from __future__ import annotations
 import io
 import random
 import struct
+import tracemalloc
 import warnings
 import zipfile
+import zlib
 
 import numpy as np
 import pytest
@@ -116,3 +118,27 @@ def test_damaged_files_are_never_read_as_other_numbers() -> None:
         else:
             assert [name for name, values in result.items() if values.tolist() != original[name]] == []
     assert 500 < refused < 1500
+
+
+def test_a_member_that_is_larger_than_it_says_is_not_unpacked() -> None:
+    """64 MiB of zeros follow an array; size and CRC of the headers are those of the array alone."""
+    stream = io.BytesIO()
+    np.save(stream, np.arange(10.0))
+    array = stream.getvalue()
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("x.npy", array + bytes(2**26))
+    data = bytearray(packed.getvalue())
+    central = data.rindex(b"PK\x01\x02")
+    for crc, size in ((14, 22), (central + 16, central + 24)):
+        data[crc : crc + 4] = zlib.crc32(array).to_bytes(4, "little")
+        data[size : size + 4] = len(array).to_bytes(4, "little")
+    tracemalloc.start()
+    try:
+        values = read(bytes(data))
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert values is not None
+    assert values["x"].tolist() == list(range(10))
+    assert peak < 2**22

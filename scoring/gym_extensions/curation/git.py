@@ -120,12 +120,12 @@ class Repository:
             raise BenchError("unknown-commit", f"There is no commit {name!r}.", hint=hint) from None
         return id_.decode().strip()
 
-    def merge_base(self, first: str, second: str) -> str | None:
-        """The common ancestor of two commits; None without one."""
+    def merge_bases(self, first: str, second: str) -> list[str]:
+        """The best common ancestors of two commits: several after a criss-cross, none without any."""
         try:
-            return self.run("merge-base", first, second).decode().split()[0]
+            return self.run("merge-base", "--all", first, second).decode().split()
         except BenchError:
-            return None
+            return []
 
     def tree(self, commit: str, path: str = "") -> tuple[TreeEntry, ...]:
         """All files of a commit below a folder (the whole tree by default), with full paths."""

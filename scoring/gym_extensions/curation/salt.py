@@ -8,7 +8,7 @@ from pathlib import PurePosixPath
 
 from gym_extensions.curation.git import Repository
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.layout import TRACES
+from gym_extensions.rollouts.layout import POLICIES, TRACES
 
 VALUE = re.compile(r"[0-9a-f]{40,128}")
 
@@ -44,7 +44,36 @@ def fixing_commit(repository: Repository, commit: str, folder: str) -> str:
     Returns:
         the id of the commit; empty if the history has no such folder.
     """
+    return _changes(repository, commit, folder, "--max-count=1")
+
+
+def salted_commits(repository: Repository, commit: str, folder: str) -> list[str]:
+    """The commits that fixed a submission with the logs and policies that it has now, newest first.
+
+    Each has a salt of its own. The first of them changed the logs or policies, the others only other files.
+
+    Args:
+        repository: the repository, by its top folder.
+        commit: where the history begins.
+        folder: the path of the submission in the repository.
+    """
+    path = PurePosixPath(folder).as_posix()
+    audited = (f":(glob){path}/*/*.csv", f":(glob){path}/*/{POLICIES}/**")
+    arguments = ("--first-parent", "--max-count=1", commit, "--", *audited)
+    first = repository.run("rev-list", *arguments).decode().strip()
+    later = _changes(repository, f"{first}..{commit}", folder).split() if first else []
+    return [*later, first] if first else []
+
+
+def is_audited(path: str) -> bool:
+    """Whether a file of a submission is a log or a policy."""
+    return path.endswith(".csv") or f"/{POLICIES}/" in path
+
+
+def _changes(repository: Repository, commits: str, folder: str, *options: str) -> str:
+    """The first-parent commits that changed a file of a submission other than a trace, one id per line."""
     path = PurePosixPath(folder).as_posix()
     traces = f":(exclude,glob){path}/*/{TRACES}/**"
-    arguments = ("--first-parent", "--max-count=1", commit, "--", path, traces)
-    return repository.run("rev-list", *arguments).decode().strip()
+    return (
+        repository.run("rev-list", "--first-parent", *options, commits, "--", path, traces).decode().strip()
+    )

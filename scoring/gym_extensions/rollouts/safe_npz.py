@@ -133,6 +133,15 @@ def members(data: bytes) -> tuple[list[Member], int] | None:
         return None
 
 
+def bounded(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> bytes:
+    """The content of a member, of which no more is unpacked than the size that the archive states.
+
+    ``ZipFile.read`` unpacks everything first, and cuts it to that size.
+    """
+    with archive.open(info) as stream:
+        return stream.read(info.file_size)
+
+
 def read(data: bytes, max_bytes: int = MAX_UNPACKED_BYTES) -> dict[str, NDArray[Any]] | None:
     """The arrays of an .npz file by name, or None unless all are arrays of numbers within the limits.
 
@@ -148,7 +157,7 @@ def read(data: bytes, max_bytes: int = MAX_UNPACKED_BYTES) -> dict[str, NDArray[
                 return None
             for info in infos:
                 is_plain = _is_plain(info)
-                content = archive.read(info) if is_plain else b""
+                content = bounded(archive, info) if is_plain else b""
                 member = Member(info.filename, info.file_size, is_plain, _header(content))
                 if not member.is_valid or (header := member.header) is None:
                     return None

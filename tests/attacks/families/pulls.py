@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ...curation.gate.plays import PLAYS, index
+from ...curation.repositories import make_crossed
 from ..attack import NOT_DETECTED, REPLAYED, Attack
 from ..forgeries.pulls import (
     edited_line,
@@ -56,6 +57,16 @@ ATTACKS = (
     ),
     Attack(
         "A pull request has no common ancestor with the base.", request(orphan), "check-pr: unrelated-history"
+    ),
+    Attack(
+        "A pull request merges both sides of an old merge, so that its merge reverts what the base changed.",
+        request(make_crossed),
+        "check-pr: crossed-history",
+    ),
+    Attack(
+        "The README of an entry is edited, so that another salt draws the sample of the same logs.",
+        request(write("submissions/old/README.md", "A typo.\n")),
+        OWNER,
     ),
     Attack("An old edit of an entry overwrites a newer one.", request(outdated), "check-pr: outdated-entry"),
     Attack(

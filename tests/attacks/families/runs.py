@@ -122,7 +122,7 @@ ATTACKS = (
         "retraining: not-reproducible",
         REEVALUATED,
         REEVALUATED,
-        "Retraining. Curves have no traces; the scorer notes returns that are far above a curve.",
+        "Retraining. Curves have no traces; the scorer notes sampled returns that are far above a curve.",
     ),
     Attack("Another version of MuJoCo.", submission(declared("mujoco", '"9.9"')), "rules: foreign-version"),
     Attack(

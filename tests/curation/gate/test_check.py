@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import shutil
 import sys
@@ -25,11 +26,12 @@ from gym_extensions.curation.gate.rules import RULES
 from gym_extensions.curation.git import Repository
 from gym_extensions.curation.ledger.append import Author, append, repeated
 from gym_extensions.curation.ledger.chain import read
+from gym_extensions.curation.ledger.verify import check_folders
 from gym_extensions.curation.salt import derive_salt
 from gym_extensions.rollouts.auditing.submission_digest import digest_without_traces
 from gym_extensions.scoring.documents import json_schema
 
-from ..repositories import commit, git, make_project
+from ..repositories import commit, git, make_crossed, make_project
 from .plays import NEW, PLAYS, index
 
 VALUE = "e" * 40
@@ -185,6 +187,37 @@ def test_a_pull_request_without_a_change_or_a_common_ancestor_is_refused(project
     assert rules(checked(project)) == [("unrelated-history", "")]
 
 
+def test_a_history_with_several_common_ancestors_is_refused(project: Path) -> None:
+    """The merge would revert what the base changed on its side."""
+    make_crossed(project)
+    (problem,) = checked(project).problems
+    assert (problem.rule, problem.message) == ("crossed-history", "The two commits have 2 common ancestors.")
+
+
+@pytest.mark.usefixtures("no_judge")
+def test_another_salt_of_the_same_logs_is_noted(project: Path) -> None:
+    commit(project, {"submissions/old/README.md": "A typo.\n"})
+    assert checked(project).notes[0] == "The logs stay, and their salt becomes another one."
+    git(project, "switch", "--quiet", "main")
+    git(project, "merge", "--quiet", "--no-ff", "--no-edit", "request")
+    git(project, "switch", "--quiet", "-c", "traces")
+    commit(project, {"submissions/old/hopper-gravity/traces/x.npz": "x"})
+    assert checked(project, head="traces").notes[0] == (
+        "This is salt 2 of the same logs: other files were changed after the first."
+    )
+
+
+def test_a_line_about_an_entry_without_files_is_refused(project: Path) -> None:
+    line = read(project / "submissions")[-1]
+    nothing = hashlib.sha256(b"").hexdigest()
+    append(project / "submissions", [replace(line, entry="absent", digest=nothing)])
+    commit(project)
+    assert rules(checked(project)) == [("ledger-entry", "absent")]
+    assert [(problem.rule, problem.message) for problem in check_folders(project / "submissions")] == [
+        ("ledger-entry", "The folder is absent.")
+    ]
+
+
 def test_an_edit_of_an_entry_that_the_base_changed_meanwhile_is_refused(project: Path) -> None:
     commit(project, {"submissions/old/README.md": "One text.\n"})
     git(project, "switch", "--quiet", "main")
@@ -269,7 +302,7 @@ def test_a_submission_that_reaches_a_limit_is_refused(request_with_entry: Path) 
 
 @pytest.mark.usefixtures("no_judge")
 def test_the_command_prints_a_report_that_its_schema_allows_and_reads_it_back(
-    project: Path, capfdbinary: pytest.CaptureFixture[bytes]
+    project: Path, tmp_path: Path, capfdbinary: pytest.CaptureFixture[bytes]
 ) -> None:
     commit(project, {"submissions/old/README.md": "A text.\n"})
     assert main(["--repository", str(project), "--base", "main", "--json", "--number", "3"]) == 0
@@ -281,8 +314,12 @@ def test_the_command_prints_a_report_that_its_schema_allows_and_reads_it_back(
     path.write_bytes(printed)
     assert main(["--labels", str(path)]) == 0
     assert capfdbinary.readouterr().out == b"edits-entry\nreplayed\n"
+    without = tmp_path / "without.json"
+    without.write_text(replace(report, kind="code", verdict="not-judged", labels=()).to_json())
+    assert main(["--labels", str(without)]) == 0
+    assert capfdbinary.readouterr().out == b""
     assert main(["--comment", str(path)]) == 0
-    assert b"```text\n`@alice` <img>\n```" in capfdbinary.readouterr().out
+    assert b"\n`@alice` <img>\n```" in capfdbinary.readouterr().out
 
 
 @pytest.mark.parametrize(

@@ -43,6 +43,8 @@ def test_a_report_is_read_back_as_it_was() -> None:
         ("entry", "../entry"),
         ("salt", "abc"),
         ("labels", ["maintainer-approved"]),
+        ("owners", ["@x)\n\n# Refused [Sign in](https://example.org)"]),
+        ("owners", ["x"]),
         ("notes", ["x" * 501]),
         ("problems", [{"rule": "r", "where": "", "message": "\x1b[2J", "hint": ""}]),
         ("problems", [{"rule": "r", "where": "", "message": "", "hint": ""}] * 51),

@@ -13,20 +13,19 @@ from gym_extensions.curation.digest import digest_of, tree_digest, tree_hashes
 from gym_extensions.curation.gate.changes import LEDGER, SUBMISSIONS, PullRequest, is_data
 from gym_extensions.curation.gate.judge import judge
 from gym_extensions.curation.gate.limits import DEFAULT, Limits
-from gym_extensions.curation.gate.report import MAX_PROBLEMS, GateReport, Kind, Label, cut, cut_problem
+from gym_extensions.curation.gate.report import MAX_PROBLEMS, OWNER, GateReport, Kind, Label, cut, cut_problem
 from gym_extensions.curation.gate.rules import broken_rules
 from gym_extensions.curation.git import Repository
 from gym_extensions.curation.ledger.chain import parse, states
 from gym_extensions.curation.ledger.history import require_appended
 from gym_extensions.curation.ledger.rebuild import extract
-from gym_extensions.curation.salt import derive_salt, fixing_commit
+from gym_extensions.curation.salt import derive_salt, fixing_commit, is_audited, salted_commits
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.auditing.submission_digest import digest_without_traces
 from gym_extensions.rollouts.layout import NAME
 from gym_extensions.rollouts.problem import Problem
 
 CODEOWNERS = ".github/CODEOWNERS"
-OWNER = re.compile(r"@[A-Za-z0-9][A-Za-z0-9-]*(/[A-Za-z0-9._-]+)?")
 REVIEWED: tuple[Kind, ...] = ("edit", "ledger", "challenge")
 """Kinds that need the agreement of an owner or a maintainer."""
 KIND_LABELS: dict[Kind, Label] = {
@@ -83,11 +82,15 @@ def check_pull_request(request: Request) -> GateReport:
 
 def _open(repository: Repository, base: str, head: str) -> PullRequest:
     """The pull request from one commit to another. Raises BenchError if it is none."""
-    start = repository.merge_base(base, head)
-    if start is None:
+    starts = repository.merge_bases(base, head)
+    if not starts:
         message = "The two commits have no common ancestor."
         raise BenchError("unrelated-history", message, hint="Start from the base's branch.")
-    pull_request = PullRequest(repository, start, base, head)
+    if len(starts) > 1:
+        # A merge uses all of them, so that the difference to one of them is not what the merge changes.
+        message = f"The two commits have {len(starts)} common ancestors."
+        raise BenchError("crossed-history", message, hint="Rebase the branch on the base's branch.")
+    pull_request = PullRequest(repository, starts[0], base, head)
     if not pull_request.changes:
         raise BenchError("no-change", "It changes nothing.", head, "Commit the submission on a branch.")
     return pull_request
@@ -107,7 +110,7 @@ def _owners(pull_request: PullRequest, entry: str) -> tuple[str, ...]:
     data = pull_request.repository.file(pull_request.base, CODEOWNERS) or b""
     rows = [line.split() for line in data.decode(errors="replace").splitlines()]
     owners = [row[1:] for row in rows if row and row[0] == f"/{SUBMISSIONS}/{entry}/"]
-    return tuple(name for name in (owners[-1] if owners else []) if OWNER.fullmatch(name))
+    return tuple(name for name in (owners[-1] if owners else []) if re.fullmatch(OWNER, name))
 
 
 def _closed(report: GateReport, problems: list[Problem]) -> GateReport:
@@ -139,7 +142,8 @@ def _ledger_problems(pull_request: PullRequest) -> list[Problem]:
     for name, state in after.items():
         if state.active and before.get(name) != state:
             files = pull_request.files_of(name)
-            if tree_digest(repository, files, f"{SUBMISSIONS}/{name}/") != state.last.digest:
+            digest = tree_digest(repository, files, f"{SUBMISSIONS}/{name}/")
+            if not files or digest != state.last.digest:
                 message = "The new line has another digest than the files."
                 problems.append(Problem("ledger-entry", name, message, "Write it with `ledger add`."))
     return problems
@@ -169,6 +173,17 @@ def _fixed_value(pull_request: PullRequest, prefix: str, hashes: Mapping[str, st
     return fixing_commit(repository, base, prefix.rstrip("/")) if is_fixed else ""
 
 
+def _salt_notes(pull_request: PullRequest, prefix: str, value: str) -> tuple[str, ...]:
+    """A note if the same logs had a salt before: an author could edit other files until one suits."""
+    folder = prefix.rstrip("/")
+    count = len(salted_commits(pull_request.repository, pull_request.base, folder))
+    if value and count > 1:
+        return (f"This is salt {count} of the same logs: other files were changed after the first.",)
+    if count and not value and not any(map(is_audited, pull_request.paths)):
+        return ("The logs stay, and their salt becomes another one.",)
+    return ()
+
+
 def _judged(report: GateReport, pull_request: PullRequest, request: Request) -> GateReport:
     """The report with what the files of the entry prove, in a process with limits."""
     entry, repository = report.entry, pull_request.repository
@@ -180,6 +195,7 @@ def _judged(report: GateReport, pull_request: PullRequest, request: Request) -> 
     with tempfile.TemporaryDirectory() as scratch:
         extract(repository, files, prefix, Path(scratch) / entry)
         judgement = judge(Path(scratch) / entry, salt, request.limits)
+    salt_notes = _salt_notes(pull_request, prefix, value) if report.kind == "edit" else ()
     judged = replace(
         report,
         digest=digest_of(hashes),
@@ -189,6 +205,6 @@ def _judged(report: GateReport, pull_request: PullRequest, request: Request) -> 
         replayed=judgement.replayed,
         episodes=judgement.episodes,
         scores=judgement.scores,
-        notes=tuple(map(cut, judgement.notes[:MAX_PROBLEMS])),
+        notes=tuple(map(cut, [*salt_notes, *judgement.notes][:MAX_PROBLEMS])),
     )
     return _closed(judged, list(judgement.problems))

@@ -57,8 +57,8 @@ def _print(text: str) -> None:
     sys.stdout.buffer.flush()
 
 
-def _document(options: argparse.Namespace) -> str:
-    """What the options that check nothing print; empty for the others."""
+def _document(options: argparse.Namespace) -> str | None:
+    """What the options that check nothing print; None for the others."""
     if options.schema:
         return json.dumps(json_schema(GateReport), indent=1, sort_keys=True) + "\n"
     if options.rules:
@@ -68,14 +68,14 @@ def _document(options: argparse.Namespace) -> str:
         return comment(_read(options.comment))
     if options.labels:
         return "".join(f"{label}\n" for label in _read(options.labels).labels)
-    return ""
+    return None
 
 
 @reports_mistakes
 def main(argv: list[str] | None = None) -> int:
     """Runs the command and returns the exit status."""
     options = parser().parse_args(argv)
-    if document := _document(options):
+    if (document := _document(options)) is not None:
         _print(document)
         return 0
     repository = Repository(options.repository)

@@ -58,7 +58,11 @@ def comment(report: GateReport) -> str:
     """The comment as Markdown."""
     parts = [f"### {HEADINGS[report.verdict]}"]
     if report.entry:
-        owners = f" (owners: {', '.join(report.owners)})" if report.kind == "edit" and report.owners else ""
+        owners = (
+            f" (owners: {', '.join(f'`{name}`' for name in report.owners)})"
+            if report.kind == "edit" and report.owners
+            else ""
+        )
         parts.append(f"Entry `{report.entry}`{owners}.")
     if report.kind == "code" and report.verdict == "not-judged":
         parts.append(CODE)

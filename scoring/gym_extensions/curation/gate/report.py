@@ -21,6 +21,8 @@ MAX_PROBLEMS = 50
 MAX_TEXT = 500
 """Problems and notes of a report, and characters of each of their texts."""
 
+OWNER = "@[A-Za-z0-9][A-Za-z0-9-]*(/[A-Za-z0-9._-]+)?"
+"""A user or team of the code host."""
 CommitId: TypeAlias = Annotated[str, msgspec.Meta(pattern="^[0-9a-f]{40,64}$")]
 Sha256: TypeAlias = Annotated[str, msgspec.Meta(pattern="^([0-9a-f]{64})?$")]
 
@@ -48,7 +50,10 @@ class GateReport(JsonDocument):
         ),
     ]
     entry: Annotated[str, msgspec.Meta(pattern=r"^([A-Za-z0-9][A-Za-z0-9._-]{0,63})?$")] = ""
-    owners: Annotated[tuple[str, ...], about("owners of the entry, from CODEOWNERS of the base")] = ()
+    owners: Annotated[
+        tuple[Annotated[str, msgspec.Meta(pattern=f"^{OWNER}$")], ...],
+        msgspec.Meta(max_length=MAX_PROBLEMS, description="owners of the entry, from CODEOWNERS of the base"),
+    ] = ()
     digest: Annotated[Sha256, about("digest of the entry's files; empty unless judged")] = ""
     value: Annotated[
         str, msgspec.Meta(pattern="^([0-9a-f]{40,128})?$", description="what the salt was derived from")

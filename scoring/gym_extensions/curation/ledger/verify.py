@@ -39,7 +39,7 @@ def check_folders(folder: Path) -> tuple[Problem, ...]:
         path = folder / name
         hashes = folder_hashes(path) if path.is_dir() else {}
         value, salt = state.last.value, state.last.salt
-        if digest_of(hashes) != state.last.digest:
+        if not hashes or digest_of(hashes) != state.last.digest:
             message = "The files are not the accepted ones." if hashes else "The folder is absent."
             hint = "Restore the files, or append lines with `gym-extensions ledger record`."
             problems.append(Problem("ledger-entry", name, message, hint))

@@ -14,7 +14,7 @@ from gym_extensions.rollouts.auditing.digests import DIGITS, merkle_root, trace_
 from gym_extensions.rollouts.layout import MAX_FILE_BYTES
 from gym_extensions.rollouts.problem import Problem, escape
 from gym_extensions.rollouts.reader import read
-from gym_extensions.rollouts.safe_npz import ERRORS
+from gym_extensions.rollouts.safe_npz import ERRORS, bounded
 from gym_extensions.rollouts.safe_npz import read as read_arrays
 from gym_extensions.rollouts.trace_reader import TraceRequest, all_requests
 from gym_extensions.scoring.scorecard.model import REPORTED, Scorecard
@@ -78,11 +78,11 @@ def check_archive(
 
 def _digests(archive: zipfile.ZipFile, requests: list[TraceRequest]) -> Iterator[str]:
     """The digest of each trace; zeros where it is missing, too large or malformed."""
-    sizes = {info.filename: info.file_size for info in archive.infolist()}
+    members = {info.filename: info for info in archive.infolist()}
     for request in requests:
-        size = sizes.get(request.path)
-        is_readable = size is not None and size <= MAX_FILE_BYTES[".npz"]
-        arrays = read_arrays(archive.read(request.path)) if is_readable else None
+        info = members.get(request.path)
+        is_readable = info is not None and info.file_size <= MAX_FILE_BYTES[".npz"]
+        arrays = read_arrays(bounded(archive, info)) if info and is_readable else None
         outcome = (request.length, request.return_, request.terminated, request.success)
         yield "0" * DIGITS if arrays is None else trace_digest(arrays, *outcome)
 
