@@ -28,7 +28,11 @@ FACTORIES = {
     "recurrent": "Recurrent",
     "sb3_ppo": "ppo",
 }
-OBSERVES = {"multi_head": {"task_in_training", "task_in_evaluation"}, "ewc": {"boundaries"}}
+OBSERVES = {
+    "multi_head": {"task_in_training", "task_in_evaluation"},
+    "ewc": {"boundaries"},
+    "sb3_ppo": {"boundaries"},  # a new Stable-Baselines3 model for every stage
+}
 QUICK = {
     "ppo": {"epochs": 5},
     "sac": {"steps_per_update": 40},
