@@ -1,0 +1,75 @@
+"""The forms of a policy that is recorded: functions, models, plain arrays, and what is none."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gym_extensions.rollouts.policies import Policy
+
+from .recordings import CARD, GROUP, logged, message, record_stage
+
+
+class Model:
+    """A recurrent model with the method of Stable-Baselines3: its action grows by 0.01 per step."""
+
+    def __init__(self) -> None:
+        self.calls: list[tuple[bool, bool]] = []
+
+    def predict(self, observation: Any, state: Any, episode_start: Any, deterministic: bool) -> Any:
+        self.calls.append((bool(episode_start.all()), deterministic))
+        assert (state is None) == bool(episode_start.all())
+        steps = 0 if state is None else state + 1
+        return np.full((len(observation), 7), steps / 100), steps
+
+
+def test_a_model_of_stable_baselines3_keeps_its_state_within_a_task(tmp_path: Path) -> None:
+    model = Model()
+    record_stage(tmp_path / "mine", model, protocol="joint")
+    starts = [start for start, _ in model.calls]
+    assert starts == ([True] + [False] * 9) * 2
+    assert {deterministic for _, deterministic in model.calls} == {True}
+
+
+def test_a_policy_of_plain_arrays_samples_the_same_each_time_and_is_stored(tmp_path: Path) -> None:
+    uniform = Policy(np.zeros(7), np.ones(7), head="uniform")
+    card = replace(CARD, evaluation="sampled")
+    first, second = (
+        record_stage(tmp_path / name, uniform, "joint", card=card) for name in ("first", "second")
+    )
+    assert first == second
+    stored = tmp_path / "first" / GROUP / "policies" / "joint-run0-stage1.npz"
+    assert stored.read_bytes() == uniform.to_bytes()
+    assert first != record_stage(tmp_path / "first", uniform, "joint", card=card, run=1)
+
+
+SHAPES = "observations of shape (20, 23) and dtype float64"
+BAD_POLICIES: dict[str, tuple[Any, str]] = {
+    "wrong actions": (
+        lambda observations: np.zeros((len(observations), 2)),
+        "act(): The agent returned an array of shape (20, 2) and dtype float64 as actions. Return an array "
+        "of numbers of shape (20, 7), one row per environment.",
+    ),
+    "wrong observations": (
+        lambda observations: observations @ np.zeros((11, 7)),
+        f"policy: The policy failed on {SHAPES}: ValueError: matmul: ",
+    ),
+    "not a policy": (
+        "policy.pt",
+        "policy: A value of type str is not a policy. Use a function from observations (n, …) to actions (n, "
+        "…), or an object with a method act or predict.",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", BAD_POLICIES)
+def test_a_policy_of_the_wrong_shapes_is_refused_and_nothing_is_lost(name: str, tmp_path: Path) -> None:
+    out = tmp_path / "mine"
+    policy, text = BAD_POLICIES[name]
+    assert message(out, policy, "joint").startswith(text)
+    record_stage(out, protocol="joint")
+    assert len(logged(out, "joint")) == 40
