@@ -1,0 +1,39 @@
+"""A project, its copies on branches, and a gate that judges no submission."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from gym_extensions.curation.gate import check
+from gym_extensions.curation.gate.judgement import Judgement
+
+from ..repositories import git, make_project
+
+
+@pytest.fixture(scope="session")
+def base(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A project with code, an owner, an entry and its ledger; the branch ``entry`` adds a new entry."""
+    return make_project(tmp_path_factory.mktemp("base") / "project")
+
+
+@pytest.fixture
+def project(base: Path, tmp_path: Path) -> Path:
+    """A copy of the project on a branch that equals its base."""
+    return Path(shutil.copytree(base, tmp_path / "project"))
+
+
+@pytest.fixture
+def request_with_entry(project: Path) -> Path:
+    """A copy of the project on a branch that adds a new entry."""
+    git(project, "switch", "--quiet", "entry")
+    return project
+
+
+@pytest.fixture
+def no_judge(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Judges no submission: for what is decided before or after that."""
+    judgement = Judgement(level="replayed", replayed=3, episodes=200, notes=("`@alice` <img>",))
+    monkeypatch.setattr(check, "judge", lambda *_: judgement)
