@@ -10,13 +10,13 @@ from pathlib import Path
 import pytest
 
 from ..conftest import write_submission
-from . import arrays, folders, logs, manifests
+from . import archives, folders, logs, manifests, policies, traces
 from .case import Case
 from .judge import CPU_SECONDS, MEBIBYTE, MEMORY, Judge
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no limits and no fork")
 
-CASES = (*manifests.CASES, *logs.CASES, *arrays.CASES, *folders.CASES)
+CASES = (*manifests.CASES, *logs.CASES, *archives.CASES, *traces.CASES, *policies.CASES, *folders.CASES)
 MAX_OUTPUT = 100_000
 """Characters of the problems of a folder."""
 LARGEST = ("60,000 unexpected files", "60,000 empty traces", "20,000 sections")
