@@ -75,15 +75,18 @@ def test_a_claim_holds_if_it_agrees_with_the_number_of_forgotten_tasks(page: Mod
         (False, forgets, "no: 1 of 1 earlier tasks end lower, 50 % kept"),
         (False, keeps, "yes: 0 of 1 earlier tasks end lower, 100 % kept"),
     ):
-        assert page.verdict(page.Group("hopper-gravity", is_forgotten, keeps, shown), shown) == answer
+        assert (
+            page.verdict(page.Group("hopper-gravity", is_forgotten, "an-entry", keeps, shown), shown)
+            == answer
+        )
 
 
 def test_the_page_shows_both_sources_and_names_what_is_not_trained(page: ModuleType) -> None:
     table = page.table(rows(500.0, 1000.0))
     text = page.page(
         [
-            page.Group("hopper-gravity", True, table, None),
-            page.Group("halfcheetah-gravity", False, table, table),
+            page.Group("hopper-gravity", True, "hopper", table, None),
+            page.Group("halfcheetah-gravity", False, "cheetah", table, table),
         ]
     )
     assert (
@@ -95,3 +98,4 @@ def test_the_page_shows_both_sources_and_names_what_is_not_trained(page: ModuleT
     assert "| Hopper0 | 1000 ± 100 | 1000 ± 100 |" in text
     assert "| Hopper0 | −500 (−566 to −434), **separated** |" in text
     assert "* hopper-gravity at this budget." in text
+    assert "--out submissions/hopper`" in text

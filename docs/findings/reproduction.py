@@ -1,4 +1,4 @@
-"""Writes docs/reproduction.md: the paper's tables beside the entry that repeats its training.
+"""Writes docs/reproduction.md: the paper's tables beside the entries that repeat its training.
 
 ``make findings`` runs it. Every number and verdict is computed; the text is in ``reproduction.md.jinja``.
 """
@@ -34,9 +34,12 @@ from gym_extensions.site.text.numbers import fixed
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER, PAGE = ROOT / "docs" / "findings", ROOT / "docs" / "reproduction.md"
-PRINTED, REPRODUCED = "henderson2017-trpo", "trpo-2017-paper"
-CLAIMED = {"hopper-gravity": True, "halfcheetah-gravity": False}
-"""The groups on which the paper says that earlier tasks are forgotten (True) or not (False)."""
+PRINTED = "henderson2017-trpo"
+CLAIMS = (
+    ("hopper-gravity", True, "trpo-2017-paper-hopper"),
+    ("halfcheetah-gravity", False, "trpo-2017-paper"),
+)
+"""A group, whether the paper says that its earlier tasks are forgotten, and the entry that repeats it."""
 
 
 @dataclass(frozen=True)
@@ -82,6 +85,7 @@ class Group:
 
     name: str
     is_forgotten: bool
+    entry: str
     printed: Table
     reproduced: Table | None
 
@@ -165,7 +169,6 @@ def page(groups: Sequence[Group]) -> str:
         templates.get_template("reproduction.md.jinja").render(
             groups=groups,
             verdict=verdict,
-            entry=REPRODUCED,
             episodes=EVALUATION_EPISODES,
         )
         + "\n"
@@ -176,15 +179,16 @@ def main(submissions: Path = ROOT / "submissions") -> None:
     """Writes the page and its figure."""
     scorer = make_scorer()
     printed = scorer(submissions / PRINTED).groups
-    reproduced = scorer(submissions / REPRODUCED).groups if (submissions / REPRODUCED).is_dir() else {}
     groups = []
-    for name, is_forgotten in CLAIMED.items():
+    for name, is_forgotten, entry in CLAIMS:
         group_id = GROUPS[name].id
+        reproduced = scorer(submissions / entry).groups if (submissions / entry).is_dir() else {}
         ours = reproduced.get(group_id, {}).get("sequential")
         groups.append(
             Group(
                 name,
                 is_forgotten,
+                entry,
                 table(printed[group_id]["sequential"].paper_table),
                 table(ours.paper_table, EVALUATION_EPISODES * len(ours.return_matrix)) if ours else None,
             )
