@@ -96,7 +96,10 @@ def _find(
         return data
     if repeated:
         message = "The stored policy gives another episode than the log."
-        hint = f"Run the command on the machine of the log, or with the traces of all episodes in {PROGRESS}."
+        hint = (
+            "Run the command on the machine of the log and with its environment variables, such as "
+            f"OPENBLAS_CORETYPE, or with the traces of all episodes in {PROGRESS}."
+        )
         raise BenchError("policy-differs", message, request.path, hint)
     message = "The trace is not stored, and no stored policy can repeat it."
     hint = f"Restore the traces of all episodes in {PROGRESS}, or record the run again."
