@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from pathlib import Path
 from types import ModuleType
 
 import pytest
@@ -146,3 +147,12 @@ def test_names_in_a_legend_are_cut_between_words(build: ModuleType) -> None:
 
 def test_without_an_entry_of_fine_tuning_the_page_says_so(build: ModuleType) -> None:
     assert "No group has an entry of `trpo` with five runs at 300k yet." in build.page([])
+
+
+def test_a_folder_that_does_not_exist_is_refused_and_the_page_stays(
+    build: ModuleType, tmp_path: Path
+) -> None:
+    page = build.PAGE.read_bytes()
+    with pytest.raises(SystemExit, match="absent: no such folder"):
+        build.main(tmp_path / "absent")
+    assert build.PAGE.read_bytes() == page

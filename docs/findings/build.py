@@ -152,6 +152,8 @@ def page(
 
 def main(submissions: Path = ROOT / "submissions") -> None:
     """Writes the page and its figures."""
+    if not submissions.is_dir():
+        raise SystemExit(f"{submissions}: no such folder. Give the folder with the submissions.")
     scorer = make_scorer()
     folders = [path.parent for path in sorted(submissions.glob("*/submission.toml"))]
     cards = [card for card in map(scorer, folders) if not card.problems]
