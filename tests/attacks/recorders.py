@@ -89,7 +89,7 @@ RECORDERS = {
     "random": recorder("random", HOPPER, "single"),
     "linear": recorder(Linear, HOPPER, "sequential", "single"),
     "gaussian": recorder(Gaussian, HOPPER, "single"),
-    "trpo": recorder("trpo", HOPPER, "single", budget="smoke", runs=range(3)),
+    "trpo": recorder("trpo", HOPPER, "single", budget="smoke", runs=range(8)),
     "striker": recorder("random", "striker", "single", budget="smoke", runs=0),
     "navigation": recorder("random", "nav-state", "single", budget="smoke", runs=0),
 }

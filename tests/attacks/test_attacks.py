@@ -17,9 +17,10 @@ QUICK = tuple(attack for attack in ATTACKS if attack.quick)
 
 
 @pytest.fixture(scope="module")
-def workshop(tmp_path_factory: pytest.TempPathFactory) -> Workshop:
-    """Honest submissions that all processes of a test run share."""
-    return Workshop(tmp_path_factory.getbasetemp().parent / "attacks", RECORDERS)
+def workshop(tmp_path_factory: pytest.TempPathFactory, worker_id: str) -> Workshop:
+    """Honest submissions that all processes of a test run share, and no other run."""
+    folder = tmp_path_factory.getbasetemp()
+    return Workshop((folder if worker_id == "master" else folder.parent) / "attacks", RECORDERS)
 
 
 @pytest.fixture

@@ -149,11 +149,22 @@ def retrained(edit: Callable[[Forger, list[Row]], object]) -> Callable[[Workshop
 
 
 def picked(forger: Forger, rows: list[Row]) -> None:
-    """Presents run 2 as run 0."""
-    for row, best in zip(rows[:40], rows[80:120], strict=True):
-        arrays = forger.arrays(best)
-        row |= {name: best[name] for name in ("length", "return", "terminated")}
+    """Presents as run 0 the run whose mean returns are nearest to those of run 0."""
+    runs = [rows[start : start + 40] for start in range(0, len(rows), 40)]
+
+    def distance(run: list[Row]) -> float:
+        pairs = zip(cells(runs[0]), cells(run), strict=True)
+        return max(abs(_mean_return(first) - _mean_return(other)) for first, other in pairs)
+
+    nearest = min(range(1, len(runs)), key=lambda run: distance(runs[run]))
+    for row, other in zip(runs[0], runs[nearest], strict=True):
+        arrays = forger.arrays(other)
+        row |= {name: other[name] for name in ("length", "return", "terminated")}
         forger.bind(row, arrays)
+
+
+def _mean_return(cell: Sequence[Row]) -> float:
+    return float(np.mean([float(row["return"]) for row in cell]))
 
 
 def trained_longer(forger: Forger, rows: list[Row]) -> None:
