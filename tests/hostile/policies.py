@@ -1,4 +1,4 @@
-"""Hostile policies: arrays that are no network, of other shapes, or of other runs."""
+"""Hostile policies: arrays of wrong shapes, types and values, and policies of other runs."""
 
 from __future__ import annotations
 
