@@ -48,7 +48,7 @@ def policies(data: bytes | Callable[[], bytes]) -> Change:
 CASES = (
     Case("a policy without a layer's bias", policies(policy(bias_0=None)), ("malformed-policy",)),
     Case(
-        "a policy of weights that are no numbers",
+        "a policy whose weights are not numbers",
         policies(policy(weight_0=np.full((11, 3), np.nan))),
         ("malformed-policy",),
     ),

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Protocol
 
 from gym_extensions.catalog.suites import SUITES
 from gym_extensions.scoring.leaderboard.keys import BoardKey
@@ -18,21 +17,8 @@ FIVE = (0, 1, 2, 3, 4)
 GROUP = "hopper-gravity-v0"
 KEY = BoardKey(GROUP, "sequential", "100k", False)
 Value = Callable[[str, int, int, int, int], float]
-
-
-class Enter(Protocol):
-    """Makes the scorecard of an entry whose returns lie around a level."""
-
-    def __call__(
-        self,
-        name: str,
-        level: float,
-        *,
-        runs: tuple[int, ...] = FIVE,
-        task_conditioned: bool = False,
-        protocols: tuple[str, ...] = ("sequential",),
-        value: Value | None = None,
-    ) -> Scorecard: ...
+Enter = Callable[..., Scorecard]
+"""Makes the scorecard of an entry whose returns lie around a level: the fixture ``enter``."""
 
 
 def on_gravity(card: Scorecard, mean: float) -> Scorecard:
