@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from .browser import read
+from ..browser import read
 
 ACCEPTED = {
     "event": "accepted",
