@@ -87,7 +87,7 @@ class Memory:
 
 @dataclass(frozen=True, slots=True)
 class Versions:
-    """Versions of the packages and the platform that the runs used."""
+    """Versions of the packages, the platform and the BLAS kernels that the runs used."""
 
     gym_extensions: Text
     gymnasium: Text
@@ -95,6 +95,7 @@ class Versions:
     numpy: Text
     python: Text
     platform: Text
+    blas: Annotated[str, Key(TEXT, required=False)] = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from collections.abc import Callable
 from importlib.metadata import version
@@ -14,6 +15,7 @@ from gym_extensions.baselines import train
 from gym_extensions.baselines.reproduction.draw import LoggedRun, draw_run
 from gym_extensions.baselines.reproduction.reproduce import differing_versions
 from gym_extensions.baselines.submission import manifest
+from gym_extensions.baselines.training.versions import blas_kernels
 
 from ..conftest import QUICK_GROUP, SHORT_GROUP, digests
 
@@ -82,7 +84,7 @@ def test_a_log_with_one_changed_return_agrees_and_the_row_is_named(
     assert second.startswith(
         f"The first difference is at stage 1, {QUICK_GROUP.task_ids[0]}, episode 0: return is "
     )
-    assert third == "The versions and the platform are those of the submission."
+    assert third == "The versions, the platform and the BLAS kernels are those of the submission."
 
 
 def test_a_log_with_another_mean_return_differs_and_the_cell_is_named(
@@ -102,6 +104,23 @@ def test_other_versions_of_the_agents_packages_are_named() -> None:
     tables = {"versions": manifest.versions(), "packages": {"pandas": "1.0", "torhc": "2.0"}}
     assert differing_versions(tables) == {"pandas": ("1.0", version("pandas")), "torhc": ("2.0", "none")}
     assert differing_versions({"versions": manifest.versions()}) == {}
+
+
+def test_other_blas_kernels_are_named(
+    random_joint: Path, command: Command, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    copy = changed(random_joint, tmp_path, lambda value: value + 1, 1)
+    text = (copy / "submission.toml").read_text()
+    (copy / "submission.toml").write_text(re.sub('blas = ".*"', 'blas = "openblas Itanium"', text))
+    assert main(command(copy)) == 0
+    *_, third, fourth = capsys.readouterr().out.splitlines()
+    assert third == f"The submission was made with blas openblas Itanium (installed: {blas_kernels()})."
+    assert fourth == "OpenBLAS chooses its kernels by the variable OPENBLAS_CORETYPE, if it is set."
+
+
+def test_a_manifest_without_blas_kernels_has_unknown_ones() -> None:
+    versions = {name: value for name, value in manifest.versions().items() if name != "blas"}
+    assert differing_versions({"versions": versions}) == {"blas": ("unknown", blas_kernels())}
 
 
 REFUSED = [

@@ -87,6 +87,20 @@ def test_a_run_on_another_platform_is_accepted() -> None:
         manifest.require_same(PATH, existing, run(num_envs=2))
 
 
+def test_the_blas_kernels_of_all_runs_are_stated() -> None:
+    first = manifest.merge({}, CARD, run(), 3, 5, kernels=["openblas Haswell", "openblas Haswell"])
+    assert first["versions"]["blas"] == "openblas Haswell"
+    second = manifest.merge(first, CARD, run(), 3, 5, kernels=["openblas Zen", "openblas Haswell"])
+    assert second["versions"]["blas"] == "openblas Haswell, openblas Zen"
+
+
+def test_runs_of_a_manifest_that_states_no_blas_kernels_have_unknown_ones() -> None:
+    existing = manifest.merge({}, CARD, run(), 3, 5)
+    del existing["versions"]["blas"]
+    tables = manifest.merge(existing, CARD, run(), 3, 5, kernels=["openblas Zen"])
+    assert tables["versions"]["blas"] == "unknown, openblas Zen"
+
+
 def test_another_engine_records_nothing(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(fingerprint, "engine", lambda: {"mujoco": "4.0.0", "gymnasium": "1.3.0"})
     with pytest.raises(BenchError, match=r"gymnasium 1\.3\.0 is installed") as caught:

@@ -15,6 +15,7 @@ import pytest
 from gym_extensions.baselines import train
 from gym_extensions.baselines.tracing.cli import main
 from gym_extensions.baselines.tracing.trace import trace
+from gym_extensions.baselines.training.versions import blas_kernels
 from gym_extensions.errors import BenchError
 from gym_extensions.scoring.replay.archive import check_archive
 from gym_extensions.scoring.replay.verify import verify
@@ -96,6 +97,31 @@ def test_a_lost_trace_without_a_policy_is_refused(random: Path) -> None:
     shutil.rmtree(random / GROUP / "policies")
     message = "The trace is not stored, and no stored policy can repeat it."
     assert refusal(random) == ("traces-lost", message)
+
+
+def test_a_run_that_cannot_be_repeated_here_does_not_cost_the_others(
+    trpo: Path, salted: tuple[Path, str]
+) -> None:
+    policies = trpo / SHORT_GROUP / "policies"
+    joint = policies / "joint-run0-stage1.npz"
+    original = joint.read_bytes()
+    joint.write_bytes((policies / "sequential-run0-stage1.npz").read_bytes())
+    with pytest.raises(BenchError) as error:
+        trace(trpo, SALT)
+    kept = {path.name for path in (trpo / ".progress" / SHORT_GROUP / "traces").iterdir()}
+    expected = {path.name for path in salt_file(salted[0]).parent.glob("*.npz")}
+    assert {name for name in expected if name.startswith("sequential-")} <= kept < expected
+    here = blas_kernels()
+    assert error.value.hint.startswith(
+        f"{len(kept)} of {len(expected)} traces are kept in .progress. The log was made with {here}; "
+        f"this process has {here}. Run the command again with the BLAS kernels of the log"
+    )
+    assert not salt_file(trpo).exists()
+    joint.write_bytes(original)
+    for path in policies.glob("sequential-*.npz"):
+        path.write_bytes(original)
+    trace(trpo, SALT)
+    assert {path.name for path in salt_file(trpo).parent.glob("*.npz")} == expected
 
 
 def test_a_salt_of_the_wrong_form_is_refused(trpo: Path) -> None:

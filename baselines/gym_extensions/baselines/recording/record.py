@@ -23,6 +23,7 @@ from gym_extensions.baselines.training.policies import store_policy
 from gym_extensions.baselines.training.progress import FinishedStage, Progress
 from gym_extensions.baselines.training.request import parse_request
 from gym_extensions.baselines.training.seeding import training_seed
+from gym_extensions.baselines.training.versions import blas_kernels
 from gym_extensions.catalog.budgets import budget as budget_named
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.errors import BenchError
@@ -105,7 +106,8 @@ def record(
         progress.begin(_identity(job, card, settings))
         episodes = _evaluate(agent, job, recorded, settings, path)
         memory = (card.parameters, card.parameters)
-        progress.finish(FinishedStage(number, episodes, points, card, memory), agent, last=True)
+        record = FinishedStage(number, episodes, points, card, memory, blas=blas_kernels())
+        progress.finish(record, agent, last=True)
     _write_if_complete(path, job, settings)
     return _mean_returns(episodes)
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from gym_extensions.baselines.reproduction.draw import LoggedRun, draw_run
 from gym_extensions.baselines.reproduction.reproduce import Reproduction, reproduce
+from gym_extensions.baselines.submission import manifest
 from gym_extensions.baselines.training.request import require_positive
 from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.errors import BenchError, reports_mistakes
@@ -75,7 +76,9 @@ def summary(result: Reproduction) -> str:
     if changed:
         lines.append(f"The submission was made with {', '.join(changed)}.")
     else:
-        lines.append("The versions and the platform are those of the submission.")
+        lines.append("The versions, the platform and the BLAS kernels are those of the submission.")
+    if manifest.BLAS in result.versions:
+        lines.append("OpenBLAS chooses its kernels by the variable OPENBLAS_CORETYPE, if it is set.")
     differing = [cell for cell in comparison.cells if not cell.agrees]
     for cell in differing:
         lines.append(

@@ -46,7 +46,7 @@ def reproduce(
 ) -> Reproduction:
     """Retrains one run of a submission and compares it with the log.
 
-    The rows are the same bytes if the versions and the platform are the same. Elsewhere
+    The rows are the same bytes if the versions, the platform and the BLAS kernels are the same. Elsewhere
     :func:`~gym_extensions.baselines.reproduction.compare.compare` decides whether they agree.
 
     Args:
@@ -95,10 +95,11 @@ def reproduce(
 def differing_versions(tables: Mapping[str, Any]) -> dict[str, tuple[str, str]]:
     """The versions that differ: by name, in the submission's manifest and installed."""
     packages = tables.get(PACKAGES, {})
+    stated_versions = tables.get("versions", {}) | {manifest.BLAS: manifest.stated_blas(tables)} | packages
     installed = manifest.versions() | {name: version_or_none(name) or "none" for name in packages}
     return {
         name: (str(stated), installed[name])
-        for name, stated in (tables.get("versions", {}) | packages).items()
+        for name, stated in stated_versions.items()
         if name in installed and installed[name] != stated
     }
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import platform
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ import tomli_w
 
 from gym_extensions.atomic import write_text
 from gym_extensions.baselines.agent import Card, Observes
-from gym_extensions.baselines.training.versions import job_versions
+from gym_extensions.baselines.training.versions import blas_kernels, job_versions, joined
 from gym_extensions.envs.fingerprint import require_published_engine
 from gym_extensions.errors import BenchError
 from gym_extensions.installed import version
@@ -25,6 +25,9 @@ DEFAULTS = {"protocol": {"steps": RECORDED}}
 """Values of keys that a manifest may leave out."""
 PHYSICS_PACKAGES = ("gymnasium", "mujoco")
 """Packages whose versions are the same in every run of a submission."""
+BLAS = "blas"
+"""The key of the BLAS kernels in the section ``versions``. Manifests before it do not have it."""
+UNKNOWN = "unknown"
 ONE_SETTING = (
     "A submission has one algorithm, one budget and one set of hyperparameters; choose another --out."
 )
@@ -34,11 +37,17 @@ Tables = Mapping[str, Any]
 
 
 def versions() -> dict[str, str]:
-    """The versions of the packages, of Python and of the platform."""
+    """The versions of the packages, of Python and of the platform, and the BLAS kernels of this process."""
     return job_versions() | {
         "python": platform.python_version(),
         "platform": f"{platform.system()}-{platform.machine()}",
+        BLAS: blas_kernels(),
     }
+
+
+def stated_blas(tables: Tables) -> str:
+    """The BLAS kernels that a manifest states, ``unknown`` if it has versions without them."""
+    return str(tables["versions"].get(BLAS, UNKNOWN)) if "versions" in tables else ""
 
 
 def read(path: Path) -> dict[str, Any]:
@@ -103,7 +112,9 @@ def require_same(path: Path, existing: Tables, new: Tables) -> None:
             raise BenchError("mixed-versions", message, str(path), hint)
 
 
-def merge(existing: Tables, card: Card, new: Tables, first: int, last: int) -> dict[str, Any]:
+def merge(
+    existing: Tables, card: Card, new: Tables, first: int, last: int, *, kernels: Iterable[str] = ()
+) -> dict[str, Any]:
     """The whole manifest.
 
     The author's values stay, and the rest follows from the run.
@@ -114,8 +125,10 @@ def merge(existing: Tables, card: Card, new: Tables, first: int, last: int) -> d
         new: the sections of the run.
         first: the agent's parameters before training.
         last: the agent's parameters after training.
+        kernels: the BLAS kernels of the runs.
     """
     memory = existing.get("memory", {})
+    blas = joined([stated_blas(existing), *kernels])
     tables = {
         "format": FORMAT,
         "title": existing.get("title", card.title or card.algorithm),
@@ -131,7 +144,7 @@ def merge(existing: Tables, card: Card, new: Tables, first: int, last: int) -> d
             "parameters_first": max(memory.get("parameters_first", 0), first),
             "parameters_last": max(memory.get("parameters_last", 0), last),
         },
-        "versions": new["versions"],
+        "versions": new["versions"] | {BLAS: blas},
     } | ({PACKAGES: new[PACKAGES]} if PACKAGES in new else {})
     return tables | {key: value for key, value in existing.items() if key not in tables}
 

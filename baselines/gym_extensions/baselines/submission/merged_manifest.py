@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from gym_extensions.baselines.submission.manifest import DEFAULTS
+from gym_extensions.baselines.submission.manifest import BLAS, DEFAULTS, stated_blas
+from gym_extensions.baselines.training.versions import joined
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.layout import MANIFEST
 from gym_extensions.rollouts.manifest import PACKAGES
@@ -40,7 +41,8 @@ def merged_tables(manifests: Sequence[Tables]) -> dict[str, Any]:
     """
     tables = dict(manifests[0])
     tables["memory"] = _columns(manifests, "memory", max)
-    tables["versions"] = _columns(manifests, "versions", _joined)
+    kernels = _joined([stated_blas(item) for item in manifests])
+    tables["versions"] = _columns(manifests, "versions", _joined) | {BLAS: kernels}
     if any(PACKAGES in item for item in manifests):
         tables[PACKAGES] = _columns(manifests, PACKAGES, _joined)
     if any(item.get("archive") != tables.get("archive") for item in manifests):
@@ -57,5 +59,5 @@ def _columns(manifests: Sequence[Tables], section: str, combine: Any) -> dict[st
 
 def _joined(values: Sequence[str]) -> str:
     """The distinct values, or the first if they are too long for the manifest."""
-    text = ", ".join(dict.fromkeys(values))
+    text = joined(values)
     return text if len(text) <= SHORT else values[0]

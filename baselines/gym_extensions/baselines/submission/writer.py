@@ -140,5 +140,6 @@ def _write_manifest(
     )
     manifest.require_same(path, existing, new)
     first, last = (max(record.parameters[end] for record in records) for end in (0, 1))
-    tables = manifest.merge(existing, card, new, first, last) | {"traces": {"root": root}}
+    kernels = [record.blas for record in records]
+    tables = manifest.merge(existing, card, new, first, last, kernels=kernels) | {"traces": {"root": root}}
     manifest.write(target, tables)

@@ -12,6 +12,7 @@ from gym_extensions.baselines.submission.root import require_bound
 from gym_extensions.baselines.submission.sample import trace_folders
 from gym_extensions.baselines.tracing.episodes import StoredPolicies
 from gym_extensions.baselines.training.progress import traces_folder
+from gym_extensions.baselines.training.versions import blas_kernels
 from gym_extensions.catalog.custom_groups import with_custom
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.envs.fingerprint import require_published_engine
@@ -19,6 +20,7 @@ from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.auditing.digests import trace_digest
 from gym_extensions.rollouts.auditing.salt import parse_salt
 from gym_extensions.rollouts.layout import PROGRESS, SALT_FILE, TRACE, TRACES
+from gym_extensions.rollouts.manifest import Manifest
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.safe_npz import read as read_arrays
 from gym_extensions.rollouts.submission import SubmittedGroup
@@ -35,7 +37,8 @@ def trace(
 
     A trace is taken from the recorder's folder ``.progress`` or from the submission. Where it is missing or
     damaged, the stored policy repeats the episodes of its cell. Every trace has the digest of its row in the
-    log; if one cannot be obtained, the submission stays as it was.
+    log. If one cannot be obtained, the submission stays as it was, and the repeated traces are kept in
+    ``.progress``, so that a call with other BLAS kernels can repeat the others.
 
     Args:
         submission: the submission's folder.
@@ -59,17 +62,45 @@ def trace(
     require_bound(folder)
     require_published_engine()
     with write_lock(folder), tempfile.TemporaryDirectory(prefix="gym-extensions-") as scratch:
-        counts, staged = {}, Path(scratch) / STAGED
+        staged = Path(scratch) / STAGED
         policies = StoredPolicies(folder, content.manifest, Path(scratch))
+        counts, failures = {}, list[BenchError]()
         for submitted in content.groups.values():
-            group, requests = submitted.group, list(_requests(folder, submitted, salt))
-            folders = [*trace_folders(folder, group.name), traces_folder(Path(scratch), group.name)]
-            for request in requests:
-                write_bytes(staged / request.path, _find(folders, group, request, policies))
+            requests = list(_requests(folder, submitted, salt))
+            repeated = traces_folder(Path(scratch), submitted.group.name)
+            folders = [*trace_folders(folder, submitted.group.name), repeated]
+            failures += _stage(requests, staged, folders, submitted.group, policies)
             counts[submitted.group.name] = len(requests)
+        if failures:
+            kept = sum(_keep(staged / name / TRACES, traces_folder(folder, name)) for name in counts)
+            raise _unfinished(failures[0], kept, sum(counts.values()), content.manifest)
         for name in counts:
             _replace(folder / name / TRACES, staged / name / TRACES, salt)
     return counts
+
+
+def _stage(
+    requests: Iterable[TraceRequest],
+    staged: Path,
+    folders: Sequence[Path],
+    group: TaskGroup,
+    policies: StoredPolicies,
+) -> Iterator[BenchError]:
+    """Writes the traces of a group to the folder ``staged``. Yields an error per run that lacks one.
+
+    The remaining traces of such a run are left out: one process recorded all of them.
+    """
+    failed = set[tuple[str, ...]]()
+    for request in requests:
+        name = TRACE.fullmatch(_name(request))
+        run = name.groups()[:2] if name else ()
+        if run in failed:
+            continue
+        try:
+            write_bytes(staged / request.path, _find(folders, group, request, policies))
+        except BenchError as error:
+            failed.add(run)
+            yield error
 
 
 def _is_trace(path: str) -> bool:
@@ -86,7 +117,7 @@ def _find(
     folders: Sequence[Path], group: TaskGroup, request: TraceRequest, policies: StoredPolicies
 ) -> bytes:
     """The file of a trace with the logged digest, from the folders or from its policy."""
-    name = request.path.rpartition("/")[2]
+    name = _name(request)
     for path in folders:
         if (data := _matching(path / name, request)) is not None:
             return data
@@ -97,13 +128,33 @@ def _find(
     if repeated:
         message = "The stored policy gives another episode than the log."
         hint = (
-            "Run the command on the machine of the log and with its environment variables, such as "
-            f"OPENBLAS_CORETYPE, or with the traces of all episodes in {PROGRESS}."
+            "Run the command again with the BLAS kernels of the log (OPENBLAS_CORETYPE can choose them), "
+            f"or with the traces of all episodes in {PROGRESS}."
         )
         raise BenchError("policy-differs", message, request.path, hint)
     message = "The trace is not stored, and no stored policy can repeat it."
     hint = f"Restore the traces of all episodes in {PROGRESS}, or record the run again."
     raise BenchError("traces-lost", message, request.path, hint)
+
+
+def _name(request: TraceRequest) -> str:
+    return request.path.rpartition("/")[2]
+
+
+def _keep(staged: Path, target: Path) -> int:
+    """Copies the traces that could be obtained to the recorder's folder. Returns their number."""
+    paths = list(staged.glob("*.npz"))
+    for path in paths:
+        write_bytes(target / path.name, path.read_bytes())
+    return len(paths)
+
+
+def _unfinished(error: BenchError, kept: int, total: int, manifest: Manifest) -> BenchError:
+    """The first error, with the number of traces that are kept and the BLAS kernels."""
+    made = manifest.versions.blas if manifest.versions else ""
+    kernels = f"The log was made with {made or 'unknown BLAS kernels'}; this process has {blas_kernels()}."
+    hint = f"{kept} of {total} traces are kept in {PROGRESS}. {kernels} {error.hint}"
+    return BenchError(error.code, error.message, error.where, hint)
 
 
 def _matching(path: Path, request: TraceRequest) -> bytes | None:

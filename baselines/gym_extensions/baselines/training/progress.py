@@ -22,7 +22,10 @@ SETTINGS = "settings.json"
 
 @dataclass(frozen=True)
 class FinishedStage:
-    """The record of a stage. ``parameters`` are the agent's numbers before the job and after the stage."""
+    """The record of a stage. ``parameters`` are the agent's numbers before the job and after the stage.
+
+    ``blas`` names the BLAS kernels of the process that trained it.
+    """
 
     stage: int
     episodes: list[Episode]
@@ -30,6 +33,7 @@ class FinishedStage:
     card: Card
     parameters: tuple[int, int]
     evaluations: list[EvaluationPoint] = field(default_factory=list)
+    blas: str = ""
 
 
 class Progress:
@@ -185,4 +189,5 @@ def _read(path: Path) -> FinishedStage:
         Card(**content["card"]),
         (content["parameters"][0], content["parameters"][1]),
         [EvaluationPoint(**row) for row in content.get("evaluations", [])],
+        content.get("blas", ""),
     )

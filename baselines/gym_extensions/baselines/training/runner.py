@@ -20,6 +20,7 @@ from gym_extensions.baselines.training.policies import policy_of, store_policy
 from gym_extensions.baselines.training.progress import FinishedStage, Progress
 from gym_extensions.baselines.training.recorder import Recorder
 from gym_extensions.baselines.training.seeding import training_seed
+from gym_extensions.baselines.training.versions import blas_kernels
 from gym_extensions.catalog.budgets import budget
 from gym_extensions.envs import make_vec
 from gym_extensions.envs.fingerprint import fingerprint_of
@@ -122,7 +123,9 @@ def run_job(
             store_policy(out, job, stage.number, policy)
         card = card_of(agent, settings.agent)
         parameters = (first_parameters, card.parameters)
-        record = FinishedStage(stage.number, episodes, monitor.curves, card, parameters, monitor.evaluations)
+        record = FinishedStage(
+            *(stage.number, episodes, monitor.curves, card, parameters, monitor.evaluations, blas_kernels())
+        )
         progress.finish(record, agent, last=stage is stages[-1])
         done.append(record)
     evaluator.close()

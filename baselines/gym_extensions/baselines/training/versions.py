@@ -4,9 +4,30 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+import numpy  # noqa: F401  (it loads its BLAS)
+from threadpoolctl import ThreadpoolController
+
 from gym_extensions.installed import version
 
 PACKAGES = ("gym_extensions", "gymnasium", "mujoco", "numpy")
+BETWEEN = ", "
+"""What separates several values in one text."""
+
+
+def blas_kernels() -> str:
+    """The BLAS library of this process with its kernels, such as ``openblas SkylakeX``.
+
+    The library chooses the kernels by the processor, OpenBLAS by the environment variable
+    ``OPENBLAS_CORETYPE`` if it is set. Other kernels give other last bits of a matrix product. The text is
+    empty for a library that does not name them, such as Accelerate.
+    """
+    libraries = ThreadpoolController().select(user_api="blas").info()
+    return joined(f"{each['internal_api']} {each.get('architecture', '')}".strip() for each in libraries)
+
+
+def joined(texts: Iterable[str]) -> str:
+    """The distinct values of texts that have one value or several, in order."""
+    return BETWEEN.join(dict.fromkeys(value for text in texts if text for value in text.split(BETWEEN)))
 
 
 def job_versions(packages: Iterable[str] = ()) -> dict[str, str]:

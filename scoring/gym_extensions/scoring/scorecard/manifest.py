@@ -30,6 +30,7 @@ class ManifestSummary:
 
 def summarize_manifest(manifest: Manifest) -> ManifestSummary:
     """The manifest of a submission, in the form of its scorecard."""
+    versions = asdict(manifest.versions) if manifest.versions else {}
     return ManifestSummary(
         authors=manifest.authors,
         description=manifest.description,
@@ -42,6 +43,6 @@ def summarize_manifest(manifest: Manifest) -> ManifestSummary:
         observes=manifest.observes,
         tuning=manifest.tuning,
         memory=manifest.memory,
-        versions=(asdict(manifest.versions) if manifest.versions else {}) | manifest.packages,
+        versions={name: text for name, text in versions.items() if text} | manifest.packages,
         archive=manifest.archive,
     )
