@@ -156,3 +156,19 @@ def test_a_folder_that_does_not_exist_is_refused_and_the_page_stays(
     with pytest.raises(SystemExit, match="absent: no such folder"):
         build.main(tmp_path / "absent")
     assert build.PAGE.read_bytes() == page
+
+
+def test_a_group_names_its_unsolved_tasks(build: ModuleType) -> None:
+    text = build.page([build.Group("hopper-gravity", rows(build))], unsolved={"hopper-gravity": ["Hopper"]})
+    assert "Scores of hopper-gravity leave out Hopper, which the reference agent did not learn." in text
+
+
+def test_the_unsolved_tasks_are_those_of_the_references(build: ModuleType) -> None:
+    tasks = build.unsolved_tasks()
+    assert tasks["halfcheetah-wall"] == ["HalfCheetahWall"]
+    assert "hopper-gravity" not in tasks
+
+
+def test_only_reference_agents_that_learn_with_todays_settings_are_compared(build: ModuleType) -> None:
+    assert {"trpo", "cloning", "sac"} <= build.COMPARED
+    assert not {"random", "zero", "trpo-2017"} & build.COMPARED

@@ -1,4 +1,4 @@
-"""Files that describe the project: links, rooms, versions, workflows and commands agree with the tree."""
+"""Files that describe the project: links, folders, versions, workflows and commands agree with the tree."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def test_no_package_is_missing_from_the_architecture() -> None:
 
 
 @pytest.mark.parametrize("package", PACKAGES)
-def test_the_architecture_has_one_row_per_room(package: str) -> None:
+def test_the_architecture_has_one_row_per_folder(package: str) -> None:
     text = (ROOT / "ARCHITECTURE.md").read_text("utf-8")
     section = re.split(r"^## ", text.split(f"\n## {package}\n", 1)[1], flags=re.MULTILINE)[0]
     rows = re.findall(r"^\| `(\w+)` \|", section, flags=re.MULTILINE)

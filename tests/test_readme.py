@@ -54,7 +54,7 @@ def test_the_commands_that_train_and_score_are_those_of_the_page_on_submissions(
 
 
 def test_the_reproduction_on_the_first_screen_is_that_of_its_page() -> None:
-    (paragraph,) = re.findall(r"With the settings of the paper .*?both tables\.", TEXT, flags=re.DOTALL)
+    (paragraph,) = re.findall(r"With the paper's settings.*?both tables\.", TEXT, flags=re.DOTALL)
     page = (README.parent / "docs" / "reproduction.md").read_text("utf-8")
     hopper_printed, hopper, cheetah_printed, cheetah = re.findall(
         r"(\d) of 4 earlier tasks end lower, (\d+) % kept", page

@@ -6,9 +6,10 @@ Every number and verdict is computed from the submissions; the text is in ``page
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 
 from comparison import METRICS, Row, Verdict, count, separated_from_zero, with_verdicts
 from costs import hours
@@ -24,6 +25,7 @@ from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS
 from gym_extensions.results.evaluations import evaluations
 from gym_extensions.scoring.pipeline.score import make_scorer
+from gym_extensions.scoring.references import load_references
 from gym_extensions.scoring.scorecard.model import Scorecard
 from gym_extensions.scoring.statistics.intervals import Interval
 
@@ -31,9 +33,8 @@ ROOT = Path(__file__).resolve().parents[2]
 FOLDER, PAGE = ROOT / "docs" / "findings", ROOT / "docs" / "findings.md"
 FINE_TUNING = "trpo"
 GROUP_NAMES = [group.name for group in GROUPS.values()]
-UNTRAINED = {"random", "zero"}
-OTHER_SETTINGS = {"trpo-2017"}
-"""Reference agents that are not compared with fine-tuning."""
+COMPARED = set(names()) - {"random", "zero", "trpo-2017"}
+"""Reference agents that are compared with fine-tuning: those that learn, with settings of today."""
 REPLAY = ("sac", "sac-fresh-buffer")
 """The same learner with its replay buffer kept across tasks, and emptied."""
 OTHER_LEARNERS = {"ppo", *REPLAY}
@@ -69,7 +70,7 @@ class Group:
     @property
     def missing(self) -> list[str]:
         """Reference agents without five runs."""
-        return sorted(set(names()) - UNTRAINED - OTHER_SETTINGS - {row.name for row in self.all_rows})
+        return sorted(COMPARED - {row.name for row in self.all_rows})
 
 
 def group_rows(cards: Sequence[Scorecard], group: str) -> list[Row]:
@@ -77,12 +78,7 @@ def group_rows(cards: Sequence[Scorecard], group: str) -> list[Row]:
     rows = []
     for card in cards:
         score = card.groups.get(group, {}).get("sequential")
-        if (
-            score is None
-            or score.budget != STANDARD_BUDGET
-            or card.name in UNTRAINED
-            or card.manifest is None
-        ):
+        if score is None or score.budget != STANDARD_BUDGET or card.name not in COMPARED or not card.manifest:
             continue
         values = tuple(tuple(score.metrics[name].runs) for name in METRICS)
         if min(map(len, values)) >= FULL_ENTRY_RUNS:
@@ -114,7 +110,10 @@ def verdict(each: Verdict | None) -> str:
 
 
 def page(
-    groups: Sequence[Group], without_score: Sequence[str] = (), transfers: Sequence[Transfer] = ()
+    groups: Sequence[Group],
+    without_score: Sequence[str] = (),
+    transfers: Sequence[Transfer] = (),
+    unsolved: Mapping[str, Sequence[str]] = MappingProxyType({}),
 ) -> str:
     """The text of the page.
 
@@ -122,6 +121,7 @@ def page(
         groups: the groups on which fine-tuning has a score.
         without_score: names of the groups on which it was trained without a score: every task is unsolved.
         transfers: the transfers of fine-tuning on each group.
+        unsolved: the unsolved tasks of groups that have any.
     """
     templates = Environment(
         loader=FileSystemLoader(FOLDER), undefined=StrictUndefined, trim_blocks=True, autoescape=False
@@ -136,6 +136,7 @@ def page(
             groups=groups,
             with_learners=[group for group in groups if group.learners],
             without_score=without_score,
+            unsolved={group.name: unsolved[group.name] for group in groups if group.name in unsolved},
             transfer_titles=TITLES,
             transfers=shown(transfers),
             without_fine_tuning=[name for name in GROUP_NAMES if name not in trained],
@@ -168,14 +169,26 @@ def main(submissions: Path = ROOT / "submissions") -> None:
             draw_learned_and_final(points, FOLDER / f"{group.name}.svg")
     if forgotten := [group.name for group in groups if excludes_zero(group.rows[0].forgetting) == "yes"]:
         draw_retention(evaluations(submissions / FINE_TUNING), forgotten, FOLDER / "retention.svg")
-    names = {group.name for group in groups}
+    compared = {group.name for group in groups}
     transfers = [
         transfer(card, group.id, group.name)
         for card in cards
         for group in GROUPS.values()
-        if card.name == FINE_TUNING and group.name in names
+        if card.name == FINE_TUNING and group.name in compared
     ]
-    write_text(PAGE, page(groups, groups_without_score(cards), transfers))
+    write_text(PAGE, page(groups, groups_without_score(cards), transfers, unsolved_tasks()))
+
+
+def unsolved_tasks() -> dict[str, list[str]]:
+    """The tasks that the reference agent did not learn, by group."""
+    references = load_references().tasks
+    tasks = {
+        group.name: [
+            task.name for task in group.tasks if task.id in references and references[task.id].unsolved
+        ]
+        for group in GROUPS.values()
+    }
+    return {name: each for name, each in tasks.items() if each}
 
 
 def groups_without_score(cards: Sequence[Scorecard]) -> list[str]:

@@ -1,4 +1,4 @@
-"""Newcomer's test: one line of code from each of twenty modules, to guess the room from folder names alone.
+"""Newcomer's test: one line of code from each of twenty modules, to guess the folder that it is from.
 
 Run by hand: ``python tests/benchmarks/sample_lines.py SEED``, write the guesses down, then add ``--answers``.
 CONTRIBUTING.md has the last result.

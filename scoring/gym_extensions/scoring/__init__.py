@@ -19,7 +19,9 @@ __all__ = ["score_folder", "score_folders"]
 def __getattr__(name: str) -> Any:
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from gym_extensions.scoring.pipeline import score  # on first use: importing a room loads that room alone
+    from gym_extensions.scoring.pipeline import (
+        score,
+    )  # on first use: loads no other subpackage
 
     return getattr(score, name)
 

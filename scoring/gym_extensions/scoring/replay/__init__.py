@@ -1,1 +1,1 @@
-"""Replays recorded episodes in the simulator. The only room that loads one."""
+"""Replays recorded episodes in the simulator. The only subpackage that loads one."""
