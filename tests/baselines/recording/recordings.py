@@ -24,6 +24,11 @@ def zero(observations: Any) -> Any:
     return np.zeros((len(observations), 7))
 
 
+def push(observations: Any) -> Any:
+    """Another policy."""
+    return np.full((len(observations), 7), 0.5)
+
+
 def record_stage(
     out: Path, policy: Any = zero, protocol: str = "sequential", **changes: Any
 ) -> dict[str, float]:

@@ -7,9 +7,7 @@ import sys
 import tomllib
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
-import numpy as np
 import pytest
 
 from gym_extensions.baselines import train
@@ -19,13 +17,9 @@ from gym_extensions.scoring.pipeline.score import make_scorer
 from gym_extensions.scoring.replay.verify import verify
 
 from ..conftest import QUICK_GROUP, digests
-from .recordings import CARD, GROUP, TASKS, logged, message, record_stage
+from .recordings import CARD, GROUP, TASKS, logged, message, push, record_stage
 
 GROUPS = with_custom([QUICK_GROUP])
-
-
-def push(observations: Any) -> Any:
-    return np.full((len(observations), 7), 0.5)
 
 
 def test_the_logs_and_traces_are_those_of_the_training_loop(recorded: Path, tmp_path: Path) -> None:

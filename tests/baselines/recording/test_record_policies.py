@@ -9,9 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from gym_extensions.catalog.custom_groups import with_custom
 from gym_extensions.rollouts.policies import Policy
+from gym_extensions.rollouts.reader import read
 
-from .recordings import CARD, GROUP, logged, message, record_stage
+from ..conftest import QUICK_GROUP
+from .recordings import CARD, GROUP, TASKS, logged, message, push, record_stage, zero
 
 
 class Model:
@@ -73,3 +76,23 @@ def test_a_policy_of_the_wrong_shapes_is_refused_and_nothing_is_lost(name: str, 
     assert message(out, policy, "joint").startswith(text)
     record_stage(out, protocol="joint")
     assert len(logged(out, "joint")) == 40
+
+
+def test_the_policy_of_an_earlier_attempt_is_not_published(tmp_path: Path) -> None:
+    policy = Policy(np.zeros(7, np.float32), np.ones(7, np.float32))
+    for task in TASKS:
+        record_stage(tmp_path, policy, "single", task=task.name)
+        if task is TASKS[0]:
+            record_stage(tmp_path, zero, "single", task=task.name)
+    assert not (tmp_path / GROUP / "policies").exists()
+
+
+def test_a_log_with_a_run_without_policies_has_none(tmp_path: Path) -> None:
+    policy = Policy(np.zeros(7, np.float32), np.ones(7, np.float32))
+    for task in TASKS:
+        record_stage(tmp_path, policy, "single", task=task.name)
+    assert len(list((tmp_path / GROUP / "policies").iterdir())) == len(TASKS)
+    for task in TASKS:
+        record_stage(tmp_path, push, "single", run=1, task=task.name)
+    assert not (tmp_path / GROUP / "policies").exists()
+    assert not read(tmp_path, with_custom([QUICK_GROUP])).problems

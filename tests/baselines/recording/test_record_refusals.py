@@ -9,9 +9,12 @@ from typing import Any
 import pytest
 
 from gym_extensions.baselines import Card, train
+from gym_extensions.baselines.tracing.trace import trace
+from gym_extensions.catalog.custom_groups import with_custom
+from gym_extensions.scoring.replay.verify import verify
 
-from ..conftest import QUICK_GROUP
-from .recordings import CARD, TASKS, message, record_stage
+from ..conftest import QUICK_GROUP, digests
+from .recordings import CARD, GROUP, TASKS, logged, message, push, record_stage
 
 FIRST = TASKS[0].name
 
@@ -104,3 +107,35 @@ def test_recorded_policies_do_not_join_trained_runs(tmp_path: Path) -> None:
     card = Card("zero", evaluation="deterministic")
     text = message(tmp_path / "trained", protocol="joint", run=1, card=card)
     assert "protocol.steps is 'recorded' in this submission and 'claimed' in the new run." in text
+
+
+def test_a_run_does_not_join_a_log_whose_traces_a_salt_drew(tmp_path: Path) -> None:
+    record_tasks(tmp_path, run=0)
+    trace(tmp_path, "5a" * 32, groups=[QUICK_GROUP])
+    before = digests(tmp_path)
+    refused = message(tmp_path, protocol="single", run=1, task=TASKS[0].name)
+    assert "A salt has drawn the traces of these logs" in refused
+    assert digests(tmp_path) == before
+
+
+def test_a_salt_that_is_drawn_during_a_recording_fails_the_run_and_loses_nothing(tmp_path: Path) -> None:
+    record_tasks(tmp_path, run=0)
+    record_stage(tmp_path, push, "single", run=1, task=TASKS[0].name)
+
+    def draws(observations: Any) -> Any:
+        if not (tmp_path / GROUP / "traces" / "salt.txt").exists():
+            trace(tmp_path, "5a" * 32, groups=[QUICK_GROUP])
+        return push(observations)
+
+    last: dict[str, Any] = {"protocol": "single", "run": 1, "task": TASKS[1].name}
+    assert "A salt has drawn the traces of these logs" in message(tmp_path, draws, **last)
+    trace(tmp_path, groups=[QUICK_GROUP])
+    record_stage(tmp_path, **last, skip_recorded=True)
+    assert {row["run"] for row in logged(tmp_path, "single")} == {"0", "1"}
+    assert not verify(tmp_path, with_custom([QUICK_GROUP])).problems
+
+
+def record_tasks(out: Path, run: int) -> None:
+    """A run of single tasks."""
+    for task in TASKS:
+        record_stage(out, protocol="single", run=run, task=task.name)

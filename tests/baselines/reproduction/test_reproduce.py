@@ -173,6 +173,14 @@ def test_a_salt_draws_the_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     assert f"joint run {drawn[salts[0]].run}: the same bytes." in capsys.readouterr().out
 
 
+def test_a_salt_can_draw_a_custom_group(
+    random_joint: Path, quick_file: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["reproduce", str(random_joint), "--salt", f"{0:064x}", "--groups", str(quick_file), "--quiet"]
+    assert main(command) == 0
+    assert capsys.readouterr().out.endswith(": the same bytes.\n")
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [

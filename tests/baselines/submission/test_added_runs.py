@@ -80,8 +80,8 @@ def test_a_run_cannot_be_added_if_traces_are_missing(first_single_run: Path, tmp
         train("random", QUICK_GROUP, "single", "smoke", 1, out=out)
     assert str(error.value) == (
         f"{trace.parent}: The audit sample of run 0 in {QUICK_GROUP.name}/single.csv needs the trace "
-        f"{trace.name}, which is missing. Restore it or the traces of all episodes in .progress, or train "
-        "all runs in another --out."
+        f"{trace.name}, which is missing. Run gym-extensions trace, restore the traces of all episodes in "
+        ".progress, or train all runs in another --out."
     )
 
 

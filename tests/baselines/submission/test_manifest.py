@@ -107,3 +107,28 @@ def test_another_engine_records_nothing(monkeypatch: pytest.MonkeyPatch, tmp_pat
         train("random", "pusher", "single", "smoke", 0, out=tmp_path / "mine")
     assert caught.value.code == "other-engine"
     assert list(tmp_path.iterdir()) == []
+
+
+def test_the_versions_of_all_runs_are_stated() -> None:
+    card = Card("climber", packages=("pandas",))
+    first = manifest.merge({}, card, run(card), 3, 5)
+    first["versions"] |= {"numpy": "1.0", "platform": "Plan9-mips"}
+    first["packages"] = {"pandas": "1.0"}
+    tables = manifest.merge(first, card, run(card), 3, 5)
+    now = manifest.versions()
+    assert tables["versions"]["numpy"] == f"1.0, {now['numpy']}"
+    assert tables["versions"]["platform"] == f"Plan9-mips, {now['platform']}"
+    assert tables["versions"]["mujoco"] == now["mujoco"]
+    assert tables["packages"] == {"pandas": f"1.0, {version('pandas')}"}
+
+
+def test_kernels_for_which_the_manifest_has_no_room_are_others() -> None:
+    kernels = [f"openblas Kernel{number:02}" for number in range(9)]
+    blas = manifest.merge({}, CARD, run(), 3, 5, kernels=kernels)["versions"]["blas"]
+    assert blas == ", ".join(["others", *kernels[-4:]])
+    assert len(blas) <= 100
+
+
+def test_a_run_whose_kernels_were_not_recorded_has_unknown_ones() -> None:
+    tables = manifest.merge({}, CARD, run(), 3, 5, kernels=["unknown", "openblas Zen"])
+    assert tables["versions"]["blas"] == "unknown, openblas Zen"

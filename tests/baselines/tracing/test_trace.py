@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from gym_extensions.baselines import train
+from gym_extensions.baselines.tracing import trace as trace_module
 from gym_extensions.baselines.tracing.cli import main
 from gym_extensions.baselines.tracing.trace import trace
 from gym_extensions.baselines.training.versions import blas_kernels
@@ -111,10 +112,8 @@ def test_a_run_that_cannot_be_repeated_here_does_not_cost_the_others(
     kept = {path.name for path in (trpo / ".progress" / SHORT_GROUP / "traces").iterdir()}
     expected = {path.name for path in salt_file(salted[0]).parent.glob("*.npz")}
     assert {name for name in expected if name.startswith("sequential-")} <= kept < expected
-    here = blas_kernels()
-    assert error.value.hint.startswith(
-        f"{len(kept)} of {len(expected)} traces are kept in .progress. The log was made with {here}; "
-        f"this process has {here}. Run the command again with the BLAS kernels of the log"
+    assert error.value.hint == (
+        "What could be repeated is kept in .progress. Restore the traces of all episodes in .progress."
     )
     assert not salt_file(trpo).exists()
     joint.write_bytes(original)
@@ -122,6 +121,48 @@ def test_a_run_that_cannot_be_repeated_here_does_not_cost_the_others(
         path.write_bytes(original)
     trace(trpo, SALT)
     assert {path.name for path in salt_file(trpo).parent.glob("*.npz")} == expected
+
+
+def test_other_blas_kernels_than_those_of_the_log_are_named(trpo: Path) -> None:
+    policies = sorted((trpo / SHORT_GROUP / "policies").glob("sequential-*.npz"))
+    for path in policies:
+        path.write_bytes((trpo / SHORT_GROUP / "policies" / "joint-run0-stage1.npz").read_bytes())
+    text = (trpo / "submission.toml").read_text()
+    (trpo / "submission.toml").write_text(re.sub('blas = ".*"', 'blas = "openblas Itanium"', text))
+    with pytest.raises(BenchError) as error:
+        trace(trpo, SALT)
+    assert error.value.hint == (
+        f"The same holds for {len(policies) - 1} more policies. What could be repeated is kept in .progress. "
+        f"The log was made with the BLAS kernels openblas Itanium, and this process has {blas_kernels()}. "
+        "Run the command again with those of the log, which OPENBLAS_CORETYPE can choose, or restore the "
+        "traces of all episodes in .progress."
+    )
+
+
+def test_an_interrupted_call_keeps_what_it_repeated(
+    trpo: Path, salted: tuple[Path, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = digests(trpo)
+    with monkeypatch.context() as patch:
+        patch.setattr(trace_module, "_replace", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            trace(trpo, SALT)
+    assert digests(trpo) == before
+    kept = {path.name for path in (trpo / ".progress" / SHORT_GROUP / "traces").iterdir()}
+    assert kept == {path.name for path in salt_file(salted[0]).parent.glob("*.npz")}
+
+
+def interrupted(*arguments: object) -> None:
+    raise KeyboardInterrupt
+
+
+def test_runs_can_be_added_after_the_traces_of_identical_runs_were_written_again(tmp_path: Path) -> None:
+    folder = tmp_path / "zero"
+    train("zero", GROUP, "single", "smoke", [0, 1], out=folder, progress=False)
+    shutil.rmtree(folder / ".progress")
+    trace(folder)
+    train("zero", GROUP, "single", "smoke", [2], out=folder, progress=False)
+    assert not verify(folder).problems
 
 
 def test_a_salt_of_the_wrong_form_is_refused(trpo: Path) -> None:

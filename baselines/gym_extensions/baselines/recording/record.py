@@ -16,7 +16,7 @@ from gym_extensions.baselines.recording.stage import parse_stage
 from gym_extensions.baselines.submission import folder, manifest
 from gym_extensions.baselines.submission.lock import WRITE_SECONDS, lock
 from gym_extensions.baselines.submission.rows import read_episodes
-from gym_extensions.baselines.submission.writer import write_log
+from gym_extensions.baselines.submission.writer import require_extensible, write_log
 from gym_extensions.baselines.training.evaluator import Evaluator
 from gym_extensions.baselines.training.jobs import Settings, Stage, TrainingJob, jobs_of
 from gym_extensions.baselines.training.policies import store_policy
@@ -99,7 +99,10 @@ def record(
     settings = Settings(card_of(agent, "card").algorithm, request.budget.name, None, observes, CLAIMED)
     _check(path, task_group, card, settings)
     if existing := _existing(path, job, number, skip_recorded):
+        if Progress.of(path, job).finished():
+            _write_if_complete(path, job, settings)  # an earlier call may have failed to
         return _mean_returns(existing)
+    require_extensible(path, task_group, protocol)
     folder.prepare(path)
     with lock(path, f"{job.title} stage {number}"):
         progress = Progress.of(path, job)
@@ -156,8 +159,7 @@ def _evaluate(
         for task in stage.evaluated:
             agent.begin(training_seed(job.run, job.group.id, f"policy {stage.number}", task.id))
             rows += evaluator.evaluate(agent, stage.number, task, policy)
-        if policy is not None:
-            store_policy(out, job, stage.number, policy)
+        store_policy(out, job, stage.number, policy)
     finally:
         evaluator.close()
     return rows

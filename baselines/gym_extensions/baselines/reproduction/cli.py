@@ -9,6 +9,7 @@ from gym_extensions.baselines.reproduction.draw import LoggedRun, draw_run
 from gym_extensions.baselines.reproduction.reproduce import Reproduction, reproduce
 from gym_extensions.baselines.submission import manifest
 from gym_extensions.baselines.training.request import require_positive
+from gym_extensions.catalog.custom_groups import with_custom
 from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.errors import BenchError, reports_mistakes
 
@@ -26,6 +27,13 @@ def parser() -> argparse.ArgumentParser:
     drawn.add_argument("--group", help="a group's name, or the TOML file of a custom group")
     drawn.add_argument(
         "--salt", help="draw the group, protocol and run from this salt (gym-extensions ledger salt ENTRY)"
+    )
+    command.add_argument(
+        "--groups",
+        action="append",
+        default=[],
+        metavar="FILE",
+        help="the custom group in this TOML file, which the salt may draw; may be repeated",
     )
     command.add_argument("--protocol", choices=PROTOCOLS, help="the protocol (default: sequential)")
     command.add_argument("--run", type=int, help="the training seed (default: 0)")
@@ -46,7 +54,7 @@ def main(argv: list[str] | None = None) -> int:
     require_positive(options.jobs, "--jobs")
     group, protocol, run = chosen_run(options)
     result = reproduce(
-        *(options.entry, group, protocol, run),
+        *(options.entry, with_custom(options.groups).get(group, group), protocol, run),
         agent=options.agent,
         jobs=options.jobs,
         progress=not options.quiet,

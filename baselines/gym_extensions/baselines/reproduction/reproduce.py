@@ -95,7 +95,7 @@ def reproduce(
 def differing_versions(tables: Mapping[str, Any]) -> dict[str, tuple[str, str]]:
     """The versions that differ: by name, in the submission's manifest and installed."""
     packages = tables.get(PACKAGES, {})
-    stated_versions = tables.get("versions", {}) | {manifest.BLAS: manifest.stated_blas(tables)} | packages
+    stated_versions = {manifest.BLAS: manifest.stated_blas(tables)} | tables.get("versions", {}) | packages
     installed = manifest.versions() | {name: version_or_none(name) or "none" for name in packages}
     return {
         name: (str(stated), installed[name])

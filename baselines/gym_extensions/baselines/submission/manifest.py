@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import platform
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -13,11 +13,12 @@ import tomli_w
 
 from gym_extensions.atomic import write_text
 from gym_extensions.baselines.agent import Card, Observes
-from gym_extensions.baselines.training.versions import blas_kernels, job_versions, joined
+from gym_extensions.baselines.training.versions import BETWEEN, UNKNOWN, blas_kernels, job_versions, joined
 from gym_extensions.envs.fingerprint import require_published_engine
 from gym_extensions.errors import BenchError
 from gym_extensions.installed import version
 from gym_extensions.rollouts.manifest import FORMAT, PACKAGES, RECORDED, Steps
+from gym_extensions.rollouts.manifest_values import SHORT
 
 SHARED_SECTIONS = ("protocol", "hyperparameters", "observes")
 """Sections that are the same in every run of a submission."""
@@ -27,7 +28,6 @@ PHYSICS_PACKAGES = ("gymnasium", "mujoco")
 """Packages whose versions are the same in every run of a submission."""
 BLAS = "blas"
 """The key of the BLAS kernels in the section ``versions``. Manifests before it do not have it."""
-UNKNOWN = "unknown"
 ONE_SETTING = (
     "A submission has one algorithm, one budget and one set of hyperparameters; choose another --out."
 )
@@ -128,7 +128,8 @@ def merge(
         kernels: the BLAS kernels of the runs.
     """
     memory = existing.get("memory", {})
-    blas = joined([stated_blas(existing), *kernels])
+    blas = fitting([stated_blas(existing), *kernels])
+    runs = [existing, new]
     tables = {
         "format": FORMAT,
         "title": existing.get("title", card.title or card.algorithm),
@@ -144,9 +145,24 @@ def merge(
             "parameters_first": max(memory.get("parameters_first", 0), first),
             "parameters_last": max(memory.get("parameters_last", 0), last),
         },
-        "versions": new["versions"] | {BLAS: blas},
-    } | ({PACKAGES: new[PACKAGES]} if PACKAGES in new else {})
+        "versions": columns(runs, "versions", fitting) | {BLAS: blas},
+    } | ({PACKAGES: columns(runs, PACKAGES, fitting)} if PACKAGES in new else {})
     return tables | {key: value for key, value in existing.items() if key not in tables}
+
+
+def columns(manifests: Sequence[Tables], section: str, combine: Callable[[list[Any]], Any]) -> dict[str, Any]:
+    """Every key of a section with its values combined; a manifest may lack the section or the key."""
+    present = [item.get(section, {}) for item in manifests]
+    keys = dict.fromkeys(key for table in present for key in table)
+    return {key: combine([table[key] for table in present if key in table]) for key in keys}
+
+
+def fitting(values: Sequence[str]) -> str:
+    """The distinct values as one text. ``others`` stands for the first ones if the text would be too long."""
+    distinct = joined(values).split(BETWEEN)
+    while len(BETWEEN.join(distinct)) > SHORT and len(distinct) > 1:
+        distinct[:2] = ["others"]
+    return BETWEEN.join(distinct)
 
 
 def write(path: Path, tables: Tables) -> None:

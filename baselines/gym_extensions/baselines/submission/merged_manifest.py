@@ -6,12 +6,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from gym_extensions.baselines.submission.manifest import BLAS, DEFAULTS, stated_blas
-from gym_extensions.baselines.training.versions import joined
+from gym_extensions.baselines.submission.manifest import BLAS, DEFAULTS, columns, fitting, stated_blas
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.layout import MANIFEST
 from gym_extensions.rollouts.manifest import PACKAGES
-from gym_extensions.rollouts.manifest_values import SHORT
 
 SAME_SECTIONS = ("protocol", "hyperparameters", "observes", "code")
 """Sections that are the same in submissions that can be merged."""
@@ -40,24 +38,11 @@ def merged_tables(manifests: Sequence[Tables]) -> dict[str, Any]:
     The archive stays only if it is the same in all.
     """
     tables = dict(manifests[0])
-    tables["memory"] = _columns(manifests, "memory", max)
-    kernels = _joined([stated_blas(item) for item in manifests])
-    tables["versions"] = _columns(manifests, "versions", _joined) | {BLAS: kernels}
+    tables["memory"] = columns(manifests, "memory", max)
+    kernels = fitting([stated_blas(item) for item in manifests])
+    tables["versions"] = columns(manifests, "versions", fitting) | {BLAS: kernels}
     if any(PACKAGES in item for item in manifests):
-        tables[PACKAGES] = _columns(manifests, PACKAGES, _joined)
+        tables[PACKAGES] = columns(manifests, PACKAGES, fitting)
     if any(item.get("archive") != tables.get("archive") for item in manifests):
         tables.pop("archive", None)
     return tables
-
-
-def _columns(manifests: Sequence[Tables], section: str, combine: Any) -> dict[str, Any]:
-    """Every key of a section, with its values combined; a manifest may lack the section or the key."""
-    present = [item.get(section, {}) for item in manifests]
-    keys = dict.fromkeys(key for table in present for key in table)
-    return {key: combine([table[key] for table in present if key in table]) for key in keys}
-
-
-def _joined(values: Sequence[str]) -> str:
-    """The distinct values, or the first if they are too long for the manifest."""
-    text = joined(values)
-    return text if len(text) <= SHORT else values[0]

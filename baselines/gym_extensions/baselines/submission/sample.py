@@ -49,8 +49,8 @@ def find_traces(names: dict[str, int], folders: Sequence[Path], log: str) -> dic
                 "traces-lost",
                 f"The audit sample of run {run} in {log} needs the trace {name}, which is missing.",
                 where=str(folders[-1]),
-                hint=f"Restore it or the traces of all episodes in {PROGRESS}, or train all runs in another "
-                "--out.",
+                hint=f"Run gym-extensions trace, restore the traces of all episodes in {PROGRESS}, or train "
+                "all runs in another --out.",
             )
         paths[name] = path
     return paths

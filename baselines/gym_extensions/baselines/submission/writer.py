@@ -39,14 +39,17 @@ def missing_jobs(out: Path, group: TaskGroup, protocol: str, runs: Sequence[int]
         Progress.of(out, job).remove()
     missing = [run for run in runs if run not in logged]
     if missing:
-        require_bound(out)
-        require_unsalted(out, group.name)
-        require_traces(out, group, protocol)
+        require_extensible(out, group, protocol)
     return jobs_of(group, protocol, missing)
 
 
-def require_traces(out: Path, group: TaskGroup, protocol: str) -> None:
-    """Raises ``BenchError`` if a trace of the audit sample of a logged run is missing."""
+def require_extensible(out: Path, group: TaskGroup, protocol: str) -> None:
+    """Raises ``BenchError`` if no run can be added to a log.
+
+    Its rows name no traces, a salt has drawn the traces of its group, or a trace of the sample is missing.
+    """
+    require_bound(out)
+    require_unsalted(out, group.name)
     path = _log(out, group, protocol)
     if path.exists():
         _traces(out, group, protocol, path)
@@ -64,8 +67,12 @@ def write_log(
     All files are written to a temporary folder and then moved, the log last, so that a full disk leaves the
     submission as it was and an interrupted call can be repeated. Waits for another process that writes
     files of the submission.
+
+    Raises:
+        BenchError: the log has changed since the jobs started, so that no run can be added.
     """
     with write_lock(out):
+        require_extensible(out, group, protocol)
         _write_log(out, group, protocol, finished, settings)
         for job in finished:
             Progress.of(out, job).remove()
@@ -119,15 +126,17 @@ def _traces(out: Path, group: TaskGroup, protocol: str, log: Path) -> dict[str, 
 
 
 def _move_policies(out: Path, group: TaskGroup, protocol: str, runs: Sequence[int]) -> None:
-    """Moves the policies of a log into the submission, unless one is missing: a log has all or none."""
-    source, target = policies_folder(out, group.name), out / group.name / POLICIES
+    """Moves the policies of a log into the submission, or back if one is missing: a log has all or none."""
+    unfinished, published = policies_folder(out, group.name), out / group.name / POLICIES
     names = policy_names(protocol, runs, group)
-    if not all((source / name).exists() or (target / name).exists() for name in names):
-        return
-    target.mkdir(parents=True, exist_ok=True)
-    for name in names:
-        if (source / name).exists():
-            (source / name).replace(target / name)
+    is_complete = all((unfinished / name).exists() or (published / name).exists() for name in names)
+    source, target = (unfinished, published) if is_complete else (published, unfinished)
+    moved = [name for name in names if (source / name).exists()]
+    for name in moved:
+        target.mkdir(parents=True, exist_ok=True)
+        (source / name).replace(target / name)
+    if moved and not any(source.iterdir()):
+        source.rmdir()
 
 
 def _write_manifest(

@@ -65,10 +65,16 @@ def require_agreement(
         raise BenchError("policy-differs", message, "policy()", hint)
 
 
-def store_policy(out: Path, job: TrainingJob, stage: int, policy: Policy) -> None:
-    """Writes the policy after a stage. One whose file would be too large for a submission is left out."""
-    data = policy.to_bytes()
-    if len(data) <= MAX_POLICY_BYTES:
-        task_name = "" if job.task is None else job.group.tasks[job.task].name
-        name = policy_name(job.protocol, job.run, stage, task_name)
-        write_bytes(policies_folder(out, job.group.name) / name, data)
+def store_policy(out: Path, job: TrainingJob, stage: int, policy: Policy | None) -> None:
+    """Writes the policy after a stage, and removes that of an earlier attempt if there is none.
+
+    A policy whose file would be too large for a submission is left out.
+    """
+    task_name = "" if job.task is None else job.group.tasks[job.task].name
+    name = policy_name(job.protocol, job.run, stage, task_name)
+    path = policies_folder(out, job.group.name) / name
+    data = b"" if policy is None else policy.to_bytes()
+    if 0 < len(data) <= MAX_POLICY_BYTES:
+        write_bytes(path, data)
+    else:
+        path.unlink(missing_ok=True)

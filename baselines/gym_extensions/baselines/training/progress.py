@@ -12,7 +12,7 @@ from typing import Any
 from gym_extensions.atomic import write_text
 from gym_extensions.baselines.agent import Agent, Card, Resumable
 from gym_extensions.baselines.training.jobs import TrainingJob
-from gym_extensions.baselines.training.versions import job_versions, version_difference
+from gym_extensions.baselines.training.versions import UNKNOWN, job_versions, version_difference
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.episodes import CurvePoint, Episode, EvaluationPoint
 from gym_extensions.rollouts.layout import PROGRESS, TRACES, UNFINISHED_CURVES, unfinished_curve_name
@@ -33,7 +33,7 @@ class FinishedStage:
     card: Card
     parameters: tuple[int, int]
     evaluations: list[EvaluationPoint] = field(default_factory=list)
-    blas: str = ""
+    blas: str = UNKNOWN
 
 
 class Progress:
@@ -189,5 +189,5 @@ def _read(path: Path) -> FinishedStage:
         Card(**content["card"]),
         (content["parameters"][0], content["parameters"][1]),
         [EvaluationPoint(**row) for row in content.get("evaluations", [])],
-        content.get("blas", ""),
+        content.get("blas", UNKNOWN),
     )

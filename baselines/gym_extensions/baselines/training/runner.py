@@ -119,8 +119,7 @@ def run_job(
             where = (job.title, stage.number, stage.steps, job_step + stage.steps)
             listen(TaskEvaluated(*where, *result, seconds=time.perf_counter() - start))
             episodes += rows
-        if policy is not None:
-            store_policy(out, job, stage.number, policy)
+        store_policy(out, job, stage.number, policy)
         card = card_of(agent, settings.agent)
         parameters = (first_parameters, card.parameters)
         record = FinishedStage(
