@@ -72,6 +72,13 @@ def test_a_time_limit_is_bootstrapped_and_a_failure_is_not(ends: bool, expected:
     np.testing.assert_allclose(agent._value.predict(states), expected, atol=0.5)
 
 
+@pytest.mark.parametrize(("steps", "taken"), [(10, 10), (12, 20)])
+def test_a_vector_step_can_be_longer_than_several_batches(steps: int, taken: int) -> None:
+    agent = trpo.Trpo(BOX, Corridor.single_action_space, 0, replace(REFERENCE, default_batch=3))
+    agent.learn(Corridor(ends=True), steps)
+    assert agent._moments.count == taken
+
+
 def test_trpo_acts_with_its_mean_and_trpo_2017_samples() -> None:
     observations = np.zeros((4000, 3), np.float32)
     mean = trpo.make(BOX, WIDE, 0).act(observations)

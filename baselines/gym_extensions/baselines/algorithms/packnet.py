@@ -52,14 +52,15 @@ class PackNet(MultiHead):
         self._num_tasks = int(env.num_tasks)  # type: ignore[attr-defined]  # of the training environments
         super().learn(env, steps)
 
-    def _train(self, collector: Collector, steps: int) -> None:
+    def _train(self, collector: Collector, steps: int) -> int:
         self._pruned = False
         left = max(self._num_tasks - self._number, 0)
         retrain = self._retrain_share * steps if left else 0
         first = steps - min(round(retrain / self._batch_steps) * self._batch_steps, steps - self._batch_steps)
-        super()._train(collector, first)
+        taken = super()._train(collector, first)
         self._prune(1 / (left + 1))
-        super()._train(collector, steps - first)
+        early = (taken - first) // self._batch_steps * self._batch_steps  # whole batches of the second part
+        return taken + super()._train(collector, steps - first - early)
 
     def _prune(self, share: float) -> None:
         hidden = self._theta[: self._hidden]

@@ -80,15 +80,19 @@ class Trpo:
         self._batch_steps = int(getattr(env, "batch_steps", self._settings.default_batch))
         self._train(Collector(env), steps)
 
-    def _train(self, collector: Collector, steps: int) -> None:
+    def _train(self, collector: Collector, steps: int) -> int:
+        """Returns the transitions taken. A batch is skipped if those of the batches before suffice for it."""
         taken, target = 0, 0
         while target < steps:
             target = min(target + self._batch_steps, steps)
+            if target <= taken:
+                continue
             transitions = collector.collect(
                 lambda seen: self._sample(seen, self._learning), self._to_env, target - taken
             )
             taken += int(transitions.valid.sum())
             self._update(transitions)
+        return taken
 
     def _update(self, transitions: Transitions) -> None:
         settings, valid = self._settings, transitions.valid
