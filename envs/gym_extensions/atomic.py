@@ -1,19 +1,20 @@
-"""Atomic writes: a file is written completely or not at all."""
+"""Atomic writes: a file is written completely or not at all, also if several processes write it at once."""
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 
 def write_bytes(path: Path, content: bytes) -> None:
-    """Writes to a temporary file in the same folder, then renames it."""
+    """Writes to a temporary file of its own in the same folder, then renames it."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f".{path.name}.partial")
+    partial = path.with_name(f".{path.name}.{os.urandom(8).hex()}.partial")
     try:
         partial.write_bytes(content)
         partial.replace(path)
-    except OSError:
-        partial.unlink(missing_ok=True)  # a full disk
+    except BaseException:  # a full disk, Ctrl-C
+        partial.unlink(missing_ok=True)
         raise
 
 

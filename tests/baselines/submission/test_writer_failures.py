@@ -43,7 +43,7 @@ def test_a_full_disk_leaves_the_submission_as_it_was_and_the_run_can_be_written_
     before, write = digests(out), Path.write_bytes
 
     def fill_disk(path: Path, content: bytes) -> int:
-        if path.name.endswith(f"{name}.partial") and "staged" in path.parts:
+        if f"{name}." in path.name and "staged" in path.parts:
             write(path, content[:10])
             raise OSError(errno.ENOSPC, "No space left on device")
         return write(path, content)
