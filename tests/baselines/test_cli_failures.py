@@ -41,6 +41,7 @@ class StopsAndCanBeSaved(StopsInSecondTask):
 
 
 AGAIN = "No finished stage can be reused; the same command starts the unfinished runs again."
+NOT_RUNNING = "No job was running; repeat the same command."
 INTERRUPTED: list[tuple[Any, str]] = [
     (StopsAndCanBeSaved, "The same command continues; it reuses 2 finished stages."),
     (StopsInSecondTask, AGAIN),
@@ -88,7 +89,7 @@ def test_stages_of_other_runs_are_not_counted(
     assert capsys.readouterr().out.splitlines()[-1] == expected
 
 
-def raising(error: Exception) -> Callable[..., NoReturn]:
+def raising(error: BaseException) -> Callable[..., NoReturn]:
     def train(*_: Any, **__: Any) -> NoReturn:
         raise error
 
@@ -101,8 +102,16 @@ def test_a_full_disk_is_reported(
     monkeypatch.chdir(tmp_path)
     replace_train(monkeypatch, raising(OSError(errno.ENOSPC, "No space left on device")))
     assert main(command("trpo", out="mine")) == 2
-    message = f"error: mine: No space left on device. Free some disk space. {AGAIN}\n"
+    message = f"error: mine: No space left on device. Free some disk space. {NOT_RUNNING}\n"
     assert capsys.readouterr().err == message
+
+
+def test_a_command_that_is_interrupted_before_its_first_job_says_nothing_about_stages(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    replace_train(monkeypatch, raising(KeyboardInterrupt()))
+    assert main(command("trpo")) == 130
+    assert capsys.readouterr().out == f"Interrupted. {NOT_RUNNING}\n"
 
 
 FAILING = """

@@ -151,7 +151,13 @@ def reusable_stages(out: Path, titles: Iterable[str]) -> int:
 
 
 def next_step(out: Path, titles: Iterable[str]) -> str:
-    """What the same command will do after an interruption of the jobs with these titles."""
+    """What the same command will do after an interruption of the jobs with these titles.
+
+    Without titles the command stopped before it knew its jobs, or had none left.
+    """
+    titles = list(titles)
+    if not titles:
+        return "No job was running; repeat the same command."
     stages = reusable_stages(out, titles)
     if not stages:
         return "No finished stage can be reused; the same command starts the unfinished runs again."
