@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import importlib
+import multiprocessing
 import os
+import time
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +14,10 @@ import pytest
 from gym_extensions.baselines.execution.workers import Executor, ThisProcess, Workers
 from gym_extensions.baselines.training.events import Event, JobFinished, Listener
 
-SQUARE = '''
+JOBS = '''
 import os
 import signal
+import time
 from dataclasses import dataclass
 
 from gym_extensions.baselines.training.events import JobFinished
@@ -38,15 +41,33 @@ class Square:
             raise UnpickledError("one", "two")
         listen(JobFinished(str(self.number)))
         return self.number**2, os.getpid(), os.environ["OPENBLAS_NUM_THREADS"]
+
+
+@dataclass(frozen=True)
+class Pause:
+    """Reports an event before and after a pause."""
+
+    seconds: float
+
+    def run(self, listen):
+        listen(JobFinished("before"))
+        time.sleep(self.seconds)
+        listen(JobFinished("after"))
 '''
 
 
 @pytest.fixture
-def square(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
-    """A class in a module that worker processes can import."""
-    (tmp_path / "squares.py").write_text(SQUARE)
+def jobs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
+    """A module that worker processes can import."""
+    (tmp_path / "jobs_of_tests.py").write_text(JOBS)
     monkeypatch.syspath_prepend(tmp_path)
-    return importlib.import_module("squares").Square
+    return importlib.import_module("jobs_of_tests")
+
+
+@pytest.fixture
+def square(jobs: Any) -> Any:
+    """A class of the module."""
+    return jobs.Square
 
 
 def outcomes(executor: Executor, pending: list[Any], listen: Listener = lambda _: None) -> dict[int, Any]:
@@ -71,7 +92,7 @@ def test_an_exception_is_a_failure_and_the_rest_goes_on(executor: Executor, squa
     results = outcomes(executor, [square(-1), square(2), square(3)])
     assert (results[1][0], results[2][0]) == (4, 9)
     assert results[0].cause == "UnpickledError: one and two"
-    assert results[0].traceback.splitlines()[-1] == "squares.UnpickledError: one and two"
+    assert results[0].traceback.splitlines()[-1] == "jobs_of_tests.UnpickledError: one and two"
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGKILL")
@@ -90,6 +111,20 @@ def test_an_exception_of_the_listener_stops_everything(executor: Executor, squar
 
     with pytest.raises(LookupError, match="no listener"):
         list(executor.run([square(2), square(3)], listen))
+
+
+def test_stopping_ends_the_workers_and_no_other_child_process(jobs: Any) -> None:
+    def listen(event: Event) -> None:
+        raise LookupError("no listener")
+
+    own = multiprocessing.get_context("spawn").Process(target=time.sleep, args=(60,), daemon=True)
+    own.start()
+    with pytest.raises(LookupError, match="no listener"):
+        list(Workers(2).run([jobs.Pause(60), jobs.Pause(60)], listen))
+    for process in multiprocessing.active_children():
+        process.join(timeout=1 if process == own else 20)
+    assert multiprocessing.active_children() == [own]
+    own.terminate()
 
 
 @BOTH

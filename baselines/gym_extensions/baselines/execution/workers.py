@@ -11,6 +11,7 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
+from multiprocessing.process import BaseProcess
 from queue import Empty
 from typing import Any, Protocol, TypeVar
 
@@ -102,7 +103,7 @@ class Workers:
 
         def start(worker: _Worker) -> None:
             index, worker.is_finished = waiting.popleft(), False
-            running[worker.pool.submit(_run, pending[index])] = (index, worker)
+            running[worker.submit(pending[index])] = (index, worker)
 
         try:
             while waiting and len(running) < self.slots:
@@ -121,11 +122,8 @@ class Workers:
                         worker.pool.shutdown(wait=False)
                     yield index, outcome
         except BaseException:
-            processes = multiprocessing.active_children()
             for _, worker in running.values():
-                worker.pool.shutdown(wait=False, cancel_futures=True)
-            for process in processes:
-                process.terminate()
+                worker.stop()
             raise
 
 
@@ -139,6 +137,20 @@ class _Worker:
         self.pool = ProcessPoolExecutor(
             1, mp_context=context, initializer=_initialize, initargs=(self._events,)
         )
+        self._processes: list[BaseProcess] = []
+
+    def submit(self, runnable: Runnable[Result]) -> Future[Result | Failure]:
+        """Runs something; the first call starts the process."""
+        others = multiprocessing.active_children()
+        future = self.pool.submit(_run, runnable)
+        self._processes += [each for each in multiprocessing.active_children() if each not in others]
+        return future
+
+    def stop(self) -> None:
+        """Ends the process, whatever it runs."""
+        self.pool.shutdown(wait=False, cancel_futures=True)
+        for process in self._processes:
+            process.terminate()
 
     def forward(self, listen: Listener, timeout: float) -> None:
         """Passes on the events that have arrived; waits up to a timeout for None, the last of a job."""
