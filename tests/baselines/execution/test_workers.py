@@ -53,6 +53,19 @@ class Pause:
         listen(JobFinished("before"))
         time.sleep(self.seconds)
         listen(JobFinished("after"))
+
+
+class Late:
+    """Reports an event that is sent long after the job's result."""
+
+    def run(self, listen):
+        listen(Slow("late"))
+
+
+class Slow(JobFinished):
+    def __reduce__(self):
+        time.sleep(0.8)
+        return JobFinished, (self.job,)
 '''
 
 
@@ -111,6 +124,12 @@ def test_an_exception_of_the_listener_stops_everything(executor: Executor, squar
 
     with pytest.raises(LookupError, match="no listener"):
         list(executor.run([square(2), square(3)], listen))
+
+
+def test_late_events_of_a_job_do_not_end_those_of_the_next(jobs: Any) -> None:
+    events: list[Any] = []
+    outcomes(Workers(1), [jobs.Late(), jobs.Pause(1)], events.append)
+    assert [event.job for event in events] == ["late", "before", "after"]
 
 
 def test_stopping_ends_the_workers_and_no_other_child_process(jobs: Any) -> None:

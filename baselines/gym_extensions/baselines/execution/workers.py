@@ -102,8 +102,8 @@ class Workers:
         running: dict[Future[Result | Failure], tuple[int, _Worker]] = {}
 
         def start(worker: _Worker) -> None:
-            index, worker.is_finished = waiting.popleft(), False
-            running[worker.submit(pending[index])] = (index, worker)
+            index = waiting.popleft()
+            running[worker.submit(index, pending[index])] = (index, worker)
 
         try:
             while waiting and len(running) < self.slots:
@@ -133,16 +133,16 @@ class _Worker:
     def __init__(self) -> None:
         context = multiprocessing.get_context("spawn")
         self._events = context.Queue()
-        self.is_finished = False
+        self._index: int | None = None  # of the job whose events are still to come
         self.pool = ProcessPoolExecutor(
             1, mp_context=context, initializer=_initialize, initargs=(self._events,)
         )
         self._processes: list[BaseProcess] = []
 
-    def submit(self, runnable: Runnable[Result]) -> Future[Result | Failure]:
-        """Runs something; the first call starts the process."""
-        others = multiprocessing.active_children()
-        future = self.pool.submit(_run, runnable)
+    def submit(self, index: int, runnable: Runnable[Result]) -> Future[Result | Failure]:
+        """Runs a job, whose index is not that of the job before; the first call starts the process."""
+        self._index, others = index, multiprocessing.active_children()
+        future = self.pool.submit(_run, index, runnable)
         self._processes += [each for each in multiprocessing.active_children() if each not in others]
         return future
 
@@ -153,16 +153,16 @@ class _Worker:
             process.terminate()
 
     def forward(self, listen: Listener, timeout: float) -> None:
-        """Passes on the events that have arrived; waits up to a timeout for None, the last of a job."""
-        while not self.is_finished:
+        """Passes on the events that have arrived; waits up to a timeout for the job's last one, None."""
+        while self._index is not None:
             try:
-                event = self._events.get(timeout=timeout) if timeout else self._events.get_nowait()
+                index, event = self._events.get(timeout=timeout) if timeout else self._events.get_nowait()
             except Empty:
                 return
-            if event is None:
-                self.is_finished = True
-            else:
+            if event is not None:
                 listen(event)
+            elif index == self._index:
+                self._index = None
 
 
 def _outcome(future: Future[Result | Failure]) -> Result | Failure:
@@ -190,10 +190,10 @@ def _exit_with_parent() -> None:
         os._exit(1)
 
 
-def _run(runnable: Runnable[Any]) -> Any:
+def _run(index: int, runnable: Runnable[Any]) -> Any:
     try:
-        return runnable.run(_events.put)
+        return runnable.run(lambda event: _events.put((index, event)))
     except (Exception, SystemExit) as error:  # noqa: BLE001  (an agent may raise anything)
         return failure_of(error)
     finally:
-        _events.put(None)
+        _events.put((index, None))
