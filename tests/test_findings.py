@@ -13,6 +13,8 @@ from gym_extensions.scoring.statistics.intervals import interval
 
 from .findings_script import findings_script
 
+ROOT = Path(__file__).resolve().parent.parent
+
 
 @pytest.fixture(scope="module")
 def build() -> ModuleType:
@@ -172,3 +174,27 @@ def test_the_unsolved_tasks_are_those_of_the_references(build: ModuleType) -> No
 def test_only_reference_agents_that_learn_with_todays_settings_are_compared(build: ModuleType) -> None:
     assert {"trpo", "cloning", "sac"} <= build.COMPARED
     assert not {"random", "zero", "trpo-2017"} & build.COMPARED
+
+
+def test_identical_files_count_once(tmp_path: Path) -> None:
+    costs = findings_script("costs")
+    for entry, content in (("a", b"1" * 500_000), ("b", b"1" * 500_000), ("c", b"2" * 250_000)):
+        path = tmp_path / entry / "hopper-gravity" / "traces" / "sequential-run0.npz"
+        path.parent.mkdir(parents=True)
+        path.write_bytes(content)
+        (path.parent / "salt.txt").write_text("salt")
+    assert costs.stored_megabytes(tmp_path) == 0.75
+    assert costs.stored_megabytes(tmp_path, "a", "hopper-gravity", "sequential") == 0.5
+    assert costs.stored_megabytes(tmp_path, protocol="joint") == 0
+
+
+def test_the_page_says_what_the_entries_take(build: ModuleType) -> None:
+    space = build.Space(200, 183.25, {"hopper-gravity": 3.14, "halfcheetah-gravity": 9.26})
+    text = build.page([build.Group("hopper-gravity", rows(build))], space=space)
+    assert "they have 183.2 MB." in text
+    assert "take\n3.1 MB on hopper-gravity and 9.3 MB on halfcheetah-gravity." in text
+
+
+def test_the_entries_stay_below_the_limit_of_the_repository() -> None:
+    costs = findings_script("costs")
+    assert costs.stored_megabytes(ROOT / "submissions") < costs.MAX_MEGABYTES

@@ -6,13 +6,13 @@ Every number and verdict is computed from the submissions; the text is in ``page
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 
 from comparison import METRICS, Row, Verdict, count, separated_from_zero, with_verdicts
-from costs import hours
+from costs import MAX_MEGABYTES, hours, stored_megabytes
 from figures import draw_learned_and_final, draw_retention
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from numbers_as_text import mean
@@ -73,6 +73,28 @@ class Group:
         return sorted(COMPARED - {row.name for row in self.all_rows})
 
 
+@dataclass(frozen=True)
+class Space:
+    """Size of audit samples and policies in MB.
+
+    Attributes:
+        limit: the most that all entries may take.
+        used: what they take.
+        groups: what five sequential runs of fine-tuning take, by group, the smallest first.
+    """
+
+    limit: int
+    used: float
+    groups: dict[str, float]
+
+    @classmethod
+    def of(cls, submissions: Path, groups: Iterable[str]) -> Space:
+        """The space of the entries in a folder."""
+        sizes = {name: stored_megabytes(submissions, FINE_TUNING, name, "sequential") for name in groups}
+        ascending = dict(sorted(sizes.items(), key=lambda item: item[1]))
+        return cls(MAX_MEGABYTES, stored_megabytes(submissions), ascending)
+
+
 def group_rows(cards: Sequence[Scorecard], group: str) -> list[Row]:
     """The entries with at least five runs at the budget and a value of every metric in each."""
     rows = []
@@ -114,6 +136,7 @@ def page(
     without_score: Sequence[str] = (),
     transfers: Sequence[Transfer] = (),
     unsolved: Mapping[str, Sequence[str]] = MappingProxyType({}),
+    space: Space | None = None,
 ) -> str:
     """The text of the page.
 
@@ -122,6 +145,7 @@ def page(
         without_score: names of the groups on which it was trained without a score: every task is unsolved.
         transfers: the transfers of fine-tuning on each group.
         unsolved: the unsolved tasks of groups that have any.
+        space: what the entries take in the repository.
     """
     templates = Environment(
         loader=FileSystemLoader(FOLDER), undefined=StrictUndefined, trim_blocks=True, autoescape=False
@@ -136,6 +160,7 @@ def page(
             groups=groups,
             with_learners=[group for group in groups if group.learners],
             without_score=without_score,
+            space=space,
             unsolved={group.name: unsolved[group.name] for group in groups if group.name in unsolved},
             transfer_titles=TITLES,
             transfers=shown(transfers),
@@ -176,7 +201,9 @@ def main(submissions: Path = ROOT / "submissions") -> None:
         for group in GROUPS.values()
         if card.name == FINE_TUNING and group.name in compared
     ]
-    write_text(PAGE, page(groups, groups_without_score(cards), transfers, unsolved_tasks()))
+    without_score = groups_without_score(cards)
+    space = Space.of(submissions, [*compared, *without_score])
+    write_text(PAGE, page(groups, without_score, transfers, unsolved_tasks(), space))
 
 
 def unsolved_tasks() -> dict[str, list[str]]:
