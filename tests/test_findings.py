@@ -189,10 +189,10 @@ def test_identical_files_count_once(tmp_path: Path) -> None:
 
 
 def test_the_page_says_what_the_entries_take(build: ModuleType) -> None:
-    space = build.Space(200, 183.25, {"hopper-gravity": 3.14, "halfcheetah-gravity": 9.26})
+    space = build.Space(200, 183.25, ("hopper-gravity", 3.14), ("halfcheetah-gravity", 9.26))
     text = build.page([build.Group("hopper-gravity", rows(build))], space=space)
     assert "they have 183.2 MB." in text
-    assert "take\n3.1 MB on hopper-gravity and 9.3 MB on halfcheetah-gravity." in text
+    assert "take\nfrom 3.1 MB (hopper-gravity) to 9.3 MB (halfcheetah-gravity)." in text
 
 
 def test_the_entries_stay_below_the_limit_of_the_repository() -> None:

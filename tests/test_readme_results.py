@@ -46,8 +46,13 @@ SENTENCES: tuple[tuple[str, tuple[Cell, ...]], ...] = (
         tuple((TRANSFER, name, "Asymptotic transfer") for name in (HOPPER, HALFCHEETAH, "walker2d-gravity")),
     ),
     (
-        "On Hopper's body tasks, the earlier tasks add {} to the next one before its own training.",
-        ((TRANSFER, "hopper-body", "Zero-shot transfer"),),
+        "On the body tasks of Hopper and Walker2d, the earlier tasks add {} and {} to the next one before "
+        "its own training, and Walker2d's end at {}, twice the score of the reference agent.",
+        (
+            (TRANSFER, "hopper-body", "Zero-shot transfer"),
+            (TRANSFER, "walker2d-body", "Zero-shot transfer"),
+            (FORGETTING, "walker2d-body", "at the end"),
+        ),
     ),
     (
         "Training on all gravity tasks at once ends {} above fine-tuning on HalfCheetah and {} on Hopper.",
@@ -130,12 +135,10 @@ def test_what_is_tied_is_tied_in_the_findings() -> None:
 
 
 def test_what_differs_from_zero_does_so_in_the_findings() -> None:
-    assert "The intervals of the four other groups contain 0." in README
-    assert (
-        "With a correction for all eight groups, only Walker2d's wall tasks are separated from 0." in README
-    )
+    assert "The intervals of the five other groups contain 0." in README
+    assert "With a correction for all nine groups, only Walker2d's wall tasks are separated from 0." in README
     table = rows(FORGETTING)
-    assert len(table) == 8
+    assert len(table) == 9
     assert {name for name, row in table.items() if row["interval excludes 0"] == "no"} == set(table) - {
         HOPPER, HALFCHEETAH, "hopper-wall", "walker2d-wall"
     }  # fmt: skip

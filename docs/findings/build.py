@@ -80,19 +80,21 @@ class Space:
     Attributes:
         limit: the most that all entries may take.
         used: what they take.
-        groups: what five sequential runs of fine-tuning take, by group, the smallest first.
+        smallest: the group on which five sequential runs of fine-tuning take least, with their size.
+        largest: that on which they take most.
     """
 
     limit: int
     used: float
-    groups: dict[str, float]
+    smallest: tuple[str, float]
+    largest: tuple[str, float]
 
     @classmethod
     def of(cls, submissions: Path, groups: Iterable[str]) -> Space:
-        """The space of the entries in a folder."""
+        """The space of the entries in a folder. Fine-tuning has at least one of the groups."""
         sizes = {name: stored_megabytes(submissions, FINE_TUNING, name, "sequential") for name in groups}
-        ascending = dict(sorted(sizes.items(), key=lambda item: item[1]))
-        return cls(MAX_MEGABYTES, stored_megabytes(submissions), ascending)
+        smallest, *_, largest = sorted(sizes.items(), key=lambda item: item[1]) * 2
+        return cls(MAX_MEGABYTES, stored_megabytes(submissions), smallest, largest)
 
 
 def group_rows(cards: Sequence[Scorecard], group: str) -> list[Row]:
