@@ -94,10 +94,11 @@ def test_a_log_with_another_mean_return_differs_and_the_cell_is_named(
     text = (copy / "submission.toml").read_text()
     (copy / "submission.toml").write_text(text.replace('platform = "', 'platform = "Plan9-'))
     assert main(command(copy)) == 1
-    first, _, third, fourth = capsys.readouterr().out.splitlines()
+    first, _, third, fourth, fifth = capsys.readouterr().out.splitlines()
     assert first.endswith("run 0: 1 of 2 cells differ.")
     assert third.startswith("The submission was made with platform Plan9-")
     assert fourth.startswith(f"Stage 1, {QUICK_GROUP.task_ids[0]}: mean return ")
+    assert fifth == "With other versions or kernels it is another run of the agent, which refutes nothing."
 
 
 def test_other_versions_of_the_agents_packages_are_named() -> None:
