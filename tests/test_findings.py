@@ -198,3 +198,11 @@ def test_the_page_says_what_the_entries_take(build: ModuleType) -> None:
 def test_the_entries_stay_below_the_limit_of_the_repository() -> None:
     costs = findings_script("costs")
     assert costs.stored_megabytes(ROOT / "submissions") < costs.MAX_MEGABYTES
+
+
+def test_groups_whose_reference_runs_are_missing_are_named(build: ModuleType) -> None:
+    missing = build.groups_without_references()
+    assert "nav-image" in missing
+    assert "hopper-gravity" not in missing
+    text = build.page([build.Group("hopper-gravity", rows(build))])
+    assert f"Reference runs of some or all tasks are missing in {', '.join(missing)}." in text

@@ -167,6 +167,7 @@ def page(
             transfer_titles=TITLES,
             transfers=shown(transfers),
             without_fine_tuning=[name for name in GROUP_NAMES if name not in trained],
+            without_references=groups_without_references(),
             by_forgetting=sorted(groups, key=lambda group: -group.rows[0].forgetting.mean),
             forgotten=separated_from_zero({group.name: group.rows[0].values[2] for group in groups}),
             counts=[
@@ -206,6 +207,12 @@ def main(submissions: Path = ROOT / "submissions") -> None:
     without_score = groups_without_score(cards)
     space = Space.of(submissions, [*compared, *without_score])
     write_text(PAGE, page(groups, without_score, transfers, unsolved_tasks(), space))
+
+
+def groups_without_references() -> list[str]:
+    """The groups with a task whose reference runs are not trained."""
+    references = load_references()
+    return [group.name for group in GROUPS.values() if references.missing(group.task_ids)]
 
 
 def unsolved_tasks() -> dict[str, list[str]]:

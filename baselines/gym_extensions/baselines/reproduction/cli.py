@@ -96,7 +96,9 @@ def summary(result: Reproduction) -> str:
     if not comparison.agrees:
         verdict = f"{len(differing)} of {len(comparison.cells)} cells differ."
         if changed:
-            lines.append("With other versions or kernels it is another run of the agent, which refutes nothing.")
+            lines.append(
+                "With other versions or kernels it is another run of the agent, which refutes nothing."
+            )
     else:
         verdict = f"the mean returns of all {len(comparison.cells)} cells agree within evaluation noise."
     return "\n".join([verdict, *lines])
