@@ -6,6 +6,7 @@ import hashlib
 import json
 import shutil
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -174,3 +175,21 @@ def test_budgets_that_do_not_match_the_groups_are_rejected(groups: str, budgets:
     with pytest.raises(BenchError) as error:
         cli.task_budgets(groups, budgets)
     assert str(error.value) == message
+
+
+def test_rows_that_another_process_adds_stay(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(content, "FLOOR_EPISODES", 4)
+    monkeypatch.setattr(content, "CEILING_EPISODES", 3)
+    other, out = tmp_path / "other" / "mine.json", tmp_path / "mine.json"
+    options = ["--budget", "smoke", "--runs", "1000", "--out"]
+    assert cli.main(["--groups", "pusher-tracking", *options, str(other)]) == 0
+
+    class Meanwhile(ThisProcess):
+        def run(self, pending: Any, listen: Any) -> Any:
+            shutil.copyfile(other, out)
+            yield from super().run(pending, listen)
+
+    monkeypatch.setattr(content, "Workers", Meanwhile)
+    assert cli.main(["--groups", "striker-tracking", *options, str(out)]) == 0
+    names = ("Pusher", "PusherTrackingGoal", "Striker", "StrikerTrackingGoal")
+    assert set(json.loads(out.read_text())["tasks"]) == {f"gym_extensions/{name}-v0" for name in names}

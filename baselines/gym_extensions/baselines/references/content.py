@@ -99,6 +99,7 @@ def measure_all(
             failures, len(measurements), "Finished measurements are stored; repeat the command."
         )
     logs = out.parent / f"{out.stem}-logs"
+    rows = existing_rows(out, budgets)  # another process may have added rows since
     for task, agents in floors.items():
         rows[task.id] = {"floor": _floor(task, agents, results, logs)}
     for task, reference_runs in ceilings.items():
