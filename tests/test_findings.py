@@ -206,3 +206,8 @@ def test_groups_whose_reference_runs_are_missing_are_named(build: ModuleType) ->
     assert "hopper-gravity" not in missing
     text = build.page([build.Group("hopper-gravity", rows(build))])
     assert f"Reference runs of some or all tasks are missing in {', '.join(missing)}." in text
+
+
+def test_without_fine_tuning_there_is_no_space_to_name(build: ModuleType, tmp_path: Path) -> None:
+    assert build.Space.of(tmp_path, []) is None
+    assert build.Space.of(tmp_path, ["hopper-gravity"]).largest == ("hopper-gravity", 0)

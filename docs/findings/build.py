@@ -90,10 +90,12 @@ class Space:
     largest: tuple[str, float]
 
     @classmethod
-    def of(cls, submissions: Path, groups: Iterable[str]) -> Space:
-        """The space of the entries in a folder. Fine-tuning has at least one of the groups."""
-        sizes = {name: stored_megabytes(submissions, FINE_TUNING, name, "sequential") for name in groups}
-        smallest, *_, largest = sorted(sizes.items(), key=lambda item: item[1]) * 2
+    def of(cls, submissions: Path, groups: Iterable[str]) -> Space | None:
+        """The space of the entries in a folder; None if fine-tuning was trained on none of the groups."""
+        sizes = [(name, stored_megabytes(submissions, FINE_TUNING, name, "sequential")) for name in groups]
+        if not sizes:
+            return None
+        smallest, largest = (choose(sizes, key=lambda item: item[1]) for choose in (min, max))
         return cls(MAX_MEGABYTES, stored_megabytes(submissions), smallest, largest)
 
 
