@@ -7,6 +7,7 @@ from ..forgeries.chosen_cells import (
     all_above,
     all_but_largest,
     before_training,
+    later_ends,
     later_runs,
     missed,
     sequential,
@@ -130,6 +131,17 @@ ATTACKS = (
         "new seeds: reevaluation-differs",
         REPLAYED,
         REPLAYED,
+    ),
+    Attack(
+        "One of 20 episodes of R[T][1] of the runs from 2 on is invented above all others, and the salt draws "
+        "another episode of each of these cells.",
+        submission(missed(later_ends, 1, above=20.0)),
+        "retraining: not-reproducible",
+        REEVALUATED,
+        REEVALUATED,
+        "A replay of all traces. In runs from 2 on the drawn episode takes the place of the largest return of "
+        "its cell: the probability of such a sample is 1/5 per run for five tasks, 1/2 for two. Each adds a "
+        "twentieth of its excess to the mean of a cell.",
     ),
     Attack(
         "One episode of the log is invented, below the largest of its cell.",

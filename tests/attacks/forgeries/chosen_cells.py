@@ -1,7 +1,7 @@
 """Invents returns of some cells of sequential.csv, of which the audit sample has few episodes.
 
 The cells R[s][j] with 0 < s < j are evaluated after some training, and before that on the task. Of the runs
-from 2 on, one episode per stage is drawn of all cells together.
+from 2 on, one episode per stage is drawn of all cells together, in place of the largest return of its cell.
 """
 
 from __future__ import annotations
@@ -52,10 +52,20 @@ def later_runs(forger: Forger, rows: Sequence[Row]) -> list[list[Row]]:
     ]
 
 
-def missed(choose: Choice, count: int) -> Make:
+def later_ends(forger: Forger, rows: Sequence[Row]) -> list[list[Row]]:
+    """The cells R[T][1] of the runs from 2 on."""
+    stage, task_id = str(len(forger.group.task_ids)), forger.group.task_ids[0]
+    return [
+        cell
+        for cell in later_runs(forger, rows)
+        if cell[0]["stage"] == stage and cell[0]["task"] == task_id
+    ]
+
+
+def missed(choose: Choice, count: int, above: float = -1e-3) -> Make:
     """Invents some of 20 episodes of the cells; digits are changed until the judge's samples have none.
 
-    An author can do so for the sample without a salt. That of the salt misses them by chance.
+    The invented returns are those of the cell's largest and ``above`` more. An author can do so for the sample without a salt. That of the salt misses them by chance.
     """
 
     def make(workshop: Workshop) -> Path:
@@ -63,7 +73,7 @@ def missed(choose: Choice, count: int) -> Make:
         rows = forger.rows("sequential")
         invented: list[tuple[Row, float]] = []
         for cell in choose(forger, rows):
-            return_ = largest(cell) - 1e-3
+            return_ = largest(cell) + above
             lowest = sorted(cell, key=lambda row: float(row["return"]))[:count]
             invented += [(row, return_) for row in lowest]
         for row, return_ in invented:

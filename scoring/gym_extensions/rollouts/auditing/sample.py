@@ -1,9 +1,9 @@
 """Selects the audit sample, the episodes whose traces a submission must include.
 
-The sample has the episode with the largest return of every cell of every run. A run's own rows and a salt
-draw more: of runs 0 and 1, one episode of each of the cells right after the training on a task and after the
-last stage, and one per stage of its other cells together; of later runs, one per stage of all its cells
-together.
+A run's own rows and a salt draw episodes. The sample of runs 0 and 1 has the episode with the largest return
+of every cell, one drawn episode of each of the cells right after the training on a task and after the last
+stage, and one per stage of its other cells together. The sample of later runs has one episode per cell: of
+each stage one drawn episode, and of its other cells the one with the largest return.
 """
 
 from __future__ import annotations
@@ -50,9 +50,9 @@ def audit_sample(
 
     Of every cell, the episode with the largest return, the first of several. Of the other episodes, in runs 0
     and 1 one of each cell of :func:`performance_cells` and one per stage of all other cells together, in
-    later runs one per stage of all its cells together. It is the one whose SHA-256 of
-    ``D/<salt>/<run>/<stage>/<task id>/<episode>`` is lowest, with D the hexadecimal SHA-256 of the run's
-    rows; without a salt, of ``D/<run>/…``.
+    later runs one per stage of all its cells together, which takes the place of the largest of its cell. It
+    is the one whose SHA-256 of ``D/<salt>/<run>/<stage>/<task id>/<episode>`` is lowest, with D the
+    hexadecimal SHA-256 of the run's rows; without a salt, of ``D/<run>/…``.
 
     Args:
         protocol: sequential, single or joint.
@@ -74,15 +74,18 @@ def audit_sample(
             returns.setdefault((int(number), int(stage_number), task_id), []).append(float(return_))
     seeds = {run: _seed(run_rows, salt) for run, run_rows in rows.items()}
     drawn = set(performance_cells(protocol, tasks))
-    sample, pools = [], dict[tuple[int, int, str], list[Audited]]()
+    largest, pools = dict[tuple[int, int, str], Audited](), dict[tuple[int, int, str], list[Audited]]()
     for (run, stage, task), values in returns.items():
-        largest = values.index(max(values))
-        sample.append(Audited(run, stage, task, largest))
+        best = values.index(max(values))
+        largest[run, stage, task] = Audited(run, stage, task, best)
         has_own_draw = run < RUNS_WITH_DRAWS_PER_CELL and (stage, task) in drawn
         pool = pools.setdefault((run, stage, task if has_own_draw else TOGETHER), [])
-        pool += [Audited(run, stage, task, each) for each in range(EVALUATION_EPISODES) if each != largest]
-    sample += [min(pool, key=lambda each: _rank(seeds[each.run], each)) for pool in pools.values()]
-    return sorted(sample)
+        pool += [Audited(run, stage, task, each) for each in range(EVALUATION_EPISODES) if each != best]
+    draws = [min(pool, key=lambda each: _rank(seeds[each.run], each)) for pool in pools.values()]
+    for each in draws:
+        if each.run >= RUNS_WITH_DRAWS_PER_CELL:
+            del largest[each.run, each.stage, each.task]
+    return sorted([*largest.values(), *draws])
 
 
 def _seed(rows: Sequence[str], salt: str) -> str:

@@ -23,7 +23,7 @@ def signs(entry: SubmittedGroup, is_sampled: bool) -> tuple[str, ...]:
     Training curves are compared only where evaluation samples its actions, as training does: a deterministic
     policy does without the noise of its training curve. Outliers within a cell are not reported: where most
     episodes end alike and a few last longer, honest cells have outliers of fifty interquartile ranges, and
-    the audit sample contains the largest return of every cell anyway.
+    the audit sample contains the largest return of most cells anyway.
 
     Args:
         entry: the group's logs and curves.

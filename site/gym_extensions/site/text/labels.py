@@ -31,8 +31,8 @@ TRUST = {
     "replayed": (
         "A sample of the episodes (or all of them, where the label says so) was run again from the recorded "
         "actions and gave the claimed returns. The log fixes all recorded episodes in advance. The sample "
-        "has the largest return of every cell, and episodes right after the training of each task, at the "
-        "end, and one more per stage, drawn by a salt that was fixed after the log. Without a salt, a "
+        "has one episode of every cell, most often the one with the largest return, and further ones of the "
+        "first two runs. A salt that was fixed after the log draws a part of them. Without a salt, a "
         "determined cheat could edit the log until the drawn part misses the edit. Replay does not show how "
         "often a policy was trained."
     ),
