@@ -133,15 +133,15 @@ ATTACKS = (
         REPLAYED,
     ),
     Attack(
-        "One of 20 episodes of R[T][1] of the runs from 2 on is invented above all others, and the salt draws "
-        "another episode of each of these cells.",
+        "One of 20 episodes of R[T][1] of the runs from 2 on is invented above all others, and the salt "
+        "draws another episode of each of these cells.",
         submission(missed(later_ends, 1, above=20.0)),
         "retraining: not-reproducible",
         REEVALUATED,
         REEVALUATED,
-        "A replay of all traces. In runs from 2 on the drawn episode takes the place of the largest return of "
-        "its cell: the probability of such a sample is 1/5 per run for five tasks, 1/2 for two. Each adds a "
-        "twentieth of its excess to the mean of a cell.",
+        "A replay of all traces. In runs from 2 on the drawn episode takes the place of the largest return "
+        "of its cell: the probability of such a sample is 1/5 per run for five tasks, 1/2 for two. Each adds "
+        "a twentieth of its excess to the mean of a cell.",
     ),
     Attack(
         "One episode of the log is invented, below the largest of its cell.",

@@ -56,16 +56,15 @@ def later_ends(forger: Forger, rows: Sequence[Row]) -> list[list[Row]]:
     """The cells R[T][1] of the runs from 2 on."""
     stage, task_id = str(len(forger.group.task_ids)), forger.group.task_ids[0]
     return [
-        cell
-        for cell in later_runs(forger, rows)
-        if cell[0]["stage"] == stage and cell[0]["task"] == task_id
+        cell for cell in later_runs(forger, rows) if cell[0]["stage"] == stage and cell[0]["task"] == task_id
     ]
 
 
 def missed(choose: Choice, count: int, above: float = -1e-3) -> Make:
     """Invents some of 20 episodes of the cells; digits are changed until the judge's samples have none.
 
-    The invented returns are those of the cell's largest and ``above`` more. An author can do so for the sample without a salt. That of the salt misses them by chance.
+    The invented returns are those of the cell's largest and ``above`` more. An author can do so for the
+    sample without a salt. That of the salt misses them by chance.
     """
 
     def make(workshop: Workshop) -> Path:
