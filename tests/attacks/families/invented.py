@@ -45,7 +45,7 @@ ATTACKS = (
     Attack(
         "All returns are invented, without traces.",
         submission(invented_without_traces),
-        "board: 17 of 17 traces of the audit sample are missing.",
+        "board: 14 of 14 traces of the audit sample are missing.",
         quick=True,
     ),
     Attack(
