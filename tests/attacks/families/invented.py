@@ -135,7 +135,7 @@ ATTACKS = (
     Attack(
         "One of 20 episodes of R[T][1] of the runs from 2 on is invented above all others, and the salt "
         "draws another episode of each of these cells.",
-        submission(missed(later_ends, 1, above=20.0)),
+        submission(missed(later_ends, 1, above=300.0)),
         "retraining: not-reproducible",
         REEVALUATED,
         REEVALUATED,
