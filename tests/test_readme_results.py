@@ -42,12 +42,15 @@ SENTENCES: tuple[tuple[str, tuple[Cell, ...]], ...] = (
     ),
     (
         "a gravity task of Hopper scores {} more than one that is learned alone, one of HalfCheetah {} "
-        "more and one of Walker2d {} more.",
-        tuple((TRANSFER, name, "Asymptotic transfer") for name in (HOPPER, HALFCHEETAH, "walker2d-gravity")),
+        "more and one of Walker2d {} more. A body task of Hopper scores {} more and one of Walker2d {} more.",
+        tuple(
+            (TRANSFER, name, "Asymptotic transfer")
+            for name in (HOPPER, HALFCHEETAH, "walker2d-gravity", "hopper-body", "walker2d-body")
+        ),
     ),
     (
-        "On the body tasks of Hopper and Walker2d, the earlier tasks add {} and {} to the next one before "
-        "its own training, and Walker2d's end at {}, twice the score of the reference agent.",
+        "There the earlier tasks add {} and {} to the next one before its own training, and Walker2d's "
+        "body tasks end at {}, twice the score of the reference agent.",
         (
             (TRANSFER, "hopper-body", "Zero-shot transfer"),
             (TRANSFER, "walker2d-body", "Zero-shot transfer"),
@@ -55,8 +58,20 @@ SENTENCES: tuple[tuple[str, tuple[Cell, ...]], ...] = (
         ),
     ),
     (
-        "Training on all gravity tasks at once ends {} above fine-tuning on HalfCheetah and {} on Hopper.",
-        tuple((TRANSFER, name, "Joint gap") for name in (HALFCHEETAH, HOPPER)),
+        "Training on all gravity tasks at once ends {} above fine-tuning on HalfCheetah, {} on Walker2d "
+        "and {} on Hopper. On Hopper's wall tasks it ends {} above. On the body tasks of Hopper and "
+        "Walker2d the difference is {} and {}; both intervals contain 0.",
+        tuple(
+            (TRANSFER, name, "Joint gap")
+            for name in (
+                HALFCHEETAH,
+                "walker2d-gravity",
+                HOPPER,
+                "hopper-wall",
+                "hopper-body",
+                "walker2d-body",
+            )
+        ),
     ),
     (
         "SAC that keeps its replay buffer across tasks has a forgetting of {} on Hopper's gravity tasks "
