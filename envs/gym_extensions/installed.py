@@ -1,9 +1,12 @@
-"""The versions of installed packages."""
+"""The versions of installed packages, and the BLAS kernels of this process."""
 
 from __future__ import annotations
 
 import functools
 from importlib import metadata
+
+UNNAMED = "unnamed"
+"""The BLAS kernels of a library that does not name them, such as Accelerate."""
 
 
 @functools.cache
@@ -18,3 +21,18 @@ def version_or_none(package: str) -> str | None:
         return version(package)
     except metadata.PackageNotFoundError:
         return None
+
+
+def blas_kernels() -> str:
+    """The BLAS library of numpy in this process with its kernels, such as ``openblas SkylakeX``.
+
+    The library chooses the kernels by the processor, OpenBLAS by the environment variable
+    ``OPENBLAS_CORETYPE`` if it is set. Other kernels give other last bits of a matrix product.
+    """
+    import numpy  # noqa: F401  (it loads its BLAS)
+    from threadpoolctl import ThreadpoolController
+
+    libraries = ThreadpoolController().select(user_api="blas").info()
+    of_numpy = [each for each in libraries if "numpy" in each["filepath"]]
+    names = (f"{each['internal_api']} {each.get('architecture', '')}" for each in of_numpy or libraries)
+    return ", ".join(dict.fromkeys(name.strip() for name in names)) or UNNAMED

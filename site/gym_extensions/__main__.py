@@ -14,6 +14,10 @@ COMMANDS = {
     "train": ("gym_extensions.baselines.cli", "train an agent through a protocol and write a submission"),
     "merge": ("gym_extensions.baselines.submission.cli", "join submissions of one agent with other runs"),
     "trace": ("gym_extensions.baselines.tracing.cli", "write the traces of a submission's audit sample"),
+    "repeat": (
+        "gym_extensions.scoring.repetition.cli",
+        "repeat all episodes of a submission with its policies",
+    ),
     "reproduce": (
         "gym_extensions.baselines.reproduction.cli",
         "retrain a run of a submission and compare it with the log",

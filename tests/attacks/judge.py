@@ -18,6 +18,7 @@ from gym_extensions.scoring.leaderboard.board import boards
 from gym_extensions.scoring.pipeline.score import Scorer
 from gym_extensions.scoring.reevaluation.reevaluate import reevaluate
 from gym_extensions.scoring.references import Reference, References
+from gym_extensions.scoring.repetition.repeat import repeat
 from gym_extensions.scoring.scorecard.model import Scorecard
 from gym_extensions.scoring.scorecard.record import LedgerRecord
 
@@ -56,8 +57,8 @@ def judge(folder: Path, others: Iterable[Scorecard] = ()) -> Outcome:
     """The outcome of a submission whose author has the traces in ``.progress`` and draws each sample.
 
     The steps are those of docs/pull-requests.md and docs/ledger.md: the rules; replay of the sample without a
-    salt; after the merge, replay of the sample that the merge commit draws; the board; new seeds; retraining
-    of the first run.
+    salt; after the merge, replay of the sample that the merge commit draws; the board; repetition of all
+    episodes; new seeds; retraining of the first run.
     """
     evidence = prove(folder)
     if evidence.problems:
@@ -79,7 +80,12 @@ def judge(folder: Path, others: Iterable[Scorecard] = ()) -> Outcome:
 
 
 def beyond_replay(folder: Path, salt: str) -> Outcome:
-    """The outcome of a submission that has a rank as replayed."""
+    """The outcome of a submission that has a rank as replayed.
+
+    The repetition runs on the machine of the log, so that an honest log is repeated.
+    """
+    if is_another_in_repetition(folder):
+        return Outcome(REPLAYED, "repetition: differs")
     fresh = reevaluate(folder, salt)
     if fresh.problems:
         rules = sorted({problem.rule for problem in fresh.problems})
@@ -98,6 +104,16 @@ def beyond_replay(folder: Path, salt: str) -> Outcome:
     if comparison.agrees:
         return Outcome(REPRODUCED, NOT_DETECTED)
     return Outcome(REEVALUATED, "retraining: differs")
+
+
+def is_another_in_repetition(folder: Path) -> bool:
+    """Whether stored policies that can be repeated give other episodes than the log."""
+    try:
+        return any(run.difference for run in repeat(folder))
+    except BenchError as error:
+        if error.code != "sampled-actions":
+            raise
+        return False
 
 
 def step(name: str, evidence: Evidence) -> str:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
+from gym_extensions.curation.repetition import is_repeated
 from gym_extensions.rollouts.problem import Problem, summarize
 from gym_extensions.scoring.pipeline.score import make_scorer
 from gym_extensions.scoring.scorecard.model import REPORTED, Scorecard
@@ -15,7 +16,10 @@ from gym_extensions.scoring.scorecard.record import Level
 
 @dataclass(frozen=True)
 class Evidence:
-    """The scorecard of a submission, its level of trust (None with problems), and the replayed episodes."""
+    """The scorecard of a submission, its level of trust (None with problems), and the replayed episodes.
+
+    All episodes are replayed if the repository has the record of their repetition.
+    """
 
     card: Scorecard
     level: Level | None
@@ -25,7 +29,7 @@ class Evidence:
 
 
 def prove(path: Path, salt: str = "", groups: Mapping[str, TaskGroup] = GROUPS) -> Evidence:
-    """Scores a submission and replays its audit sample.
+    """Scores a submission, replays its audit sample, and looks for the record of its repetition.
 
     Args:
         path: the submission's folder.
@@ -33,7 +37,8 @@ def prove(path: Path, salt: str = "", groups: Mapping[str, TaskGroup] = GROUPS) 
         groups: the groups that it may contain, by name.
 
     Raises:
-        BenchError: another version of MuJoCo or Gymnasium is installed than the published one.
+        BenchError: another version of MuJoCo or Gymnasium is installed than the published one, or the record
+            cannot be read.
     """
     from gym_extensions.scoring.replay.verify import verify  # loads a simulator
 
@@ -46,5 +51,6 @@ def prove(path: Path, salt: str = "", groups: Mapping[str, TaskGroup] = GROUPS) 
     if verification.problems:
         problems = summarize(verification.problems, card.name)
         return Evidence(card, None, 0, verification.episodes, problems)
-    level: Level = "replayed" if verification.replayed else "validated"
-    return Evidence(card, level, verification.replayed, verification.episodes, ())
+    replayed = verification.episodes if is_repeated(path) else verification.replayed
+    level: Level = "replayed" if replayed else "validated"
+    return Evidence(card, level, replayed, verification.episodes, ())

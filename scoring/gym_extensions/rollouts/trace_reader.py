@@ -14,7 +14,7 @@ from gym_extensions.rollouts.auditing.salt import salt_of
 from gym_extensions.rollouts.auditing.sample import audit_sample
 from gym_extensions.rollouts.auditing.trace_errors import trace_errors
 from gym_extensions.rollouts.folder import Folder
-from gym_extensions.rollouts.layout import POLICIES, SALT_FILE, TRACES, policy_name, trace_name
+from gym_extensions.rollouts.layout import POLICIES, SALT_FILE, TRACE, TRACES, policy_name, trace_name
 from gym_extensions.rollouts.policies import Policy
 from gym_extensions.rollouts.problem import Problem
 from gym_extensions.rollouts.reading.evaluation_log import Log
@@ -43,6 +43,7 @@ class TraceRequest:
     policy: str = ""
     task_index: int = 0
     digest: str = ""
+    run: int = 0
 
 
 @dataclass(frozen=True)
@@ -88,6 +89,24 @@ def with_evidence(submitted: SubmittedGroup, folder: Folder) -> SubmittedGroup:
     return replace(submitted, evidence=evidence)
 
 
+def requests_with_traces(log: Log, folder: Folder, salt: str = "") -> list[TraceRequest]:
+    """The episodes of a log's audit sample in runs that have traces. A run has all of its sample or none.
+
+    Args:
+        log: a log without problems.
+        folder: its submission.
+        salt: what draws the sample, or empty.
+    """
+    prefix = f"{log.group.name}/{TRACES}/"
+    names = (path.removeprefix(prefix) for path in folder.files if path.startswith(prefix))
+    matches = filter(None, map(TRACE.fullmatch, names))
+    runs = {int(match[2]) for match in matches if match[1] == log.protocol}
+    if not runs:
+        return []
+    requests = trace_requests(log, folder.read(log.path), salt)
+    return [request for request in requests if request.run in runs]
+
+
 def trace_requests(log: Log, data: bytes, salt: str = "") -> Iterator[TraceRequest]:
     """The episodes of a log's audit sample; none if the log commits to no traces.
 
@@ -123,6 +142,7 @@ def _request(log: Log, index: int) -> TraceRequest:
         f"{folder}/{POLICIES}/{policy_name(log.protocol, run, stage, task.name)}",
         task_index,
         log.trace[index],
+        run,
     )
 
 

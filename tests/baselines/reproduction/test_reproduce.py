@@ -15,7 +15,7 @@ from gym_extensions.baselines import train
 from gym_extensions.baselines.reproduction.draw import LoggedRun, draw_run
 from gym_extensions.baselines.reproduction.reproduce import differing_versions
 from gym_extensions.baselines.submission import manifest
-from gym_extensions.baselines.training.versions import blas_kernels
+from gym_extensions.installed import blas_kernels
 
 from ..conftest import QUICK_GROUP, SHORT_GROUP, digests
 

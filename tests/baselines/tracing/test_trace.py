@@ -16,12 +16,12 @@ from gym_extensions.baselines import train
 from gym_extensions.baselines.tracing import trace as trace_module
 from gym_extensions.baselines.tracing.cli import main
 from gym_extensions.baselines.tracing.trace import trace
-from gym_extensions.baselines.training.versions import blas_kernels
 from gym_extensions.errors import BenchError
+from gym_extensions.installed import blas_kernels
 from gym_extensions.scoring.replay.archive import check_archive
 from gym_extensions.scoring.replay.verify import verify
 
-from ..conftest import SHORT_GROUP, digests
+from ..conftest import QUICK_GROUP, QUICK_TOML, SHORT_GROUP, digests
 
 GROUP = "hopper-motor-noise"
 """The group of ``random_submission``."""
@@ -39,6 +39,13 @@ def trpo(trpo_submission: Path, tmp_path: Path) -> Path:
 def random(random_submission: Path, tmp_path: Path) -> Path:
     """An agent that draws its actions with a generator of its own, with the traces of all episodes."""
     return Path(shutil.copytree(random_submission, tmp_path / "random"))
+
+
+def toml(folder: Path) -> Path:
+    """The file of the custom group."""
+    path = folder / "quick.toml"
+    path.write_text(QUICK_TOML)
+    return path
 
 
 def salt_file(folder: Path) -> Path:
@@ -157,7 +164,7 @@ def interrupted(*arguments: object) -> None:
 
 
 def test_runs_can_be_added_after_the_traces_of_identical_runs_were_written_again(tmp_path: Path) -> None:
-    folder = tmp_path / "zero"
+    folder = tmp_path / "quick"
     train("zero", GROUP, "single", "smoke", [0, 1], out=folder, progress=False)
     shutil.rmtree(folder / ".progress")
     trace(folder)
@@ -249,3 +256,26 @@ def test_a_file_that_is_not_an_archive_is_refused(random: Path, tmp_path: Path) 
     with pytest.raises(BenchError) as error:
         check_archive(random, tmp_path / "archive.zip")
     assert error.value.code == "bad-archive"
+
+
+def test_only_the_traces_of_the_named_runs_are_written(tmp_path: Path) -> None:
+    folder = tmp_path / "quick"
+    train("random", QUICK_GROUP, "single", "smoke", range(3), out=folder, progress=False)
+    traces = folder / QUICK_GROUP.name / "traces"
+    every = {path.name for path in traces.glob("*.npz")}
+    assert main([str(folder), "--salt", SALT, "--runs", "0,2", "--groups", str(toml(tmp_path))]) == 0
+    runs = {path.name.split("-")[1] for path in traces.glob("*.npz")}
+    assert runs == {"run0", "run2"}
+    assert verify(folder, {QUICK_GROUP.name: QUICK_GROUP}).problems == ()
+    trace(folder, groups=[QUICK_GROUP], runs=())
+    assert list(traces.iterdir()) == []
+    trace(folder, groups=[QUICK_GROUP])
+    assert {path.name for path in traces.iterdir()} == every
+
+
+@pytest.mark.parametrize("runs", ["x", "2-1"])
+def test_a_malformed_list_of_runs_is_refused(
+    trpo: Path, runs: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([str(trpo), "--runs", runs]) == 2
+    assert "--runs" in capsys.readouterr().err

@@ -9,9 +9,10 @@ import sys
 
 import pytest
 
-from gym_extensions.baselines.training.versions import blas_kernels, joined
+from gym_extensions.baselines.training.versions import joined
+from gym_extensions.installed import blas_kernels
 
-PRINT = "from gym_extensions.baselines.training.versions import blas_kernels; print(blas_kernels())"
+PRINT = "from gym_extensions.installed import blas_kernels; print(blas_kernels())"
 
 
 @pytest.mark.skipif(

@@ -23,10 +23,10 @@ from gym_extensions.baselines.training.policies import store_policy
 from gym_extensions.baselines.training.progress import FinishedStage, Progress
 from gym_extensions.baselines.training.request import parse_request
 from gym_extensions.baselines.training.seeding import training_seed
-from gym_extensions.baselines.training.versions import blas_kernels
 from gym_extensions.catalog.budgets import budget as budget_named
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.errors import BenchError
+from gym_extensions.installed import blas_kernels
 from gym_extensions.rollouts.episodes import Episode
 from gym_extensions.rollouts.layout import MANIFEST
 from gym_extensions.rollouts.manifest import CLAIMED

@@ -13,10 +13,10 @@ import tomli_w
 
 from gym_extensions.atomic import write_text
 from gym_extensions.baselines.agent import Card, Observes
-from gym_extensions.baselines.training.versions import BETWEEN, UNKNOWN, blas_kernels, job_versions, joined
+from gym_extensions.baselines.training.versions import BETWEEN, UNKNOWN, job_versions, joined
 from gym_extensions.envs.fingerprint import require_published_engine
 from gym_extensions.errors import BenchError
-from gym_extensions.installed import version
+from gym_extensions.installed import blas_kernels, version
 from gym_extensions.rollouts.manifest import FORMAT, PACKAGES, RECORDED, Steps
 from gym_extensions.rollouts.manifest_values import SHORT
 

@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 
 from gym_extensions.baselines.tracing.trace import trace
+from gym_extensions.baselines.training.request import parse_runs
 from gym_extensions.errors import reports_mistakes
 
 
@@ -25,6 +26,10 @@ def parser() -> argparse.ArgumentParser:
         help="64 hexadecimal digits that were fixed after the logs (default: the sample without a salt)",
     )
     command.add_argument(
+        "--runs",
+        help="only the traces of these runs, such as 0,1 or 0-4; the others then have none (default: all)",
+    )
+    command.add_argument(
         "--groups",
         action="append",
         default=[],
@@ -38,7 +43,8 @@ def parser() -> argparse.ArgumentParser:
 def main(argv: list[str] | None = None) -> int:
     """Writes the traces and returns the exit status."""
     options = parser().parse_args(argv)
-    counts = trace(options.submission, options.salt, groups=options.groups)
+    runs = parse_runs(options.runs) if options.runs else None
+    counts = trace(options.submission, options.salt, groups=options.groups, runs=runs)
     for name, count in counts.items():
         print(f"{name}: {count} traces, {'drawn with the salt' if options.salt else 'drawn without a salt'}.")
     return 0

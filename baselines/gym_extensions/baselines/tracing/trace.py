@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from gym_extensions.atomic import write_bytes
@@ -14,11 +14,12 @@ from gym_extensions.baselines.submission.staging import staging
 from gym_extensions.baselines.tracing.episodes import StoredPolicies
 from gym_extensions.baselines.tracing.find import find_trace
 from gym_extensions.baselines.training.progress import traces_folder
-from gym_extensions.baselines.training.versions import UNKNOWN, blas_kernels
+from gym_extensions.baselines.training.versions import UNKNOWN
 from gym_extensions.catalog.custom_groups import with_custom
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.envs.fingerprint import require_published_engine
 from gym_extensions.errors import BenchError
+from gym_extensions.installed import blas_kernels
 from gym_extensions.rollouts.auditing.salt import parse_salt
 from gym_extensions.rollouts.layout import PROGRESS, SALT_FILE, TRACES
 from gym_extensions.rollouts.manifest import RECORDED, Manifest
@@ -28,7 +29,11 @@ from gym_extensions.rollouts.trace_reader import TraceRequest, trace_requests
 
 
 def trace(
-    submission: str | Path, salt: str = "", *, groups: Iterable[str | Path | TaskGroup] = ()
+    submission: str | Path,
+    salt: str = "",
+    *,
+    groups: Iterable[str | Path | TaskGroup] = (),
+    runs: Container[int] | None = None,
 ) -> dict[str, int]:
     """Writes the traces of the audit sample that the logs and a salt select, and removes all others.
 
@@ -41,6 +46,8 @@ def trace(
         submission: the submission's folder.
         salt: 64 hexadecimal digits that were fixed after the logs; empty for the sample without a salt.
         groups: custom groups that the submission may contain: TOML files or TaskGroup objects.
+        runs: the runs whose traces are written; by default all. The other runs then have none, which suffices
+            for a rank if all episodes were repeated (``gym-extensions repeat``).
 
     Returns:
         The number of traces by group.
@@ -58,7 +65,12 @@ def trace(
         with staging(folder) as staged:
             groups_by_name = {each.group.name: each.group for each in content.groups.values()}
             requests = {
-                each.group.name: list(_requests(folder, each, salt)) for each in content.groups.values()
+                each.group.name: [
+                    request
+                    for request in _requests(folder, each, salt)
+                    if runs is None or request.run in runs
+                ]
+                for each in content.groups.values()
             }
             failures: list[BenchError] = []
             try:
@@ -150,14 +162,14 @@ def _unfinished(failures: Sequence[BenchError], manifest: Manifest) -> BenchErro
 
 def _replace(folder: Path, staged: Path, requests: Mapping[str, Sequence[TraceRequest]], salt: str) -> None:
     """Makes the folders of the traces contain the requested ones, the salt and nothing else."""
-    for name in requests:
-        if salt:
+    for name, each in requests.items():
+        if salt and each:
             write_bytes(staged / name / TRACES / SALT_FILE, f"{salt}\n".encode())
     expected = {path.relative_to(staged) for path in staged.rglob("*") if path.is_file()}
     for path in sorted(expected):
         (folder / path).parent.mkdir(parents=True, exist_ok=True)
         (staged / path).replace(folder / path)
     for name in requests:
-        for path in (folder / name / TRACES).iterdir():
+        for path in (folder / name / TRACES).glob("*"):
             if path.relative_to(folder) not in expected:
                 path.unlink()

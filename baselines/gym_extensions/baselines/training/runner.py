@@ -20,11 +20,11 @@ from gym_extensions.baselines.training.policies import policy_of, store_policy
 from gym_extensions.baselines.training.progress import FinishedStage, Progress
 from gym_extensions.baselines.training.recorder import Recorder
 from gym_extensions.baselines.training.seeding import training_seed
-from gym_extensions.baselines.training.versions import blas_kernels
 from gym_extensions.catalog.budgets import budget
 from gym_extensions.envs import make_vec
 from gym_extensions.envs.fingerprint import fingerprint_of
 from gym_extensions.errors import BenchError
+from gym_extensions.installed import blas_kernels
 
 
 @dataclass(frozen=True)

@@ -4,28 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-import numpy  # noqa: F401  (it loads its BLAS)
-from threadpoolctl import ThreadpoolController
-
 from gym_extensions.installed import version
 
 PACKAGES = ("gym_extensions", "gymnasium", "mujoco", "numpy")
 BETWEEN = ", "
 """What separates several values in one text."""
-UNKNOWN, UNNAMED = "unknown", "unnamed"
-"""BLAS kernels that were not recorded, and those of a library that does not name them, such as Accelerate."""
-
-
-def blas_kernels() -> str:
-    """The BLAS library of numpy in this process with its kernels, such as ``openblas SkylakeX``.
-
-    The library chooses the kernels by the processor, OpenBLAS by the environment variable
-    ``OPENBLAS_CORETYPE`` if it is set. Other kernels give other last bits of a matrix product.
-    """
-    libraries = ThreadpoolController().select(user_api="blas").info()
-    of_numpy = [each for each in libraries if "numpy" in each["filepath"]]
-    names = (f"{each['internal_api']} {each.get('architecture', '')}" for each in of_numpy or libraries)
-    return joined(name.strip() for name in names) or UNNAMED
+UNKNOWN = "unknown"
+"""BLAS kernels that were not recorded."""
 
 
 def joined(texts: Iterable[str]) -> str:

@@ -40,12 +40,19 @@ def ledger_record(digest: str, state: EntryState | None) -> LedgerRecord:
 def with_record(card: Scorecard, record: LedgerRecord) -> Scorecard:
     """The scorecard with the ledger's record, and with its level of trust unless a replay gave one already.
 
-    A scorecard with problems is returned unchanged: files that break a rule are not what was accepted.
+    A scorecard with problems is returned unchanged: files that break a rule are not what was accepted. Where
+    all episodes were replayed, no trace is missing for a rank.
     """
     if card.problems:
         return card
     trust = record.trust if card.trust == VALIDATED and not record.is_pending else card.trust
-    return replace(card, ledger=record, trust=trust)
+    groups = card.groups
+    if record.is_complete:
+        groups = {
+            name: {protocol: replace(score, missing_evidence="") for protocol, score in scores.items()}
+            for name, scores in groups.items()
+        }
+    return replace(card, ledger=record, trust=trust, groups=groups)
 
 
 def with_ledgers(

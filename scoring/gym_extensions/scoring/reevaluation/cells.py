@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES
 from gym_extensions.rollouts.auditing.sample import performance_cells
 from gym_extensions.rollouts.folder import Folder
-from gym_extensions.rollouts.layout import POLICIES, policy_name
 from gym_extensions.rollouts.reading.evaluation_log import Log
 from gym_extensions.rollouts.submission import SubmittedGroup
+from gym_extensions.scoring.replay.policy_files import has_policies, policy_path
 
 
 @dataclass(frozen=True)
@@ -28,12 +28,6 @@ class Cell:
     logged: NDArray[np.float64]
 
 
-def has_policies(log: Log, folder: Folder) -> bool:
-    """Whether the submission has policies of a log. The rules say that it then has all of them."""
-    prefix = f"{log.group.name}/{POLICIES}/{log.protocol}-"
-    return any(path.startswith(prefix) for path in folder.files)
-
-
 def cells_of(submitted: SubmittedGroup, folder: Folder) -> Iterator[Cell]:
     """R[T][j], R[j][j] and S[j] of every run of every log with policies (:func:`performance_cells`)."""
     for protocol, log in submitted.logs.items():
@@ -43,8 +37,7 @@ def cells_of(submitted: SubmittedGroup, folder: Folder) -> Iterator[Cell]:
         for run in log.runs:
             for stage, task_id in performance_cells(protocol, log.group.tasks):
                 index = log.group.task_ids.index(task_id)
-                name = policy_name(protocol, run, stage, log.group.tasks[index].name)
-                path = f"{log.group.name}/{POLICIES}/{name}"
+                path = policy_path(log, run, stage, index)
                 yield Cell(protocol, run, stage, index, path, returns[run, stage, index])
 
 

@@ -20,10 +20,11 @@ from gym_extensions.rollouts.policies import Policy
 from gym_extensions.rollouts.problem import Problem
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.submission import SubmittedGroup
-from gym_extensions.scoring.reevaluation.cells import Cell, cells_of, has_policies
+from gym_extensions.scoring.reevaluation.cells import Cell, cells_of
 from gym_extensions.scoring.reevaluation.comparison import TaskReturns, compare
-from gym_extensions.scoring.reevaluation.episodes import Environments
 from gym_extensions.scoring.reevaluation.seeds import new_seed, new_seeds
+from gym_extensions.scoring.replay.policy_episodes import Environments
+from gym_extensions.scoring.replay.policy_files import has_policies
 from gym_extensions.scoring.replay.silence import no_log_file
 from gym_extensions.scoring.scorecard.model import FreshCell, FreshScore
 
@@ -132,7 +133,7 @@ class _Evaluation:
                 names = (group.id, cell.protocol, cell.run, cell.stage, task.id)
                 rng = np.random.default_rng(new_seed(self._digest, self._salt, *names))
                 policy = Policy.from_bytes(self._folder.read(cell.policy))
-                rows.append(environments.returns(policy, rng))
+                rows.append([episode.return_ for episode in environments.episodes(policy, rng)])
                 means = float(np.mean(cell.logged)), fmean(rows[-1])
                 fresh_cell = FreshCell(cell.run, cell.stage, task.id, *means)
                 self._cells[group.id, cell.protocol].append(fresh_cell)

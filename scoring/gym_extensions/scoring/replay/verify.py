@@ -20,8 +20,8 @@ from gym_extensions.rollouts.trace_reader import (
     RecordedEpisode,
     TraceRequest,
     read_trace,
+    requests_with_traces,
     salt_in,
-    trace_requests,
 )
 from gym_extensions.scoring.replay.segments import replay
 from gym_extensions.scoring.scorecard.model import REPORTED, VALIDATED, Scorecard
@@ -66,8 +66,8 @@ def verify(path: Path, groups: Mapping[str, TaskGroup] = GROUPS, salt: str | Non
     """Replays the audit sample of a submission; one with problems is not replayed.
 
     Where the submission has the policy of an episode's stage, the recorded actions are compared with it.
-    Traces are optional: without any, nothing is replayed and there is no problem. Without them an entry has
-    no rank.
+    Traces are optional: a run without any is not replayed, which is no problem. An entry whose sample is not
+    complete has a rank only if all its episodes were repeated (``gym-extensions repeat``).
 
     Args:
         path: the submission's folder.
@@ -90,7 +90,9 @@ def verify(path: Path, groups: Mapping[str, TaskGroup] = GROUPS, salt: str | Non
         return Verification(0, logged, (), is_bound=False)
     if not any("/traces/" in name for name in folder.files):
         return Verification(0, logged, ())
-    salts = {name: salt_in(folder, entry.group.name) for name, entry in submission.groups.items()}
+    salts = {log.group.id: salt_in(folder, log.group.name) for log in logs}
+    sampled = {log.path: requests_with_traces(log, folder, salts[log.group.id]) for log in logs}
+    salts = {log.group.id: salts[log.group.id] for log in logs if sampled[log.path]}
     if problems := [
         _other_salt(submission.groups[name].group.name, actual, expected)
         for name, actual in salts.items()
@@ -98,9 +100,7 @@ def verify(path: Path, groups: Mapping[str, TaskGroup] = GROUPS, salt: str | Non
     ]:
         return Verification(0, logged, tuple(problems))
     require_published_engine()
-    requests = [
-        request for log in logs for request in trace_requests(log, folder.read(log.path), salts[log.group.id])
-    ]
+    requests = [request for requests in sampled.values() for request in requests]
     policies = functools.lru_cache(MAX_POLICIES)(lambda path: Policy.from_bytes(folder.read(path)))
     replayed = 0
     for batch in _batches(folder, sorted(requests, key=lambda request: request.task.id), problems):

@@ -120,7 +120,10 @@ class GroupScore:
     ] = None
     missing_evidence: Annotated[
         str,
-        about("why the traces do not suffice for a rank, in words; empty if the audit sample is complete"),
+        about(
+            "why the traces do not suffice for a rank, in words; empty if the audit sample is complete or "
+            "the ledger states that all episodes were replayed"
+        ),
     ] = ""
     missing_for_full_entry: Annotated[tuple[str, ...], about("what a full entry still needs, in words")] = ()
     paper_table: Annotated[

@@ -29,7 +29,9 @@ class LedgerRecord:
     accepted: Annotated[str, about("date on which these files were accepted, YYYY-MM-DD")] = ""
     reason: Annotated[str, about("reason for that line")] = ""
     level: Annotated[Level | None, about("level of trust that was reached; null if pending")] = None
-    replayed: Annotated[int, about("number of episodes that were replayed")] = 0
+    replayed: Annotated[
+        int, about("number of episodes that were replayed from traces or repeated with policies")
+    ] = 0
     episodes: Annotated[int, about("number of episodes in the logs")] = 0
     scorer: Annotated[str, about("version of gym-extensions that verified it")] = ""
     salt: Annotated[str, about("salt of the audit sample, 64 hexadecimal digits; empty without one")] = ""
@@ -45,11 +47,16 @@ class LedgerRecord:
         return self.event == "pending"
 
     @property
+    def is_complete(self) -> bool:
+        """Whether every episode of the logs was replayed: from its trace, or with the stored policy."""
+        return 0 < self.replayed == self.episodes
+
+    @property
     def trust(self) -> str:
         """The level of trust in the form of the scorecard."""
         if self.level is None or not self.replayed:
             return self.level or "validated"
-        if self.replayed == self.episodes:
+        if self.is_complete:
             return f"{self.level} (all)"
         sample = "salted sample" if self.salt else "unsalted sample"
         return f"{self.level} ({sample}: {self.replayed} of {self.episodes} episodes)"

@@ -29,8 +29,9 @@ TRUST = {
     REPORTED: "Published elsewhere without logs, so nothing can be checked.",
     VALIDATED: "The logs are complete and satisfy every rule. They were not replayed for these pages.",
     "replayed": (
-        "A sample of the episodes (or all of them, where the label says so) was run again from the recorded "
-        "actions and gave the claimed returns. The log fixes all recorded episodes in advance. The sample "
+        "A sample of the episodes was run again from the recorded actions and gave the claimed returns. "
+        "Where the label says “all”, all of them were, or the submitted policies repeated every episode. "
+        "The log fixes all recorded episodes in advance. The sample "
         "has one episode of every cell, most often the one with the largest return, and further ones of the "
         "first two runs. A salt that was fixed after the log draws a part of them. Without a salt, a "
         "determined cheat could edit the log until the drawn part misses the edit. Replay does not show how "

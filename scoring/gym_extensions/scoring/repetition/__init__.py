@@ -1,0 +1,1 @@
+"""Repeats all logged episodes with the stored policies, and compares them bit by bit."""
