@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..attack import REEVALUATED, REPLAYED, REPRODUCED, Attack
+from ..attack import REPLAYED, REPRODUCED, Attack
 from ..forgeries.chosen_cells import (
     all_above,
     all_but_largest,
@@ -21,6 +21,7 @@ from ..forgeries.invented import (
     in_cells,
     in_rows,
     invented_without_traces,
+    later_runs_without_traces,
     one_episode,
     scale,
     scale_log,
@@ -112,12 +113,12 @@ ATTACKS = (
         "Two of 20 episodes of the cells R[s][j] with 0 < s < j are invented below the largest, and the salt "
         "draws none of them.",
         submission(missed(before_training, 2)),
-        "retraining: not-reproducible",
-        REEVALUATED,
-        REEVALUATED,
-        "A replay of all traces. Per stage and run, one of their episodes is drawn at most: with five runs, "
-        "the probability of such a sample is 30 % for five tasks, 68 % for two. Final performance does not "
-        "use these cells.",
+        "repetition: differs",
+        REPLAYED,
+        REPLAYED,
+        "Of an entry that cannot be repeated, a replay of all traces. Per stage and run, one of their "
+        "episodes is drawn at most: with five runs, the probability of such a sample is 30 % for five tasks, "
+        "68 % for two. Final performance does not use these cells.",
     ),
     Attack(
         "All episodes of R[s][s] and R[T][j] of the runs from 2 on but the largest are invented below it.",
@@ -128,7 +129,7 @@ ATTACKS = (
         "Five of 20 episodes of R[s][s] and R[T][j] of the runs from 2 on are invented below the largest, "
         "and the salt draws none of them.",
         submission(missed(later_runs, 5)),
-        "new seeds: reevaluation-differs",
+        "repetition: differs",
         REPLAYED,
         REPLAYED,
     ),
@@ -136,12 +137,18 @@ ATTACKS = (
         "One of 20 episodes of R[T][1] of the runs from 2 on is invented above all others, and the salt "
         "draws another episode of each of these cells.",
         submission(missed(later_ends, 1, above=300.0)),
-        "retraining: not-reproducible",
-        REEVALUATED,
-        REEVALUATED,
-        "A replay of all traces. In runs from 2 on the drawn episode takes the place of the largest return "
-        "of its cell: the probability of such a sample is 1/5 per run for five tasks, 1/2 for two. Each adds "
-        "a twentieth of its excess to the mean of a cell.",
+        "repetition: differs",
+        REPLAYED,
+        REPLAYED,
+        "Of an entry that cannot be repeated, a replay of all traces. In runs from 2 on the drawn episode "
+        "takes the place of the largest return of its cell: the probability of such a sample is 1/5 per run "
+        "for five tasks, 1/2 for two. Each adds a twentieth of its excess to the mean of a cell.",
+    ),
+    Attack(
+        "All returns of the runs from 2 on are invented, and these runs have no traces.",
+        submission(later_runs_without_traces),
+        "board: 6 of 14 traces of the audit sample are missing.",
+        quick=True,
     ),
     Attack(
         "One episode of the log is invented, below the largest of its cell.",

@@ -68,6 +68,11 @@ ATTACKS = (
         request(write("submissions/old/README.md", "A typo.\n")),
         OWNER,
     ),
+    Attack(
+        "A new entry brings the record of its own repetition.",
+        request(write("scoring/repetitions/new.json", "{}\n"), "entry"),
+        "check-pr: code-and-data",
+    ),
     Attack("An old edit of an entry overwrites a newer one.", request(outdated), "check-pr: outdated-entry"),
     Attack(
         "A new entry differs from another in letter case.",
