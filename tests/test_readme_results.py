@@ -42,25 +42,32 @@ SENTENCES: tuple[tuple[str, tuple[Cell, ...]], ...] = (
     ),
     (
         "a gravity task of Hopper scores {} more than one that is learned alone, one of HalfCheetah {} "
-        "more and one of Walker2d {} more. A body task of Hopper scores {} more and one of Walker2d {} more.",
+        "more and one of Walker2d {} more. A body task of Hopper scores {} more, one of Walker2d {} more and "
+        "one of HalfCheetah {} more.",
         tuple(
             (TRANSFER, name, "Asymptotic transfer")
-            for name in (HOPPER, HALFCHEETAH, "walker2d-gravity", "hopper-body", "walker2d-body")
+            for name in (
+                *(HOPPER, HALFCHEETAH, "walker2d-gravity"),
+                *("hopper-body", "walker2d-body", "halfcheetah-body"),
+            )
         ),
     ),
     (
-        "There the earlier tasks add {} and {} to the next one before its own training, and Walker2d's "
-        "body tasks end at {}, twice the score of the reference agent.",
+        "There the earlier tasks add {}, {} and {} to the next one before its own training. Walker2d's body "
+        "tasks end at {}, twice the score of the reference agent. Earlier gravity tasks of Humanoid add {} to "
+        "the next one.",
         (
             (TRANSFER, "hopper-body", "Zero-shot transfer"),
             (TRANSFER, "walker2d-body", "Zero-shot transfer"),
+            (TRANSFER, "halfcheetah-body", "Zero-shot transfer"),
             (FORGETTING, "walker2d-body", "at the end"),
+            (TRANSFER, "humanoid-gravity", "Zero-shot transfer"),
         ),
     ),
     (
         "Training on all gravity tasks at once ends {} above fine-tuning on HalfCheetah, {} on Walker2d "
-        "and {} on Hopper. On Hopper's wall tasks it ends {} above. On the body tasks of Hopper and "
-        "Walker2d the difference is {} and {}; both intervals contain 0.",
+        "and {} on Hopper. On Hopper's wall tasks it ends {} above, on HalfCheetah's body tasks {}. On the "
+        "body tasks of Hopper and Walker2d the difference is {} and {}; both intervals contain 0.",
         tuple(
             (TRANSFER, name, "Joint gap")
             for name in (
@@ -68,6 +75,7 @@ SENTENCES: tuple[tuple[str, tuple[Cell, ...]], ...] = (
                 "walker2d-gravity",
                 HOPPER,
                 "hopper-wall",
+                "halfcheetah-body",
                 "hopper-body",
                 "walker2d-body",
             )
@@ -150,10 +158,12 @@ def test_what_is_tied_is_tied_in_the_findings() -> None:
 
 
 def test_what_differs_from_zero_does_so_in_the_findings() -> None:
-    assert "The intervals of the five other groups contain 0." in README
-    assert "With a correction for all nine groups, only Walker2d's wall tasks are separated from 0." in README
+    assert "The intervals of the eight other groups contain 0." in README
+    assert (
+        "With a correction for all twelve groups, only Walker2d's wall tasks are separated from 0." in README
+    )
     table = rows(FORGETTING)
-    assert len(table) == 9
+    assert len(table) == 12
     assert {name for name, row in table.items() if row["interval excludes 0"] == "no"} == set(table) - {
         HOPPER, HALFCHEETAH, "hopper-wall", "walker2d-wall"
     }  # fmt: skip
