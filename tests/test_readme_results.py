@@ -54,8 +54,8 @@ SENTENCES: tuple[tuple[str, tuple[Cell, ...]], ...] = (
     ),
     (
         "There the earlier tasks add {}, {} and {} to the next one before its own training. Walker2d's body "
-        "tasks end at {}, twice the score of the reference agent. Earlier gravity tasks of Humanoid add {} to "
-        "the next one.",
+        "tasks end at {}, twice the score of the reference agent. Earlier gravity tasks of Humanoid add {} "
+        "to the next one.",
         (
             (TRANSFER, "hopper-body", "Zero-shot transfer"),
             (TRANSFER, "walker2d-body", "Zero-shot transfer"),
