@@ -51,6 +51,7 @@ def prove(path: Path, salt: str = "", groups: Mapping[str, TaskGroup] = GROUPS) 
     if verification.problems:
         problems = summarize(verification.problems, card.name)
         return Evidence(card, None, 0, verification.episodes, problems)
-    replayed = verification.episodes if is_repeated(path) else verification.replayed
+    sampled = 0 if verification.is_partial else verification.replayed
+    replayed = verification.episodes if is_repeated(path) else sampled
     level: Level = "replayed" if replayed else "validated"
     return Evidence(card, level, replayed, verification.episodes, ())

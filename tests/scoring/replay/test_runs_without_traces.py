@@ -9,8 +9,9 @@ import pytest
 
 from gym_extensions.baselines import train
 from gym_extensions.baselines.tracing.trace import trace
+from gym_extensions.curation.evidence import prove
 from gym_extensions.scoring import score_folder
-from gym_extensions.scoring.replay.verify import verify
+from gym_extensions.scoring.replay.verify import verified, verify
 
 GROUP = "pusher"
 SALT = "5a" * 32
@@ -79,3 +80,15 @@ def test_no_salt_is_asked_of_a_log_without_traces(copy: Path) -> None:
     remove(copy, "*.npz")
     (copy / GROUP / "traces" / "salt.txt").unlink()
     assert verify(copy, salt="b7" * 32).problems == ()
+
+
+def test_an_entry_of_which_one_log_has_no_traces_is_not_replayed(copy: Path) -> None:
+    remove(copy, "joint-*")
+    verification = verify(copy)
+    assert (verification.problems, verification.level) == ((), "validated")
+    assert verification.replayed > 0
+    card = verified(score_folder(copy), copy)
+    assert card.trust == "validated"
+    assert card.notes[-1] == "Not all of its logs have traces: the others were not replayed."
+    evidence = prove(copy, SALT)
+    assert (evidence.level, evidence.replayed) == ("validated", 0)

@@ -27,6 +27,7 @@ from gym_extensions.scoring.replay.segments import replay
 from gym_extensions.scoring.scorecard.model import REPORTED, VALIDATED, Scorecard
 
 NO_TRACES = "It holds no traces: nothing could be replayed."
+SOME_TRACES = "Not all of its logs have traces: the others were not replayed."
 UNBOUND = "Its logs do not commit to traces: nothing could be replayed."
 OTHER_SALT = "other-salt"
 BATCH_BYTES = 64 * MEBIBYTE
@@ -40,7 +41,7 @@ class Verification:
     """The result of a replay, with the number of replayed and logged episodes and every problem.
 
     ``is_salted`` is whether salts drew the samples of all groups, ``is_bound`` whether the logs commit to
-    traces.
+    traces, ``is_partial`` whether a log has none although another has.
     """
 
     replayed: int
@@ -48,13 +49,14 @@ class Verification:
     problems: tuple[Problem, ...]
     is_salted: bool = False
     is_bound: bool = True
+    is_partial: bool = False
 
     @property
     def level(self) -> str | None:
-        """The level of trust, or None with a problem. It is ``validated`` without traces."""
+        """The level of trust, or None with a problem. It is ``validated`` if a log has no traces."""
         if self.problems:
             return None
-        if not self.replayed:
+        if not self.replayed or self.is_partial:
             return VALIDATED
         if self.replayed == self.episodes:
             return "replayed (all)"
@@ -110,7 +112,8 @@ def verify(path: Path, groups: Mapping[str, TaskGroup] = GROUPS, salt: str | Non
         ]
         replayed += len(episodes)
         problems += replay(episodes[0].task, episodes)
-    return Verification(replayed, logged, tuple(problems), all(salts.values()))
+    is_partial = not all(sampled.values())
+    return Verification(replayed, logged, tuple(problems), all(salts.values()), is_partial=is_partial)
 
 
 def _batches(
@@ -166,6 +169,6 @@ def verified(
     problems = tuple(summarize(verification.problems, card.name))
     if problems:
         return replace(card, trust=None, problems=problems, groups={}, suites={})
-    reason = NO_TRACES if verification.is_bound else UNBOUND
-    notes = card.notes if verification.replayed else (*card.notes, reason)
+    reason = UNBOUND if not verification.is_bound else SOME_TRACES if verification.is_partial else NO_TRACES
+    notes = card.notes if verification.level != VALIDATED else (*card.notes, reason)
     return replace(card, trust=verification.level, notes=notes)
