@@ -10,6 +10,7 @@ import pytest
 
 from gym_extensions.baselines import train
 from gym_extensions.curation.ledger.chain import read
+from gym_extensions.scoring import score_folder
 from gym_extensions.scoring.leaderboard.board import boards
 from gym_extensions.scoring.repetition.cli import main as repeat
 from gym_extensions.scoring.repetition.record import FOLDER, load, write
@@ -87,3 +88,12 @@ def test_verification_needs_the_record(repository: Path, capsys: pytest.CaptureF
     assert ledger(repository, "verify", "--replay", "--no-history") == 1
     expected = f"Replay verified 0 of {EPISODES} episodes; the ledger states {EPISODES} of {EPISODES}."
     assert expected in capsys.readouterr().out
+
+
+def test_boards_without_a_ledger_read_the_record(repository: Path) -> None:
+    entry = repository / "submissions" / "trpo"
+    (score,) = score_folder(entry).groups["pusher-v0"].values()
+    assert score.missing_evidence == ""
+    shutil.rmtree(repository / FOLDER)
+    (score,) = score_folder(entry).groups["pusher-v0"].values()
+    assert score.missing_evidence.endswith("traces of the audit sample are missing.")

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
-from gym_extensions.curation.repetition import is_repeated
 from gym_extensions.rollouts.problem import Problem, summarize
 from gym_extensions.scoring.pipeline.score import make_scorer
+from gym_extensions.scoring.repetition.scorecard import is_repeated
 from gym_extensions.scoring.scorecard.model import REPORTED, Scorecard
 from gym_extensions.scoring.scorecard.record import Level
 
@@ -52,6 +52,6 @@ def prove(path: Path, salt: str = "", groups: Mapping[str, TaskGroup] = GROUPS) 
         problems = summarize(verification.problems, card.name)
         return Evidence(card, None, 0, verification.episodes, problems)
     sampled = 0 if verification.is_partial else verification.replayed
-    replayed = verification.episodes if is_repeated(path) else sampled
+    replayed = verification.episodes if is_repeated(path, groups) else sampled
     level: Level = "replayed" if replayed else "validated"
     return Evidence(card, level, replayed, verification.episodes, ())

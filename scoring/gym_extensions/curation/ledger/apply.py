@@ -9,6 +9,7 @@ from pathlib import Path
 from gym_extensions.curation.challenges import challenges_of, read_challenges
 from gym_extensions.curation.digest import folder_digest
 from gym_extensions.curation.ledger.chain import FILE, EntryState, read, states
+from gym_extensions.scoring.repetition.scorecard import without_missing_evidence
 from gym_extensions.scoring.scorecard.model import VALIDATED, Scorecard
 from gym_extensions.scoring.scorecard.record import Challenge, LedgerRecord
 
@@ -46,12 +47,7 @@ def with_record(card: Scorecard, record: LedgerRecord) -> Scorecard:
     if card.problems:
         return card
     trust = record.trust if card.trust == VALIDATED and not record.is_pending else card.trust
-    groups = card.groups
-    if record.is_complete:
-        groups = {
-            name: {protocol: replace(score, missing_evidence="") for protocol, score in scores.items()}
-            for name, scores in groups.items()
-        }
+    groups = without_missing_evidence(card.groups) if record.is_complete else card.groups
     return replace(card, ledger=record, trust=trust, groups=groups)
 
 

@@ -20,6 +20,7 @@ from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.submission import Submission
 from gym_extensions.scoring.pipeline.evidence import Evidence, with_evidence
 from gym_extensions.scoring.references import References, add_references, load_references, read_references
+from gym_extensions.scoring.repetition.scorecard import with_repetition
 from gym_extensions.scoring.scorecard.build import score
 from gym_extensions.scoring.scorecard.model import ReferencesInfo, Scorecard, ScorecardDocument
 
@@ -51,7 +52,8 @@ class Scorer:
         If scoring fails, it has a problem instead of scores.
         """
         try:
-            return score(read(path, self.groups), self.references)
+            card = score(read(path, self.groups), self.references)
+            return with_repetition(card, path, self.groups)
         except BenchError:
             raise
         except Exception as error:  # noqa: BLE001 - an unforeseen folder must not stop the others

@@ -122,7 +122,7 @@ class GroupScore:
         str,
         about(
             "why the traces do not suffice for a rank, in words; empty if the audit sample is complete or "
-            "the ledger states that all episodes were replayed"
+            "all episodes were replayed or repeated"
         ),
     ] = ""
     missing_for_full_entry: Annotated[tuple[str, ...], about("what a full entry still needs, in words")] = ()
