@@ -9,7 +9,8 @@ from types import ModuleType
 import pytest
 
 from gym_extensions.catalog.groups import GROUPS
-from gym_extensions.scoring.statistics.intervals import interval
+from gym_extensions.scoring import score_folder
+from gym_extensions.scoring.statistics.intervals import Interval, interval
 
 from .findings_script import findings_script
 
@@ -211,3 +212,23 @@ def test_groups_whose_reference_runs_are_missing_are_named(build: ModuleType) ->
 def test_without_fine_tuning_there_is_no_space_to_name(build: ModuleType, tmp_path: Path) -> None:
     assert build.Space.of(tmp_path, []) is None
     assert build.Space.of(tmp_path, ["hopper-gravity"]).largest == ("hopper-gravity", 0)
+
+
+def test_suites_of_fine_tuning_have_a_table(build: ModuleType) -> None:
+    module = findings_script("suites")
+    values = (Interval(1.5, 1.0, 2.0), Interval(1.25, 1.0, 1.5), Interval(0.25, 0.125, 0.375))
+    suite = module.Suite("gravity", ("hopper-gravity", "humanoid-gravity"), values)
+    text = build.page([build.Group("hopper-gravity", rows(build))], suites=[suite])
+    row = "| gravity | hopper-gravity, humanoid-gravity | 1.50 (1.00 to 2.00) | 1.25 (1.00 to 1.50) |"
+    assert row in text
+    assert "| suite |" not in build.page([build.Group("hopper-gravity", rows(build))])
+
+
+def test_a_suite_at_another_budget_or_without_a_score_is_left_out() -> None:
+    module = findings_script("suites")
+    card = score_folder(ROOT / "submissions" / "trpo")
+    found = {suite.name: suite for suite in module.suites_of(card, "300k")}
+    assert {"gravity", "wall"} <= set(found)
+    assert "arm" not in found  # Striker is unsolved
+    assert found["gravity"].groups[-1] == "humanoid-gravity"
+    assert list(module.suites_of(card, "1M")) == []

@@ -22,6 +22,11 @@ Cell = tuple[str, str, str]
 
 SENTENCES: tuple[tuple[str, tuple[Cell, ...]], ...] = (
     (
+        "On the mean over Hopper, Walker2d, HalfCheetah and Humanoid, forgetting is {} on gravity tasks and "
+        "{} on wall tasks.",
+        tuple(("Suites", name, "forgetting") for name in ("gravity", "wall")),
+    ),
+    (
         "The scores of earlier tasks fall by {} on Hopper's gravity tasks and by {} on HalfCheetah's, "
         "and by {} on Hopper's wall tasks and {} on Walker2d's.",
         tuple(

@@ -16,6 +16,7 @@ from costs import MAX_MEGABYTES, hours, stored_megabytes
 from figures import draw_learned_and_final, draw_retention
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from numbers_as_text import mean
+from suites import Suite, suites_of
 from transfer import TITLES, Transfer, shown, transfer
 
 from gym_extensions.atomic import write_text
@@ -141,6 +142,8 @@ def page(
     transfers: Sequence[Transfer] = (),
     unsolved: Mapping[str, Sequence[str]] = MappingProxyType({}),
     space: Space | None = None,
+    *,
+    suites: Sequence[Suite] = (),
 ) -> str:
     """The text of the page.
 
@@ -150,6 +153,7 @@ def page(
         transfers: the transfers of fine-tuning on each group.
         unsolved: the unsolved tasks of groups that have any.
         space: what the entries take in the repository.
+        suites: the suites on which fine-tuning has a score.
     """
     templates = Environment(
         loader=FileSystemLoader(FOLDER), undefined=StrictUndefined, trim_blocks=True, autoescape=False
@@ -165,6 +169,7 @@ def page(
             with_learners=[group for group in groups if group.learners],
             without_score=without_score,
             space=space,
+            suites=suites,
             unsolved={group.name: unsolved[group.name] for group in groups if group.name in unsolved},
             transfer_titles=TITLES,
             transfers=shown(transfers),
@@ -208,7 +213,10 @@ def main(submissions: Path = ROOT / "submissions") -> None:
     ]
     without_score = groups_without_score(cards)
     space = Space.of(submissions, [*compared, *without_score])
-    write_text(PAGE, page(groups, without_score, transfers, unsolved_tasks(), space))
+    suites = [
+        suite for card in cards if card.name == FINE_TUNING for suite in suites_of(card, STANDARD_BUDGET)
+    ]
+    write_text(PAGE, page(groups, without_score, transfers, unsolved_tasks(), space, suites=suites))
 
 
 def groups_without_references() -> list[str]:
