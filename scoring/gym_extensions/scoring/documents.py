@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import json
 import re
+from pathlib import Path
 from typing import Any, Self
 
 import msgspec
+
+from gym_extensions.errors import BenchError
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 INDENT = 1
@@ -53,6 +56,26 @@ class JsonDocument:
             msgspec.DecodeError: the text is not JSON. Both are kinds of ValueError.
         """
         return msgspec.json.decode(text, type=cls)
+
+    @classmethod
+    def load(cls, path: Path, code: str, command: str) -> Self | None:
+        """The document of a file, or None if there is no such file.
+
+        Args:
+            path: the file.
+            code: of the error.
+            command: what writes the file, for the error message.
+
+        Raises:
+            BenchError: the file cannot be read or is no such document.
+        """
+        try:
+            return cls.from_json(path.read_bytes())
+        except FileNotFoundError:
+            return None
+        except (OSError, ValueError) as error:
+            hint = f"Write it again with `{command}`."
+            raise BenchError(code, f"It cannot be read: {error}.", str(path), hint) from error
 
 
 def _compact(document: JsonDocument) -> bytes | None:

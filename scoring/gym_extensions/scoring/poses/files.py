@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 from gym_extensions.atomic import write_text
-from gym_extensions.errors import BenchError
 from gym_extensions.scoring.poses.model import Poses
 
 FOLDER = Path("scoring/poses")
@@ -30,13 +29,7 @@ def load(path: Path) -> Poses | None:
     Raises:
         BenchError: the file is not a document of poses.
     """
-    try:
-        return Poses.from_json(path.read_bytes())
-    except FileNotFoundError:
-        return None
-    except (OSError, ValueError) as fault:
-        hint = "Write it again with `gym-extensions watch`."
-        raise BenchError("bad-poses", f"It cannot be read: {fault}.", str(path), hint) from fault
+    return Poses.load(path, "bad-poses", "gym-extensions watch")
 
 
 def load_entry(folder: Path | None, submission: str) -> dict[str, Poses]:

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from gym_extensions.atomic import write_text
-from gym_extensions.errors import BenchError
 from gym_extensions.scoring.documents import JsonDocument, about
 from gym_extensions.scoring.scorecard.model import FreshScore, GroupScore, NewSeeds, Scorecard
 
@@ -48,14 +47,9 @@ def load(folder: Path, submission: str) -> ReevaluationRecord | None:
     Raises:
         BenchError: the file is not a record.
     """
-    path = path_of(folder, submission)
-    try:
-        return ReevaluationRecord.from_json(path.read_bytes())
-    except FileNotFoundError:
-        return None
-    except (OSError, ValueError) as error:
-        hint = "Write it again with `gym-extensions reevaluate`."
-        raise BenchError("bad-reevaluation", f"It cannot be read: {error}.", str(path), hint) from error
+    return ReevaluationRecord.load(
+        path_of(folder, submission), "bad-reevaluation", "gym-extensions reevaluate"
+    )
 
 
 def with_record(card: Scorecard, record: ReevaluationRecord | None) -> Scorecard:

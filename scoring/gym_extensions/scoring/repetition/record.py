@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from gym_extensions.atomic import write_text
-from gym_extensions.errors import BenchError
 from gym_extensions.scoring.documents import JsonDocument, about
 from gym_extensions.scoring.repetition.digests import RunKey
 
@@ -77,11 +76,4 @@ def load(folder: Path, submission: str) -> RepetitionRecord | None:
     Raises:
         BenchError: the file is not a record.
     """
-    path = path_of(folder, submission)
-    try:
-        return RepetitionRecord.from_json(path.read_bytes())
-    except FileNotFoundError:
-        return None
-    except (OSError, ValueError) as error:
-        hint = "Write it again with `gym-extensions repeat`."
-        raise BenchError("bad-repetition", f"It cannot be read: {error}.", str(path), hint) from error
+    return RepetitionRecord.load(path_of(folder, submission), "bad-repetition", "gym-extensions repeat")

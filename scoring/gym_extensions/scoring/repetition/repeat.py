@@ -18,11 +18,10 @@ from gym_extensions.rollouts.submission import Submission
 from gym_extensions.scoring.repetition.digests import RunKey
 from gym_extensions.scoring.replay.policy_episodes import Environments, Outcome
 from gym_extensions.scoring.replay.policy_files import has_policies, policy_path
+from gym_extensions.scoring.replay.segments import SUCCESSES
 from gym_extensions.scoring.replay.silence import no_log_file
 
 SAMPLED = "sampled"
-SUCCESSES = {1: True, 0: False, -1: None}
-"""The success of a row by its number in a log."""
 
 
 @dataclass(frozen=True)

@@ -68,8 +68,8 @@ def verify(path: Path, groups: Mapping[str, TaskGroup] = GROUPS, salt: str | Non
     """Replays the audit sample of a submission; one with problems is not replayed.
 
     Where the submission has the policy of an episode's stage, the recorded actions are compared with it.
-    Traces are optional: a run without any is not replayed, which is no problem. An entry whose sample is not
-    complete has a rank only if all its episodes were repeated (``gym-extensions repeat``).
+    Traces are optional: runs without traces are not replayed. An entry whose sample is not complete has a
+    rank only if all its episodes were repeated (``gym-extensions repeat``).
 
     Args:
         path: the submission's folder.
