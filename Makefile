@@ -16,7 +16,7 @@ leaderboard: .venv/scoring.installed  ## check and score every submission, build
 	@.venv/bin/gym-extensions site submissions --out _site
 
 # Without the whole git history (a shallow clone, an archive), the ledger's old versions are not compared.
-verify: .venv/scoring.installed  ## check the ledger and replay every entry as it states (a minute)
+verify: .venv/scoring.installed  ## check the ledger and replay every entry as it states (a few minutes)
 	.venv/bin/gym-extensions ledger verify --replay \
 	  $(shell test "$$(git rev-parse --is-shallow-repository 2>/dev/null)" = false || echo --no-history)
 
