@@ -59,7 +59,7 @@ class JsonDocument:
 
     @classmethod
     def load(cls, path: Path, code: str, command: str) -> Self | None:
-        """The document of a file, or None if there is no such file.
+        """The document of a file, or None if the file does not exist.
 
         Args:
             path: the file.
@@ -67,7 +67,7 @@ class JsonDocument:
             command: what writes the file, for the error message.
 
         Raises:
-            BenchError: the file cannot be read or is no such document.
+            BenchError: the file cannot be read, or its content is not a document of this type.
         """
         try:
             return cls.from_json(path.read_bytes())
