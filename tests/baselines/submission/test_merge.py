@@ -13,6 +13,7 @@ import pytest
 
 from gym_extensions.baselines import Card, merge, train
 from gym_extensions.baselines.submission.cli import main
+from gym_extensions.baselines.tracing.trace import trace
 from gym_extensions.catalog.custom_groups import with_custom
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.policies import Policy
@@ -124,6 +125,28 @@ def test_submissions_without_traces_are_merged_without(pair: list[Path], tmp_pat
     for path in pair:
         shutil.rmtree(path / GROUP / "traces")
     assert not (joined(pair, tmp_path / "merged") / GROUP / "traces").exists()
+
+
+def test_a_run_without_traces_stays_without(pair: list[Path], tmp_path: Path) -> None:
+    shutil.rmtree(pair[1] / GROUP / "traces")
+    merged = joined(pair, tmp_path / "merged") / GROUP / "traces"
+    assert {path.name for path in merged.iterdir()} == {
+        path.name for path in (pair[0] / GROUP / "traces").iterdir()
+    }
+
+
+def test_runs_without_traces_join_runs_whose_traces_a_salt_drew(
+    trained: dict[str, Path], pair: list[Path], tmp_path: Path
+) -> None:
+    shutil.copytree(trained["second"] / ".progress", pair[1] / ".progress")
+    salt = "5a17" * 16
+    trace(pair[1], salt, groups=[QUICK_GROUP])
+    assert f"{GROUP}/traces: The salts of the traces differ" in refusal(pair)
+    trace(pair[0], groups=[QUICK_GROUP], runs=())
+    merged = joined(pair, tmp_path / "merged")
+    assert (merged / GROUP / "traces" / "salt.txt").read_text() == f"{salt}\n"
+    trace(merged, salt, groups=[QUICK_GROUP], runs=[0])
+    assert digests(merged / GROUP / "traces") == digests(pair[1] / GROUP / "traces")
 
 
 def test_the_merged_manifest_has_the_largest_memory_and_all_versions(

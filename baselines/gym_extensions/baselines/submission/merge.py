@@ -30,7 +30,7 @@ def merge(submissions: Iterable[str | Path], out: str | Path, *, groups: CustomG
 
     The title, authors and description are those of the first. A run that several of them contain must be the
     same in all. The audit sample of a run depends on that run alone, so the submissions contain all traces
-    that the new one needs.
+    that the new one needs. A run without traces stays without.
 
     Policies are merged if every submission has them.
 
@@ -124,11 +124,13 @@ def _common_salt(sources: list[Path]) -> str:
     salts = {
         source: path.read_text(encoding="ascii").strip() if path.exists() else ""
         for source in sources
+        if any((source / TRACES).glob("*.npz"))
         for path in [source / TRACES / SALT_FILE]
     }
     if len(set(salts.values())) > 1:
-        message = f"The salts of the traces differ from those in {sources[0]}."
-        other = next(source for source in sources if salts[source] != salts[sources[0]])
+        first, *others = salts
+        message = f"The salts of the traces differ from those in {first}."
+        other = next(source for source in others if salts[source] != salts[first])
         hint = "Run gym-extensions trace on both submissions, without a salt or with the same."
         raise BenchError("salted-traces", message, str(other / TRACES), hint)
     return next(iter(salts.values()), "")
@@ -137,12 +139,14 @@ def _common_salt(sources: list[Path]) -> str:
 def _traces(
     group: TaskGroup, protocol: str, text: bytes, owners: Mapping[int, Path], salt: str
 ) -> dict[str, Path]:
-    """The traces of a merged log: its audit sample, or none if no submission has traces of it."""
-    logs = list(dict.fromkeys(owners.values()))
-    if not any(any((log.parent / TRACES).glob(f"{protocol}-*.npz")) for log in logs):
-        return {}
+    """The traces of a merged log: the audit sample of the runs that have traces in their submission."""
+    runs = [
+        run
+        for run, log in sorted(owners.items())
+        if any((log.parent / TRACES).glob(f"{protocol}-run{run}-*.npz"))
+    ]
     paths: dict[str, Path] = {}
-    for name, run in sample_names(group, protocol, text, sorted(owners), salt).items():
+    for name, run in sample_names(group, protocol, text, runs, salt).items():
         log = owners[run]
         folders = trace_folders(log.parents[1], group.name)
         paths |= find_traces({name: run}, folders, f"{group.name}/{log.name}")

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from gym_extensions.atomic import write_bytes
 from gym_extensions.baselines.submission.lock import write_lock
+from gym_extensions.baselines.submission.merge import PARTIAL
 from gym_extensions.baselines.submission.root import require_bound
 from gym_extensions.baselines.submission.sample import trace_folders
 from gym_extensions.baselines.submission.staging import staging
@@ -43,7 +44,7 @@ def trace(
     ``.progress``, so that a call with other BLAS kernels can repeat the others.
 
     Args:
-        submission: the submission's folder.
+        submission: the submission's folder. Runs may be missing in it, as in a submission to be merged.
         salt: 64 hexadecimal digits that were fixed after the logs; empty for the sample without a salt.
         groups: custom groups that the submission may contain: TOML files or TaskGroup objects.
         runs: the runs whose traces are written; by default all. The other runs then have none, which suffices
@@ -89,7 +90,11 @@ def trace(
 def _read(folder: Path, groups: Mapping[str, TaskGroup]) -> tuple[Submission, Manifest]:
     """The submission, every run for itself. Raises ``BenchError`` if it has problems or names no traces."""
     content = read(folder, groups, merge_runs=False)
-    problems = [problem for problem in content.problems if not _is_trace(problem.where)]
+    problems = [
+        problem
+        for problem in content.problems
+        if problem.rule not in PARTIAL and not _is_trace(problem.where)
+    ]
     if problems or content.manifest is None:
         reason = f"{problems[0].where}: {problems[0].message}" if problems else "It has no manifest."
         hint = f"Run: score {folder}"
