@@ -102,7 +102,7 @@ def test_the_cost_of_an_entry_is_that_of_its_training_steps() -> None:
 
 def test_a_group_without_another_method_has_no_table_of_its_own(build: ModuleType) -> None:
     text = build.page([build.Group("hopper-wall", rows(build)[:1])])
-    assert "| hopper-wall | 1.18 (1.08 to 1.28) |" in text
+    assert "| hopper-wall | 5 | 1.18 (1.08 to 1.28) |" in text
     assert "### hopper-wall" not in text
     assert "| hopper-wall | any method beside `trpo` | 0.09 |" in text
 
@@ -114,7 +114,7 @@ def test_forgetting_is_separated_from_0_after_a_correction_for_the_groups(build:
     assert build.separated_from_zero({"weak": weak, "none": none, "other": none}) == set()
     text = build.page([build.Group("hopper-gravity", rows(build))])
     assert (
-        "| hopper-gravity | 1.18 (1.08 to 1.28) | 0.18 (0.08 to 0.28) | 1.18 (1.08 to 1.28) | yes | yes |"
+        "| hopper-gravity | 5 | 1.18 (1.08 to 1.28) | 0.18 (0.08 to 0.28) | 1.18 (1.08 to 1.28) | yes | yes |"
         in text
     )
 
