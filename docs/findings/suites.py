@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from comparison import METRICS
+
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.scoring.scorecard.model import Scorecard
 from gym_extensions.scoring.statistics.intervals import Interval
 
-COLUMNS = ("learning_performance", "final_performance", "forgetting")
-
 
 @dataclass(frozen=True)
 class Suite:
-    """A suite, the names of its groups, and the metrics of ``COLUMNS``."""
+    """A suite, the names of its groups, and the metrics of ``METRICS``."""
 
     name: str
     groups: tuple[str, ...]
@@ -27,13 +27,13 @@ class Suite:
 
 
 def suites_of(card: Scorecard, budget: str) -> Iterator[Suite]:
-    """The suites on which an entry has all metrics of ``COLUMNS`` at the budget, trained in order."""
+    """The suites on which an entry has all metrics of ``METRICS`` at the budget, trained in order."""
     names = {group.id: group.name for group in GROUPS.values()}
     for name, protocols in card.suites.items():
         score = protocols.get("sequential")
         if score is None or score.budget != budget:
             continue
-        values = [score.metrics[column] for column in COLUMNS]
+        values = [score.metrics[column] for column in METRICS]
         if all(value.mean is not None for value in values):
             intervals = (Interval(value.mean or 0.0, value.low, value.high) for value in values)
             yield Suite(name, tuple(names[group] for group in score.groups), tuple(intervals))
