@@ -9,6 +9,8 @@ from pathlib import Path
 import pytest
 
 from gym_extensions.baselines import train
+from gym_extensions.curation.gate.check import Request, check_pull_request
+from gym_extensions.curation.git import Repository
 from gym_extensions.curation.ledger.chain import read
 from gym_extensions.scoring import score_folder
 from gym_extensions.scoring.leaderboard.board import boards
@@ -16,7 +18,7 @@ from gym_extensions.scoring.repetition.cli import main as repeat
 from gym_extensions.scoring.repetition.record import FOLDER, load, write
 
 from .ledger.commands import cards, ledger
-from .repositories import commit, make_repository
+from .repositories import commit, git, make_repository
 
 EPISODES = 200
 """Five runs of two tasks."""
@@ -69,6 +71,14 @@ def test_without_the_record_it_has_none(repository: Path) -> None:
     is_ranked, why, trust = row(repository)
     assert (is_ranked, trust) == (False, "validated")
     assert "traces of the audit sample are missing" in why
+
+
+def test_the_check_of_a_pull_request_reads_the_record_of_the_base(repository: Path) -> None:
+    git(repository, "switch", "--quiet", "-c", "request")
+    manifest = repository / "submissions" / "trpo" / "submission.toml"
+    commit(repository, {"submissions/trpo/submission.toml": manifest.read_text().replace("TRPO", "Trpo")})
+    report = check_pull_request(Request(Repository(repository), "main", "request"))
+    assert (report.problems, report.replayed, report.episodes) == ((), EPISODES, EPISODES)
 
 
 @pytest.mark.parametrize("lacks", ["a run", "the digest"])

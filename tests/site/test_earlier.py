@@ -15,6 +15,7 @@ from gym_extensions.curation.digest import folder_digest
 from gym_extensions.curation.ledger.chain import FILE
 from gym_extensions.scoring.pipeline.score import Scorer
 from gym_extensions.scoring.references import Reference, References
+from gym_extensions.scoring.repetition.record import FOLDER, RepetitionRecord, write
 from gym_extensions.site import build as module
 from gym_extensions.site import cli
 from gym_extensions.site.earlier import kept_path
@@ -100,6 +101,28 @@ def test_what_the_ledger_says_later_is_shown_without_scoring_again(built: Path, 
     assert pages(built / "_site") == pages(built / "new")
     entry = json.loads((built / "_site/api/entries/alpha.json").read_text(encoding="utf-8"))
     assert entry["submissions"][0]["ledger"]["reason"] == LINE.reason
+
+
+def test_the_record_of_a_repetition_changes_what_is_missing(built: Path, scored: Scored) -> None:
+    record = write(built / FOLDER, RepetitionRecord(submission="alpha"))
+    for _ in range(2):
+        assert main(["site"]) == 0
+    record.unlink()
+    assert main(["site"]) == 0
+    assert scored == ["alpha", "alpha"]
+
+
+@pytest.mark.parametrize("replayed", [LINE.episodes, LINE.replayed])
+def test_whether_all_episodes_were_replayed_changes_what_is_missing(
+    built: Path, scored: Scored, replayed: int
+) -> None:
+    digest = folder_digest(built / "submissions" / "alpha")
+    line = replace(LINE, entry="alpha", digest=digest, replayed=replayed)
+    (built / "submissions" / FILE).write_bytes(chain(line))
+    assert main(["site"]) == 0
+    assert scored == ["alpha"] * (replayed == LINE.episodes)
+    assert main(["site"]) == 0
+    assert scored == ["alpha"] * (replayed == LINE.episodes)
 
 
 @pytest.mark.parametrize("item", ["link", "folder"])

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import gc
 import posixpath
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -71,7 +71,7 @@ class Site:
     references: ReferencesInfo
     poses: Path | None = None
     pages: tuple[Page, ...] = field(default_factory=pages)
-    base: str = ""
+    keys: Mapping[str, str] = field(default_factory=dict)
     entrants: dict[str, Entrant] = field(default_factory=dict)
 
     def entry_files(self, card: Scorecard) -> Iterator[File]:
@@ -87,7 +87,7 @@ class Site:
         render = Renderer(Frame(self.references, poses=self.poses), self.pages, inputs)
         for page in self.pages:
             yield from page.publish_entry(card, render)
-        yield kept_path(card.name), kept(self.base, card)
+        yield kept_path(card.name), kept(self.keys.get(card.name, ""), card)
         self.entrants[card.name] = entrant(card, inputs)
 
     @cached_property
@@ -161,6 +161,8 @@ def build_site(
     out: Path,
     poses: Path | None = None,
     base: str | None = None,
+    *,
+    keys: Mapping[str, str] | None = None,
 ) -> Built:
     """Writes the site to ``out``; a failed build leaves ``out`` unchanged.
 
@@ -172,13 +174,14 @@ def build_site(
         out: the folder.
         poses: the folder of poses, for Watch panels; poses of other results are not shown.
         base: the result of :func:`base_digest`. Nothing of a site with another one is kept.
+        keys: by entry, the key under which its scorecard is kept for the next build.
 
     Raises:
         BenchError: ``out`` exists, is not empty, and was not written by an earlier build, or two entries have
             the same name.
     """
     base = base or base_digest(references)
-    site = Site(references, poses, base=base)
+    site = Site(references, poses, keys=keys or {})
     with Output(out, base) as output, _collected_by_hand():
         for number, (path, content) in enumerate(site.files(cards)):
             if number % COLLECTED_FILES == 0:

@@ -122,7 +122,8 @@ def main(argv: list[str] | None = None) -> int:
                 pending.append(card.name)
             yield with_record(card, load(options.reevaluations, card.name))
 
-    built = build_site(scored(), info, options.out, options.poses, base)
+    keys = {folder.name: earlier.key(folder) for folder in folders}
+    built = build_site(scored(), info, options.out, options.poses, base, keys=keys)
     # Text from submissions is printed literally, and never stops the output in a narrow encoding.
     if isinstance(sys.stdout, TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")

@@ -15,14 +15,17 @@ from pathlib import Path, PurePosixPath
 import msgspec
 
 from gym_extensions.curation.digest import folder_digest
+from gym_extensions.curation.ledger.chain import read, states
 from gym_extensions.rollouts.folder import scan
 from gym_extensions.scoring.pipeline.score import Scorer, scorecards
 from gym_extensions.scoring.reevaluation.record import with_returns
+from gym_extensions.scoring.repetition.record import FOLDER, path_of
 from gym_extensions.scoring.scorecard.model import REPORTED, VALIDATED, Scorecard
 from gym_extensions.site.addresses import slug
+from gym_extensions.site.output import digest
 
 Kept = tuple[str, Scorecard]
-"""The digest of what scorecards depend on, and a scorecard."""
+"""The key of a scorecard (:meth:`EarlierSite.key`), and the scorecard."""
 
 
 def kept_path(name: str) -> str:
@@ -30,10 +33,10 @@ def kept_path(name: str) -> str:
     return f".scorecards/{slug(name)}"
 
 
-def kept(base: str, card: Scorecard) -> bytes:
+def kept(key: str, card: Scorecard) -> bytes:
     """The content of that file; empty if the scorecard has a whole number of more than 64 bits."""
     try:
-        return msgspec.msgpack.encode((base, card))
+        return msgspec.msgpack.encode((key, card))
     except OverflowError:
         return b""
 
@@ -50,13 +53,30 @@ class EarlierSite:
 
     Args:
         out: the folder.
-        base: the digest of what all pages depend on. A scorecard that was made with another one is not used.
+        base: the digest of what all pages depend on.
     """
 
     def __init__(self, out: Path, base: str) -> None:
         self.out = out
         self.base = base
         self.folder_digest = functools.cache(folder_digest)
+        self._states = functools.cache(lambda root: states(read(root)))
+
+    def key(self, folder: Path) -> str:
+        """The digest of what the scorecard of a submission depends on beside its files.
+
+        It is made from the base and from what may replace missing traces: the record of a repetition, and
+        whether the ledger says that all episodes were replayed.
+
+        Raises:
+            BenchError: a ledger is broken.
+        """
+        root, name = folder.resolve().parent, folder.resolve().name
+        record = path_of(root.parent / FOLDER, name)
+        state = self._states(root).get(name)
+        is_complete = state is not None and 0 < state.last.replayed == state.last.episodes
+        content = record.read_bytes() if record.is_file() else b""
+        return digest(self.base.encode(), content, str(is_complete).encode())
 
     def scorecards(self, folders: Sequence[Path], scorer: Scorer) -> Iterator[Scorecard]:
         """The scorecards of submissions in the order of their folders. Only changed ones are scored."""
@@ -70,9 +90,9 @@ class EarlierSite:
         """The scorecard of a submission as the scorer returns it, without what the ledger says.
 
         None if the earlier site does not have it, if the submission was refused or not in a ledger, or if
-        the submission, the code or the references changed.
+        the submission or its key changed.
         """
-        card = self._kept(folder.name)
+        card = self._kept(folder)
         if card is None or card.problems or card.ledger is None:
             return None
         try:
@@ -89,10 +109,11 @@ class EarlierSite:
             groups=with_returns(card.groups, {}),
         )
 
-    def _kept(self, name: str) -> Scorecard | None:
-        """The scorecard that the earlier build kept, if it was made with the same code and references."""
+    def _kept(self, folder: Path) -> Scorecard | None:
+        """The scorecard that the earlier build kept, if it was made with the same key."""
         try:
-            base, card = msgspec.msgpack.decode((self.out / kept_path(name)).read_bytes(), type=Kept)
+            content = (self.out / kept_path(folder.name)).read_bytes()
+            key, card = msgspec.msgpack.decode(content, type=Kept)
         except (OSError, ValueError):
             return None
-        return card if base == self.base else None
+        return card if key == self.key(folder) else None

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from gym_extensions.atomic import write_bytes
 from gym_extensions.curation.challenges import challenge
 from gym_extensions.curation.digest import digest_of, tree_digest, tree_hashes
 from gym_extensions.curation.gate.changes import LEDGER, SUBMISSIONS, PullRequest, is_data
@@ -24,6 +25,7 @@ from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.auditing.submission_digest import digest_without_traces
 from gym_extensions.rollouts.layout import NAME
 from gym_extensions.rollouts.problem import Problem
+from gym_extensions.scoring.repetition.record import FOLDER, path_of
 
 CODEOWNERS = ".github/CODEOWNERS"
 REVIEWED: tuple[Kind, ...] = ("edit", "ledger", "challenge")
@@ -193,8 +195,12 @@ def _judged(report: GateReport, pull_request: PullRequest, request: Request) -> 
     value = request.value or _fixed_value(pull_request, prefix, hashes)
     salt = derive_salt(digest_without_traces(hashes), value) if value else ""
     with tempfile.TemporaryDirectory() as scratch:
-        extract(repository, files, prefix, Path(scratch) / entry)
-        judgement = judge(Path(scratch) / entry, salt, request.limits)
+        folder = Path(scratch) / SUBMISSIONS / entry
+        extract(repository, files, prefix, folder)
+        record = repository.file(pull_request.base, path_of(FOLDER, entry).as_posix())
+        if record is not None:
+            write_bytes(path_of(Path(scratch) / FOLDER, entry), record)
+        judgement = judge(folder, salt, request.limits)
     salt_notes = _salt_notes(pull_request, prefix, value) if report.kind == "edit" else ()
     judged = replace(
         report,

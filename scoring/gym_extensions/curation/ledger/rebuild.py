@@ -72,14 +72,15 @@ def board_after(folder: Path, lines: Sequence[LedgerLine]) -> BoardsDocument:
     repository = Repository(Repository(folder).top)
     root = folder.resolve().relative_to(repository.top.resolve()).as_posix()
     with tempfile.TemporaryDirectory() as scratch:
+        submissions = Path(scratch) / "submissions"
         for name, state in present.items():
-            target = Path(scratch) / name
+            target = submissions / name
             path = folder / name
             if path.is_dir() and folder_digest(path) == state.last.digest:
                 shutil.copytree(path, target, ignore=shutil.ignore_patterns(PROGRESS))
             else:
                 _restore(repository, f"{root}/{name}/", state.last.digest, target)
-        cards = score_folders([Path(scratch)], references).submissions if present else ()
+        cards = score_folders([submissions], references).submissions if present else ()
     recorded = [
         with_record(card, ledger_record(present[card.name].last.digest, present[card.name])) for card in cards
     ]

@@ -37,12 +37,12 @@ def run_digests(submission: Submission, folder: Folder) -> dict[RunKey, str]:
 
 def _digests(log: Log, folder: Folder) -> Iterator[tuple[RunKey, str]]:
     is_complete = has_policies(log, folder)
-    rows: dict[str, list[bytes]] = {}
+    rows: dict[int, list[bytes]] = {run: [] for run in log.runs}
     for line in folder.read(log.path).splitlines(keepends=True)[1:]:
-        rows.setdefault(line.partition(b",")[0].decode(), []).append(line)
+        rows[int(line.partition(b",")[0])].append(line)
     for run in log.runs:
         names = sorted(policy_names(log.protocol, [run], log.group))
-        files = [b"".join(rows[str(run)])]
+        files = [b"".join(rows[run])]
         files += [folder.read(f"{log.group.name}/{POLICIES}/{name}") for name in names if is_complete]
         text = "".join(f"{hashlib.sha256(data).hexdigest()}\n" for data in files)
         digest = hashlib.sha256(text.encode()).hexdigest() if is_complete else ""
