@@ -7,5 +7,7 @@ from gym_extensions.site.text.numbers import fixed, interval
 
 
 def mean(each: Interval, digits: int = 2) -> str:
-    """A mean with its interval."""
-    return f"{fixed(each.mean, digits)} ({interval(each.low or 0.0, each.high or 0.0, digits)})"
+    """A mean with its interval, which one run does not have."""
+    if each.low is None or each.high is None:
+        return f"{fixed(each.mean, digits)} (one run)"
+    return f"{fixed(each.mean, digits)} ({interval(each.low, each.high, digits)})"

@@ -146,11 +146,12 @@ def gap_in_words(each: Change) -> str:
 
 def verdict(group: Group, shown: Table) -> str:
     """What a table says about the paper's claim on its group."""
-    agrees = shown.forgotten > 0 if group.is_forgotten else shown.forgotten == 0
+    agrees = "yes" if group.is_forgotten else "not contradicted"
+    is_refuted = (shown.forgotten > 0) != group.is_forgotten
     count = (
         f"{shown.forgotten} of {len(shown.changes)} earlier tasks end lower, {fixed(shown.kept, 0)} % kept"
     )
-    return f"{'yes' if agrees else 'no'}: {count}"
+    return f"{'no' if is_refuted else agrees}: {count}"
 
 
 def page(groups: Sequence[Group]) -> str:

@@ -93,6 +93,16 @@ class Full:
 """
 
 
+def test_a_missing_library_of_an_agents_module_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "absent_agent.py").write_text("import absent")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
+    with pytest.raises(ModuleNotFoundError, match="No module named 'absent'"):
+        main(command("absent_agent:make"))
+
+
 def test_an_agent_of_the_user_is_named_by_module_and_factory(tmp_path: Path) -> None:
     (tmp_path / "mine.py").write_text(AGENT)
     words = [sys.executable, "-m", "gym_extensions", *command("mine:Full", protocol="single")]

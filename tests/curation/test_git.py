@@ -12,7 +12,7 @@ from gym_extensions.curation.salt import derive_salt, fixing_commit
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.auditing.submission_digest import digest_without_traces, submission_digest
 
-from .repositories import commit, make_repository, write_entry
+from .repositories import commit, git, make_repository, write_entry
 
 
 def test_a_machine_without_git_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -27,6 +27,19 @@ def test_a_git_hook_in_which_another_repository_is_named_is_not_misled(
     folder = make_repository(tmp_path / "here")
     monkeypatch.setenv("GIT_DIR", str(make_repository(tmp_path / "other") / ".git"))
     assert Repository(folder).top.name == "here"
+
+
+def test_two_commits_without_a_common_ancestor_are_no_error_and_a_missing_commit_is_one(
+    tmp_path: Path,
+) -> None:
+    folder = make_repository(tmp_path / "here")
+    first = commit(folder)
+    git(folder, "checkout", "--quiet", "--orphan", "other")
+    second = commit(folder, message="another")
+    repository = Repository(folder)
+    assert repository.merge_bases(first, second) == []
+    with pytest.raises(BenchError, match="Not a valid object name missing"):
+        repository.merge_bases(first, "missing")
 
 
 def test_files_of_a_commit_are_read_with_their_modes_and_sizes(tmp_path: Path) -> None:

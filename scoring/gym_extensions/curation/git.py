@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -59,8 +59,8 @@ class Repository:
         limited = () if sys.platform == "win32" else ("sh", "-c", LIMIT, f"{MAX_MEMORY // 1024}")
         return [*limited, "git", *OPTIONS, "-C", str(self.folder), *arguments]
 
-    def run(self, *arguments: str) -> bytes:
-        """The output of a git command.
+    def run(self, *arguments: str, statuses: Collection[int] = (0,)) -> bytes:
+        """The output of a git command that ends with one of these statuses.
 
         Raises:
             BenchError: git is not installed, or the command fails.
@@ -80,7 +80,7 @@ class Repository:
         if result.returncode < 0 or b"out of memory" in result.stderr.lower():
             message = f"git {arguments[0]} reached its limit of memory or processor time."
             raise BenchError("git-limit", message, hint="The commit has far too many files.")
-        if result.returncode:
+        if result.returncode not in statuses:
             lines = result.stderr.decode(errors="replace").strip().splitlines() or ["git failed."]
             raise BenchError("git-failed", lines[-1], f"git {arguments[0]} in {self.folder}")
         return result.stdout
@@ -122,10 +122,7 @@ class Repository:
 
     def merge_bases(self, first: str, second: str) -> list[str]:
         """The best common ancestors of two commits: several after a criss-cross, none without any."""
-        try:
-            return self.run("merge-base", "--all", first, second).decode().split()
-        except BenchError:
-            return []
+        return self.run("merge-base", "--all", first, second, statuses=(0, 1)).decode().split()
 
     def tree(self, commit: str, path: str = "") -> tuple[TreeEntry, ...]:
         """All files of a commit below a folder (the whole tree by default), with full paths."""

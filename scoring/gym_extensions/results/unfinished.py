@@ -47,5 +47,8 @@ def unfinished_curves(folder: str | Path) -> pd.DataFrame:
 
 
 def _complete_rows(curve: Path) -> list[list[str]]:
-    lines = curve.read_text(encoding="utf-8").split("\n")[1:-1]
+    try:
+        lines = curve.read_text(encoding="utf-8").split("\n")[1:-1]
+    except FileNotFoundError:  # its run was finished in the meantime
+        return []
     return [cells for cells in (line.split(",") for line in lines) if len(cells) == len(CURVE_COLUMNS)]

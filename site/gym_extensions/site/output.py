@@ -19,6 +19,7 @@ from typing import Self
 
 import msgspec
 
+from gym_extensions.atomic import replace_folder
 from gym_extensions.errors import BenchError
 
 MARK = ".gym-extensions-site"
@@ -81,9 +82,7 @@ class Output:
             if error is None:
                 state = json.dumps(self.digests, indent=0, sort_keys=True)
                 (self.new / MARK).write_text(state + "\n", encoding="utf-8")
-                if self.out.exists():
-                    self.out.replace(Path(self._scratch.name) / "old")
-                self.new.replace(self.out)
+                replace_folder(self.out, self.new)
 
     def add(self, path: str, content: bytes) -> None:
         """Writes a file, or links the old one if it has this content."""

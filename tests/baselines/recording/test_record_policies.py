@@ -9,12 +9,15 @@ from typing import Any
 import numpy as np
 import pytest
 
+from gym_extensions.baselines import Observes
 from gym_extensions.catalog.custom_groups import with_custom
 from gym_extensions.rollouts.policies import Policy
 from gym_extensions.rollouts.reader import read
 
 from ..conftest import QUICK_GROUP
 from .recordings import CARD, GROUP, TASKS, logged, message, push, record_stage, zero
+
+OFFSET_AND_SCALE = np.zeros(7, np.float32), np.ones(7, np.float32)
 
 
 class Model:
@@ -78,8 +81,18 @@ def test_a_policy_of_the_wrong_shapes_is_refused_and_nothing_is_lost(name: str, 
     assert len(logged(out, "joint")) == 40
 
 
+def test_policies_that_get_a_head_per_task_while_they_are_trained(tmp_path: Path) -> None:
+    observes = Observes(True, True)
+    for stage in range(len(TASKS) + 1):
+        tasks = (stage,) if stage else ()
+        weights, biases = np.zeros((*tasks, 23, 7), np.float32), np.zeros((*tasks, 7), np.float32)
+        policy = Policy(*OFFSET_AND_SCALE, weights=(weights,), biases=(biases,))
+        record_stage(tmp_path, policy, stage=stage, observes=observes)
+    assert not read(tmp_path, with_custom([QUICK_GROUP])).problems
+
+
 def test_the_policy_of_an_earlier_attempt_is_not_published(tmp_path: Path) -> None:
-    policy = Policy(np.zeros(7, np.float32), np.ones(7, np.float32))
+    policy = Policy(*OFFSET_AND_SCALE)
     for task in TASKS:
         record_stage(tmp_path, policy, "single", task=task.name)
         if task is TASKS[0]:
@@ -88,7 +101,7 @@ def test_the_policy_of_an_earlier_attempt_is_not_published(tmp_path: Path) -> No
 
 
 def test_a_log_with_a_run_without_policies_has_none(tmp_path: Path) -> None:
-    policy = Policy(np.zeros(7, np.float32), np.ones(7, np.float32))
+    policy = Policy(*OFFSET_AND_SCALE)
     for task in TASKS:
         record_stage(tmp_path, policy, "single", task=task.name)
     assert len(list((tmp_path / GROUP / "policies").iterdir())) == len(TASKS)

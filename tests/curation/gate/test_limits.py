@@ -5,12 +5,14 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from io import BytesIO, TextIOWrapper
 from pathlib import Path
 
 import pytest
 
 from gym_extensions.curation.gate import judge as module
 from gym_extensions.curation.gate.judge import judge
+from gym_extensions.curation.gate.judgement import Judgement
 from gym_extensions.curation.gate.limits import Limits
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows lacks these limits")
@@ -57,6 +59,33 @@ def test_memory_beyond_the_limit_is_refused() -> None:
 
 def test_processor_time_beyond_the_limit_ends_the_process() -> None:
     assert limited("while True: pass").returncode < 0
+
+
+@pytest.mark.parametrize(
+    ("error", "shown"),
+    [
+        (ValueError(), "fault-of-the-scorer: The scorer stopped with ValueError"),
+        (MemoryError(), ""),
+        (OSError(27, "File too large"), ""),
+    ],
+)
+def test_a_mistake_of_the_scorer_is_not_called_a_limit(
+    error: Exception, shown: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def prove(*_: object) -> None:
+        raise error
+
+    request = b'{"folder": "entry", "salt": "", "limits": {}}'
+    monkeypatch.setattr(module, "prove", prove)
+    monkeypatch.setattr(module, "apply_limits", lambda _: None)
+    monkeypatch.setattr(sys, "stdin", TextIOWrapper(BytesIO(request)))
+    if not shown:
+        with pytest.raises(type(error)):
+            module.main()
+        return
+    module.main()
+    (problem,) = Judgement.from_json(capsys.readouterr().out).problems
+    assert f"{problem.rule}: {problem.message}".startswith(shown)
 
 
 def test_the_process_gets_no_token_of_its_environment(

@@ -88,3 +88,8 @@ def test_a_challenge_that_is_not_plain_text_is_a_named_problem(
     with pytest.raises(BenchError) as error:
         cards(repository)
     assert (error.value.code, error.value.where) == (code, name)
+
+
+def test_a_folder_with_an_unprintable_name_is_refused_alone(repository: Path) -> None:
+    (repository / "submissions" / "first").rename(repository / "submissions" / "first\x07")
+    assert [bool(card.problems) for card in cards(repository).values()].count(True) == 1

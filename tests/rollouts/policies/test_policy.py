@@ -139,6 +139,11 @@ def test_every_field_is_an_array_of_the_file() -> None:
             "docs/rollout-log.md lists the arrays of a policy.",
         ),
         (
+            lambda: replace(SMALL, masks=(*(None for _ in SMALL.weights), None)),
+            f"policy(): {len(SMALL.weights) + 1} masks for {len(SMALL.weights)} layers; expected one per "
+            "layer, or none. docs/rollout-log.md lists the arrays of a policy.",
+        ),
+        (
             lambda: Policy.from_bytes(b"not a zip"),
             "The file cannot be read. docs/rollout-log.md lists the arrays of a policy.",
         ),

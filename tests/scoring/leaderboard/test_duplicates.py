@@ -100,6 +100,13 @@ def test_each_duplicate_names_the_first_of_the_mapping() -> None:
     assert duplicate_entries({"c": same, "a": same, "b": same}) == {"a": "c", "b": "c"}
 
 
+@pytest.mark.parametrize("names", [("a", "b"), ("b", "a")])
+def test_a_copy_of_two_entries_names_the_first(names: tuple[str, str]) -> None:
+    entries = dict(zip(names, ([sketch(3)], [sketch(1)]), strict=True))
+    copy = [sketch(1), sketch(3)]
+    assert duplicate_entries(entries | {"copy": copy}) == {"copy": names[0]}
+
+
 def test_two_groups_of_duplicates_stay_apart() -> None:
     first, second = [sketch(1)], [sketch(2)]
     entries = {"a": first, "b": second, "c": first, "d": second}

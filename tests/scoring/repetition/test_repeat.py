@@ -170,6 +170,15 @@ def test_a_digest_is_that_of_the_rows_and_policies_of_one_run(honest: Path, copy
     assert after[RUNS[1]] != before[RUNS[1]]
 
 
+def test_a_row_whose_run_has_a_leading_zero_is_a_row_of_that_run(copy: Path) -> None:
+    edit_row(copy, 3, lambda _: {"run": "00"})
+    before = digests(copy)
+    edit_row(copy, 3, lambda row: {"return": repr(1.5 * float(row["return"]))})
+    after = digests(copy)
+    assert before.keys() == after.keys()
+    assert before[RUNS[0]] != after[RUNS[0]]
+
+
 @pytest.mark.parametrize(("recorded", "covers"), [("ab", True), ("aa", False), ("a", False), ("", False)])
 def test_a_record_covers_a_submission_if_it_has_every_run(recorded: str, covers: bool) -> None:
     runs = tuple(RepeatedRun(GROUP, "single", run, 40, "x", digest) for run, digest in enumerate(recorded))

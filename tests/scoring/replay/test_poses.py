@@ -136,7 +136,7 @@ def test_a_path_on_a_map_is_the_position_after_every_step() -> None:
     np.testing.assert_array_equal(track, positions)
     states[0]["position"] += 1.0
     other = {name: np.stack([state[name] for state in states]) for name in states[0]}
-    with pytest.raises(BenchError, match="differs from the recorded one"):
+    with pytest.raises(BenchError, match="Steps 0 to 10 differ from the recorded ones"):
         motions(row, [replace(episode, states=other)], 1000)
     timing = timing_of(row)
     assert timing.steps_per_frame == 4

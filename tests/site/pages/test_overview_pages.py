@@ -11,6 +11,7 @@ import pytest
 from gym_extensions.scoring.scorecard.model import REPORTED, VALIDATED
 from gym_extensions.site.page import pages
 from gym_extensions.site.views import overview
+from gym_extensions.site.views.board_row import Row
 
 from ..browser import files, read
 
@@ -87,6 +88,16 @@ def test_an_entry_that_is_first_on_most_of_too_many_boards_to_name_is_named_once
     document["submissions"] = [card for card in document["submissions"] if card["name"] == "agile"]
     text = read(document)["index.html"].text
     assert "Best final performance: Agile (agile) leads on 1 of 1 board with a ranked entry. Least" in text
+
+
+def test_an_entry_that_is_first_in_a_tie_is_said_to_be(
+    document: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(overview, "MAX_NAMED", 0)
+    monkeypatch.setattr(Row, "tied", lambda *_: 2)
+    document["submissions"] = [card for card in document["submissions"] if card["name"] == "agile"]
+    text = read(document)["index.html"].text
+    assert "leads on 1 of 1 board with a ranked entry, 1 of them in a tie. Least" in text
 
 
 def test_the_metrics_page_says_which_comparison_is_which(document: dict[str, Any]) -> None:

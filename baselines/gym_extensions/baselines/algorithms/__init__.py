@@ -43,7 +43,7 @@ def factory(agent: str | Factory) -> Factory:
         extra = missing_extra(missing)
         if extra is not None:
             raise BenchError("missing-extra", f"{agent} needs {extra[0]}.", hint=extra[1]) from missing
-        if missing.name is None or not module_name.startswith(missing.name):
+        if missing.name is None or not f"{module_name}.".startswith(f"{missing.name}."):
             raise
         hint = "Run the command in the folder of the module, or install the module."
         raise BenchError("unknown-agent", f"Module {module_name!r} was not found.", hint=hint) from missing

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from gym_extensions.atomic import write_bytes
+from gym_extensions.atomic import replace_folder, write_bytes
 from gym_extensions.baselines.training.events import Listener
 from gym_extensions.baselines.training.jobs import TrainingJob
 from gym_extensions.baselines.training.progress import FinishedStage, Progress
@@ -78,8 +78,7 @@ def store_files(out: Path, job: TrainingJob, files: Files) -> list[FinishedStage
         for name, content in files.items():
             folder, _, file = name.rpartition("/")
             write_bytes((incoming if folder == job.name else group / folder) / file, content)
-        shutil.rmtree(target, ignore_errors=True)
-        incoming.replace(target)
+        replace_folder(target, incoming)
     finally:
         shutil.rmtree(incoming, ignore_errors=True)
     return Progress(target).finished()

@@ -45,15 +45,18 @@ class PolicyAgent:
     Args:
         policy: an object with ``act`` or ``predict``, or a function.
         card: the description for the manifest.
+        observes: what the policy observes besides observations. None: its attribute ``observes``, or else
+            the task if it has arrays per task.
 
     Raises:
         BenchError: ``policy`` is none of these.
     """
 
-    def __init__(self, policy: Policy, card: Card) -> None:
+    def __init__(self, policy: Policy, card: Card, observes: Observes | None = None) -> None:
         self._policy, self._card = policy, card
-        per_task = isinstance(policy, PlainPolicy) and policy.num_tasks > 1
-        self.observes: Observes = getattr(policy, "observes", Observes(per_task, per_task))
+        per_task = isinstance(policy, PlainPolicy) and policy.num_tasks > 0
+        by_default: Observes = getattr(policy, "observes", Observes(per_task, per_task))
+        self.observes = by_default if observes is None else observes
         self.begin(0)
 
     def begin(self, seed: int) -> None:

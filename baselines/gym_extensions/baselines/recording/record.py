@@ -7,7 +7,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from types import MappingProxyType
 
-from gym_extensions.baselines.agent import Card
+from gym_extensions.baselines.agent import Card, Observes
 from gym_extensions.baselines.agent_checks import card_of
 from gym_extensions.baselines.context_checks import observes_of
 from gym_extensions.baselines.recording.curves import ClaimedCurves, curve_points
@@ -45,6 +45,7 @@ def record(
     out: str | Path,
     budget: str,
     card: Card,
+    observes: Observes | None = None,
     curves: ClaimedCurves = NO_CURVES,
     skip_recorded: bool = False,
 ) -> dict[str, float]:
@@ -71,6 +72,9 @@ def record(
         budget: ``"smoke"``, ``"100k"``, ``"300k"``, ``"1M"`` or ``"paper"``: the training steps per task.
         card: what the manifest says about the algorithm. The algorithm, the hyperparameters and
             ``evaluation`` are the same in every call.
+        observes: what the policies of all stages observe besides observations. By default the attribute
+            ``observes`` of the policy; a :class:`gym_extensions.rollouts.policies.Policy` observes the task
+            if it has arrays per task. Name it if the first stages have none.
         curves: the stage's training curves by task name, each as pairs of training step and mean return;
             optional.
         skip_recorded: whether to skip what is already recorded. By default a stage of an unfinished run is
@@ -94,9 +98,9 @@ def record(
     recorded = next(item for item in job.stages(request.budget) if item.number == number)
     points = curve_points(job, recorded, curves)
     path = Path(out)
-    agent = PolicyAgent(policy, card)
-    observes = observes_of(agent, "policy")
-    settings = Settings(card_of(agent, "card").algorithm, request.budget.name, None, observes, CLAIMED)
+    agent = PolicyAgent(policy, card, observes)
+    observed = observes_of(agent, "policy")
+    settings = Settings(card_of(agent, "card").algorithm, request.budget.name, None, observed, CLAIMED)
     _check(path, task_group, card, settings)
     if existing := _existing(path, job, number, skip_recorded):
         if Progress.of(path, job).finished():

@@ -61,7 +61,11 @@ class ValueFunction:
         return int(self.state["theta"].size)
 
     def predict(self, observations: Array) -> Array:
-        """Values (n,) float64 of observations (n, o)."""
+        """Values (n,) float64 of observations (n, o).
+
+        Before the first ``fit`` there are no moments, so that all inputs are at the bounds of the clip and
+        the advantages of the first batch are noisy. Zeros would be better, but give other runs.
+        """
         inputs = standardize(self._moments(), observations, least=0.0)
         mean, deviation = self.state["level"]
         output = forward(layers(self._sizes, self.state["theta"]), inputs, self._activation)[-1][:, 0]

@@ -18,6 +18,7 @@ from gym_extensions.curation.gate.judgement import Judgement, judgement_of
 from gym_extensions.curation.gate.limits import DEFAULT, Limits, apply_limits
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.problem import Problem
+from gym_extensions.scoring.pipeline.score import fault
 
 MODULE = "gym_extensions.curation.gate.judge"
 SIMULATOR = "gym_extensions.scoring.replay.verify"
@@ -75,6 +76,10 @@ def main() -> None:
         result = judgement_of(prove(folder, request["salt"]))
     except BenchError as error:
         result = Judgement(problems=(Problem(error.code, folder.name, error.message, error.hint),))
+    except (MemoryError, OSError):  # a limit
+        raise
+    except Exception as error:  # noqa: BLE001 - a mistake of the scorer is not one of the submission
+        result = Judgement(problems=(fault(folder, error),))
     sys.stdout.buffer.write(result.to_json().encode())
 
 

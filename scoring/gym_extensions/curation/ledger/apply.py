@@ -58,18 +58,16 @@ def with_ledgers(
 
     Args:
         cards: the scorecards of the submissions.
-        folders: the folder of each submission. Its ledger is the file ``ledger.jsonl`` beside the folder;
-            without one, the scorecard is unchanged.
+        folders: the folder of each scorecard's submission, in the same order. Its ledger is the file
+            ``ledger.jsonl`` beside the folder; without one, the scorecard is unchanged.
         digest_of: the digest of a folder's files.
 
     Raises:
         BenchError: a ledger is broken.
     """
-    paths = {path.name: path for path in folders}
     ledgers: dict[Path, Mapping[str, EntryState]] = {}
     challenges: dict[Path, tuple[Challenge, ...]] = {}
-    for card in cards:
-        path = paths[card.name]
+    for card, path in zip(cards, folders, strict=True):
         root = path.resolve().parent
         if not (root / FILE).is_file() or card.problems:
             yield card
@@ -77,6 +75,6 @@ def with_ledgers(
         if root not in ledgers:
             ledgers[root] = states(read(root))
             challenges[root] = read_challenges(root.parent)
-        record = ledger_record(digest_of(path), ledgers[root].get(card.name))
-        doubts = challenges_of(card.name, challenges[root])
+        record = ledger_record(digest_of(path), ledgers[root].get(path.name))
+        doubts = challenges_of(path.name, challenges[root])
         yield replace(with_record(card, record), challenges=doubts)

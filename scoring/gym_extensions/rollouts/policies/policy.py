@@ -97,6 +97,10 @@ class Policy:
                 is_number = field.name == "observation_clip"
                 object.__setattr__(self, field.name, float(value) if is_number else _copy(value))
         error = next(array_errors(self.arrays()), None)
+        if self.masks and len(self.masks) != len(self.weights):
+            error = (
+                f"{len(self.masks)} masks for {len(self.weights)} layers; expected one per layer, or none."
+            )
         if error is not None:
             raise BenchError("bad-policy", error, "policy()", HINT)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import re
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -23,7 +22,7 @@ INTEGER_COLUMNS = ("run", "stage", "episode", "seed", "length")
 FLAGS = {"true": True, "false": False}
 SUCCESSES = {"true": 1, "false": 0, "": -1}
 """The number of each cell of the column ``success``: -1 where the task defines none."""
-INTEGER = re.compile(r"0|-?[1-9][0-9]{0,14}")
+MAX_DIGITS = 15
 
 Runs = dict[str, tuple[int, ...] | None]
 """The runs of each log of a group, by protocol; None where they are unknown."""
@@ -86,8 +85,8 @@ class Log:
 
 
 def is_integer(cell: str) -> bool:
-    """Whether a cell is an integer of at most 15 digits, written as Python writes it: 7, not 07 or +7."""
-    return INTEGER.fullmatch(cell) is not None
+    """Whether a cell is an integer of at most 15 digits."""
+    return cell.removeprefix("-").isdecimal() and len(cell) <= MAX_DIGITS
 
 
 def is_number(cell: str) -> bool:
@@ -114,14 +113,14 @@ KINDS: dict[str, tuple[Callable[[str], bool], str]] = {
 """By column: the test of a cell, and what it must be, in words."""
 
 
-def _of_kind(cells: list[str], is_valid: Callable[[str], bool]) -> list[str]:
-    if not all(map(is_valid, cells)):
-        raise ValueError("A cell is of the wrong kind.")
-    return cells
-
-
 def _integers(cells: list[str]) -> Integers:
-    return np.array(list(map(int, _of_kind(cells, is_integer))), dtype=np.int64)
+    return np.array(list(map(int, cells)), dtype=np.int64)
+
+
+def _digests(cells: list[str]) -> list[str]:
+    if not all(map(is_digest, cells)):
+        raise ValueError("A cell is not the digest of a trace.")
+    return cells
 
 
 def log(cells: Cells, protocol: str, group: TaskGroup) -> Log:
@@ -142,7 +141,7 @@ def log(cells: Cells, protocol: str, group: TaskGroup) -> Log:
         return_=np.array(list(map(float, columns["return"])), dtype=np.float64),
         terminated=np.array([FLAGS[cell] for cell in columns["terminated"]], dtype=np.bool_),
         success=np.array([SUCCESSES[cell] for cell in columns["success"]], dtype=np.int8),
-        trace=_of_kind(columns.get("trace", []), is_digest),
+        trace=_digests(columns.get("trace", [])),
         fingerprint=list(map(sys.intern, columns["fingerprint"])),
         numbers=cells.numbers,
         unread=cells.unread,

@@ -20,9 +20,10 @@ def duplicate_entries(entries: Mapping[str, Sequence[Sketch]]) -> dict[str, str]
     """
     holders: dict[str, list[str]] = defaultdict(list)
     duplicates: dict[str, str] = {}
+    order = {name: index for index, name in enumerate(entries)}
     for name, sketches in entries.items():
         digests = {digest for sketch in sketches for digest in sketch}
-        earlier = dict.fromkeys(other for digest in sorted(digests) for other in holders[digest])
+        earlier = sorted({other for digest in digests for other in holders[digest]}, key=order.__getitem__)
         original = next((other for other in earlier if _share(sketches, entries[other])), None)
         if original is not None:
             duplicates[name] = original

@@ -49,7 +49,7 @@ class VersusNext:
     separated: Annotated[bool, about("whether the board's test separates the two")]
     more_runs: Annotated[
         int | None,
-        about("about how many more runs each would separate them; 0 if separated, null if more than 100"),
+        about("about how many more runs each would separate them; 0 if separated, null beyond 100 runs each"),
     ]
 
 

@@ -8,6 +8,7 @@ from gym_extensions.scoring.metrics.definitions import BY_NAME
 from gym_extensions.scoring.metrics.paper_table import COLUMNS
 from gym_extensions.scoring.output.console import count, number, table_rows
 from gym_extensions.scoring.output.frames import metrics_frame, scores
+from gym_extensions.scoring.output.spreadsheet import no_formula
 from gym_extensions.scoring.scorecard.model import GroupScore, ScorecardDocument, SuiteScore
 
 KEY = ["name", "group", "protocol"]
@@ -20,16 +21,8 @@ def csv_text(document: ScorecardDocument) -> str:
     """
     frame = metrics_frame(document)
     texts = frame.columns[frame.dtypes == "str"]
-    frame[texts] = frame[texts].map(_plain, na_action="ignore")
+    frame[texts] = frame[texts].map(no_formula, na_action="ignore")
     return frame.to_csv(index=False, lineterminator="\n")
-
-
-FORMULA = ("=", "+", "-", "@", "\t", "\r")
-"""Beginnings of a text that a spreadsheet would take for a formula."""
-
-
-def _plain(text: str) -> str:
-    return f"'{text}" if text.startswith(FORMULA) else text
 
 
 def _cell(text: object) -> str:

@@ -57,7 +57,7 @@ class Scorer:
         except BenchError:
             raise
         except Exception as error:  # noqa: BLE001 - an unforeseen folder must not stop the others
-            submission = Submission(escape(path.name), None, {}, (_fault(path, error),))
+            submission = Submission(escape(path.name), None, {}, (fault(path, error),))
             return score(submission, self.references)
 
 
@@ -79,7 +79,8 @@ def make_scorer(
     return Scorer(known, with_custom(groups))
 
 
-def _fault(path: Path, error: Exception) -> Problem:
+def fault(path: Path, error: Exception) -> Problem:
+    """The problem of a submission whose checks stopped with an unforeseen error."""
     last = traceback.extract_tb(error.__traceback__)[-1]
     message = f"The scorer stopped with {type(error).__name__} in {Path(last.filename).name}, {last.name}."
     hint = "This is a mistake of gym-extensions, whatever the folder contains: please report it."

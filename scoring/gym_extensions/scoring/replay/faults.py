@@ -59,9 +59,15 @@ def segment_fault(
             replayed, claimed = describe_success(success), describe_success(part.episode.success)
             return f"the episode ends {replayed}, the log says {claimed}."
         return ""
+    return seam_fault(part, seam)
+
+
+def seam_fault(part: Segment, seam: dict[str, Array]) -> str:
+    """A sentence on what differs in the state before the next segment, or an empty string."""
     for name, states in sorted(part.episode.states.items()):
-        claimed_state = states[part.index]
-        apart = np.abs(seam[name] - claimed_state) / np.maximum(1.0, np.abs(claimed_state))
-        if not (apart <= (0.0 if name in EXACT_STATES else tolerance)).all():
+        claimed = states[part.index]
+        apart = np.abs(seam[name] - claimed) / np.maximum(1.0, np.abs(claimed))
+        tolerance = 0.0 if name in EXACT_STATES else part.episode.task.body.segments.tolerance
+        if not (apart <= tolerance).all():
             return f"the state's {name!r} before the next segment differs by {float(np.max(apart)):.3g}."
     return ""

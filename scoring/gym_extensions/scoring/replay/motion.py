@@ -12,6 +12,7 @@ from gym_extensions.envs import make_vec
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.trace_reader import Array, RecordedEpisode
 from gym_extensions.scoring.replay.compatibility import misfits, restored
+from gym_extensions.scoring.replay.faults import seam_fault
 from gym_extensions.scoring.replay.segment import Segment, segments_of
 from gym_extensions.scoring.replay.segments import MAX_ENVIRONMENTS, padded_actions, recorded_state
 from gym_extensions.scoring.replay.silence import no_log_file
@@ -85,11 +86,7 @@ def _coordinates(states: dict[str, Any]) -> Array:
 def _compare(parts: Sequence[Segment], states: dict[str, Any]) -> None:
     """Raises BenchError if a replayed state is not the recorded one before the next segment."""
     for index, part in enumerate(parts):
-        if part.last:
-            continue
-        for name, recorded in part.episode.states.items():
-            expected = recorded[part.index]
-            apart = np.abs(states[name][index] - expected) / np.maximum(1.0, np.abs(expected))
-            if not (apart <= part.episode.task.body.segments.tolerance).all():
-                message = f"The replayed {name!r} before step {part.end} differs from the recorded one."
-                raise BenchError("replay-differs", message, part.episode.where, HINT)
+        seam = {name: states[name][index] for name in part.episode.states}
+        if not part.last and (fault := seam_fault(part, seam)):
+            message = f"Steps {part.start} to {part.end} differ from the recorded ones: {fault}"
+            raise BenchError("replay-differs", message, part.episode.where, HINT)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 
+from gym_extensions.scoring.output.spreadsheet import no_formula
 from gym_extensions.scoring.scorecard.model import Scorecard
 from gym_extensions.site.views.trial import group_trials, suite_trials
 
@@ -22,6 +23,7 @@ def metrics_csv(card: Scorecard) -> str:
         for name, value in trial.metrics.items():
             low, high = value.ends or ("", "")
             mean = "" if value.mean is None else value.mean
-            facts = (card.name, card.trust or "", trial.group, trial.protocol, trial.score.budget, runs)
-            writer.writerow((*facts, name, mean, low, high, value.why))
+            facts = (card.name, card.trust or "", trial.group, trial.protocol, trial.score.budget)
+            texts = (*map(no_formula, facts), runs, name)
+            writer.writerow((*texts, mean, low, high, no_formula(value.why)))
     return out.getvalue()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 
+from gym_extensions.scoring.output.spreadsheet import no_formula
 from gym_extensions.site.text import labels
 from gym_extensions.site.views.board import Board
 
@@ -21,8 +22,6 @@ FACTS = (
     "authors",
     "accepted",
 )
-FORMULA = ("=", "+", "-", "@", "\t", "\r")
-"""Beginnings of a text that a spreadsheet would take for a formula."""
 
 
 def board_csv(board: Board) -> str:
@@ -50,12 +49,8 @@ def board_csv(board: Board) -> str:
         numbers = [number for value in values for number in (value.mean, value.low, value.high)]
         writer.writerow(
             [
-                *(_plain(fact) if isinstance(fact, str) else fact for fact in facts),
+                *(no_formula(fact) if isinstance(fact, str) else fact for fact in facts),
                 *("" if number is None else repr(number) for number in numbers),
             ]
         )
     return out.getvalue()
-
-
-def _plain(text: str) -> str:
-    return f"'{text}" if text.startswith(FORMULA) else text

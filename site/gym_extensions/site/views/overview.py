@@ -96,8 +96,11 @@ def _answer(what: str, rows: Sequence[tuple[Board, Row]], metric: str, verb: str
         return ""
     ((name, wins),) = Counter(row.entry.name for _, row in rows).most_common(1)
     if len(rows) > MAX_NAMED and 2 * wins > len(rows):
-        row = next(row for _, row in rows if row.entry.name == name)
-        return f"{what}: {_entry(row)} {verb} {wins} of {count(len(rows), 'board')} with a ranked entry."
+        won = [row for _, row in rows if row.entry.name == name]
+        ties = sum(row.tied(metric) > 0 for row in won)
+        among = f", {ties} of them in a tie" if ties else ""
+        boards = count(len(rows), "board")
+        return f"{what}: {_entry(won[0])} {verb} {wins} of {boards} with a ranked entry{among}."
     named = [_first(board, row, metric) for board, row in rows[:MAX_NAMED]]
     if len(rows) > MAX_NAMED:
         named.append(f"{count(len(rows) - MAX_NAMED, 'more board')} below")
