@@ -114,7 +114,9 @@ def test_tasks_that_do_not_fit_are_refused_before_training(
 def test_without_the_file_the_group_is_unknown(folder: Path) -> None:
     (problem,) = read(folder / "random").problems
     assert (problem.rule, problem.where) == ("unknown-group", "hopper-light")
-    assert problem.hint.endswith("For a custom group, pass its TOML file: score --groups FILE.")
+    assert problem.hint.endswith(
+        "For a custom group, pass its TOML file with --groups, where the command has it."
+    )
 
 
 def test_the_scorecard_marks_the_group_as_custom(

@@ -35,6 +35,7 @@ def changed(settings: Any = None, **values: Any) -> Card:
 
 HINT = "Use a string, a finite number, true or false, or a list of them."
 COUNT = "is not an integer from 0 to 2⁵³ − 1. Give an integer from 0."
+GIVE_TEXT = "Give a string of at most 100 characters."
 BAD_CARDS = [
     ({"algorithm": "mine"}, ": Expected a Card, got dict. Return a gym_extensions.baselines.Card."),
     (
@@ -42,8 +43,9 @@ BAD_CARDS = [
         ".evaluation: The value is 'greedy'. Choose one of: deterministic, sampled.",
     ),
     (changed(evaluation="sample"), ".evaluation: The value is 'sample'. Did you mean 'sampled'?"),
-    (changed(title="x" * 101), ".title: The string has 101 characters; the limit is 100. Give a string."),
-    (changed(title=3), ".title: 3 is not a string. Give a string."),
+    (changed(title="x" * 101), f".title: The string has 101 characters; the limit is 100. {GIVE_TEXT}"),
+    (changed(title=3), f".title: 3 is not a string. {GIVE_TEXT}"),
+    (changed(algorithm=" "), ": The algorithm has no name. Give a name, such as 'SAC'."),
     (changed(parameters=np.int64(3)), f".parameters: np.int64(3) {COUNT}"),
     (changed(stored_steps=-1), f".stored_steps: -1 {COUNT}"),
     (

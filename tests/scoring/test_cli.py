@@ -134,9 +134,12 @@ def test_out_writes_scorecards_and_boards(submission: Write, known: None, tmp_pa
         (["x", "--json", "--csv"], "argument --csv: not allowed with argument --json"),
         (
             ["--compare", "a", "b", "--csv"],
-            "--compare takes two submissions and no other option than --json",
+            "--compare takes two submissions and only --json, --groups and --references besides",
         ),
-        (["x", "--compare", "a", "b"], "--compare takes two submissions and no other option than --json"),
+        (
+            ["x", "--compare", "a", "b"],
+            "--compare takes two submissions and only --json, --groups and --references besides",
+        ),
     ],
 )
 def test_misuse_exits_2(arguments: list[str], told: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -280,3 +283,19 @@ def test_no_input_gives_a_traceback_or_passes(
     shown = capsys.readouterr()
     assert "problem" in shown.out
     assert "Traceback" not in shown.out + shown.err
+
+
+def test_out_removes_only_scorecards(submission: Write, known: None, tmp_path: Path) -> None:
+    notes = tmp_path / "out" / "scorecards" / "notes.json"
+    notes.parent.mkdir(parents=True)
+    for text in ('"hi"', "hi", "{}"):
+        notes.write_text(text)
+        cli.main([str(submission(name="a")), "--out", str(tmp_path / "out")])
+        assert notes.read_text() == text
+
+
+def test_out_is_no_submission(submission: Write, known: None, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = submission(name="a")
+    assert cli.main([str(folder), "--out", str(folder)]) == 2
+    assert "The folder is a submission. Name another one." in capsys.readouterr().err
+    assert not (folder / "boards.json").exists()

@@ -88,6 +88,8 @@ def card_of(agent: Agent, name: str) -> Card:
     if not isinstance(card, Card):
         raise _bad_card(f"Expected a Card, got {_type(card)}.", "Return a gym_extensions.baselines.Card.")
     _check_fields(card)
+    if not card.algorithm.strip():
+        raise _bad_card("The algorithm has no name.", "Give a name, such as 'SAC'.")
     settings: object = card.hyperparameters
     if not isinstance(settings, Mapping):
         raise _bad_card(f"hyperparameters is of type {_type(settings)}.", "Use a dict of values by name.")
@@ -105,7 +107,7 @@ def _check_fields(card: Card) -> None:
         value = getattr(card, name)
         value = list(value) if isinstance(value, tuple) else value
         if error := value_error(key, value):
-            raise BenchError("bad-card", error, f"card().{name}", f"Give {key.kind}.")
+            raise BenchError("bad-card", error, f"card().{name}", f"Give {key.wanted}.")
         if key.choices and value not in key.choices:
             hint = did_you_mean(str(value), map(str, key.choices))
             raise BenchError("bad-card", f"The value is {value!r}.", f"card().{name}", hint)

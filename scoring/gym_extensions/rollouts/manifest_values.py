@@ -38,6 +38,11 @@ class Key:
     max_length: int = SHORT
     required: bool = True
 
+    @property
+    def wanted(self) -> str:
+        """The kind, with the limit of a string."""
+        return f"{TEXT} of at most {self.max_length} characters" if self.kind == TEXT else self.kind
+
 
 def _count_error(value: object, max_length: int) -> str:
     is_count = isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= MAX_COUNT

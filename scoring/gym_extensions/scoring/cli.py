@@ -56,7 +56,7 @@ def parser() -> argparse.ArgumentParser:
     )
     add("--archive", type=Path, metavar="ZIP", help="also check the archive of all traces of one submission")
     out_help = (
-        "write scorecards/NAME.json and boards.json to DIR; scorecards of other submissions are removed"
+        "write scorecards/NAME.json and boards.json to DIR; scorecards of other submissions in it are removed"
     )
     add("--out", type=Path, metavar="DIR", help=out_help)
     add("--jobs", type=int, metavar="N", help="worker processes (default: CPU count + 1)")
@@ -72,7 +72,7 @@ def parse_args(argv: list[str] | None) -> argparse.Namespace:
         command.error("name at least one FOLDER, or two with --compare")
     others = ("folders", "csv", "markdown", "out", "verify", "jobs", "salt", "reevaluate", "archive")
     if options.compare and any(getattr(options, name) for name in others):
-        command.error("--compare takes two submissions and no other option than --json")
+        command.error("--compare takes two submissions and only --json, --groups and --references besides")
     if options.salt is not None and not (options.verify or options.reevaluate):
         command.error("--salt needs --verify or --reevaluate")
     if options.reevaluate and options.salt is None:

@@ -106,7 +106,7 @@ def test_a_submission_has_one_algorithm_and_one_budget(
 
 def test_the_number_of_training_environments_is_a_hyperparameter(first_single_run: Path) -> None:
     with pytest.raises(
-        BenchError, match=r"hyperparameters\.num_envs is None in this submission and 3 in the new run"
+        BenchError, match=r"hyperparameters\.num_envs is not stated in this submission and 3 in the new run"
     ):
         train("random", QUICK_GROUP, "single", "smoke", 1, out=first_single_run, num_envs=3)
 

@@ -83,7 +83,7 @@ def test_a_run_on_another_platform_is_accepted() -> None:
     existing = run()
     existing["versions"] |= {"numpy": "1.0", "platform": "Darwin-arm64"}
     manifest.require_same(PATH, existing, run())
-    with pytest.raises(BenchError, match=r"hyperparameters\.num_envs is None"):
+    with pytest.raises(BenchError, match=r"hyperparameters\.num_envs is not stated"):
         manifest.require_same(PATH, existing, run(num_envs=2))
 
 

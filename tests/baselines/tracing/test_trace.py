@@ -273,6 +273,29 @@ def test_only_the_traces_of_the_named_runs_are_written(tmp_path: Path) -> None:
     assert {path.name for path in traces.iterdir()} == every
 
 
+def test_traces_that_leave_the_submission_are_kept(tmp_path: Path) -> None:
+    folder = tmp_path / "quick"
+    train("random", QUICK_GROUP, "single", "smoke", range(2), out=folder, progress=False)
+    before = digests(folder)
+    shutil.rmtree(folder / ".progress")
+    trace(folder, groups=[QUICK_GROUP], runs=[1])
+    assert len(digests(folder)) < len(before)
+    trace(folder, groups=[QUICK_GROUP])
+    assert digests(folder) == before
+
+
+def test_a_run_that_no_log_has_is_refused_and_nothing_changes(random: Path) -> None:
+    before = digests(random)
+    with pytest.raises(BenchError, match=r"Run 9 is not in the logs\. Choose from: 0\."):
+        trace(random, runs=[0, 9])
+    assert digests(random) == before
+
+
+def test_an_empty_salt_is_no_salt(random: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([str(random), "--salt", ""]) == 2
+    assert "--salt: Expected 64 hexadecimal digits." in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("runs", ["x", "2-1"])
 def test_a_malformed_list_of_runs_is_refused(
     trpo: Path, runs: str, capsys: pytest.CaptureFixture[str]

@@ -33,6 +33,17 @@ def test_actions_of_another_shape_or_type_are_rejected(actions: Any, kind: str) 
     assert str(error.value) == f"act(): The agent returned {kind} as actions. {HINT}"
 
 
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+def test_actions_that_are_not_finite_are_rejected(value: float) -> None:
+    actions = np.zeros((20, 3))
+    actions[4, 1] = value
+    message = (
+        rf"^act\(\): The agent returned {value} as an action, in the row of environment 4\. Return finite"
+    )
+    with pytest.raises(BenchError, match=message):
+        clip_actions(actions, make_vec("Hopper", 20), "act()")
+
+
 def test_actions_are_clipped_to_the_action_space_and_cast_to_its_dtype() -> None:
     actions = clip_actions([[2, 0, -2]], make_vec("Hopper", 1), "act()")
     assert actions.dtype == np.float32

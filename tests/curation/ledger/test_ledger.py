@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from gym_extensions.curation.digest import folder_hashes
+from gym_extensions.curation.evidence import prove
+from gym_extensions.curation.ledger import append
 from gym_extensions.curation.ledger.chain import FILE, read
 from gym_extensions.curation.salt import derive_salt
 from gym_extensions.rollouts.auditing.submission_digest import digest_without_traces
+from gym_extensions.rollouts.problem import Problem
 
 from ..repositories import commit, git, write_entry
 from .commands import VALUE, ledger, problem, record
@@ -60,6 +64,31 @@ def test_the_commit_that_fixed_an_entry_gives_its_salt_whatever_happens_to_its_t
     )
 
 
+def test_an_entry_without_a_commit_on_the_branch_has_no_salt(
+    repository: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (repository / "submissions" / "second" / ".progress").mkdir(parents=True)
+    assert "No commit of this branch has the entry." in problem(capsys, repository, "salt", "second")
+
+
+def test_a_salted_entry_needs_the_value_of_its_salt(
+    repository: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    evidence = prove(repository / "submissions" / "first")
+    other = replace(evidence, level=None, problems=(Problem("other-salt", "salt.txt", "Another.", ""),))
+    monkeypatch.setattr(append, "prove", lambda *_: other)
+    message = problem(capsys, repository, "add", "rescored", "first", "--reason", "Why.")
+    assert "It has 1 problem, first other-salt: Another. Pass --value merge if the salt of" in message
+
+
+@pytest.mark.parametrize("reason", ["", " "])
+def test_an_empty_reason_is_refused(
+    repository: Path, capsys: pytest.CaptureFixture[str], reason: str
+) -> None:
+    message = problem(capsys, repository, "add", "withdrawn", "first", "--reason", reason)
+    assert message == "error: --reason: The reason is empty. Give one sentence.\n"
+
+
 def test_a_submission_with_problems_is_not_accepted(
     repository: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -67,7 +96,7 @@ def test_a_submission_with_problems_is_not_accepted(
     write_entry(repository / "submissions", "broken")
     (repository / "submissions" / "broken" / "notes.txt").write_text("x")
     message = problem(capsys, repository, "add", "accepted", "broken", "--reason", "Why.")
-    assert "broken/notes.txt: It has 1 problems, first unexpected-name:" in message
+    assert "broken/notes.txt: It has 1 problem, first unexpected-name:" in message
     assert (repository / "submissions" / FILE).read_bytes() == before
 
 

@@ -113,6 +113,12 @@ EXAMPLES = (
     ),
     Example(
         "odd-character",
+        "a digit of another script",
+        cell(2, 5, "٣"),
+        ((f"{LOG}, row 2", "The row contains the character '٣'.", REWRITE),),
+    ),
+    Example(
+        "odd-character",
         "five rows, the header among them",
         all_of(edit("run,stage", "run, stage"), *(cell(number, 5, " 1000;") for number in (3, 5, 400, 1201))),
         (

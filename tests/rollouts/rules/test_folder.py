@@ -61,7 +61,8 @@ EXAMPLES = (
             (
                 "hoper-gravity",
                 "Unknown group 'hoper-gravity'.",
-                "Did you mean 'hopper-gravity'? For a custom group, pass its TOML file: score --groups FILE.",
+                "Did you mean 'hopper-gravity'? For a custom group, pass its TOML file with --groups, where "
+                "the command has it.",
             ),
         ),
     ),

@@ -17,6 +17,8 @@ from gym_extensions.site.text.markdown import inline
         ("[x](javascript:alert(1))", "x)"),
         ("one ` alone", "one ` alone"),
         ("``", "``"),
+        ("level *re-evaluated*, 2 * 3 * 4", "level <em>re-evaluated</em>, 2 * 3 * 4"),
+        ("`a*b*c`", "<code>a*b*c</code>"),
     ],
 )
 def test_code_is_marked_and_everything_else_escaped(text: str, markup: str) -> None:

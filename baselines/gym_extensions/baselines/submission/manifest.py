@@ -89,6 +89,11 @@ def run_sections(
     }
 
 
+def stated(value: object) -> str:
+    """A value of a manifest in a message."""
+    return "not stated" if value is None else repr(value)
+
+
 def require_same(path: Path, existing: Tables, new: Tables) -> None:
     """Raises ``BenchError`` if the existing manifest differs in what must be the same in every run."""
     for section in SHARED_SECTIONS:
@@ -100,7 +105,8 @@ def require_same(path: Path, existing: Tables, new: Tables) -> None:
             previous, current = old.get(key), new[section].get(key)
             if previous != current:
                 message = (
-                    f"{section}.{key} is {previous!r} in this submission and {current!r} in the new run."
+                    f"{section}.{key} is {stated(previous)} in this submission and {stated(current)} in the "
+                    "new run."
                 )
                 hint = DERIVED if section == "observes" else ONE_SETTING
                 raise BenchError("mixed-submission", message, str(path), hint)

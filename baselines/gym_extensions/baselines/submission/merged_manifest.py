@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from gym_extensions.baselines.submission.manifest import BLAS, DEFAULTS, columns, fitting, stated_blas
+from gym_extensions.baselines.submission.manifest import BLAS, DEFAULTS, columns, fitting, stated, stated_blas
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.layout import MANIFEST
 from gym_extensions.rollouts.manifest import PACKAGES
@@ -28,7 +28,8 @@ def require_mergeable(manifests: Mapping[Path, Tables]) -> None:
             )
             for key in sorted(old.keys() | new.keys()):
                 if old.get(key) != new.get(key):
-                    difference = f"{section}.{key} is {old.get(key)!r} in {first} and {new.get(key)!r} here."
+                    values = stated(old.get(key)), stated(new.get(key))
+                    difference = f"{section}.{key} is {values[0]} in {first} and {values[1]} here."
                     raise BenchError("mixed-submission", difference, str(path / MANIFEST), ONE_AGENT)
 
 

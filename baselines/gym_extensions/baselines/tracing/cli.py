@@ -8,6 +8,7 @@ from pathlib import Path
 from gym_extensions.baselines.tracing.trace import trace
 from gym_extensions.baselines.training.request import parse_runs
 from gym_extensions.errors import reports_mistakes
+from gym_extensions.rollouts.auditing.salt import require_salt
 
 
 def parser() -> argparse.ArgumentParser:
@@ -21,7 +22,6 @@ def parser() -> argparse.ArgumentParser:
     command.add_argument("submission", type=Path, metavar="FOLDER", help="the submission's folder")
     command.add_argument(
         "--salt",
-        default="",
         metavar="HEX",
         help="64 hexadecimal digits that were fixed after the logs (default: the sample without a salt)",
     )
@@ -43,8 +43,10 @@ def parser() -> argparse.ArgumentParser:
 def main(argv: list[str] | None = None) -> int:
     """Writes the traces and returns the exit status."""
     options = parser().parse_args(argv)
+    if options.salt is not None:
+        require_salt(options.salt, "--salt")
     runs = parse_runs(options.runs) if options.runs else None
-    counts = trace(options.submission, options.salt, groups=options.groups, runs=runs)
+    counts = trace(options.submission, options.salt or "", groups=options.groups, runs=runs)
     for name, count in counts.items():
         print(f"{name}: {count} traces, {'drawn with the salt' if options.salt else 'drawn without a salt'}.")
     return 0

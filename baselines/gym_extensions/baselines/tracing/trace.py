@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from gym_extensions.atomic import write_bytes
@@ -34,14 +34,15 @@ def trace(
     salt: str = "",
     *,
     groups: Iterable[str | Path | TaskGroup] = (),
-    runs: Container[int] | None = None,
+    runs: Collection[int] | None = None,
 ) -> dict[str, int]:
-    """Writes the traces of the audit sample that the logs and a salt select, and removes all others.
+    """Writes the traces of the audit sample that the logs and a salt select, and moves all others away.
 
     A trace is taken from the recorder's folder ``.progress`` or from the submission. Where it is missing or
     damaged, the stored policy repeats the episodes of its cell. Every trace has the digest of its row in the
     log. If one cannot be obtained, the submission stays as it was, and the repeated traces are kept in
-    ``.progress``, so that a call with other BLAS kernels can repeat the others.
+    ``.progress``, so that a call with other BLAS kernels can repeat the others. Traces that leave the
+    submission are kept there too.
 
     Args:
         submission: the submission's folder. Runs may be missing in it, as in a submission to be merged.
@@ -54,14 +55,15 @@ def trace(
         The number of traces by group.
 
     Raises:
-        BenchError: the salt is malformed, the submission has problems, a log commits to no traces, or a trace
-            is neither stored nor repeated by its policy.
+        BenchError: the salt is malformed, the submission has problems, no log has one of the runs, a log
+            commits to no traces, or a trace is neither stored nor repeated by its policy.
     """
     salt, folder, known = parse_salt(salt), Path(submission), with_custom(groups)
     _read(folder, known)  # before the lock, whose file belongs only into a submission
     require_published_engine()
     with write_lock(folder), tempfile.TemporaryDirectory(prefix="gym-extensions-") as scratch:
         content, manifest = _read(folder, known)
+        _require_runs(runs or (), content)
         policies = StoredPolicies(folder, manifest, Path(scratch))
         with staging(folder) as staged:
             groups_by_name = {each.group.name: each.group for each in content.groups.values()}
@@ -101,6 +103,14 @@ def _read(folder: Path, groups: Mapping[str, TaskGroup]) -> tuple[Submission, Ma
         raise BenchError("not-valid", f"The submission has problems: {reason}", str(folder), hint)
     require_bound(folder)
     return content, content.manifest
+
+
+def _require_runs(runs: Collection[int], submission: Submission) -> None:
+    """Raises ``BenchError`` if no log has one of the runs."""
+    known = {run for group in submission.groups.values() for log in group.logs.values() for run in log.runs}
+    if unknown := sorted(set(runs) - known):
+        hint = f"Choose from: {', '.join(map(str, sorted(known)))}."
+        raise BenchError("no-run", f"Run {unknown[0]} is not in the logs.", "--runs", hint)
 
 
 def _stage(
@@ -166,7 +176,10 @@ def _unfinished(failures: Sequence[BenchError], manifest: Manifest) -> BenchErro
 
 
 def _replace(folder: Path, staged: Path, requests: Mapping[str, Sequence[TraceRequest]], salt: str) -> None:
-    """Makes the folders of the traces contain the requested ones, the salt and nothing else."""
+    """Makes the folders of the traces contain the requested ones, the salt and nothing else.
+
+    Other traces are moved to the recorder's folder, because a policy may be unable to repeat them.
+    """
     for name, each in requests.items():
         if salt and each:
             write_bytes(staged / name / TRACES / SALT_FILE, f"{salt}\n".encode())
@@ -176,5 +189,11 @@ def _replace(folder: Path, staged: Path, requests: Mapping[str, Sequence[TraceRe
         (staged / path).replace(folder / path)
     for name in requests:
         for path in (folder / name / TRACES).glob("*"):
-            if path.relative_to(folder) not in expected:
+            if path.relative_to(folder) in expected:
+                continue
+            kept = traces_folder(folder, name) / path.name
+            if path.name == SALT_FILE or kept.exists():
                 path.unlink()
+            else:
+                kept.parent.mkdir(parents=True, exist_ok=True)
+                path.replace(kept)

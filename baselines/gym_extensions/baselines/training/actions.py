@@ -25,7 +25,7 @@ def clip_actions(actions: object, env: VectorEnv, where: str) -> Array:
         Actions (num_envs, …).
 
     Raises:
-        BenchError: the actions are not an array of numbers of shape (num_envs, …).
+        BenchError: the actions are not an array of finite numbers of shape (num_envs, …).
     """
     space = env.single_action_space
     shape = (env.num_envs, *(space.shape or ()))
@@ -34,6 +34,10 @@ def clip_actions(actions: object, env: VectorEnv, where: str) -> Array:
         message = f"The agent returned {_describe(actions, array)} as actions."
         hint = f"Return an array of numbers of shape {shape}, one row per environment."
         raise BenchError("bad-actions", message, where, hint)
+    if not np.isfinite(array).all():
+        index = tuple(np.argwhere(~np.isfinite(array))[0].tolist())
+        message = f"The agent returned {array[index]} as an action, in the row of environment {index[0]}."
+        raise BenchError("bad-actions", message, where, "Return finite numbers.")
     low, high, dtype = getattr(space, "low", None), getattr(space, "high", None), space.dtype
     return array if low is None else np.clip(array, low, high).astype(dtype, copy=False)
 

@@ -162,7 +162,8 @@ def _challenge_problems(pull_request: PullRequest) -> list[Problem]:
             continue
         entry = change.path.split("/")[1]
         if entry not in pull_request.base_entries:
-            problems.append(Problem("unknown-entry", change.path, f"The base has no entry {entry!r}.", ""))
+            message, hint = f"The base has no entry {entry!r}.", "Name the folder of an entry."
+            problems.append(Problem("unknown-entry", change.path, message, hint))
     return problems
 
 

@@ -27,6 +27,10 @@ from gym_extensions.scoring.references import load_references
 from gym_extensions.scoring.scorecard.record import Level
 
 MERGE = "merge"
+OTHER_SALT = (
+    "Pass --value merge if the salt of the merge has drawn the traces; otherwise draw them again with "
+    "`gym-extensions trace`."
+)
 
 
 @dataclass(frozen=True)
@@ -84,8 +88,9 @@ def verified_line(path: Path, event: Event, author: Author, level: Level | None 
     evidence = prove(path, salt)
     if evidence.level is None:
         problem = evidence.problems[0]
-        message = f"It has {len(evidence.problems)} problems, first {problem.rule}: {problem.message}"
-        hint = f"Run `score --verify {path}`."
+        count = len(evidence.problems)
+        message = f"It has {count} problem{'s' * (count > 1)}, first {problem.rule}: {problem.message}"
+        hint = OTHER_SALT if problem.rule == "other-salt" else f"Run `score --verify {path}`."
         raise BenchError("refused-submission", message, f"{path.name}/{problem.where}", hint)
     return LedgerLine(
         previous=START,
@@ -142,7 +147,11 @@ def _merge_commit(path: Path, hashes: Mapping[str, str]) -> str:
     if digest_without_traces(committed) != digest_without_traces(hashes):
         hint = "Commit the entry first. Then the commit fixes its salt."
         raise BenchError("not-committed", "Its files are not those of the last commit.", str(path), hint)
-    return fixing_commit(repository, "HEAD", folder)
+    commit = fixing_commit(repository, "HEAD", folder) if committed else ""
+    if not commit:
+        hint = "Switch to the branch that has it, such as main after the merge."
+        raise BenchError("not-committed", "No commit of this branch has the entry.", str(path), hint)
+    return commit
 
 
 def _level(evidence: Evidence, claimed: Level | None) -> Level:

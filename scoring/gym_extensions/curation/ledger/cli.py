@@ -110,6 +110,8 @@ def main(argv: list[str] | None = None) -> int:
     if options.action == "board":
         rebuild.write_board(options.submissions, options.lines, options.out)
         return 0
+    if not options.reason.strip():
+        raise BenchError("no-reason", "The reason is empty.", "--reason", "Give one sentence.")
     author = append.Author(options.date, options.reason, options.value)
     if options.action == "add":
         lines: Sequence[LedgerLine] = (

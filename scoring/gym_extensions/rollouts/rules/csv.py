@@ -103,7 +103,8 @@ def odd_character(text: Text) -> Iterator[Finding]:
         rows, indices = np.unique(np.searchsorted(block.ends, odd, side="right"), return_index=True)
         count += rows.size
         for row, offset in list(zip(rows, odd[indices], strict=True))[: ROWS_LISTED - len(first)]:
-            first[block.first + int(row) - 1] = chr(block.data[offset])
+            text_there = block.data[offset : offset + 4].decode("utf-8", "backslashreplace")
+            first[block.first + int(row) - 1] = text_there[:1]
 
     def message(row: int) -> str:
         return f"The row contains the character {first[row]!r}."
@@ -126,6 +127,8 @@ def cell_count(text: Text) -> Iterator[Finding]:
 
     def message(row: int) -> str:
         commas = first[row].count(",")
+        if not first[row]:
+            return "The row is empty."
         if commas != len(text.header) - 1:
             return f"The row has {commas + 1} cell{'s' if commas else ''}; expected {len(text.header)}."
         names = (name for name, cell in zip(text.header, first[row].split(","), strict=True) if not cell)

@@ -104,7 +104,7 @@ def unknown_group(folder: Folder) -> Iterator[Finding]:
     for item in folder.items:
         if item.kind == "folder" and "/" not in item.path and item.path not in folder.groups:
             closest = did_you_mean(item.path, folder.groups)
-            custom = "For a custom group, pass its TOML file: score --groups FILE."
+            custom = "For a custom group, pass its TOML file with --groups, where the command has it."
             hint = f"{closest} {custom}".lstrip()
             yield Finding(item.path, f"Unknown group '{item.path}'.", hint)
 

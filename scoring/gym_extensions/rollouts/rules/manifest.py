@@ -110,7 +110,7 @@ def bad_value(tables: Tables) -> Iterator[Finding]:
                 continue
             where, value = key_path(section, name), table[name]
             if error := value_error(key, value):
-                yield Finding(where, error, f"Write {key.kind}.")
+                yield Finding(where, error, f"Write {key.wanted}.")
             elif key.choices and value not in key.choices:
                 hint = did_you_mean(str(value), [str(choice) for choice in key.choices])
                 yield Finding(where, f"The value is {quote(value)}.", hint)

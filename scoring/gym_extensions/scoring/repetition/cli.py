@@ -53,8 +53,17 @@ def main(argv: list[str] | None = None) -> int:
         return 0
     versions = submission.manifest.versions if submission.manifest else None
     made = (versions and versions.blas) or "unknown"
-    print(
-        f"{name}: some runs are not repeated. The log was made with the BLAS kernels {made}, and this "
-        f"process has {kernels}. With other kernels, or without policies, an honest log is not repeated."
-    )
+    print(f"{name}: some runs are not repeated. {_reason(made, kernels, all(digests.values()))}")
     return 1
+
+
+def _reason(made: str, kernels: str, has_policies: bool) -> str:
+    """What may explain that an honest log is not repeated."""
+    if not has_policies:
+        return "Some logs have no policies, without which nothing can be repeated."
+    if made != kernels:
+        return (
+            f"The log was made with the BLAS kernels {made}, and this process has {kernels}. With other "
+            "kernels an honest log is not repeated."
+        )
+    return "The BLAS kernels are those of the log."

@@ -156,7 +156,10 @@ class Scorecard:
     title: Annotated[str, about("from `submission.toml`; the name if that cannot be read")]
     trust: Annotated[
         str | None,
-        about("`reported` < `validated` < `replayed (…)` < `re-evaluated (…)`; null with problems"),
+        about(
+            "`reported` < `validated` < `replayed (…)` < `re-evaluated (…)` < `reproduced (…)`; null with "
+            "problems"
+        ),
     ]
     problems: Annotated[
         tuple[Problem, ...],

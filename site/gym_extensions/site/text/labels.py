@@ -100,7 +100,7 @@ def task_label(card: Scorecard) -> str:
 
 
 def parameters(card: Scorecard) -> str:
-    """The number of parameters at the start, and at the end if it differs."""
+    """The number of parameters at the start, and at the end if it differs: the largest of all groups."""
     memory = card.manifest.memory if card.manifest else None
     if memory is None:
         return NOT_STATED

@@ -1,4 +1,4 @@
-"""One paragraph of Markdown as markup: code, and links as their text. Everything else is escaped."""
+"""One paragraph of Markdown as markup: code, emphasis, and links as their text. All else is escaped."""
 
 from __future__ import annotations
 
@@ -6,13 +6,14 @@ import re
 
 from markupsafe import Markup, escape
 
+TAGS = {"`": "<code>{}</code>", "*": "<em>{}</em>"}
+"""By the mark around a text."""
+
 
 def inline(text: str) -> Markup:
-    """Markup of a paragraph: ``code`` in backticks; of a link the text; no other Markdown."""
-    parts = re.split(r"(`[^`]+`)", re.sub(r"\[([^\]]*)\]\([^)\s]*\)", r"\1", text))
+    """Markup of a paragraph: ``code`` in backticks, *emphasis*, and of a link the text; no other Markdown."""
+    parts = re.split(r"(`[^`]+`|\*\w[^*`]*\w\*)", re.sub(r"\[([^\]]*)\]\([^)\s]*\)", r"\1", text))
     return Markup().join(
-        Markup("<code>{}</code>").format(part[1:-1])
-        if len(part) > 2 and part.startswith("`") and part.endswith("`")
-        else escape(part)
-        for part in parts
+        Markup(TAGS[part[0]]).format(part[1:-1]) if index % 2 else escape(part)
+        for index, part in enumerate(parts)
     )

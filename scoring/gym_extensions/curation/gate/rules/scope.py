@@ -14,7 +14,8 @@ def code_and_data(pull_request: PullRequest) -> Iterator[Finding]:
     """A pull request changes either submissions or the project's code, never both."""
     code = [path for path in pull_request.paths if not is_data(path)]
     if code:
-        message = f"It changes data and also {len(code)} files outside of submissions."
+        files = f"{len(code)} file{'s' * (len(code) > 1)}"
+        message = f"It changes data and also {files} outside of submissions."
         yield Finding(code[0], message, "Make two pull requests.")
 
 
