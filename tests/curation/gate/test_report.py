@@ -73,6 +73,21 @@ def test_the_comment_says_what_was_proven() -> None:
     assert "hopper-gravity-v0  sequential  1M  5 runs  final_performance 1.23 [1.00, –]" in text
 
 
+@pytest.mark.parametrize(
+    ("budget", "runs", "sentence"),
+    [
+        ("smoke", 5, "The budget `smoke` is for tests: no board will have the entry."),
+        ("300k", 4, "A rank needs 5 runs."),
+        ("300k", 5, ""),
+    ],
+)
+def test_the_comment_says_what_keeps_an_entry_from_a_rank(budget: str, runs: int, sentence: str) -> None:
+    scores = tuple(replace(score, budget=budget, runs=runs) for score in REPORT.scores)
+    lines = comment(replace(REPORT, scores=scores)).splitlines()
+    shown = [line for line in lines if line.startswith(("The budget", "A rank"))]
+    assert shown == ([sentence] if sentence else [])
+
+
 def test_texts_of_the_pull_request_stay_in_a_code_block() -> None:
     problem = Problem("rule", "a```b", "@alice ![x](https://example.org)\n# heading", "<script>")
     text = comment(replace(REPORT, verdict="refused", problems=(problem,), more_problems=2))

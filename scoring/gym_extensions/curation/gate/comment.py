@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
+from gym_extensions.catalog.budgets import BUDGETS
+from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS
 from gym_extensions.curation.gate.report import GateReport
 
 HEADINGS = {
@@ -54,6 +56,18 @@ def _evidence(report: GateReport) -> list[str]:
     return [f"Level: **{report.level}**{replayed}.", code_block([f"digest {report.digest}{salt}"])]
 
 
+def _limits(report: GateReport) -> list[str]:
+    """What keeps a new entry from the boards or from a rank, whatever follows."""
+    off_boards = {name for name, each in BUDGETS.items() if not each.on_boards}
+    if report.kind != "submission" or not report.scores:
+        return []
+    if all(score.budget in off_boards for score in report.scores):
+        return [f"The budget `{report.scores[0].budget}` is for tests: no board will have the entry."]
+    if all(score.runs < FULL_ENTRY_RUNS for score in report.scores):
+        return [f"A rank needs {FULL_ENTRY_RUNS} runs."]
+    return []
+
+
 def comment(report: GateReport) -> str:
     """The comment as Markdown."""
     parts = [f"### {HEADINGS[report.verdict]}"]
@@ -77,6 +91,6 @@ def comment(report: GateReport) -> str:
     if report.notes:
         parts += ["Notes, for a reader to judge:", code_block(report.notes)]
     if report.verdict in ("passed", "review") and report.kind in NEXT:
-        parts.append(NEXT[report.kind])
+        parts += [NEXT[report.kind], *_limits(report)]
     parts.append(f"Judged by the code of {report.base[:12]}, for {report.head[:12]}.")
     return "\n\n".join(parts) + "\n"
