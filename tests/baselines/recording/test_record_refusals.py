@@ -88,8 +88,8 @@ def test_a_wrong_argument_is_refused_before_anything_is_written(
 def test_a_policy_of_another_algorithm_is_refused(recorded: Path) -> None:
     text = message(recorded, stage=0, run=1, card=replace(CARD, hyperparameters={"rate": 0.1}))
     assert text.startswith(
-        f"{recorded / 'submission.toml'}: hyperparameters.rate is None in this submission and 0.1 in the new "
-        "run."
+        f"{recorded / 'submission.toml'}: hyperparameters.rate is not stated in this submission and 0.1 in "
+        "the new run."
     )
 
 
