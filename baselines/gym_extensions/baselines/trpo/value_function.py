@@ -63,7 +63,7 @@ class ValueFunction:
     def predict(self, observations: Array) -> Array:
         """Values (n,) float64 of observations (n, o).
 
-        Before the first ``fit`` there are no moments, so that all inputs are at the bounds of the clip and
+        Before the first ``fit`` no moments are known, so that all inputs are at the bounds of the clip and
         the advantages of the first batch are noisy. Zeros would be better, but give other runs.
         """
         inputs = standardize(self._moments(), observations, least=0.0)
