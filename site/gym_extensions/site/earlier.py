@@ -15,6 +15,7 @@ from pathlib import Path, PurePosixPath
 import msgspec
 
 from gym_extensions.curation.digest import folder_digest
+from gym_extensions.curation.ledger.apply import ledger_record
 from gym_extensions.curation.ledger.chain import read, states
 from gym_extensions.rollouts.folder import scan
 from gym_extensions.scoring.pipeline.score import Scorer, scorecards
@@ -25,7 +26,7 @@ from gym_extensions.site.addresses import slug
 from gym_extensions.site.output import digest
 
 Kept = tuple[str, Scorecard]
-"""The key of a scorecard (:meth:`EarlierSite.key`), and the scorecard."""
+"""The key of a scorecard (``EarlierSite.key``), and the scorecard."""
 
 
 def kept_path(name: str) -> str:
@@ -60,9 +61,10 @@ class EarlierSite:
         self.out = out
         self.base = base
         self.folder_digest = functools.cache(folder_digest)
+        self.key = functools.cache(self._key)
         self._states = functools.cache(lambda root: states(read(root)))
 
-    def key(self, folder: Path) -> str:
+    def _key(self, folder: Path) -> str:
         """The digest of what the scorecard of a submission depends on beside its files.
 
         It is made from the base and from what may replace missing traces: the record of a repetition, and
@@ -74,7 +76,7 @@ class EarlierSite:
         root, name = folder.resolve().parent, folder.resolve().name
         record = path_of(root.parent / FOLDER, name)
         state = self._states(root).get(name)
-        is_complete = state is not None and 0 < state.last.replayed == state.last.episodes
+        is_complete = state is not None and ledger_record(state.last.digest, state).is_complete
         content = record.read_bytes() if record.is_file() else b""
         return digest(self.base.encode(), content, str(is_complete).encode())
 

@@ -6,8 +6,6 @@ import contextlib
 import io
 import re
 import shutil
-import zipfile
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -18,34 +16,13 @@ from gym_extensions.baselines.tracing.cli import main
 from gym_extensions.baselines.tracing.trace import trace
 from gym_extensions.errors import BenchError
 from gym_extensions.installed import blas_kernels
-from gym_extensions.scoring.replay.archive import check_archive
 from gym_extensions.scoring.replay.verify import verify
 
-from ..conftest import QUICK_GROUP, QUICK_TOML, SHORT_GROUP, digests
+from ..conftest import SHORT_GROUP, digests
 
 GROUP = "hopper-motor-noise"
 """The group of ``random_submission``."""
 SALT, OTHER = "5a" * 32, "b7" * 32
-
-
-@pytest.fixture
-def trpo(trpo_submission: Path, tmp_path: Path) -> Path:
-    """A deterministic agent with policies, as git contains it: without ``.progress``."""
-    ignore = shutil.ignore_patterns(".progress")
-    return Path(shutil.copytree(trpo_submission, tmp_path / "trpo", ignore=ignore))
-
-
-@pytest.fixture
-def random(random_submission: Path, tmp_path: Path) -> Path:
-    """An agent that draws its actions with a generator of its own, with the traces of all episodes."""
-    return Path(shutil.copytree(random_submission, tmp_path / "random"))
-
-
-def toml(folder: Path) -> Path:
-    """The file of the custom group."""
-    path = folder / "quick.toml"
-    path.write_text(QUICK_TOML)
-    return path
 
 
 def salt_file(folder: Path) -> Path:
@@ -177,6 +154,11 @@ def test_a_salt_of_the_wrong_form_is_refused(trpo: Path) -> None:
     assert (code, message) == ("bad-salt", f"'{'5A' * 32}' is not 64 hexadecimal digits (0 to 9, a to f).")
 
 
+def test_an_empty_salt_is_no_salt(random: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([str(random), "--salt", ""]) == 2
+    assert "--salt: Expected 64 hexadecimal digits." in capsys.readouterr().err
+
+
 def test_a_submission_with_problems_is_refused(trpo: Path) -> None:
     (trpo / "notes.txt").write_text("x")
     assert refusal(trpo) == ("not-valid", "The submission has problems: notes.txt: Unexpected file.")
@@ -205,100 +187,3 @@ def test_a_run_is_not_added_to_a_log_without_traces(random: Path) -> None:
     with pytest.raises(BenchError) as error:
         train("random", GROUP, "single", "smoke", [0, 1], out=random)
     assert error.value.code == "unbound-log"
-
-
-def archive_of(folder: Path, edit: Callable[[dict[str, bytes]], object]) -> Path:
-    """A zip file of the traces of all episodes, changed."""
-    traces = (folder / ".progress" / GROUP / "traces").iterdir()
-    content = {f"{GROUP}/traces/{path.name}": path.read_bytes() for path in traces}
-    edit(content)
-    path = folder.with_name("archive.zip")
-    with zipfile.ZipFile(path, "w") as archive:
-        for name, data in content.items():
-            archive.writestr(name, data)
-    return path
-
-
-def test_an_archive_of_all_traces_has_the_root(random: Path) -> None:
-    assert check_archive(random, archive_of(random, lambda content: None)) == ()
-
-
-def lose(content: dict[str, bytes]) -> None:
-    del content[min(content)]
-
-
-def swap(content: dict[str, bytes]) -> None:
-    first, second = sorted(content)[:2]
-    content[first], content[second] = content[second], content[first]
-
-
-@pytest.mark.parametrize(("edit", "count"), [(lose, 1), (swap, 2)])
-def test_an_archive_with_another_root_is_a_problem(
-    random: Path, edit: Callable[[dict[str, bytes]], object], count: int
-) -> None:
-    (problem,) = check_archive(random, archive_of(random, edit))
-    assert (problem.rule, problem.where) == ("archive-differs", "archive.zip")
-    assert problem.message.count(".npz") == count
-
-
-def test_an_archive_with_another_digest_than_the_manifest_states_is_a_problem(random: Path) -> None:
-    with (random / "submission.toml").open("a") as file:
-        file.write(f'\n[archive]\nurl = ""\nsha256 = "{64 * "0"}"\n')
-    (problem,) = check_archive(random, archive_of(random, lambda content: None))
-    assert (problem.rule, problem.message) == (
-        "archive-differs",
-        "Its SHA-256 is not the one in [archive].",
-    )
-
-
-def test_a_file_that_is_not_an_archive_is_refused(random: Path, tmp_path: Path) -> None:
-    (tmp_path / "archive.zip").write_bytes(b"not a zip file")
-    with pytest.raises(BenchError) as error:
-        check_archive(random, tmp_path / "archive.zip")
-    assert error.value.code == "bad-archive"
-
-
-def test_only_the_traces_of_the_named_runs_are_written(tmp_path: Path) -> None:
-    folder = tmp_path / "quick"
-    train("random", QUICK_GROUP, "single", "smoke", range(3), out=folder, progress=False)
-    traces = folder / QUICK_GROUP.name / "traces"
-    every = {path.name for path in traces.glob("*.npz")}
-    assert main([str(folder), "--salt", SALT, "--runs", "0,2", "--groups", str(toml(tmp_path))]) == 0
-    runs = {path.name.split("-")[1] for path in traces.glob("*.npz")}
-    assert runs == {"run0", "run2"}
-    assert verify(folder, {QUICK_GROUP.name: QUICK_GROUP}).problems == ()
-    trace(folder, groups=[QUICK_GROUP], runs=())
-    assert list(traces.iterdir()) == []
-    trace(folder, groups=[QUICK_GROUP])
-    assert {path.name for path in traces.iterdir()} == every
-
-
-def test_traces_that_leave_the_submission_are_kept(tmp_path: Path) -> None:
-    folder = tmp_path / "quick"
-    train("random", QUICK_GROUP, "single", "smoke", range(2), out=folder, progress=False)
-    before = digests(folder)
-    shutil.rmtree(folder / ".progress")
-    trace(folder, groups=[QUICK_GROUP], runs=[1])
-    assert len(digests(folder)) < len(before)
-    trace(folder, groups=[QUICK_GROUP])
-    assert digests(folder) == before
-
-
-def test_a_run_that_no_log_has_is_refused_and_nothing_changes(random: Path) -> None:
-    before = digests(random)
-    with pytest.raises(BenchError, match=r"Run 9 is not in the logs\. Choose from: 0\."):
-        trace(random, runs=[0, 9])
-    assert digests(random) == before
-
-
-def test_an_empty_salt_is_no_salt(random: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main([str(random), "--salt", ""]) == 2
-    assert "--salt: Expected 64 hexadecimal digits." in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("runs", ["x", "2-1"])
-def test_a_malformed_list_of_runs_is_refused(
-    trpo: Path, runs: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main([str(trpo), "--runs", runs]) == 2
-    assert "--runs" in capsys.readouterr().err

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import pytest
@@ -90,6 +91,7 @@ def test_a_challenge_that_is_not_plain_text_is_a_named_problem(
     assert (error.value.code, error.value.where) == (code, name)
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such names")
 def test_a_folder_with_an_unprintable_name_is_refused_alone(repository: Path) -> None:
     (repository / "submissions" / "first").rename(repository / "submissions" / "first\x07")
     assert [bool(card.problems) for card in cards(repository).values()].count(True) == 1
