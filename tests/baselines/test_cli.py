@@ -125,6 +125,20 @@ def test_the_printed_command_quotes_the_folder(
     assert capsys.readouterr().out.replace("\\", "/") == expected
 
 
+def test_after_training_the_runs_that_scoring_misses_are_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    train = command("zero", groups="pusher", protocol="joint", runs="1,3", num_envs="4")
+    assert main([*train, "--quiet"]) == 0
+    needs = "To be scored, it also needs the runs 0,2: train them, or join the submission that has them"
+    assert capsys.readouterr().out == f"The submission is in out. {needs} (gym-extensions merge).\n"
+    assert (
+        main([*command("zero", groups="pusher", protocol="joint", runs="0,2", num_envs="4"), "--quiet"]) == 0
+    )
+    assert capsys.readouterr().out == "The submission is in out. Score it with: score out\n"
+
+
 def test_the_help_names_every_reference_agent(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(algorithms, "names", lambda: ["sac", "trpo"])
     assert "sac, trpo, or module:factory" in " ".join(parser().format_help().split())

@@ -27,6 +27,12 @@ def read_episodes(path: Path) -> list[Episode]:
         ]
 
 
+def missing_runs(path: Path) -> list[int]:
+    """The numbers below the highest run of a log that the log does not have; scoring accepts no gaps."""
+    runs = {row.run for row in read_episodes(path)}
+    return sorted(set(range(max(runs, default=0))) - runs)
+
+
 def read_curves(path: Path) -> list[CurvePoint]:
     """The points of a curves file that the recorder wrote, empty if the file does not exist."""
     if not path.exists():
