@@ -6,10 +6,12 @@ import sys
 from pathlib import Path
 from types import ModuleType
 
+import pandas as pd
 import pytest
 
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.scoring import score_folder
+from gym_extensions.scoring.references import load_references
 from gym_extensions.scoring.statistics.intervals import Interval, interval
 
 from .findings_script import findings_script
@@ -140,6 +142,25 @@ def test_transfers_are_shown_where_they_have_a_value(build: ModuleType) -> None:
         "| hopper-wall | 0.60 (0.35 to 0.85) | – | – | – | – |",
     ]
     assert "Whether earlier tasks help" not in build.page([build.Group("pusher", rows(build))])
+
+
+def test_the_figure_shows_the_groups_whose_intervals_lie_farthest_above_0() -> None:
+    retention = findings_script("retention")
+    lows = {"hopper-gravity": 0.2, "pusher": -0.1, "hopper-wall": 0.1, "striker": 0.4, "a": 0.3, "b": 0.5}
+    intervals = {name: Interval(1.0, low, 2.0) for name, low in lows.items()}
+    one_run = {"walker2d-wall": Interval(3.0, None, None)}
+    assert retention.most_forgotten(intervals | one_run) == ["hopper-gravity", "striker", "a", "b"]
+    assert retention.most_forgotten(one_run) == []
+
+
+def test_the_figure_has_scores_of_the_tasks_that_have_one() -> None:
+    references = load_references().tasks
+    hopper, wall = (f"gym_extensions/{name}-v0" for name in ("Hopper", "HalfCheetahWall"))
+    assert references[wall].unsolved
+    floor, reference = references[hopper].floor, references[hopper].ceiling
+    frame = pd.DataFrame({"task": [hopper, wall, hopper], "return": [floor, 5.0, reference]})
+    scores = findings_script("retention").as_scores(frame, references)
+    assert scores.to_dict("list") == {"task": [hopper, hopper], "return": [0.0, 1.0]}
 
 
 def test_names_in_a_legend_are_cut_between_words(build: ModuleType) -> None:

@@ -16,6 +16,7 @@ from costs import MAX_MEGABYTES, hours, stored_megabytes
 from figures import draw_learned_and_final, draw_retention
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from numbers_as_text import mean
+from retention import as_scores, most_forgotten
 from suites import Suite, suites_of
 from transfer import TITLES, Transfer, shown, transfer
 
@@ -202,8 +203,9 @@ def main(submissions: Path = ROOT / "submissions") -> None:
         if group.is_compared:
             points = [(row.title, row.learned, row.final) for row in group.all_rows]
             draw_learned_and_final(points, FOLDER / f"{group.name}.svg")
-    if forgotten := [group.name for group in groups if excludes_zero(group.rows[0].forgetting) == "yes"]:
-        draw_retention(evaluations(submissions / FINE_TUNING), forgotten, FOLDER / "retention.svg")
+    if forgotten := most_forgotten({group.name: group.rows[0].forgetting for group in groups}):
+        scores = as_scores(evaluations(submissions / FINE_TUNING), load_references().tasks)
+        draw_retention(scores, forgotten, FOLDER / "retention.svg")
     compared = {group.name for group in groups}
     transfers = [
         transfer(card, group.id, group.name)

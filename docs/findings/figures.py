@@ -48,14 +48,14 @@ def _draw_interval(axes: Axes, each: Interval, height: float, color: str) -> Non
 
 
 def draw_retention(frame: pd.DataFrame, groups: Sequence[str], path: Path) -> None:
-    """The return on every task while the tasks are trained in order, one panel per group."""
+    """The score on every task while the tasks are trained in order, one panel per group."""
     columns = min(COLUMNS, len(groups))
     rows = -(-len(groups) // columns)
     figure = Figure(figsize=(5.6 * columns, 2.8 * rows), layout="constrained")
     panels = figure.subplots(rows, columns, squeeze=False).flat
     for group, axes in zip(groups, panels, strict=False):  # in this order, zip takes no panel too many
         plot_retention(frame, group, ax=axes)
-        axes.set_title(group)
+        axes.set(title=group, ylabel="mean score")
         lines, tasks = axes.get_legend_handles_labels()
         names = _without_common_words(tasks)  # the title names the body
         axes.legend(lines, names, loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
