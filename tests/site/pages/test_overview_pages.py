@@ -11,6 +11,7 @@ import pytest
 from gym_extensions.scoring.scorecard.model import REPORTED, VALIDATED
 from gym_extensions.site.page import pages
 from gym_extensions.site.views import overview
+from gym_extensions.site.views.board import Board
 from gym_extensions.site.views.board_row import Row
 
 from ..browser import files, read
@@ -79,6 +80,18 @@ def test_the_overview_says_who_ends_best_and_who_forgets_least(document: dict[st
         r"0\.44 \(0\.39 to 0\.49\) on hopper-gravity-v0, 100k; ",
         text,
     )
+
+
+def test_boards_of_a_single_ranked_entry_are_left_out_where_others_have_several(
+    document: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Board, "ranked", property(lambda board: 2 if board.task_conditioned else 1))
+    text = read(document)["index.html"].text
+    assert "Best final performance: Oracle (oracle) with" in text
+    assert "Agile (agile) with" not in text
+    monkeypatch.setattr(overview, "MAX_NAMED", 0)
+    text = read(document)["index.html"].text
+    assert "Oracle (oracle) leads on 1 of 1 board with several ranked entries" in text
 
 
 def test_an_entry_that_is_first_on_most_of_too_many_boards_to_name_is_named_once(

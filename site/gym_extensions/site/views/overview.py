@@ -44,12 +44,14 @@ class Overview:
 
     @property
     def answers(self) -> tuple[str, ...]:
-        """Who is best in final performance and who forgets least, in sentences; empty without ranks."""
+        """Who is best in final performance and who forgets least, in sentences; empty without ranks.
+
+        Where some boards have several ranked entries, the boards of a single one are left out.
+        """
         groups = [board for board in self.rows if not board.suite] or list(self.rows)
-        if not groups:
-            return ()
-        final = [(board, row) for board in groups if (row := board.best)]
-        least = [(board, row) for board in groups if (row := board.least_forgetting)]
+        compared = [board for board in groups if board.ranked > 1] or groups
+        final = [(board, row) for board in compared if (row := board.best)]
+        least = [(board, row) for board in compared if (row := board.least_forgetting)]
         return tuple(
             sentence
             for sentence in (
@@ -100,7 +102,8 @@ def _answer(what: str, rows: Sequence[tuple[Board, Row]], metric: str, verb: str
         ties = sum(row.tied(metric) > 0 for row in won)
         among = f", {ties} of them in a tie" if ties else ""
         boards = count(len(rows), "board")
-        return f"{what}: {_entry(won[0])} {verb} {wins} of {boards} with a ranked entry{among}."
+        ranked = "several ranked entries" if rows[0][0].ranked > 1 else "a ranked entry"
+        return f"{what}: {_entry(won[0])} {verb} {wins} of {boards} with {ranked}{among}."
     named = [_first(board, row, metric) for board, row in rows[:MAX_NAMED]]
     if len(rows) > MAX_NAMED:
         named.append(f"{count(len(rows) - MAX_NAMED, 'more board')} below")
