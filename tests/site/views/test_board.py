@@ -1,93 +1,14 @@
-"""Boards: which entries are compared, in which order, and how certain the lead of the first is."""
+"""Boards: which entries are compared, in which order, and which of them are ranked."""
 
 from __future__ import annotations
 
-import copy
-from collections.abc import Callable
-from typing import Any
-
 import pytest
 
-from gym_extensions.site.leaderboard import Leaderboard
 from gym_extensions.site.text.labels import rank
-from gym_extensions.site.views.board import Board
 from gym_extensions.site.views.board_row import COLUMNS
-from gym_extensions.site.views.entrant import entrant
 from gym_extensions.site.views.trial import nothing_to_forget
 
-from ..browser import typed
-
-FIVE = (-0.02, -0.01, 0.0, 0.01, 0.02)
-"""Offsets of five runs from their mean: standard deviation .0158, interval ± .0196."""
-QUANTILES = {2: 12.706, 3: 4.303, 4: 3.182, 5: 2.776}
-"""t(.975, N − 1), three digits, from a printed table."""
-
-Card = dict[str, Any]
-Make = Callable[..., Card]
-
-
-@pytest.fixture
-def entry(document: Card) -> Make:
-    """Makes a scorecard with one sequential log on hopper-gravity from the values of its runs."""
-    pattern = document["submissions"][0]
-
-    def make(name: str, final: list[float] | None, learning: list[float] | None = None, **facts: Any) -> Card:
-        card: Card = copy.deepcopy(pattern)
-        card.update(name=name, title=name.title(), trust=facts.pop("trust", "validated"))
-        budget = facts.pop("budget", "100k")
-        card["manifest"].update(facts)
-        scores = card["groups"]["hopper-gravity-v0"]["sequential"]
-        card["groups"] = {"hopper-gravity-v0": {"sequential": scores}}
-        runs = final or [0.0] * 5
-        scores.update(budget=budget, runs=list(range(len(runs))))
-        scores["episode_sketches"] = [[repr(value)] for value in final or []]
-        null: Card = {"mean": None, "low": None, "high": None, "runs": [], "why": "Every task is unsolved."}
-        scores["metrics"] |= {
-            "final_performance": estimate(final) if final else null,
-            "learning_performance": estimate(learning or around(0.9, len(runs))),
-            "forgetting": estimate(around(0.1, len(runs))),
-        }
-        return card
-
-    return make
-
-
-def estimate(runs: list[float]) -> Card:
-    """A metric with its interval."""
-    mean = sum(runs) / len(runs)
-    if len(runs) == 1:
-        return {"mean": mean, "low": None, "high": None, "runs": runs}
-    variance = sum((run - mean) ** 2 for run in runs) / (len(runs) - 1)
-    half = QUANTILES[len(runs)] * (variance / len(runs)) ** 0.5
-    return {"mean": mean, "low": mean - half, "high": mean + half, "runs": runs}
-
-
-def around(mean: float, runs: int = 5, wide: float = 1.0) -> list[float]:
-    """Values of runs around a mean."""
-    return [mean + wide * spread for spread in FIVE[:runs]]
-
-
-def boards_of(*cards: Card) -> tuple[Board, ...]:
-    """The boards of these cards."""
-    references = {"version": "made-up", "provisional": False, "sha256": ""}
-    return leaderboard({"format": 1, "references": references, "submissions": list(cards)}).boards
-
-
-def leaderboard(document: Card) -> Leaderboard:
-    """The leaderboard of these JSON values."""
-    whole = typed(document)
-    return Leaderboard(whole.references, tuple(map(entrant, whole.submissions)))
-
-
-def only(*cards: Card) -> Board:
-    """The only board of these cards."""
-    (board,) = boards_of(*cards)
-    return board
-
-
-def names(board: Board) -> list[str]:
-    """Its entries from top to bottom."""
-    return [row.entry.name for row in board.rows]
+from .made_boards import Card, Make, around, boards_of, estimate, leaderboard, names, only
 
 
 def test_a_board_is_sorted_by_final_performance_then_name(entry: Make) -> None:
@@ -167,78 +88,6 @@ def test_an_entry_has_no_rank_on_a_metric_where_no_other_is_ranked(entry: Make) 
     assert [rank(row.rank("forgetting")) for row in two.rows] == ["rank 1–2", "", "rank 1–2"]
 
 
-@pytest.mark.parametrize(
-    ("runs", "sentence"),
-    [
-        ({"a": around(0.9)}, "It is the only ranked entry."),
-        (
-            {"a": around(0.9), "b": around(0.5), "c": around(0.4)},
-            "It is significantly better than every other ranked entry (95\u202f% confidence).",
-        ),
-        ({"a": around(0.9, runs=2)}, "It is the only entry with a score."),
-        (
-            {"a": around(0.9, runs=4), "b": around(0.5, runs=4)},
-            "Its interval lies above the intervals of all other entries.",
-        ),
-        (
-            {"a": around(0.9, runs=2), "b": around(0.85, runs=2), "c": around(0.82, runs=2)},
-            "Its interval overlaps with B (b) and C (c), so the order may be due to chance.",
-        ),
-        (
-            {"a": around(0.9, runs=2), **{name: around(0.88, runs=2) for name in "bcde"}},
-            "Its interval overlaps with 4 others, so the order may be due to chance.",
-        ),
-        (
-            {"a": [0.9], "b": around(0.1, runs=2)},
-            "It has one run, so its uncertainty is unknown.",
-        ),
-        (
-            {"a": around(0.9, runs=2), "b": [0.1]},
-            "Its interval lies above the intervals and single runs of all other entries.",
-        ),
-        (
-            {"a": around(0.9, runs=2), "b": [0.87]},
-            "Its interval overlaps with B (b), so the order may be due to chance.",
-        ),
-    ],
-)
-def test_the_certainty_of_a_lead_follows_from_its_runs(
-    entry: Make, runs: dict[str, list[float]], sentence: str
-) -> None:
-    leader = only(*(entry(name, values) for name, values in runs.items())).leader
-    assert leader is not None
-    assert (leader.row.entry.name, leader.certainty) == ("a", sentence)
-
-
-def test_a_tie_at_the_top_has_its_size_and_the_interval_of_the_distance(entry: Make) -> None:
-    leader = only(entry("a", around(0.92, wide=3)), entry("b", around(0.9, wide=3))).leader
-    assert leader is not None
-    # Difference .02; s = .0474 on both sides: √(2 · .0474² / 5) = .03, t(.975, 8) = 2.306: ± .0692.
-    assert leader.certainty == (
-        "A tie at the top of 2 entries. Its distance to B (b) is 0.02, "
-        "and could be anything from −0.05 to 0.09."
-    )
-
-
-@pytest.mark.parametrize(("ahead", "ends"), [(0.0001, "−0.07 to 0.07"), (0.0049, "−0.06 to 0.07")])
-def test_a_difference_that_two_digits_do_not_show_is_zero(entry: Make, ahead: float, ends: str) -> None:
-    leader = only(entry("a", around(0.5 + ahead, wide=3)), entry("b", around(0.5, wide=3))).leader
-    assert leader is not None
-    assert leader.certainty.endswith(f"Its distance to B (b) is 0.00, and could be anything from {ends}.")
-
-
-def test_a_small_significant_difference_is_not_zero(entry: Make) -> None:
-    three = {"a": 0.504, "b": 0.5, "c": 0.5}
-    cards = [entry(name, around(mean, wide=0.01)) for name, mean in three.items()]
-    cards[2] = entry("c", around(0.499, wide=9))
-    leader = only(*cards).leader
-    assert leader is not None
-    assert leader.certainty == (
-        "A tie at the top of 2 entries. "
-        "It is significantly better than B (b), by less than 0.01, but not than all others."
-    )
-
-
 def test_entries_are_tied_with_those_that_the_board_does_not_separate(entry: Make) -> None:
     board = only(entry("a", around(0.9)), entry("b", around(0.899)), entry("c", around(0.1)))
     assert [row.tied("final_performance") for row in board.rows] == [1, 1, 0]
@@ -252,12 +101,6 @@ def test_the_least_forgetting_is_among_those_that_learned(entry: Make) -> None:
     least = only(*cards).least_forgetting
     assert least is not None
     assert least.entry.name == "b"
-
-
-def test_a_ranked_entry_leads_before_a_better_one_with_fewer_runs(entry: Make) -> None:
-    leader = only(entry("lucky", around(0.9, runs=1)), entry("full", around(0.4))).leader
-    assert leader is not None
-    assert leader.row.entry.name == "full"
 
 
 def test_an_entry_without_a_rank_is_not_called_the_best(entry: Make) -> None:
@@ -276,10 +119,6 @@ def test_an_identical_entry_follows_the_first_and_has_no_rank(entry: Make) -> No
         ("b", "a", False),
         ("c", None, True),
     ]
-
-
-def test_a_board_without_scores_has_no_leader(entry: Make) -> None:
-    assert only(entry("a", None)).leader is None
 
 
 @pytest.mark.parametrize(
