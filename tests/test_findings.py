@@ -222,6 +222,12 @@ def test_the_entries_stay_below_the_limit_of_the_repository() -> None:
     assert costs.stored_megabytes(ROOT / "submissions") < costs.MAX_MEGABYTES
 
 
+@pytest.mark.parametrize(("entry", "kept"), [("trpo", {"0"}), ("cloning", {"0", "1"}), ("zero", set())])
+def test_repeated_entries_keep_the_traces_that_the_page_names(entry: str, kept: set[str]) -> None:
+    names = [path.name for path in (ROOT / "submissions" / entry).glob("*/traces/*.npz")]
+    assert {name.split("-run")[1].split("-")[0] for name in names} == kept
+
+
 def test_groups_whose_reference_runs_are_missing_are_named(build: ModuleType) -> None:
     missing = build.groups_without_references()
     assert "nav-image" in missing

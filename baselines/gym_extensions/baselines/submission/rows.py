@@ -27,9 +27,14 @@ def read_episodes(path: Path) -> list[Episode]:
         ]
 
 
+def logged_runs(path: Path) -> set[int]:
+    """The runs of a log, none if the file does not exist."""
+    return {row.run for row in read_episodes(path)}
+
+
 def missing_runs(path: Path) -> list[int]:
     """The numbers below the highest run of a log that the log does not have; scoring accepts no gaps."""
-    runs = {row.run for row in read_episodes(path)}
+    runs = logged_runs(path)
     return sorted(set(range(max(runs, default=0))) - runs)
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from gym_extensions.baselines.submission import manifest
 from gym_extensions.baselines.submission.lock import write_lock
 from gym_extensions.baselines.submission.root import require_bound, require_unsalted, traces_root
-from gym_extensions.baselines.submission.rows import read_curves, read_episodes, read_evaluations
+from gym_extensions.baselines.submission.rows import logged_runs, read_curves, read_episodes, read_evaluations
 from gym_extensions.baselines.submission.sample import (
     find_traces,
     remove_other_traces,
@@ -34,7 +34,7 @@ from gym_extensions.rollouts.layout import (
 
 def missing_jobs(out: Path, group: TaskGroup, protocol: str, runs: Sequence[int]) -> list[TrainingJob]:
     """The jobs of the runs that are not yet in the log. Folders of jobs that are in it are deleted."""
-    logged = {row.run for row in read_episodes(_log(out, group, protocol))}
+    logged = logged_runs(_log(out, group, protocol))
     for job in jobs_of(group, protocol, sorted(logged)):
         Progress.of(out, job).remove()
     missing = [run for run in runs if run not in logged]
@@ -120,7 +120,7 @@ def _log(out: Path, group: TaskGroup, protocol: str) -> Path:
 
 def _traces(out: Path, group: TaskGroup, protocol: str, log: Path) -> dict[str, Path]:
     """The traces of a log's audit sample by file name."""
-    runs = sorted({row.run for row in read_episodes(log)})
+    runs = sorted(logged_runs(log))
     names = sample_names(group, protocol, log.read_bytes(), runs)
     return find_traces(names, trace_folders(out, group.name), f"{group.name}/{protocol}.csv")
 
