@@ -228,14 +228,6 @@ def test_repeated_entries_keep_the_traces_that_the_page_names(entry: str, kept: 
     assert {name.split("-run")[1].split("-")[0] for name in names} == kept
 
 
-def test_groups_whose_reference_runs_are_missing_are_named(build: ModuleType) -> None:
-    missing = build.groups_without_references()
-    assert "nav-image" in missing
-    assert "hopper-gravity" not in missing
-    text = build.page([build.Group("hopper-gravity", rows(build))])
-    assert f"Reference runs of some or all tasks are missing in {', '.join(missing)}." in text
-
-
 def test_without_fine_tuning_there_is_no_space_to_name(build: ModuleType, tmp_path: Path) -> None:
     assert build.Space.of(tmp_path, []) is None
     assert build.Space.of(tmp_path, ["hopper-gravity"]).largest == ("hopper-gravity", 0)

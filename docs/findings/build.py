@@ -175,7 +175,6 @@ def page(
             transfer_titles=TITLES,
             transfers=shown(transfers),
             without_fine_tuning=[name for name in GROUP_NAMES if name not in trained],
-            without_references=groups_without_references(),
             by_forgetting=sorted(groups, key=lambda group: -group.rows[0].forgetting.mean),
             forgotten=separated_from_zero({group.name: group.rows[0].values[2] for group in groups}),
             counts=[
@@ -219,12 +218,6 @@ def main(submissions: Path = ROOT / "submissions") -> None:
         suite for card in cards if card.name == FINE_TUNING for suite in suites_of(card, STANDARD_BUDGET)
     ]
     write_text(PAGE, page(groups, without_score, transfers, unsolved_tasks(), space, suites=suites))
-
-
-def groups_without_references() -> list[str]:
-    """The groups with a task whose reference runs are not trained."""
-    references = load_references()
-    return [group.name for group in GROUPS.values() if references.missing(group.task_ids)]
 
 
 def unsolved_tasks() -> dict[str, list[str]]:
