@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from types import ModuleType
 
 import pandas as pd
 import pytest
@@ -19,33 +18,33 @@ from .findings_script import findings_script
 ROOT = Path(__file__).resolve().parent.parent
 
 
-@pytest.fixture(scope="module")
-def build() -> ModuleType:
-    return findings_script("build")
+build, comparison, costs, groups, page, retention, space, suites = map(
+    findings_script, ("build", "comparison", "costs", "groups", "page", "retention", "space", "suites")
+)
 
 
-def rows(build: ModuleType) -> tuple[object, ...]:
+def rows() -> tuple[object, ...]:
     """Fine-tuning, a method that is far above it, and one that equals it."""
     low, high = (0.1, 0.2, 0.3, 0.2, 0.1), (1.1, 1.2, 1.3, 1.2, 1.1)
     table = [
-        build.Row("trpo", "TRPO", False, (high, low, high)),
-        build.Row("cloning", "TRPO + cloning", False, (high, high, low)),
-        build.Row("multi-head", "TRPO + multi-head", True, (high, low, high)),
+        comparison.Row("trpo", "TRPO", False, (high, low, high)),
+        comparison.Row("cloning", "TRPO + cloning", False, (high, high, low)),
+        comparison.Row("multi-head", "TRPO + multi-head", True, (high, low, high)),
     ]
-    result: tuple[object, ...] = (table[0], *build.with_verdicts(table[0], table[1:]))
+    result: tuple[object, ...] = (table[0], *comparison.with_verdicts(table[0], table[1:]))
     return result
 
 
-def test_a_method_is_separated_if_the_corrected_test_rejects_equality(build: ModuleType) -> None:
-    first, cloning, heads = rows(build)
+def test_a_method_is_separated_if_the_corrected_test_rejects_equality() -> None:
+    first, cloning, heads = rows()
     assert (first.final_verdict, first.forgetting_verdict) == (None, None)  # type: ignore[attr-defined]
     assert cloning.final_verdict.is_separated  # type: ignore[attr-defined]
     assert cloning.final_verdict.gap.mean == pytest.approx(1.0)  # type: ignore[attr-defined]
     assert not heads.final_verdict.is_separated  # type: ignore[attr-defined]
 
 
-def test_the_page_shows_means_intervals_and_verdicts(build: ModuleType) -> None:
-    text = build.page([build.Group("hopper-gravity", rows(build))])
+def test_the_page_shows_means_intervals_and_verdicts() -> None:
+    text = page.render([groups.Group("hopper-gravity", rows())])
     assert "| `trpo` | 5 | 1.18 (1.08 to 1.28) | 0.18 (0.08 to 0.28) | 1.18 (1.08 to 1.28) |  |  |" in text
     assert "1.00 (0.88 to 1.12), **separated** | −1.00 (−1.12 to −0.88), **separated** |" in text
     assert "| `multi-head` (observes the task) |" in text
@@ -53,39 +52,41 @@ def test_the_page_shows_means_intervals_and_verdicts(build: ModuleType) -> None:
     assert "in forgetting: 2. Separated with a higher value: 0, with a lower\none: 1. Ties: 1." in text
 
 
-def test_other_learners_have_a_table_and_a_correction_of_their_own(build: ModuleType) -> None:
+def test_other_learners_have_a_table_and_a_correction_of_their_own() -> None:
     low, high = (0.1, 0.2, 0.3, 0.2, 0.1), (1.1, 1.2, 1.3, 1.2, 1.1)
     names = ("trpo", "cloning", "sac", "sac-fresh-buffer", "ppo")
-    table = [build.Row(name, name, False, (high, low if name == "trpo" else high, high)) for name in names]
-    group = build.group_of("hopper-gravity", table)
+    table = [
+        comparison.Row(name, name, False, (high, low if name == "trpo" else high, high)) for name in names
+    ]
+    group = groups.group_of("hopper-gravity", table)
     assert [row.name for row in group.rows] == ["trpo", "cloning"]
     assert [row.name for row in group.learners] == ["sac", "sac-fresh-buffer", "ppo"]
-    methods, learners = build.page([group]).split("## Other learners")
+    methods, learners = page.render([group]).split("## Other learners")
     assert "final performance: 1. Separated with a higher value: 1" in methods
     assert "| hopper-gravity | `ppo` | 5 | 1.18 (1.08 to 1.28) |" in learners
     assert "| hopper-gravity | 0.00 (−0.12 to 0.12), tie | 0.00 (−0.12 to 0.12), tie |" in learners
 
 
-def test_a_method_is_not_corrected_for_the_other_learners(build: ModuleType) -> None:
+def test_a_method_is_not_corrected_for_the_other_learners() -> None:
     low, higher = (0.0, 0.1, 0.2, 0.3, 0.4), (0.25, 0.35, 0.45, 0.55, 0.65)
     values = {"trpo": low, "cloning": higher, "sac": low, "sac-fresh-buffer": low, "ppo": low}
-    table = [build.Row(name, name, False, (runs,) * 3) for name, runs in values.items()]
-    assert build.group_of("hopper-gravity", table).rows[1].final_verdict.is_separated
-    assert not build.with_verdicts(table[0], table[1:])[0].final_verdict.is_separated
+    table = [comparison.Row(name, name, False, (runs,) * 3) for name, runs in values.items()]
+    assert groups.group_of("hopper-gravity", table).rows[1].final_verdict.is_separated
+    assert not comparison.with_verdicts(table[0], table[1:])[0].final_verdict.is_separated
 
 
-def test_without_both_kinds_of_sac_replay_is_not_compared(build: ModuleType) -> None:
+def test_without_both_kinds_of_sac_replay_is_not_compared() -> None:
     values = ((1.1, 1.2, 1.3, 1.2, 1.1),) * 3
-    table = [build.Row(name, name, False, values) for name in ("trpo", "sac")]
-    group = build.group_of("hopper-gravity", table)
+    table = [comparison.Row(name, name, False, values) for name in ("trpo", "sac")]
+    group = groups.group_of("hopper-gravity", table)
     assert group.replay is None
-    assert "## Other learners" in build.page([group])
-    assert "A replay buffer kept or emptied" not in build.page([group])
+    assert "## Other learners" in page.render([group])
+    assert "A replay buffer kept or emptied" not in page.render([group])
     assert not group.is_compared
 
 
-def test_the_page_names_what_has_not_been_trained(build: ModuleType) -> None:
-    text = build.page([build.Group("hopper-gravity", rows(build))])
+def test_the_page_names_what_has_not_been_trained() -> None:
+    text = page.render([groups.Group("hopper-gravity", rows())])
     table = text.partition("## What has not been trained yet")[2].splitlines()
     (missing,) = [line for line in table if line.startswith("| hopper-gravity |")]
     assert "`packnet`" in missing
@@ -94,7 +95,6 @@ def test_the_page_names_what_has_not_been_trained(build: ModuleType) -> None:
 
 
 def test_the_cost_of_an_entry_is_that_of_its_training_steps() -> None:
-    costs = findings_script("costs")
     # 8 tasks × 300,000 steps × 5 runs, in millions, × 108 seconds.
     assert costs.hours("hopper-body") == "0.36"
     assert costs.hours("nav-image") == "212"
@@ -102,32 +102,42 @@ def test_the_cost_of_an_entry_is_that_of_its_training_steps() -> None:
         assert float(costs.hours(group.name)) > 0
 
 
-def test_a_group_without_another_method_has_no_table_of_its_own(build: ModuleType) -> None:
-    text = build.page([build.Group("hopper-wall", rows(build)[:1])])
+def test_a_group_without_another_method_has_no_table_of_its_own() -> None:
+    text = page.render([groups.Group("hopper-wall", rows()[:1])])
     assert "| hopper-wall | 5 | 1.18 (1.08 to 1.28) |" in text
     assert "### hopper-wall" not in text
     assert "| hopper-wall | any method beside `trpo` | 0.09 |" in text
 
 
-def test_forgetting_is_separated_from_0_after_a_correction_for_the_groups(build: ModuleType) -> None:
+def test_forgetting_is_separated_from_0_after_a_correction_for_the_groups() -> None:
     # The p value of the first, .01696, is above .05 / 3 and below .05 / 2.
     weak, strong, none = (0.1, 0.2, 0.02, 0.2, 0.2), (1.0, 1.1, 1.2, 1.1, 1.0), (0.1, -0.1, 0.2, -0.2, 0.1)
-    assert build.separated_from_zero({"weak": weak, "strong": strong, "none": none}) == {"strong", "weak"}
-    assert build.separated_from_zero({"weak": weak, "none": none, "other": none}) == set()
-    text = build.page([build.Group("hopper-gravity", rows(build))])
+    separated = comparison.separated_from_zero
+    assert separated({"weak": weak, "strong": strong, "none": none}) == {"strong", "weak"}
+    assert separated({"weak": weak, "none": none, "other": none}) == set()
+    text = page.render([groups.Group("hopper-gravity", rows())])
     assert (
         "| hopper-gravity | 5 | 1.18 (1.08 to 1.28) | 0.18 (0.08 to 0.28) | 1.18 (1.08 to 1.28) | yes | yes |"
         in text
     )
 
 
-def test_a_group_whose_tasks_are_all_unsolved_is_trained_and_has_no_score(build: ModuleType) -> None:
-    text = build.page([build.Group("hopper-gravity", rows(build))], ["striker"])
+def test_a_group_whose_tasks_are_all_unsolved_is_trained_and_has_no_score() -> None:
+    text = page.render([groups.Group("hopper-gravity", rows())], ["striker"])
     assert "No score, because the reference agent learned no task of the group: striker." in text
     assert "| striker | any agent |" not in text
 
 
-def test_transfers_are_shown_where_they_have_a_value(build: ModuleType) -> None:
+def test_a_group_that_fine_tuning_does_not_learn_is_named() -> None:
+    low, high = (-1.1, -1.2, -1.0, -1.2, 0.1), (1.1, 1.2, 1.3, 1.2, 1.1)
+    unlearned = groups.Group("nav-state", (comparison.Row("trpo", "TRPO", False, (low, low, high)),))
+    learned = groups.Group("hopper-gravity", rows())
+    text = page.render([unlearned, learned])
+    assert "Fine-tuning does not learn nav-state: right after training" in text
+    assert "does not learn hopper-gravity" not in text
+
+
+def test_transfers_are_shown_where_they_have_a_value() -> None:
     module = sys.modules["transfer"]
     value = interval((0.5, 0.6, 0.7))
     transfers = [
@@ -135,17 +145,16 @@ def test_transfers_are_shown_where_they_have_a_value(build: ModuleType) -> None:
         module.Transfer("hopper-wall", (value, None, None, None, None)),
         module.Transfer("hopper-gravity", (value, value, value, None, None)),
     ]
-    text = build.page([build.Group("hopper-gravity", rows(build))], transfers=transfers)
+    text = page.render([groups.Group("hopper-gravity", rows())], transfers=transfers)
     table = text.split("## Whether earlier tasks help")[1].split("\n\n")[2]
     assert table.splitlines()[2:] == [
         "| hopper-gravity | 0.60 (0.35 to 0.85) | 0.60 (0.35 to 0.85) | 0.60 (0.35 to 0.85) | – | – |",
         "| hopper-wall | 0.60 (0.35 to 0.85) | – | – | – | – |",
     ]
-    assert "Whether earlier tasks help" not in build.page([build.Group("pusher", rows(build))])
+    assert "Whether earlier tasks help" not in page.render([groups.Group("pusher", rows())])
 
 
 def test_the_figure_shows_the_groups_whose_intervals_lie_farthest_above_0() -> None:
-    retention = findings_script("retention")
     lows = {"hopper-gravity": 0.2, "pusher": -0.1, "hopper-wall": 0.1, "striker": 0.4, "a": 0.3, "b": 0.5}
     intervals = {name: Interval(1.0, low, 2.0) for name, low in lows.items()}
     one_run = {"walker2d-wall": Interval(3.0, None, None)}
@@ -159,67 +168,63 @@ def test_the_figure_has_scores_of_the_tasks_that_have_one() -> None:
     assert references[wall].unsolved
     floor, reference = references[hopper].floor, references[hopper].ceiling
     frame = pd.DataFrame({"task": [hopper, wall, hopper], "return": [floor, 5.0, reference]})
-    scores = findings_script("retention").as_scores(frame, references)
+    scores = retention.as_scores(frame, references)
     assert scores.to_dict("list") == {"task": [hopper, hopper], "return": [0.0, 1.0]}
 
 
-def test_names_in_a_legend_are_cut_between_words(build: ModuleType) -> None:
+def test_names_in_a_legend_are_cut_between_words() -> None:
     cut = sys.modules["figures"]._without_common_words
     assert cut(["HopperWithSensor", "HopperWall"]) == ["WithSensor", "Wall"]
     assert cut(["HalfCheetahGravityHalf", "HalfCheetah"]) == ["GravityHalf", "HalfCheetah"]
 
 
-def test_without_an_entry_of_fine_tuning_the_page_says_so(build: ModuleType) -> None:
-    assert "No group has an entry of `trpo` with five runs at 300k yet." in build.page([])
+def test_without_an_entry_of_fine_tuning_the_page_says_so() -> None:
+    assert "No group has an entry of `trpo` with five runs at 300k yet." in page.render([])
 
 
-def test_a_folder_that_does_not_exist_is_refused_and_the_page_stays(
-    build: ModuleType, tmp_path: Path
-) -> None:
+def test_a_folder_that_does_not_exist_is_refused_and_the_page_stays(tmp_path: Path) -> None:
     page = build.PAGE.read_bytes()
     with pytest.raises(SystemExit, match="absent: no such folder"):
         build.main(tmp_path / "absent")
     assert build.PAGE.read_bytes() == page
 
 
-def test_a_group_names_its_unsolved_tasks(build: ModuleType) -> None:
-    text = build.page([build.Group("hopper-gravity", rows(build))], unsolved={"hopper-gravity": ["Hopper"]})
+def test_a_group_names_its_unsolved_tasks() -> None:
+    text = page.render([groups.Group("hopper-gravity", rows())], unsolved={"hopper-gravity": ["Hopper"]})
     assert "Scores of hopper-gravity leave out Hopper, which the reference agent did not learn." in text
 
 
-def test_the_unsolved_tasks_are_those_of_the_references(build: ModuleType) -> None:
-    tasks = build.unsolved_tasks()
+def test_the_unsolved_tasks_are_those_of_the_references() -> None:
+    tasks = groups.unsolved_tasks()
     assert tasks["halfcheetah-wall"] == ["HalfCheetahWall"]
     assert "hopper-gravity" not in tasks
 
 
-def test_only_reference_agents_that_learn_with_todays_settings_are_compared(build: ModuleType) -> None:
-    assert {"trpo", "cloning", "sac"} <= build.COMPARED
-    assert not {"random", "zero", "trpo-2017"} & build.COMPARED
+def test_only_reference_agents_that_learn_with_todays_settings_are_compared() -> None:
+    assert {"trpo", "cloning", "sac"} <= groups.COMPARED
+    assert not {"random", "zero", "trpo-2017"} & groups.COMPARED
 
 
 def test_identical_files_count_once(tmp_path: Path) -> None:
-    costs = findings_script("costs")
     for entry, content in (("a", b"1" * 500_000), ("b", b"1" * 500_000), ("c", b"2" * 250_000)):
         path = tmp_path / entry / "hopper-gravity" / "traces" / "sequential-run0.npz"
         path.parent.mkdir(parents=True)
         path.write_bytes(content)
         (path.parent / "salt.txt").write_text("salt")
-    assert costs.stored_megabytes(tmp_path) == 0.75
-    assert costs.stored_megabytes(tmp_path, "a", "hopper-gravity", "sequential") == 0.5
-    assert costs.stored_megabytes(tmp_path, protocol="joint") == 0
+    assert space.stored_megabytes(tmp_path) == 0.75
+    assert space.stored_megabytes(tmp_path, "a", "hopper-gravity", "sequential") == 0.5
+    assert space.stored_megabytes(tmp_path, protocol="joint") == 0
 
 
-def test_the_page_says_what_the_entries_take(build: ModuleType) -> None:
-    space = build.Space(200, 183.25, ("hopper-gravity", 3.14), ("halfcheetah-gravity", 9.26))
-    text = build.page([build.Group("hopper-gravity", rows(build))], space=space)
+def test_the_page_says_what_the_entries_take() -> None:
+    taken = space.Space(200, 183.25, ("hopper-gravity", 3.14), ("halfcheetah-gravity", 9.26))
+    text = page.render([groups.Group("hopper-gravity", rows())], space=taken)
     assert "they have 183.2 MB." in text
     assert "take\nfrom 3.1 MB (hopper-gravity) to 9.3 MB (halfcheetah-gravity)." in text
 
 
 def test_the_entries_stay_below_the_limit_of_the_repository() -> None:
-    costs = findings_script("costs")
-    assert costs.stored_megabytes(ROOT / "submissions") < costs.MAX_MEGABYTES
+    assert space.stored_megabytes(ROOT / "submissions") < space.MAX_MEGABYTES
 
 
 @pytest.mark.parametrize(("entry", "kept"), [("trpo", {"0"}), ("cloning", {"0", "1"}), ("zero", set())])
@@ -228,26 +233,24 @@ def test_repeated_entries_keep_the_traces_that_the_page_names(entry: str, kept: 
     assert {name.split("-run")[1].split("-")[0] for name in names} == kept
 
 
-def test_without_fine_tuning_there_is_no_space_to_name(build: ModuleType, tmp_path: Path) -> None:
-    assert build.Space.of(tmp_path, []) is None
-    assert build.Space.of(tmp_path, ["hopper-gravity"]).largest == ("hopper-gravity", 0)
+def test_without_fine_tuning_there_is_no_space_to_name(tmp_path: Path) -> None:
+    assert space.Space.of(tmp_path, "trpo", []) is None
+    assert space.Space.of(tmp_path, "trpo", ["hopper-gravity"]).largest == ("hopper-gravity", 0)
 
 
-def test_suites_of_fine_tuning_have_a_table(build: ModuleType) -> None:
-    module = findings_script("suites")
+def test_suites_of_fine_tuning_have_a_table() -> None:
     values = (Interval(1.5, 1.0, 2.0), Interval(1.25, 1.0, 1.5), Interval(0.25, 0.125, 0.375))
-    suite = module.Suite("gravity", ("hopper-gravity", "humanoid-gravity"), values)
-    text = build.page([build.Group("hopper-gravity", rows(build))], suites=[suite])
+    suite = suites.Suite("gravity", ("hopper-gravity", "humanoid-gravity"), values)
+    text = page.render([groups.Group("hopper-gravity", rows())], suites=[suite])
     row = "| gravity | hopper-gravity, humanoid-gravity | 1.50 (1.00 to 2.00) | 1.25 (1.00 to 1.50) |"
     assert row in text
-    assert "| suite |" not in build.page([build.Group("hopper-gravity", rows(build))])
+    assert "| suite |" not in page.render([groups.Group("hopper-gravity", rows())])
 
 
 def test_a_suite_at_another_budget_or_without_a_score_is_left_out() -> None:
-    module = findings_script("suites")
     card = score_folder(ROOT / "submissions" / "trpo")
-    found = {suite.name: suite for suite in module.suites_of(card, "300k")}
+    found = {suite.name: suite for suite in suites.suites_of(card, "300k")}
     assert {"gravity", "wall"} <= set(found)
     assert "arm" not in found  # Striker is unsolved
     assert found["gravity"].groups[-1] == "humanoid-gravity"
-    assert list(module.suites_of(card, "1M")) == []
+    assert list(suites.suites_of(card, "1M")) == []

@@ -1,9 +1,6 @@
-"""What an entry costs: to train, from measured processor times, and to store, from the committed files."""
+"""What an entry costs to train, from measured processor times."""
 
 from __future__ import annotations
-
-import hashlib
-from pathlib import Path
 
 from gym_extensions.catalog.budgets import STANDARD_BUDGET, budget
 from gym_extensions.catalog.groups import group
@@ -43,22 +40,3 @@ def hours(group_name: str) -> str:
     rates = [CPU_SECONDS.get(task.body.name) or CPU_SECONDS[group_name] for task in group(group_name).tasks]
     value = sum(rates) * steps / 1e6 * FULL_ENTRY_RUNS / 3600
     return f"{value:.2f}" if value < 10 else f"{value:.0f}"
-
-
-STORED = ("traces", "policies")
-"""Folders of a group whose files count towards the limit."""
-MAX_MEGABYTES = 200
-"""The limit for all entries (docs/adr/0090-identical-files-count-once.md)."""
-
-
-def stored_megabytes(
-    submissions: Path, entry: str = "*", group_name: str = "*", protocol: str = "*"
-) -> float:
-    """Size of the audit samples and policies of submissions in MB. Identical files count once."""
-    paths = [
-        path
-        for folder in STORED
-        for path in submissions.glob(f"{entry}/{group_name}/{folder}/{protocol}-*.npz")
-    ]
-    sizes = {hashlib.sha256(path.read_bytes()).digest(): path.stat().st_size for path in paths}
-    return sum(sizes.values()) / 1e6
