@@ -34,6 +34,15 @@ def test_a_variation_of_a_group_without_a_common_base_keeps_its_name() -> None:
     assert names.variation("HopperWall-v0", ("HopperWall-v0", "Walker2dWall-v0")) == "Hopper<wbr>Wall"
 
 
+@pytest.mark.parametrize("ending", ["", "-KnownGoalPosition"])
+def test_a_variation_omits_the_parts_that_all_names_begin_and_end_with(ending: str) -> None:
+    first, second = (f"State-Based-Navigation-2d-Map0-Goal{goal}{ending}-v0" for goal in (0, 1))
+    third = f"State-Based-Navigation-2d-Map1-Goal0{ending}-v0"
+    assert names.variation(second, (first, second, third)) == "Map0-<wbr>Goal1"
+    assert names.variation(second, (first, second)) == "Goal1"
+    assert names.variation(first, (first,)) == names.task(first)
+
+
 @pytest.mark.parametrize(
     ("group_id", "label"),
     [

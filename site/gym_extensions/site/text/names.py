@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import unicodedata
 from functools import lru_cache
+from itertools import takewhile
 
 from markupsafe import Markup, escape
 
@@ -49,11 +50,29 @@ def task(task_id: str) -> Markup:
 
 @lru_cache(maxsize=1024)
 def variation(task_id: str, tasks: tuple[str, ...]) -> Markup:
-    """A task's name without the base name that all tasks of its group share. The base task keeps its name."""
+    """A task's name without what all tasks of its group share.
+
+    This is the base name (``GravityHalf`` in place of ``HopperGravityHalf``; the base task keeps its name)
+    or parts between hyphens (``Map0-Goal1`` in place of ``State-Based-Navigation-2d-Map0-Goal1``).
+    """
     names = [split_version(other)[0] for other in tasks]
     base = next((name for name in names if all(other.startswith(name) for other in names)), "")
     name, version = split_version(task_id)
-    return _task(name.removeprefix(base) or name, version)
+    return _task((name.removeprefix(base) if base else _own_parts(name, names)) or name, version)
+
+
+def _own_parts(name: str, names: list[str]) -> str:
+    """The parts of a name between those that all names begin with and those that all end with."""
+    parts = [other.split("-") for other in names]
+    first = _shared(parts)
+    last = _shared([list(reversed(each[first:])) for each in parts])
+    own = name.split("-")
+    return "-".join(own[first : len(own) - last])
+
+
+def _shared(parts: list[list[str]]) -> int:
+    """The number of parts that all begin with."""
+    return sum(1 for _ in takewhile(lambda each: len(set(each)) == 1, zip(*parts, strict=False)))
 
 
 def group(group_id: str) -> Markup:
