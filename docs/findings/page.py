@@ -56,6 +56,7 @@ def render(
     )
     templates.filters.update(mean=mean, excludes_zero=excludes_zero, verdict=verdict, hours=hours)
     rows = [row for group in groups for row in group.rows]
+    learned = [group for group in groups if group.is_learned]
     trained = {group.name for group in groups} | set(without_score)
     return (
         templates.get_template("page.md.jinja").render(
@@ -70,8 +71,8 @@ def render(
             transfer_titles=TITLES,
             transfers=shown(transfers),
             without_fine_tuning=[group.name for group in GROUPS.values() if group.name not in trained],
-            by_forgetting=sorted(groups, key=lambda group: -group.rows[0].forgetting.mean),
-            forgotten=separated_from_zero({group.name: group.rows[0].values[2] for group in groups}),
+            by_forgetting=sorted(learned, key=lambda group: -group.rows[0].forgetting.mean),
+            forgotten=separated_from_zero({group.name: group.rows[0].values[2] for group in learned}),
             counts=[
                 count("final performance", [row.final_verdict for row in rows]),
                 count("forgetting", [row.forgetting_verdict for row in rows]),
