@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.rollouts.reader import read
 from gym_extensions.scoring.leaderboard.duplicates import duplicate_entries
 from gym_extensions.scoring.scorecard.sketches import SIZE, Sketch, episode_sketches, is_common
@@ -64,6 +66,21 @@ def test_a_changed_copy_is_recognized(sketches: Callable[..., tuple[Sketch, ...]
 def test_a_copy_with_further_runs_is_recognized(sketches: Callable[..., tuple[Sketch, ...]]) -> None:
     entries = {"copy": sketches("copy", runs=tuple(range(8))), "original": sketches("original")}
     assert duplicate_entries(entries) == {"original": "copy"}
+
+
+def test_in_navigation_agents_that_stand_still_are_other_entries_if_their_traces_differ(
+    submission: Callable[..., Path],
+) -> None:
+    folder = submission(value=lambda *_: -1000.0, runs=RUNS, protocols=("sequential",))
+    log = read(folder).groups[GROUP].logs["sequential"]
+    rows = len(log.run)
+
+    def traced(first: int) -> tuple[Sketch, ...]:
+        traces = [f"{first + number:032x}" for number in range(rows)]
+        return episode_sketches(replace(log, group=GROUPS["nav-state"], trace=traces))
+
+    assert duplicate_entries({"still": traced(0), "other": traced(rows)}) == {}
+    assert duplicate_entries({"still": traced(0), "copy": traced(0)}) == {"copy": "still"}
 
 
 def shifted(protocol: str, run: int, stage: int, position: int, episode: int) -> float:

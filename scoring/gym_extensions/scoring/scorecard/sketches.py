@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterable
 
 from gym_extensions.rollouts.reading.evaluation_log import Log
 
@@ -24,16 +25,27 @@ def episode_sketches(log: Log) -> tuple[Sketch, ...]:
     length, return (five significant digits) and end. The share of common digests of two sketches estimates
     the share of common episodes, whatever else differs in the two runs.
 
+    Where episodes are the same on every processor (navigation), the digest of the trace replaces length,
+    return and end: returns are whole numbers there, and two agents that stand still have equal ones.
+
     Source: E. Cohen and H. Kaplan, Summarizing data using bottom-k sketches, PODC 2007.
     """
     last = max(log.stage.tolist(), default=0)
     digests: dict[int, set[str]] = {run: set() for run in log.runs}
-    columns = (log.run, log.stage, log.position, log.episode, log.length, log.return_, log.terminated)
-    for run, stage, *key, return_, terminated in zip(*(column.tolist() for column in columns), strict=True):
+    is_exact = bool(log.trace) and all(task.body.segments.tolerance == 0 for task in log.group.tasks)
+    measured: Iterable[tuple[object, ...]] = zip(log.trace, strict=True) if is_exact else _measured(log)
+    keys = (log.run.tolist(), log.stage.tolist(), log.position.tolist(), log.episode.tolist())
+    for run, stage, position, number, values in zip(*keys, measured, strict=True):
         if stage == last:
-            episode = (*key, f"{return_:.{SIGNIFICANT_DIGITS - 1}e}", terminated)
+            episode = (position, number, *values)
             digests[run].add(hashlib.sha256(repr(episode).encode()).hexdigest()[:8])
     return tuple(tuple(sorted(digests[run])[:SIZE]) for run in log.runs)
+
+
+def _measured(log: Log) -> Iterable[tuple[int, str, bool]]:
+    """Length, return (five significant digits) and end of every episode."""
+    returns = [f"{return_:.{SIGNIFICANT_DIGITS - 1}e}" for return_ in log.return_.tolist()]
+    return zip(log.length.tolist(), returns, log.terminated.tolist(), strict=True)
 
 
 def is_common(first: Sketch, second: Sketch) -> bool:
