@@ -30,7 +30,9 @@ class Activation:
 
 
 ACTIVATIONS = {
-    "relu": Activation(lambda inputs: np.maximum(inputs, 0, out=inputs), np.sign),
+    "relu": Activation(
+        lambda inputs: np.maximum(inputs, 0, out=inputs), lambda hidden: (hidden > 0).astype(hidden.dtype)
+    ),
     "tanh": Activation(lambda inputs: np.tanh(inputs, out=inputs), lambda hidden: 1 - hidden * hidden),
 }
 """Hidden activations by name. The output layer has none."""
@@ -100,6 +102,8 @@ def gradient(views: Layers, values: list[Array], hidden_slopes: list[Array], ups
     for layer in range(len(views) - 1, -1, -1):
         parts += [upstream.sum(axis=0), (values[layer].T @ upstream).ravel()]
         if layer:
-            upstream = upstream @ views[layer][0].T
+            weights = views[layer][0]
+            # A product with one inner index is an outer product, which is faster elementwise.
+            upstream = upstream @ weights.T if upstream.shape[1] > 1 else upstream * weights.T
             upstream *= hidden_slopes[layer - 1]
     return np.concatenate(parts[::-1])

@@ -7,7 +7,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from gym_extensions.baselines.agent import Array
-from gym_extensions.baselines.trpo.mlp import ACTIVATIONS, Sizes, forward, gradient, initial, layers, slopes
+from gym_extensions.baselines.trpo.mlp import (
+    ACTIVATIONS,
+    Layers,
+    Sizes,
+    forward,
+    gradient,
+    initial,
+    layers,
+    slopes,
+)
 from gym_extensions.baselines.trpo.normalization import Moments, merge, no_moments, standardize
 
 FIRST_DECAY, SECOND_DECAY, EPSILON = 0.9, 0.999, 1e-8
@@ -81,18 +90,18 @@ class ValueFunction:
         scaled = ((targets - mean) / deviation).astype(np.float32)
         fit, count = self._fit, len(inputs)
         size = min(fit.largest_minibatch, max(fit.smallest_minibatch, -(-count // fit.minibatches)))
+        views = layers(self._sizes, self.state["theta"])
         for _ in range(max(2, min(fit.epochs, fit.samples // count))):
             order = rng.permutation(count)
+            shuffled, goals = inputs[order], scaled[order, None]
             for start in range(0, count, size):
-                rows = order[start : start + size]
-                self._descend(inputs[rows], scaled[rows])
+                self._descend(views, shuffled[start : start + size], goals[start : start + size])
 
-    def _descend(self, inputs: Array, targets: Array) -> None:
-        """One step of Adam."""
+    def _descend(self, views: Layers, inputs: Array, targets: Array) -> None:
+        """One step of Adam on the parameters, whose views are ``views``; all arrays are changed in place."""
         state = self.state
-        views = layers(self._sizes, state["theta"])
         values = forward(views, inputs, self._activation)
-        upstream = (values[-1] - targets[:, None]) * np.float32(2 / len(inputs))
+        upstream = (values[-1] - targets) * np.float32(2 / len(inputs))
         slope = gradient(views, values, slopes(values, self._activation), upstream)
         state["updates"] += 1
         count = float(state["updates"][0])
