@@ -18,7 +18,7 @@ from gym_extensions.scoring.leaderboard.board import boards
 from gym_extensions.scoring.pipeline.score import Scorer
 from gym_extensions.scoring.reevaluation.reevaluate import reevaluate
 from gym_extensions.scoring.references import Reference, References
-from gym_extensions.scoring.repetition.repeat import repeat
+from gym_extensions.scoring.repetition.runs import repeat
 from gym_extensions.scoring.scorecard.model import Scorecard
 from gym_extensions.scoring.scorecard.record import LedgerRecord
 

@@ -20,7 +20,8 @@ from gym_extensions.rollouts.policies import Policy
 from gym_extensions.scoring.repetition.cli import main
 from gym_extensions.scoring.repetition.digests import RunKey, run_digests
 from gym_extensions.scoring.repetition.record import RepeatedRun, RepetitionRecord, load, path_of, write
-from gym_extensions.scoring.repetition.repeat import read_submission, repeat
+from gym_extensions.scoring.repetition.repeat import read_submission
+from gym_extensions.scoring.repetition.runs import repeat
 
 GROUP, NAME = "pusher-v0", "trpo"
 RUNS = [RunKey(GROUP, "single", 0), RunKey(GROUP, "single", 1)]

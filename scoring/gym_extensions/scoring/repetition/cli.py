@@ -10,7 +10,8 @@ from gym_extensions.installed import blas_kernels
 from gym_extensions.rollouts.folder import scan
 from gym_extensions.scoring.repetition.digests import run_digests
 from gym_extensions.scoring.repetition.record import FOLDER, RepeatedRun, RepetitionRecord, load, write
-from gym_extensions.scoring.repetition.repeat import read_submission, repeat
+from gym_extensions.scoring.repetition.repeat import read_submission
+from gym_extensions.scoring.repetition.runs import repeat
 
 
 def parser() -> argparse.ArgumentParser:
@@ -26,18 +27,22 @@ def parser() -> argparse.ArgumentParser:
     command.add_argument(
         "--out", type=Path, default=FOLDER, help="folder of the records (default: %(default)s)"
     )
+    command.add_argument("--jobs", type=int, default=1, help="worker processes (default: 1)")
     return command
 
 
 @reports_mistakes
 def main(argv: list[str] | None = None) -> int:
     """Repeats, writes the record after every run, prints each run, and returns the exit status."""
-    options = parser().parse_args(argv)
+    command = parser()
+    options = command.parse_args(argv)
+    if options.jobs < 1:
+        command.error("--jobs takes a number from 1")
     path: Path = options.submission
     submission, kernels, name = read_submission(path), blas_kernels(), path.resolve().name
     digests = run_digests(submission, scan(path))
     record = (load(options.out, name) or RepetitionRecord(submission=name)).of(digests)
-    for run in repeat(path, {each.key for each in record.runs}):
+    for run in repeat(path, {each.key for each in record.runs}, jobs=options.jobs):
         if run.difference:
             print(f"{run.key}: differs at {run.difference}", flush=True)
             continue

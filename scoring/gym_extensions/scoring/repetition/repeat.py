@@ -1,8 +1,8 @@
-"""Repeats the episodes of a submission with its policies and compares them with the log."""
+"""Repeats the episodes of a run with its policies and compares them with the log."""
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,7 +10,7 @@ from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, evaluation_seed
 from gym_extensions.envs.fingerprint import require_published_engine
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.folder import Folder, scan
+from gym_extensions.rollouts.folder import scan
 from gym_extensions.rollouts.policies import Policy
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.reading.evaluation_log import Log
@@ -55,10 +55,8 @@ def read_submission(path: Path, groups: Mapping[str, TaskGroup] = GROUPS) -> Sub
     return submission
 
 
-def repeat(
-    path: Path, done: Container[RunKey] = (), groups: Mapping[str, TaskGroup] = GROUPS
-) -> Iterator[Repetition]:
-    """Repeats the episodes of all runs with policies, and yields the result of each run.
+class Repeater:
+    """Repeats runs of one submission; environments are kept until a run of another group.
 
     The policies are evaluated in numpy from the prescribed seeds, 20 episodes of a cell side by side as in
     the recorder. Length, return, termination and success of every episode must be those of its row, to the
@@ -66,51 +64,68 @@ def repeat(
 
     Args:
         path: the submission's folder.
-        done: runs to leave out.
         groups: the groups that it may contain, by name.
 
     Raises:
         BenchError: as :func:`read_submission`; or another version of MuJoCo or Gymnasium is installed.
     """
-    submission, folder = read_submission(path, groups), scan(path, groups)
-    require_published_engine()
-    with no_log_file():
-        for submitted in submission.groups.values():
-            environments: dict[int, Environments] = {}
-            try:
-                for protocol, log in submitted.logs.items():
-                    for run in log.runs:
-                        key = RunKey(submitted.group.id, protocol, run)
-                        if key not in done and has_policies(log, folder):
-                            yield _repeat_run(key, log, folder, environments)
-            finally:
-                for env in environments.values():
-                    env.close()
 
+    def __init__(self, path: Path, groups: Mapping[str, TaskGroup]) -> None:
+        require_published_engine()
+        self._folder = scan(path, groups)
+        logs = [log for group in read_submission(path, groups).groups.values() for log in group.logs.values()]
+        self._logs = {
+            RunKey(log.group.id, log.protocol, run): log
+            for log in logs
+            if has_policies(log, self._folder)
+            for run in log.runs
+        }
+        self._environments: dict[int, Environments] = {}
+        self._group = ""
 
-def _repeat_run(key: RunKey, log: Log, folder: Folder, environments: dict[int, Environments]) -> Repetition:
-    """Repeats a run up to the first cell that differs. Environments are created on first use, by task."""
-    group, rows = log.group, (log.run == key.run).nonzero()[0].tolist()
-    for start in range(0, len(rows), EVALUATION_EPISODES):
-        cell = rows[start : start + EVALUATION_EPISODES]
-        stage, index = int(log.stage[cell[0]]), int(log.position[cell[0]])
+    @property
+    def keys(self) -> list[RunKey]:
+        """The runs with policies, group by group."""
+        return list(self._logs)
+
+    def __call__(self, key: RunKey) -> Repetition:
+        """Repeats a run up to the first cell that differs."""
+        if key.group != self._group:
+            self.close()
+            self._group = key.group
+        log = self._logs[key]
+        rows = (log.run == key.run).nonzero()[0].tolist()
+        for start in range(0, len(rows), EVALUATION_EPISODES):
+            difference = self._difference(log, rows[start : start + EVALUATION_EPISODES], key.run)
+            if difference:
+                return Repetition(key, len(rows), difference)
+        return Repetition(key, len(rows))
+
+    def close(self) -> None:
+        """Closes the environments."""
+        while self._environments:
+            self._environments.popitem()[1].close()
+
+    def _difference(self, log: Log, cell: list[int], run: int) -> str:
+        """A sentence on the first episode of a cell that is another than its row, or nothing."""
+        group, stage, index = log.group, int(log.stage[cell[0]]), int(log.position[cell[0]])
         task = group.tasks[index]
-        if index not in environments:
+        if index not in self._environments:
             seeds = [evaluation_seed(group.id, task.id, each) for each in range(EVALUATION_EPISODES)]
-            environments[index] = Environments(task, index, seeds)
+            self._environments[index] = Environments(task, index, seeds)
         where = f"stage {stage}, {task.name}"
         try:
-            policy = Policy.from_bytes(folder.read(policy_path(log, key.run, stage, index)))
-            outcomes = environments[index].episodes(policy)
+            policy = Policy.from_bytes(self._folder.read(policy_path(log, run, stage, index)))
+            with no_log_file():
+                outcomes = self._environments[index].episodes(policy)
         except BenchError as error:
-            return Repetition(key, len(rows), f"{where}: {error.message}")
+            return f"{where}: {error.message}"
         for row, outcome in zip(cell, outcomes, strict=True):
             logged = _logged(log, row)
             if outcome != logged:
                 episode = f"{where}, episode {int(log.episode[row])}"
-                difference = f"{episode}: {_describe(logged)} in the log, {_describe(outcome)} here."
-                return Repetition(key, len(rows), difference)
-    return Repetition(key, len(rows))
+                return f"{episode}: {_describe(logged)} in the log, {_describe(outcome)} here."
+        return ""
 
 
 def _logged(log: Log, row: int) -> Outcome:
