@@ -33,8 +33,8 @@ SENTENCES: tuple[tuple[str, tuple[Cell, ...]], ...] = (
     ),
     (
         "Right after its training, a gravity task of Hopper scores {} more than one that is learned alone. "
-        "Walker2d's body tasks end at {}, twice the score of the reference agent, and Humanoid's at {}: after "
-        "fourteen tasks it stays upright longer.",
+        "Walker2d's body tasks end at {}, twice the score of the reference agent, and Humanoid's at {}: "
+        "after fourteen tasks it stays upright longer.",
         (
             (TRANSFER, HOPPER, "Asymptotic transfer"),
             (FORGETTING, "walker2d-body", "at the end"),
