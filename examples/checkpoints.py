@@ -1,16 +1,18 @@
 """From torch checkpoints to a submission: `python examples/checkpoints.py FOLDER`.
 
 `pretend_to_train` stands for training code of your own: it writes a checkpoint per run and stage. The code
-between the marked lines makes a submission from them that can be scored and replayed.
+between the marked lines makes a submission from them, with the policies that verify it.
 """
 
 import sys
 from pathlib import Path
 
+import numpy as np
 import torch
 
 from gym_extensions.baselines import Card, record
-from gym_extensions.baselines.agent import Array
+from gym_extensions.baselines.adapters.sb3_policy import policy_layers
+from gym_extensions.rollouts.policy import Policy
 
 GROUP, RUNS = "hopper-gravity", (0, 1)
 STAGES = 6  # the policy before training, and after each of the five tasks
@@ -37,16 +39,11 @@ def record_checkpoints(checkpoints: Path, out: Path) -> None:
     policy = network()
     size = sum(parameter.numel() for parameter in policy.parameters())
     card = Card("my algorithm", evaluation="deterministic", parameters=size)
-
-    @torch.no_grad()
-    def act(observations: Array) -> Array:
-        actions: Array = policy(torch.as_tensor(observations, dtype=torch.float32)).numpy()
-        return actions
-
     for run in RUNS:
         for stage in range(STAGES):
             policy.load_state_dict(torch.load(checkpoints / f"run{run}-stage{stage}.pt"))
-            record(act, GROUP, "sequential", run=run, stage=stage, budget="smoke", card=card, out=out)
+            arrays = Policy(np.zeros(3), np.ones(3), **policy_layers(policy))  # not scaled, not squashed
+            record(arrays, GROUP, "sequential", run=run, stage=stage, budget="smoke", card=card, out=out)
 
 
 # --- end ---

@@ -1,8 +1,8 @@
 """A suite of three tasks of your own: trained, scored and plotted. Run `python examples/own_suite.py`.
 
 Scores of your own tasks need references, which are measured once. `own_suite.json` has them, from the same
-suite in a file: `gym-extensions reference --groups own_suite.toml --budget 100k --runs 1000-1001 --out
-own_suite.json`.
+suite in a file: `gym-extensions maintain references --groups own_suite.toml --budget 100k --runs 1000-1001
+--out own_suite.json`.
 """
 
 from gym_extensions import results

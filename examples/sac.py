@@ -15,9 +15,9 @@ from gymnasium.spaces import Box
 from torch import Tensor, nn
 
 from gym_extensions.baselines import Card, train
-from gym_extensions.baselines.adapters.torch_layers import policy_layers
+from gym_extensions.baselines.adapters.sb3_policy import policy_layers
 from gym_extensions.baselines.agent import Array, VectorEnv
-from gym_extensions.rollouts.policies import Policy
+from gym_extensions.rollouts.policy import Policy
 
 GROUP = "hopper-gravity"
 SETTINGS = {

@@ -9,47 +9,37 @@ import os
 
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
 
-import hashlib
+import functools
 import shutil
 from collections.abc import Callable
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 
-from gym_extensions.catalog.budgets import BUDGETS
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import TaskGroup, group
-from gym_extensions.catalog.protocol import EVALUATION_EPISODES, FULL_ENTRY_RUNS, PROTOCOLS, evaluation_seed
-from gym_extensions.rollouts.auditing.digests import DIGITS, merkle_root
-from gym_extensions.rollouts.auditing.sample import audit_sample
-from gym_extensions.rollouts.episodes import CurvePoint, Episode, write_curves, write_episodes
-from gym_extensions.rollouts.layout import trace_name
-from gym_extensions.rollouts.safe_npz import npz_bytes
+from gym_extensions.catalog.protocol import BUDGETS, EVALUATION_EPISODES, FULL_ENTRY_RUNS, evaluation_seed
+from gym_extensions.rollouts.layout import DOCUMENT, LOG, POLICIES, run_file, run_key
+from gym_extensions.rollouts.policy import Policy, content_sha256, npz_bytes, policy_keys, run_arrays
+from gym_extensions.rollouts.review import Review, Verification, write_review
+from gym_extensions.rollouts.run import (
+    Curve,
+    Memory,
+    PolicyFile,
+    RunDocument,
+    Versions,
+    file_sha256,
+    write_run,
+)
+from gym_extensions.rollouts.tables import Episode, write_log
 from gym_extensions.scoring.references import Reference, References
-
-from .scheduler import Scheduler, worker_group
-
-if TYPE_CHECKING:
-    from xdist.remote import Producer
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Adds ``--no-skips``: a skipped test is a failure, so that CI cannot lose a test unnoticed."""
     parser.addoption("--no-skips", action="store_true", help="a skipped test is a failure")
-
-
-@pytest.hookimpl(optionalhook=True)
-def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> Scheduler:
-    """Distributes the tests by group and file if ``-n`` is given."""
-    return Scheduler(config, log)
-
-
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Puts the groups first: they are long, and at the end of a run one worker would wait for the other."""
-    items.sort(key=lambda item: worker_group(item.nodeid) is None)
 
 
 @pytest.hookimpl(trylast=True)
@@ -85,20 +75,17 @@ boundaries = false
 [tuning]
 steps = 0
 tasks = []
-
-[memory]
-stored_steps = 2000
-parameters_first = 100
-parameters_last = 100
-
-[versions]
-gym_extensions = "1.0.0"
-gymnasium = "1.4.0"
-mujoco = "4.0.0"
-numpy = "2.4.6"
-python = "3.11.7"
-platform = "Linux-x86_64"
 """
+VERSIONS = Versions(
+    gym_extensions="1.0.0",
+    gymnasium="1.4.0",
+    mujoco="4.0.0",
+    numpy="2.4.6",
+    python="3.11.7",
+    platform="Linux-x86_64",
+    blas="openblas Haswell",
+)
+UNIFORM = Policy(action_offset=np.zeros(3), action_scale=np.ones(3), head="uniform")
 
 Value = Callable[[str, int, int, int, int], float]
 """The return of an episode: a function of protocol, run, stage, task's position from 1, episode."""
@@ -119,80 +106,107 @@ def write_submission(
     value: Value = formula,
     curves: int = 0,
     manifest: str = MANIFEST,
-    traces: bool | None = None,
+    policies: bool = True,
+    verified: bool | None = None,
+    parameters: int = 100,
 ) -> Path:
     """Writes a complete submission and gives its folder.
 
-    ``curves`` is the number of points of each curve. ``traces`` commits to made-up traces and writes those of
-    the audit sample, which a rank needs; by default with five or more runs.
+    Args:
+        curves: number of points of each curve.
+        policies: whether runs publish policies: uniformly random ones, whatever the log says.
+        verified: whether a review says so, which a rank needs; by default with five or more runs.
+        parameters: number of parameters of the agent.
     """
     folder = root / name
     folder.mkdir(parents=True, exist_ok=True)
-    is_bound = len(runs) >= FULL_ENTRY_RUNS if traces is None else traces
-    digests: list[str] = []
-    for group_name in sorted(groups):
+    digests = {}
+    for group_name, protocol, run in product(groups, protocols, runs):
         members = group(group_name)
-        for protocol in sorted(protocols, key=PROTOCOLS.index):
-            stages = range(len(members.tasks) + 1) if protocol == "sequential" else (1,)
-            rows = [
-                Episode(
-                    run=run,
-                    stage=stage,
-                    task=task.id,
-                    episode=episode,
-                    seed=evaluation_seed(members.id, task.id, episode),
-                    length=task.max_steps,
-                    return_=float(value(protocol, run, stage, position, episode)),
-                    terminated=False,
-                    success=None if task.body.success is None else False,
-                    fingerprint=published(task.id),
-                    trace=made_up_digest(protocol, run, stage, task.id, episode) if is_bound else "",
-                )
-                for run, stage, (position, task), episode in product(
-                    runs, stages, enumerate(members.tasks, 1), range(EVALUATION_EPISODES)
-                )
-            ]
-            log = folder / group_name / f"{protocol}.csv"
-            write_episodes(log, rows, members.task_ids)
-            if is_bound:
-                digests += [row.trace for row in rows]
-                write_sample(log, members, runs)
-        if curves:
-            steps = BUDGETS["smoke"].steps_for(group_name)
-            points = [
-                CurvePoint(
-                    protocol, run, task, steps * point // curves, float(value(protocol, run, 1, 1, point))
-                )
-                for protocol, run, task, point in product(
-                    protocols, runs, members.task_ids, range(1, curves + 1)
-                )
-            ]
-            write_curves(folder / group_name / "curves.csv", points, members.task_ids)
-    if is_bound:
-        manifest += f'\n[traces]\nroot = "{merkle_root(digests)}"\n'
+        log, document_path, npz = (
+            folder / run_file(group_name, protocol, run, suffix) for suffix in (LOG, DOCUMENT, POLICIES)
+        )
+        write_log(log, episodes_of(members, protocol, run, value), members.task_ids)
+        policy_file = None
+        if policies:
+            data, digest = uniform_policies(group_name, protocol)
+            npz.write_bytes(data)
+            policy_file = PolicyFile(sha256=digest, size=len(data))
+        document = RunDocument(
+            group=members.id,
+            protocol=protocol,  # type: ignore[arg-type]
+            run=run,
+            versions=VERSIONS,
+            steps=BUDGETS["smoke"].steps_for(group_name) * len(members.tasks),
+            memory=Memory(stored_steps=2000, parameters_first=parameters, parameters_last=parameters),
+            fingerprints={task.id: published(task.id) for task in members.tasks},
+            curves=curves_of(members, protocol, run, value, curves),
+            log=file_sha256(log),
+            policies=policy_file,
+        )
+        write_run(document_path, document)
+        digests[run_key(group_name, protocol, run)] = document.digest
     (folder / "submission.toml").write_text(manifest, encoding="utf-8", newline="\n")
+    if len(runs) >= FULL_ENTRY_RUNS if verified is None else verified:
+        write_review(folder, Review(verifications=[verification(digests)]))
     return folder
 
 
-def made_up_digest(*key: object) -> str:
-    """A digest that no trace has."""
-    return hashlib.sha256(repr(key).encode()).hexdigest()[:DIGITS]
+def episodes_of(members: TaskGroup, protocol: str, run: int, value: Value) -> list[Episode]:
+    """The episodes of a run, whose returns follow from the formula."""
+    stages = range(len(members.tasks) + 1) if protocol == "sequential" else (1,)
+    return [
+        Episode(
+            stage=stage,
+            task=task.id,
+            episode=episode,
+            seed=evaluation_seed(members.id, task.id, episode),
+            length=task.max_steps,
+            return_=float(value(protocol, run, stage, position, episode)),
+            terminated=False,
+            success=None if task.body.success is None else False,
+        )
+        for stage, (position, task), episode in product(
+            stages, enumerate(members.tasks, 1), range(EVALUATION_EPISODES)
+        )
+    ]
 
 
-def write_sample(log: Path, members: TaskGroup, runs: tuple[int, ...]) -> None:
-    """Writes a file for every trace of a log's audit sample, all with the same content: links are quick."""
-    folder = log.with_name("traces")
-    folder.mkdir(exist_ok=True)
-    names = {task.id: task.name for task in members.tasks}
-    first: Path | None = None
-    for row in audit_sample(log.stem, log.read_bytes(), runs, members.tasks):
-        path = folder / trace_name(log.stem, row.run, row.stage, names[row.task], row.episode)
-        path.unlink(missing_ok=True)
-        if first is None:
-            first = path
-            path.write_bytes(npz_bytes({"actions": np.zeros((1, 1), np.float32)}))
-        else:
-            os.link(first, path)
+def curves_of(members: TaskGroup, protocol: str, run: int, value: Value, points: int) -> list[Curve]:
+    """One curve per task, which all have the returns of the first task."""
+    steps = BUDGETS["smoke"].steps_for(members.name)
+    return [
+        Curve(
+            stage=position if protocol == "sequential" else 1,
+            task=task,
+            steps=[steps * point // points for point in range(1, points + 1)],
+            returns=[float(value(protocol, run, 1, 1, point)) for point in range(1, points + 1)],
+        )
+        for position, task in enumerate(members.task_ids, 1)
+        if points
+    ]
+
+
+@functools.cache
+def uniform_policies(group_name: str, protocol: str) -> tuple[bytes, str]:
+    """The policies of a run that acts at random, as a file, and their digest."""
+    arrays = run_arrays(dict.fromkeys(policy_keys(protocol, group(group_name)), UNIFORM))
+    return npz_bytes(arrays), content_sha256(arrays)
+
+
+def verification(digests: dict[str, str], **changes: object) -> Verification:
+    """A verification of these runs that passed."""
+    facts: dict[str, object] = {
+        "date": "2026-11-26",
+        "version": "1.0.0",
+        "value": "0" * 64,
+        "runs": digests,
+        "kernels": "openblas Haswell",
+        "cells": 9,
+        "p_value": 0.5,
+        "passed": True,
+    }
+    return Verification(**(facts | changes))  # type: ignore[arg-type]
 
 
 @pytest.fixture
@@ -239,11 +253,11 @@ def references() -> References:
         for body in ("hopper", "walker2d", "halfcheetah", "humanoid")
         for task in group(f"{body}-gravity").task_ids
     }
-    return References("synthetic", True, tasks, "0" * 64)
+    return References("synthetic", tasks, "0" * 64)
 
 
 @pytest.fixture
 def known(monkeypatch: pytest.MonkeyPatch, references: References) -> None:
     """Scores with the synthetic references."""
     monkeypatch.setattr("gym_extensions.scoring.references.load_references", lambda: references)
-    monkeypatch.setattr("gym_extensions.scoring.pipeline.score.load_references", lambda: references)
+    monkeypatch.setattr("gym_extensions.scoring.pipeline.load_references", lambda: references)

@@ -14,13 +14,11 @@ import pytest
 from gym_extensions import results
 
 ROOT = Path(__file__).resolve().parents[1]
-CONFIG = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
 
 
 def module(name: str) -> ModuleType:
     spec = importlib.util.spec_from_file_location(f"docs_site_{name}", ROOT / "docs" / "site" / f"{name}.py")
-    assert spec is not None
-    assert spec.loader is not None
+    assert spec is not None and spec.loader is not None
     loaded = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(loaded)
     return loaded
@@ -35,15 +33,10 @@ hooks = module("hooks")
         ("README.md", "[a](docs/submit.md)", "[a](submit.md)"),
         ("README.md", "[a](docs/adr)", "[a](adr/README.md)"),
         ("README.md", "[CITATION.cff](CITATION.cff)", "CITATION.cff"),
-        ("docs/submit.md", "[a](rollout-log.md#traces)", "[a](rollout-log.md#traces)"),
+        ("docs/submit.md", "[a](rollout-log.md#policies)", "[a](rollout-log.md#policies)"),
         ("docs/submit.md", "[a](../tests/conftest.py)", "a"),
-        (
-            "docs/adr/0001-one-package-from-four-roots.md",
-            "[a](../../ARCHITECTURE.md)",
-            "[a](../architecture.md)",
-        ),
-        ("docs/api/envs.md", "[a](../metrics.md)", "[a](../metrics.md)"),
-        ("docs/submit.md", "[a](https://example.org) [b](#traces)", "[a](https://example.org) [b](#traces)"),
+        ("docs/adr/0003-the-log-is-text.md", "[a](../../ARCHITECTURE.md)", "[a](../architecture.md)"),
+        ("docs/submit.md", "[a](https://example.org) [b](#x)", "[a](https://example.org) [b](#x)"),
     ],
 )
 def test_a_link_leads_to_the_page_of_the_site_or_becomes_text(source: str, link: str, expected: str) -> None:
@@ -60,8 +53,6 @@ def test_a_value_with_two_indices_is_not_a_link_except_in_code() -> None:
     [
         '<script src="https://cdn.example/a.js"></script>',
         '<link rel="stylesheet" href="//cdn.example/a.css">',
-        '<link rel="preconnect" href="https://fonts.example">',
-        '<img src="http://cdn.example/a.png">',
         '<img srcset="a.png, https://cdn.example/a.png 2x">',
         '<p style="background: url(https://cdn.example/a.png)">',
         "<style>@import 'https://cdn.example/a.css'</style>",
@@ -87,17 +78,14 @@ def test_docstrings_are_shown_as_markdown() -> None:
     pytest.importorskip("griffe")
     text = module("docstrings").as_markdown(inspect.getdoc(results.metrics) or "")
     assert "\n| name | str | name of the submission's folder |\n" in text
-    role = "The class :class:`gym_extensions.envs.TaskGroup`."
-    assert module("docstrings").as_markdown(role) == "The class `TaskGroup`."
 
 
 def test_every_page_is_in_the_navigation() -> None:
-    pages = {path.name for path in (ROOT / "docs").glob("*.md")} | {
-        f"api/{path.name}" for path in (ROOT / "docs/api").glob("*.md")
-    }
-    listed = set(re.findall(r": ([\w/-]+\.md)$", CONFIG, flags=re.MULTILINE))
-    assert pages - listed == set()
-    assert set(hooks.ROOT_PAGES.values()) <= listed
+    pages = {path.relative_to(ROOT / "docs").as_posix() for path in (ROOT / "docs").glob("*.md")}
+    pages |= {f"api/{path.name}" for path in (ROOT / "docs/api").glob("*.md")}
+    config = (ROOT / "mkdocs.yml").read_text("utf-8")
+    listed = set(re.findall(r": ([\w/-]+\.md)$", config, flags=re.MULTILINE))
+    assert (pages | set(hooks.ROOT_PAGES.values())) - listed == set()
 
 
 def test_every_extra_is_on_the_page_about_installation() -> None:
@@ -114,8 +102,3 @@ def test_the_lowest_versions_are_the_lower_ends_of_the_ranges() -> None:
     tested = dict(re.findall(r"([\w-]+)==([\d.]+)", text))
     assert tested.keys() == lower.keys()
     assert [name for name in lower if not f"{tested[name]}.0.0".startswith(f"{lower[name]}.")] == []
-
-
-@pytest.mark.parametrize("setting", ["font: false", "strict: true", "hooks: [docs/site/hooks.py]"])
-def test_the_settings_that_keep_the_site_self_contained(setting: str) -> None:
-    assert setting in CONFIG

@@ -13,15 +13,14 @@ from figures import draw_learned_and_final, draw_retention
 from groups import FINE_TUNING, group_of, group_rows, groups_without_score, unsolved_tasks
 from page import render
 from retention import as_scores, most_forgotten
-from space import Space
 from suites import suites_of
 from transfer import transfer
 
-from gym_extensions.atomic import write_text
-from gym_extensions.catalog.budgets import STANDARD_BUDGET
 from gym_extensions.catalog.groups import GROUPS
-from gym_extensions.results.evaluations import evaluations
-from gym_extensions.scoring.pipeline.score import make_scorer
+from gym_extensions.catalog.protocol import STANDARD_BUDGET
+from gym_extensions.files import write_text
+from gym_extensions.results.frames import evaluations
+from gym_extensions.scoring.pipeline import make_scorer
 from gym_extensions.scoring.references import load_references
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -57,11 +56,10 @@ def main(submissions: Path = ROOT / "submissions") -> None:
         if card.name == FINE_TUNING and group.name in compared
     ]
     without_score = groups_without_score(cards)
-    space = Space.of(submissions, FINE_TUNING, [*compared, *without_score])
     suites = [
         suite for card in cards if card.name == FINE_TUNING for suite in suites_of(card, STANDARD_BUDGET)
     ]
-    write_text(PAGE, render(groups, without_score, transfers, unsolved_tasks(), space, suites=suites))
+    write_text(PAGE, render(groups, without_score, transfers, unsolved_tasks(), suites))
 
 
 if __name__ == "__main__":

@@ -7,10 +7,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gym_extensions.scoring.statistics.intervals import Interval, difference, interval, summary
-from gym_extensions.scoring.statistics.one_sample import zero_mean_p
-from gym_extensions.scoring.statistics.student_t import two_sided_p
-from gym_extensions.scoring.statistics.welch import holm, welch
+from gym_extensions.scoring.statistics import (
+    Interval,
+    difference,
+    holm,
+    interval,
+    summary,
+    two_sided_p,
+    welch,
+    zero_mean_p,
+)
 
 METRICS = ("learning_performance", "final_performance", "forgetting")
 

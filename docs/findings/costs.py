@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from gym_extensions.catalog.budgets import STANDARD_BUDGET, budget
 from gym_extensions.catalog.groups import group
-from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS
+from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS, STANDARD_BUDGET, budget
 
 CPU_SECONDS = {
     "Hopper": 108,

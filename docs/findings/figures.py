@@ -13,9 +13,9 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from gym_extensions.results.plots import plot_retention
-from gym_extensions.scoring.metrics.paper_table import PaperRow
-from gym_extensions.scoring.scorecard.highlights import task_name
-from gym_extensions.scoring.statistics.intervals import Interval
+from gym_extensions.scoring.highlights import task_name
+from gym_extensions.scoring.published import PaperRow
+from gym_extensions.scoring.statistics import Interval
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,11 +8,10 @@ from dataclasses import dataclass
 from comparison import METRICS, Row, with_verdicts
 
 from gym_extensions.baselines.algorithms import names
-from gym_extensions.catalog.budgets import STANDARD_BUDGET
 from gym_extensions.catalog.groups import GROUPS
-from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS
+from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS, STANDARD_BUDGET
 from gym_extensions.scoring.references import load_references
-from gym_extensions.scoring.scorecard.model import Scorecard
+from gym_extensions.scoring.scorecard import Scorecard
 
 FINE_TUNING = "trpo"
 COMPARED = set(names()) - {"random", "zero", "trpo-2017"}

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from gym_extensions.scoring.statistics.intervals import Interval
-from gym_extensions.site.text.numbers import fixed, interval
+from gym_extensions.scoring.statistics import Interval
+from gym_extensions.site.text import fixed, interval
 
 
 def mean(each: Interval, digits: int = 2) -> str:

@@ -11,13 +11,12 @@ from costs import hours
 from groups import FINE_TUNING, Group
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from numbers_as_text import mean
-from space import Space
 from suites import Suite
 from transfer import TITLES, Transfer, shown
 
-from gym_extensions.catalog.budgets import STANDARD_BUDGET
 from gym_extensions.catalog.groups import GROUPS
-from gym_extensions.scoring.statistics.intervals import Interval
+from gym_extensions.catalog.protocol import STANDARD_BUDGET
+from gym_extensions.scoring.statistics import Interval
 
 TEMPLATES = Path(__file__).parent
 
@@ -37,8 +36,6 @@ def render(
     without_score: Sequence[str] = (),
     transfers: Sequence[Transfer] = (),
     unsolved: Mapping[str, Sequence[str]] = MappingProxyType({}),
-    space: Space | None = None,
-    *,
     suites: Sequence[Suite] = (),
 ) -> str:
     """The text of the page.
@@ -48,7 +45,6 @@ def render(
         without_score: names of the groups on which it was trained without a score: every task is unsolved.
         transfers: the transfers of fine-tuning on each group.
         unsolved: the unsolved tasks of groups that have any.
-        space: what the entries take in the repository.
         suites: the suites on which fine-tuning has a score.
     """
     templates = Environment(
@@ -65,7 +61,6 @@ def render(
             groups=groups,
             with_learners=[group for group in groups if group.learners],
             without_score=without_score,
-            space=space,
             suites=suites,
             unsolved={group.name: unsolved[group.name] for group in groups if group.name in unsolved},
             transfer_titles=TITLES,

@@ -15,22 +15,23 @@ from figures import draw_reproduction
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from numbers_as_text import mean
 
-from gym_extensions.atomic import write_text
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES
-from gym_extensions.scoring.metrics.paper_table import PaperCell, PaperRow
-from gym_extensions.scoring.pipeline.score import make_scorer
-from gym_extensions.scoring.scorecard.highlights import task_name
-from gym_extensions.scoring.statistics.intervals import (
+from gym_extensions.files import write_text
+from gym_extensions.scoring.highlights import task_name
+from gym_extensions.scoring.pipeline import make_scorer
+from gym_extensions.scoring.published import PaperCell, PaperRow
+from gym_extensions.scoring.statistics import (
     Interval,
     Summary,
+    holm,
     mean_of_groups,
     subtract,
     to_interval,
+    two_sided_p,
+    welch,
 )
-from gym_extensions.scoring.statistics.student_t import two_sided_p
-from gym_extensions.scoring.statistics.welch import holm, welch
-from gym_extensions.site.text.numbers import fixed
+from gym_extensions.site.text import fixed
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER, PAGE = ROOT / "docs" / "findings", ROOT / "docs" / "reproduction.md"

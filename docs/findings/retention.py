@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import pandas as pd
 
 from gym_extensions.scoring.references import Reference
-from gym_extensions.scoring.statistics.intervals import Interval
+from gym_extensions.scoring.statistics import Interval
 
 PANELS = 4
 

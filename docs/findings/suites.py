@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from comparison import METRICS
 
 from gym_extensions.catalog.groups import GROUPS
-from gym_extensions.scoring.scorecard.model import Scorecard
-from gym_extensions.scoring.statistics.intervals import Interval
+from gym_extensions.scoring.scorecard import Scorecard
+from gym_extensions.scoring.statistics import Interval
 
 
 @dataclass(frozen=True)

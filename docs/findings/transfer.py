@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from gym_extensions.scoring.metrics.definitions import BY_NAME
-from gym_extensions.scoring.scorecard.model import Scorecard
-from gym_extensions.scoring.statistics.intervals import Interval
+from gym_extensions.scoring.metrics import BY_NAME
+from gym_extensions.scoring.scorecard import Scorecard
+from gym_extensions.scoring.statistics import Interval
 
 TRANSFERS = (
     "zero_shot_transfer",

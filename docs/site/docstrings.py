@@ -1,4 +1,4 @@
-"""An extension of griffe that shows reStructuredText in docstrings, roles and simple tables, as Markdown."""
+"""An extension of griffe: docstrings as Markdown, and public names that a module shares."""
 
 from __future__ import annotations
 
@@ -33,3 +33,13 @@ class RestructuredText(griffe.Extension):
     def on_object(self, *, obj: griffe.Object, **_: Any) -> None:
         if obj.docstring is not None:
             obj.docstring.value = as_markdown(obj.docstring.value)
+
+    def on_package(self, *, pkg: griffe.Module, **_: Any) -> None:
+        """Shows the function ``make`` of a package that also has a module ``make``, which griffe prefers."""
+        for module in [pkg, *(each for each in pkg.modules.values() if not each.is_alias)]:
+            public = {str(name): module.imports.get(str(name), "") for name in module.exports or ()}
+            shared = {target.rpartition(".")[0] for name, target in public.items() if name in module.modules}
+            names = [name for name, target in public.items() if target.rpartition(".")[0] in shared - {""}]
+            found = {name: pkg.modules_collection[public[name]] for name in names}
+            for name, each in found.items():
+                module.set_member(name, griffe.Alias(name, each, parent=module))

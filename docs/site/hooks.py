@@ -115,10 +115,16 @@ def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
 
 
 def on_post_build(config: Any, **_: Any) -> None:
-    """Raises an error if a page or a style sheet of the site loads something from another host."""
+    """Raises an error if a page or a style sheet of the site loads something from another host.
+
+    The page 404 has links from the root of the host, where the site may not lie; they are made relative.
+    """
     from mkdocs.exceptions import PluginError
 
     site = Path(config.site_dir)
+    lost = site / "404.html"
+    if lost.is_file():
+        lost.write_text(re.sub(r'(href|src)="/(?!/)', r'\1="', lost.read_text("utf-8")), "utf-8")
     loaded = [
         f"{path.relative_to(site)} loads {address}"
         for path in sorted(site.rglob("*"))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import functools
+import io
 import os
 import sys
 from collections.abc import Iterable
@@ -30,6 +31,17 @@ class BenchError(Exception):
         return f"{first}{'' if first.endswith(chr(10)) else ' '}{self.hint}".rstrip()
 
 
+class KeywordError(BenchError, TypeError):
+    """A keyword that a function does not accept. Other libraries probe for it as Python's ``TypeError``.
+
+    Like a ``TypeError``, it can be made from a text alone: Gymnasium makes it again with a longer one.
+    """
+
+    def __init__(self, message: str, where: str = "", hint: str = "") -> None:
+        super().__init__("unexpected-keyword", message, where, hint)
+        self.args = (message, where, hint)
+
+
 def did_you_mean(word: str, choices: Iterable[str]) -> str:
     """Returns a hint that names the closest choice, all choices if there are few, or nothing."""
     ordered = sorted(choices)
@@ -50,12 +62,12 @@ def reports_mistakes(main: Command) -> Command:
     """Wraps a command so that a ``BenchError`` is printed to standard error, with exit status 2.
 
     If the reader of the output is gone (``| head``), the rest is discarded and the exit status is 1. Output
-    to a closed stream (``>&-``) is discarded.
+    to a closed stream (``>&-``) is discarded. A character that the output's encoding lacks becomes ``?``.
     """
 
     @functools.wraps(main)
     def command(argv: list[str] | None = None) -> int:
-        _replace_closed_streams()
+        _prepare_streams()
         try:
             status = main(argv)
             sys.stdout.flush()
@@ -70,8 +82,11 @@ def reports_mistakes(main: Command) -> Command:
     return command
 
 
-def _replace_closed_streams() -> None:
-    """Opens the null device for standard streams that were closed (``>&-``), which Python sets to None."""
+def _prepare_streams() -> None:
+    """Opens the null device for streams that were closed (``>&-``), and replaces what cannot be encoded."""
     for name in ("stdout", "stderr"):
-        if getattr(sys, name) is None:
+        stream = getattr(sys, name)
+        if stream is None:
             setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115
+        elif isinstance(stream, io.TextIOWrapper) and stream.errors == "strict":
+            stream.reconfigure(errors="replace")

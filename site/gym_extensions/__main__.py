@@ -10,29 +10,19 @@ from importlib.metadata import version
 from gym_extensions.errors import BenchError, did_you_mean, reports_mistakes
 
 COMMANDS = {
-    "envs": ("gym_extensions.envs.cli", "list, describe and check the environments"),
-    "train": ("gym_extensions.baselines.cli", "train an agent through a protocol and write a submission"),
-    "merge": ("gym_extensions.baselines.submission.cli", "join submissions of one agent with other runs"),
-    "trace": ("gym_extensions.baselines.tracing.cli", "write the traces of a submission's audit sample"),
-    "repeat": (
-        "gym_extensions.scoring.repetition.cli",
-        "repeat all episodes of a submission with its policies",
+    "envs": ("gym_extensions.envs.cli:main", "list, describe and check the environments"),
+    "train": (
+        "gym_extensions.baselines.cli:main",
+        "train an agent through a protocol and write a submission",
     ),
-    "reproduce": (
-        "gym_extensions.baselines.reproduction.cli",
-        "retrain a run of a submission and compare it with the log",
-    ),
-    "reference": ("gym_extensions.baselines.references.cli", "measure the floors and ceilings of tasks"),
-    "score": ("gym_extensions.scoring.cli", "check and score submissions"),
-    "ledger": ("gym_extensions.curation.ledger.cli", "verify and extend the ledger of submissions"),
-    "check-pr": ("gym_extensions.curation.gate.cli", "check a pull request with a submission"),
-    "reevaluate": (
-        "gym_extensions.scoring.reevaluation.cli",
-        "evaluate policies on new seeds, for the pages of entries",
-    ),
-    "watch": ("gym_extensions.scoring.replay.cli", "replay audited episodes for the pages of entries"),
-    "site": ("gym_extensions.site.cli", "build the pages of the leaderboard"),
+    "record": ("gym_extensions.baselines.cli:record", "record policies that were trained elsewhere"),
+    "score": ("gym_extensions.scoring.cli:main", "check and score submissions"),
+    "verify": ("gym_extensions.verification.cli:main", "run the policies of submissions on new seeds"),
+    "site": ("gym_extensions.site.cli:main", "build the pages of the leaderboard"),
+    "check-pr": ("gym_extensions.curation.cli:check_pr", "check a pull request with a submission"),
+    "maintain": ("gym_extensions.curation.cli:maintain", "review entries and measure the references"),
 }
+"""The module and function of each sub-command, and what it does."""
 
 
 def usage() -> str:
@@ -56,7 +46,8 @@ def main(argv: list[str] | None = None) -> int:
     if arguments[0] not in COMMANDS:
         hint = did_you_mean(arguments[0], COMMANDS)
         raise BenchError("unknown-command", f"Unknown command {arguments[0]!r}.", hint=hint)
-    command: Callable[[list[str]], int] = importlib.import_module(COMMANDS[arguments[0]][0]).main
+    module, _, function = COMMANDS[arguments[0]][0].partition(":")
+    command: Callable[[list[str]], int] = getattr(importlib.import_module(module), function)
     return command(arguments[1:])
 
 

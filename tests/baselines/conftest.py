@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import contextlib
+import csv
 import hashlib
 import io
+import json
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -34,13 +36,30 @@ max_steps = 10
 """
 
 
+MEASURED = ("command", "commit", "date", "machine", "cpu_seconds", "peak_memory_mb")
+"""Keys of a run's document that differ between two equal runs."""
+
+
 def digests(folder: Path) -> dict[str, str]:
-    """The sha256 of every finished file, by its path in the folder."""
+    """The sha256 of every finished file, by its path in the folder; of documents without what is measured."""
     return {
-        str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest()
+        path.relative_to(folder).as_posix(): hashlib.sha256(_content(path)).hexdigest()
         for path in sorted(folder.rglob("*"))
         if path.is_file() and ".progress" not in path.parts
     }
+
+
+def _content(path: Path) -> bytes:
+    if path.suffix != ".json":
+        return path.read_bytes()
+    document = json.loads(path.read_bytes())
+    return json.dumps({key: value for key, value in document.items() if key not in MEASURED}).encode()
+
+
+def log_rows(path: Path) -> list[dict[str, str]]:
+    """The rows of a log."""
+    with path.open(newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
 
 
 @pytest.fixture(scope="session")

@@ -6,7 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
-from gym_extensions.baselines.checkpoint import load_arrays, restore_generator, save_arrays, saved_generator
+from gym_extensions.baselines.agent import (
+    load_arrays,
+    restore_generator,
+    save_arrays,
+    saved_generator,
+)
 
 
 def test_arrays_are_read_back_from_exactly_the_given_path(tmp_path: Path) -> None:

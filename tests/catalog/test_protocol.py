@@ -6,9 +6,8 @@ import hashlib
 
 import pytest
 
-from gym_extensions.catalog.budgets import BUDGETS, budget
 from gym_extensions.catalog.groups import group
-from gym_extensions.catalog.protocol import evaluation_seed, per_run, stages
+from gym_extensions.catalog.protocol import BUDGETS, budget, evaluation_seed, per_run, stages
 from gym_extensions.errors import BenchError
 
 

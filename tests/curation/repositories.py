@@ -6,7 +6,12 @@ import subprocess
 from collections.abc import Mapping
 from pathlib import Path
 
-from gym_extensions.curation.ledger.append import Author, record
+import msgspec
+import numpy as np
+
+from gym_extensions.catalog.groups import GROUPS
+from gym_extensions.rollouts.policy import Policy, content_sha256, npz_bytes, policy_keys, run_arrays
+from gym_extensions.rollouts.run import PolicyFile, read_run, write_run
 
 from ..conftest import MANIFEST, write_submission
 
@@ -45,14 +50,26 @@ def commit(
 
 
 def write_entry(folder: Path, name: str, bonus: float = 0.0, group: str = "hopper-gravity") -> Path:
-    """A small submission without traces: one group, two runs, the single protocol."""
+    """A small submission with policies that act at random: one group, two runs, sequential and single."""
 
     def value(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
         return bonus + 10.0 * position + run + episode / 8
 
-    return write_submission(
-        folder, name=name, groups=(group,), protocols=("single",), value=value, manifest=BOARD_MANIFEST
-    )
+    entry = write_submission(folder, name=name, groups=(group,), value=value, manifest=BOARD_MANIFEST)
+    put_policies(entry, Policy(np.full(3, bonus / 100), np.ones(3), head="uniform"))
+    return entry
+
+
+def put_policies(entry: Path, policy: Policy) -> None:
+    """Makes a policy that of every stage and task of all runs of an entry, and says so in the documents."""
+    for path in sorted(entry.glob("*/*/run*.json")):
+        document = read_run(path)
+        members = next(each for each in GROUPS.values() if each.id == document.group)
+        arrays = run_arrays(dict.fromkeys(policy_keys(document.protocol, members), policy))
+        data = npz_bytes(arrays)
+        path.with_suffix(".npz").write_bytes(data)
+        stated = PolicyFile(sha256=content_sha256(arrays), size=len(data))
+        write_run(path, msgspec.structs.replace(document, policies=stated))
 
 
 def make_crossed(folder: Path) -> None:
@@ -69,13 +86,12 @@ def make_crossed(folder: Path) -> None:
 
 
 def make_project(folder: Path) -> Path:
-    """A repository with code, an owner, an entry and its ledger.
+    """A repository with code, an owner and an entry.
 
     The branch ``request``, which is checked out, equals ``main``; the branch ``entry`` adds a new entry.
     """
     make_repository(folder)
     write_entry(folder / "submissions", "old")
-    record(folder / "submissions", Author("2026-01-01", "The first entry."))
     owners = "* @project/maintainers\n/submissions/old/ @alice @project/maintainers\n"
     commit(folder, {"scoring/rank.py": "rank = 1\n", ".github/CODEOWNERS": owners})
     git(folder, "switch", "--quiet", "-c", "entry")

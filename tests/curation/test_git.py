@@ -1,4 +1,4 @@
-"""Reading a repository, and salts: what git lacks is a named error."""
+"""Reading a repository, and the commits that fix seeds: what git lacks is a named error."""
 
 from __future__ import annotations
 
@@ -6,13 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from gym_extensions.curation.digest import folder_hashes
 from gym_extensions.curation.git import Repository
-from gym_extensions.curation.salt import derive_salt, fixing_commit
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.auditing.submission_digest import digest_without_traces, submission_digest
 
-from .repositories import commit, git, make_repository, write_entry
+from .repositories import commit, git, make_repository
 
 
 def test_a_machine_without_git_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -46,31 +43,32 @@ def test_files_of_a_commit_are_read_with_their_modes_and_sizes(tmp_path: Path) -
     folder = make_repository(tmp_path)
     head = commit(folder, {"a/b.csv": "1\n", "c": b"\0\xff\n\n"})
     repository = Repository(folder)
-    assert [(entry.mode, entry.size, entry.path) for entry in repository.tree(head)] == [
+    assert [(entry.mode, entry.size, entry.path) for entry in repository.tree(head, sizes=True)] == [
         ("100644", 2, "a/b.csv"),
         ("100644", 4, "c"),
     ]
     assert (repository.file(head, "c"), repository.file(head, "a")) == (b"\0\xff\n\n", None)
 
 
-def test_a_commit_that_changes_traces_alone_does_not_fix_a_submission(tmp_path: Path) -> None:
+def test_the_last_commit_of_the_first_parents_fixes_runs(tmp_path: Path) -> None:
     folder = make_repository(tmp_path)
-    fixed = commit(folder, {"submissions/a/g/single.csv": "1\n"})
-    commit(folder, {"submissions/a/g/traces/x.npz": "1\n"})
-    head = commit(folder, {"submissions/b/g/single.csv": "1\n"})
-    repository = Repository(folder)
-    assert fixing_commit(repository, head, "submissions/a") == fixed
-    assert fixing_commit(repository, head, "submissions/absent") == ""
+    commit(folder, {"submissions/a/g/single/run0.csv": "1\n"})
+    git(folder, "switch", "--quiet", "-c", "entry")
+    inner = commit(folder, {"submissions/a/g/single/run1.csv": "1\n"})
+    git(folder, "switch", "--quiet", "main")
+    git(folder, "merge", "--quiet", "--no-ff", "--no-edit", "entry")
+    merge = git(folder, "rev-parse", "HEAD")
+    head = commit(folder, {"submissions/a/README.md": "A text.\n"})
+    paths = ["submissions/a/g/single/run0.csv", "submissions/a/g/single/run1.csv"]
+    assert Repository(folder).last_change(head, paths) == merge != inner
+    assert Repository(folder).last_change(head, ["submissions/absent"]) == ""
 
 
-def test_a_salt_is_a_hash_of_the_digest_and_the_value() -> None:
-    # printf '%s%s' aaa…a 111…1 | sha256sum
-    expected = "dcb3be4b9d3dfb41a218bbb2a1207664136e65ad9a7589fa2041e75cb7f58804"
-    assert derive_salt("a" * 64, "1" * 40) == expected
-
-
-def test_the_digest_for_a_salt_is_that_of_the_submission(tmp_path: Path) -> None:
-    folder = write_entry(tmp_path, "entry")
-    (folder / "hopper-gravity" / "traces").mkdir()
-    (folder / "hopper-gravity" / "traces" / "salt.txt").write_text("x")
-    assert digest_without_traces(folder_hashes(folder)) == submission_digest(folder)
+def test_a_clone_that_lacks_older_commits_gives_no_seeds(tmp_path: Path) -> None:
+    whole = make_repository(tmp_path / "whole")
+    commit(whole, {"a": "1\n"})
+    commit(whole, {"b": "1\n"})
+    git(tmp_path, "clone", "--quiet", "--depth", "1", f"file://{whole}", str(tmp_path / "cut"))
+    with pytest.raises(BenchError) as error:
+        Repository(tmp_path / "cut").last_change("HEAD", ["a"])
+    assert error.value.code == "shallow-clone"

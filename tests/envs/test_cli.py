@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import os
 import subprocess
 import sys
@@ -9,7 +10,7 @@ import sys
 import pytest
 
 from gym_extensions.catalog import fingerprints
-from gym_extensions.envs import cli, fingerprint
+from gym_extensions.envs import cli
 
 
 def test_list_prints_the_tasks_of_a_group_in_training_order(capsys: pytest.CaptureFixture[str]) -> None:
@@ -32,20 +33,19 @@ def test_check_succeeds_when_tasks_match(capsys: pytest.CaptureFixture[str]) -> 
 def test_check_fails_when_a_value_differs(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    table = {**fingerprints.table(), "engine": fingerprint.engine() | {"gymnasium": "1.0.0"}}
+    table = copy.deepcopy(fingerprints.table())
+    table["engine"]["gymnasium"] = "1.0.0"
     monkeypatch.setattr(fingerprints, "table", lambda: table)
+    assert cli.main(["check", "Hopper"]) == 0, "another engine is named, and is no difference of a task"
+    assert "gymnasium 1.4.0" in capsys.readouterr().err
+    table["tasks"]["gym_extensions/Hopper-v0"]["definition"]["max_steps"] = 999
     assert cli.main(["check", "Hopper"]) == 1
-    assert capsys.readouterr().err.splitlines() == [
-        "engine: gymnasium is '1.4.0', published as '1.0.0'",
-        "1 difference in 1 of 1 task.",
-        "A task that changes needs a new version number.",
-    ]
+    assert "definition.max_steps is 1000, published as 999" in capsys.readouterr().err
 
 
 def test_an_unknown_name_prints_an_error_without_a_traceback(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["show", "HopperGravtyHalf"]) == 2
-    message = "error: There is no task 'HopperGravtyHalf'. Did you mean 'HopperGravityHalf'?\n"
-    assert capsys.readouterr().err == message
+    assert "'HopperGravityHalf'" in capsys.readouterr().err
 
 
 def test_show_prints_the_fingerprint(capsys: pytest.CaptureFixture[str]) -> None:
@@ -53,13 +53,18 @@ def test_show_prints_the_fingerprint(capsys: pytest.CaptureFixture[str]) -> None
     assert fingerprints.published("gym_extensions/HopperGravityHalf-v0") in capsys.readouterr().out
 
 
-def test_the_help_is_plain_text_and_names_every_command(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit) as stopped:
-        cli.main(["-h"])
-    text = capsys.readouterr().out
-    assert stopped.value.code == 0
-    assert "`" not in text
-    assert all(f"\n    {name}" in text for name in ("list", "show", "check", "fingerprint", "docs"))
+@pytest.mark.parametrize("name", ["Pusher", "State-Based-Navigation-2d-Map0-Goal0"])
+def test_characters_that_the_output_lacks_are_replaced(name: str) -> None:
+    environment = os.environ | {"PYTHONUTF8": "0", "PYTHONIOENCODING": "cp1252"}
+    command = [sys.executable, "-m", "gym_extensions", "envs", "show", name]
+    process = subprocess.run(command, env=environment, capture_output=True, check=True)
+    assert name.encode() in process.stdout and process.stderr == b""
+
+
+def test_python_without_docstrings_makes_environments() -> None:
+    code = "import gym_extensions.envs as envs; print(envs.make_vec('Hopper', 2).reset(seed=0)[0].shape)"
+    command = [sys.executable, "-OO", "-c", code]
+    assert subprocess.run(command, capture_output=True, check=True).stdout == b"(2, 11)\n"
 
 
 def test_output_that_nobody_reads_is_discarded() -> None:

@@ -14,7 +14,7 @@ import pytest
 from gym_extensions import results
 from gym_extensions.baselines import Context, train
 from gym_extensions.envs import MotorNoise, TaskGroup, customize
-from gym_extensions.rollouts.policies import Policy
+from gym_extensions.rollouts.policy import Policy, read_policies
 
 GROUP = TaskGroup(  # two tasks whose episodes are short
     "short-hoppers",
@@ -84,7 +84,8 @@ def test_the_agent_learns_the_first_task(submissions: Path, name: str) -> None:
 
 @pytest.mark.parametrize("name", ["ppo", "sac"])
 def test_the_policy_of_every_stage_is_published(submissions: Path, name: str) -> None:
-    assert len(list((submissions / name).rglob("policies/*.npz"))) == 3
+    policies = read_policies(submissions / name, GROUP, "sequential", 0)
+    assert list(policies) == [(stage, None) for stage in range(3)]
 
 
 @pytest.mark.parametrize(("name", "factory"), [(n, f) for n, f in FACTORIES.items() if n != "sb3_ppo"])
@@ -176,7 +177,7 @@ def _spaces() -> tuple[Any, Any]:
 
 
 def _label(index: int = 0) -> Any:
-    from gym_extensions.baselines.context import TaskLabel
+    from gym_extensions.baselines.agent import TaskLabel
 
     return TaskLabel(GROUP.task_ids[index], index)
 

@@ -1,4 +1,4 @@
-"""examples/checkpoints.py: its page shows it, and its submission can be scored and replayed."""
+"""examples/checkpoints.py: its page shows it, and its submission has all policies."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from types import ModuleType
 
 import pytest
 
-from gym_extensions.scoring.replay.verify import verify
+from gym_extensions.rollouts.reader import read
 
 EXAMPLE = Path(__file__).parents[2] / "examples/checkpoints.py"
 
@@ -21,7 +21,7 @@ def test_the_page_shows_the_code_of_the_example() -> None:
     assert function in text
 
 
-def test_the_submission_of_a_run_can_be_replayed(
+def test_the_submission_has_no_problems_and_all_policies(
     load_example: Callable[[str], ModuleType], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     example = load_example("checkpoints")
@@ -30,6 +30,6 @@ def test_the_submission_of_a_run_can_be_replayed(
         monkeypatch.setattr(example, name, value)  # two tasks instead of five
     example.pretend_to_train(tmp_path / "checkpoints")
     example.record_checkpoints(tmp_path / "checkpoints", tmp_path / "mine")
-    verification = verify(tmp_path / "mine")
-    assert verification.problems == ()
-    assert verification.level == "replayed (unsalted sample: 11 of 120 episodes)"
+    submission = read(tmp_path / "mine", policies=True)
+    assert submission.problems == ()
+    assert all(document.policies for document in submission.documents)

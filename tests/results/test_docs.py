@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from gym_extensions import results
-from gym_extensions.scoring.metrics.definitions import METRICS
+from gym_extensions.scoring.metrics import METRICS
 
 from .page import CELL, PAGE, column_rows, executed, with_tables
 

@@ -14,7 +14,7 @@ import pytest
 from gym_extensions import results
 from gym_extensions.errors import BenchError
 
-from .test_evaluations import IDS, with_evaluations
+from .test_frames import IDS, with_evaluations
 
 matplotlib = pytest.importorskip("matplotlib")
 pyplot = pytest.importorskip("matplotlib.pyplot")
@@ -89,49 +89,34 @@ def test_a_board_is_a_point_per_entry_with_its_interval() -> None:
     frame = results.board("halfcheetah-gravity", [folder / "trpo", folder / "cloning"])
     axes = results.plot_board(frame, metric="forgetting")
     (line,) = axes.lines
+    frame = frame[frame["forgetting"].notna()]
     assert points(line) == [(value, i) for i, value in enumerate(frame["forgetting"])]
     assert [label.get_text() for label in axes.get_yticklabels()] == frame["name"].tolist()
+    frame = frame[frame["forgetting_low"].notna()]
     (bars,) = axes.collections
     ends = [(segment[0][0], segment[1][0]) for segment in bars.get_segments()]  # type: ignore[attr-defined]
     assert ends == [*zip(frame["forgetting_low"], frame["forgetting_high"], strict=True)]
 
 
-MISTAKES: list[tuple[Callable[[pd.DataFrame], object], str]] = [
-    (
-        results.plot_matrix,
-        "data: The data have several values of 'group': hopper-gravity-v0, walker2d-gravity-v0, "
-        "halfcheetah-gravity-v0, humanoid-gravity-v0. Choose one of them.",
-    ),
-    (
-        lambda frame: results.plot_retention(frame, "pusher"),
-        "data: There are no rows of pusher, sequential. Choose another group or protocol.",
-    ),
-    (
-        lambda frame: results.plot_curves(frame.drop(columns="step")),
-        "data: The frame has no column 'step'. Pass the frame that the docstring names.",
-    ),
-    (
-        results.plot_board,
-        "data: The board has no entry with a metric. Use results.board(…).",
-    ),
-    (
-        lambda _: results.plot_board(ENTRY),
-        "group: A board is of one group. Name it: group='hopper-gravity'.",
-    ),
-    (
-        lambda _: results.plot_board(pd.DataFrame(columns=["forgetting_low"]), metric="forgeting"),
-        "metric: The board has no metric 'forgeting'. Did you mean 'forgetting'?",
-    ),
-]
-
-
-@pytest.mark.parametrize(("plot", "message"), MISTAKES, ids=[message[:40] for _, message in MISTAKES])
+@pytest.mark.parametrize(
+    ("plot", "fact"),
+    [
+        (results.plot_matrix, "several values of 'group'"),
+        (lambda frame: results.plot_retention(frame, "pusher"), "no rows of pusher, sequential"),
+        (lambda frame: results.plot_curves(frame.drop(columns="step")), "no column 'step'"),
+        (results.plot_board, "no entry with a metric"),
+        (lambda _: results.plot_board(ENTRY), "group='hopper-gravity'"),
+        (
+            lambda _: results.plot_board(pd.DataFrame(columns=["forgetting_low"]), metric="forgeting"),
+            "Did you mean 'forgetting'",
+        ),
+    ],
+)
 def test_a_plot_of_unsuitable_data_is_an_error(
-    plot: Callable[[pd.DataFrame], object], message: str, entry: pd.DataFrame
+    plot: Callable[[pd.DataFrame], object], fact: str, entry: pd.DataFrame
 ) -> None:
-    with pytest.raises(BenchError) as error:
+    with pytest.raises(BenchError, match=fact):
         plot(entry)
-    assert str(error.value) == message
 
 
 def test_a_missing_matplotlib_is_named_with_the_command_that_installs_it(
@@ -139,6 +124,5 @@ def test_a_missing_matplotlib_is_named_with_the_command_that_installs_it(
 ) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     monkeypatch.delitem(sys.modules, "matplotlib.pyplot", raising=False)
-    with pytest.raises(BenchError) as error:
+    with pytest.raises(BenchError, match=r"matplotlib.*plot"):
         results.plot_matrix(entry, GROUP)
-    assert str(error.value) == "Plots need matplotlib. Install it with: pip install 'gym-extensions[plot]'"

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
 import io
+import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,8 +16,9 @@ from gym_extensions.rollouts.problem import Problem
 
 GROUP = "hopper-gravity"
 TOML = "submission.toml"
-LOG = f"{GROUP}/sequential.csv"
-TRACE = f"{GROUP}/traces/sequential-run0-stage1-HopperGravityHalf-episode3.npz"
+LOG = f"{GROUP}/sequential/run0.csv"
+DOCUMENT = f"{GROUP}/sequential/run0.json"
+POLICIES = f"{GROUP}/sequential/run0.npz"
 HALF = "gym_extensions/HopperGravityHalf-v0"
 
 CopySubmission = Callable[[str, Path], Path]
@@ -26,16 +29,20 @@ Change = Callable[[Path], object]
 
 @dataclass(frozen=True)
 class Example:
-    """A submission with a mistake: the rule that it breaks, the mistake, and the expected problems."""
+    """A submission with a mistake: the rule that it breaks, and what its first problem says."""
 
     rule: str
     title: str
     change: Change
-    findings: tuple[tuple[str, str, str], ...]
-    """Where, message and hint of each problem of this rule."""
+    where: str
+    """Where the first problem of the rule is."""
+    fact: str
+    """What its message or hint contains."""
     also: tuple[str, ...] = ()
     """Other rules that the same mistake breaks."""
     group: str = GROUP
+    count: int = 1
+    """The number of problems of the rule."""
 
 
 Check = Callable[[Example], None]
@@ -114,6 +121,33 @@ def put(path: str, data: bytes) -> Change:
         (folder / path).write_bytes(data)
 
     return change
+
+
+def document(path: str = DOCUMENT, **changes: object) -> Change:
+    """Changes keys of a run's document; ``memory__stored_steps`` is a key of ``memory``."""
+
+    def change(folder: Path) -> None:
+        content = json.loads((folder / path).read_text())
+        for name, value in changes.items():
+            *outer, last = name.split("__")
+            table = content
+            for part in outer:
+                table = table[part]
+            table[last] = value
+        (folder / path).write_text(json.dumps(content))
+
+    return change
+
+
+def redigest(change: Change, path: str = LOG) -> Change:
+    """Makes a change of a log and states the new digest in its document."""
+
+    def changed(folder: Path) -> None:
+        change(folder)
+        digest = hashlib.sha256((folder / path).read_bytes()).hexdigest()
+        document(path.replace(".csv", ".json"), log=digest)(folder)
+
+    return changed
 
 
 def remove(path: str) -> Change:

@@ -5,24 +5,30 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from gym_extensions.catalog.budgets import BUDGETS
-from gym_extensions.rollouts import layout, trace_reader
-from gym_extensions.rollouts.episodes import CURVE_COLUMNS, EPISODE_COLUMNS, EVALUATION_COLUMNS
-from gym_extensions.rollouts.manifest import SECTIONS
-from gym_extensions.rollouts.policies.agreement import TOLERANCE
-from gym_extensions.rollouts.policies.keys import KEYS
+import msgspec
+
+from gym_extensions.catalog.protocol import BUDGETS
+from gym_extensions.rollouts import layout
+from gym_extensions.rollouts.manifest import SECTIONS, Manifest
+from gym_extensions.rollouts.policy_arrays import KEYS
+from gym_extensions.rollouts.review import Decision, Verification
 from gym_extensions.rollouts.rules import RULES
 from gym_extensions.rollouts.rules.__main__ import BEGIN, END, rules_table, with_table
-from gym_extensions.scoring.replay.faults import HINTS
-from gym_extensions.scoring.replay.verify import OTHER_SALT
+from gym_extensions.rollouts.run import RunDocument
+from gym_extensions.rollouts.tables import LOG_COLUMNS
 
-DOCS = Path(__file__).parents[2] / "docs"
-LOG = (DOCS / "rollout-log.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[2] / "docs" / "rollout-log.md").read_text(encoding="utf-8")
+
+
+def section(title: str) -> str:
+    start = PAGE.index(f"\n## {title}")
+    end = PAGE.find("\n## ", start + 1)
+    return PAGE[start : end if end >= 0 else len(PAGE)]
 
 
 def test_the_table_of_rules_is_current() -> None:
     hint = "Run: python -m gym_extensions.rollouts.rules docs/rollout-log.md"
-    assert with_table(LOG) == LOG, hint
+    assert with_table(PAGE) == PAGE, hint
 
 
 def test_the_table_of_rules_replaces_an_older_one() -> None:
@@ -31,41 +37,36 @@ def test_the_table_of_rules_replaces_an_older_one() -> None:
     assert rules_table().count("\n| `") == len(RULES)
 
 
-def test_the_log_page_lists_the_problems_of_replay() -> None:
-    source = Path(str(trace_reader.__file__)).read_text()
-    names = [*re.findall(r'Problem\(\s*"([a-z-]+)"', source), *HINTS]
-    names.append(OTHER_SALT)
-    assert len(names) == 6
-    assert [name for name in names if f"| `{name}` |" not in LOG] == []
+def test_the_page_states_the_limits() -> None:
+    limits = section("Limits")
+    sizes = [
+        layout.MAX_POLICY_BYTES,
+        *(layout.MAX_FILE_BYTES[suffix] for suffix in (".csv", ".json", ".npz")),
+    ]
+    stated = [f"{size // 2**20} MiB" for size in sizes]
+    stated += [f"{layout.MAX_FILE_BYTES[suffix] // 2**10} KiB" for suffix in (".toml", ".md")]
+    stated += [f"{layout.MAX_FILES:,}", f"{layout.MAX_SUBMISSION_BYTES // 2**30} GiB", f"{layout.MAX_RUNS}"]
+    assert [text for text in stated if text not in limits] == []
 
 
-def test_the_log_page_states_the_limits() -> None:
-    section = LOG[LOG.index("## Limits") : LOG.index("## The rules")]
-    for size in (layout.MAX_FILE_BYTES[".toml"] // 2**10, f"{layout.MAX_FILES:,}", layout.MAX_ARRAYS):
-        assert f" {size} " in section
-    mebibytes = (
-        *(*layout.MAX_FILE_BYTES.values(), layout.MAX_UNPACKED_BYTES),
-        *(layout.MAX_POLICY_BYTES, layout.MAX_UNPACKED_POLICY_BYTES),
-    )
-    assert [size for size in mebibytes if size >= 2**20 and f" {size // 2**20} MiB" not in section] == []
-    assert f" {layout.MAX_SUBMISSION_BYTES // 2**30} GiB" in section
-
-
-def test_the_log_page_lists_the_arrays_of_a_policy_and_their_choices() -> None:
-    section = LOG[LOG.index("## Policies") :]
+def test_the_page_lists_the_arrays_of_a_policy_and_their_choices() -> None:
+    policies = section("Policies")
     for name, key in KEYS.items():
-        row = re.search(rf"^\| `{name}(_<i>)?`.*$", section, re.MULTILINE)
+        row = re.search(rf"^\| `{name}(_<i>)?`.*$", policies, re.MULTILINE)
         assert row is not None, name
         assert [choice for choice in key.choices if f"`{choice}`" not in row[0]] == []
         assert ("T" in row[0].split("|")[3]) == key.has_tasks, name
-    assert f"{TOLERANCE:g} half widths" in section
 
 
-def test_the_log_page_has_every_column_and_every_key_of_the_manifest() -> None:
-    assert ",".join(EPISODE_COLUMNS) in LOG
-    assert ",".join(CURVE_COLUMNS) in LOG
-    assert ",".join(EVALUATION_COLUMNS) in LOG
-    assert [section for section in SECTIONS if section and f"[{section}]" not in LOG] == []
-    for fields in SECTIONS.values():
-        assert [name for name in fields if f"{name} = " not in LOG] == []
-    assert [name for name in BUDGETS if name not in LOG] == []
+def test_the_page_has_every_column_and_key() -> None:
+    assert ",".join(LOG_COLUMNS) in PAGE
+    document, manifest, review = section("run0.json"), section("submission.toml"), section("review.toml")
+    assert [name for name in RunDocument.__struct_fields__ if f"`{name}`" not in document] == []
+    assert [name for name in BUDGETS if name not in manifest] == []
+    for name, keys in SECTIONS.items():
+        assert f"[{name}]" in manifest
+        assert [key for key in keys.__struct_fields__ if f"{key} = " not in manifest] == []
+    plain = {field.name for field in msgspec.structs.fields(Manifest)} - {*SECTIONS, "hyperparameters"}
+    assert [key for key in plain if f"{key} = " not in manifest] == []
+    for part in (Verification, Decision):
+        assert [key for key in part.__struct_fields__ if key not in review] == []

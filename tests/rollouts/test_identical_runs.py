@@ -11,12 +11,14 @@ import pytest
 
 from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, stages
-from gym_extensions.rollouts.identical_runs import first_identical_runs, merge_identical_runs, select_runs
 from gym_extensions.rollouts.reader import read
-from gym_extensions.rollouts.reading.evaluation_log import Log
-from gym_extensions.rollouts.submission import SubmittedGroup
-
-from .examples import LOG, TOML, edit
+from gym_extensions.rollouts.submission import (
+    SubmittedGroup,
+    first_identical_runs,
+    merge_identical_runs,
+    select_runs,
+)
+from gym_extensions.rollouts.tables import Log
 
 HOPPER = group("hopper-gravity")
 
@@ -27,7 +29,6 @@ def log(protocol: str, returns: Mapping[int, float]) -> Log:
     cells = (sorted(returns), stages(protocol, len(tasks)), tasks, range(EVALUATION_EPISODES))
     run, stage, position, episode = np.array(list(product(*cells))).T
     return Log(
-        path=f"{HOPPER.name}/{protocol}.csv",
         protocol=protocol,
         group=HOPPER,
         runs=tuple(sorted(returns)),
@@ -41,7 +42,6 @@ def log(protocol: str, returns: Mapping[int, float]) -> Log:
         return_=np.array([returns[number] for number in run.tolist()]),
         terminated=np.zeros(run.size, dtype=np.bool_),
         success=np.zeros(run.size, dtype=np.int8),
-        fingerprint=[f"fingerprint of {index}" for index in position],
     )
 
 
@@ -119,64 +119,18 @@ def test_selecting_runs_keeps_their_rows_in_every_column() -> None:
     for name in ("stage", "position", "episode", "seed", "length", "terminated", "success"):
         assert np.array_equal(getattr(selected, name), getattr(runs, name)[rows])
     assert selected.task == [runs.task[row] for row in rows]
-    assert selected.fingerprint == [runs.fingerprint[row] for row in rows]
-
-
-def test_the_reader_merges_the_runs_of_an_agent_without_parameters(submission: Callable[..., Path]) -> None:
-    folder = submission(value=lambda protocol, run, stage, position, episode: float(position))
-    edit("parameters_last = 100", "parameters_last = 0", TOML)(folder)
-    submitted = read(folder).groups["hopper-gravity-v0"]
-    assert {protocol: log.runs for protocol, log in submitted.logs.items()} == {
-        "sequential": (0,),
-        "single": (0,),
-    }
-    assert submitted.notes == ("Runs 0, 1 are identical in every episode and count as one.",)
 
 
 def test_the_reader_reports_a_pair_with_one_identical_log(submission: Callable[..., Path]) -> None:
     folder = submission(
         value=lambda protocol, run, stage, position, episode: (
             position + (run if protocol == "single" else 0.0)
-        )
+        ),
+        parameters=0,
     )
-    edit("parameters_last = 100", "parameters_last = 0", TOML)(folder)
-    assert [(one.rule, one.where, one.message, one.hint) for one in read(folder).problems] == [
-        (
-            "identical-runs",
-            LOG,
-            "Run 1 is identical to run 0 in every episode. In single.csv they differ.",
-            "Train each run with its own seed, and write both files from the same agent.",
-        )
-    ]
-
-
-def test_the_declared_parameters_count_even_if_the_manifest_has_another_problem(
-    submission: Callable[..., Path],
-) -> None:
-    folder = submission(value=lambda protocol, run, stage, position, episode: float(position))
-    edit("parameters_last = 100", "parameters_last = 0", TOML)(folder)
-    edit("boundaries = ", "luck = true\nboundaries = ", TOML)(folder)
-    assert [problem.rule for problem in read(folder).problems] == ["unknown-key"]
-
-
-def test_sequential_runs_are_merged_beside_a_joint_log_of_other_runs(
-    submission: Callable[..., Path],
-) -> None:
-    folder = submission(
-        runs=(0, 1, 2),
-        protocols=("sequential", "single", "joint"),
-        value=lambda protocol, run, stage, position, episode: float(run if protocol == "joint" else position),
-    )
-    edit("parameters_last = 100", "parameters_last = 0", TOML)(folder)
-    joint = folder / "hopper-gravity" / "joint.csv"
-    rows = joint.read_text().splitlines(keepends=True)
-    joint.write_text("".join(row for row in rows if row[0] != "2"))
-    submitted = read(folder).groups["hopper-gravity-v0"]
-    assert {protocol: log.runs for protocol, log in submitted.logs.items()} == {
-        "sequential": (0,),
-        "single": (0,),
-        "joint": (0, 1),
-    }
+    (problem,) = read(folder).problems
+    assert (problem.rule, problem.where) == ("identical-runs", f"{HOPPER.name}/sequential/run1.csv")
+    assert "In the protocol single they differ" in problem.message
 
 
 def test_noise_in_the_last_digits_makes_no_other_run() -> None:

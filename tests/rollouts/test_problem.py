@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-
-from gym_extensions.rollouts.problem import Problem, escape, quote, row_findings, summarize
+from gym_extensions.rollouts.problem import Problem, escape, quote, summarize
 
 
 def problem(rule: str, where: str) -> Problem:
@@ -28,26 +26,6 @@ def test_a_quoted_value_has_at_most_80_characters() -> None:
     assert quote(10**6000) == "An integer with too many digits to print"
 
 
-def test_three_rows_are_listed_and_the_rest_counted() -> None:
-    findings = list(row_findings("a.csv", [0, 2, 5, 8, 9], "Row {} is wrong.".format, "Mend it."))
-    assert [(finding.where, finding.message) for finding in findings] == [
-        ("a.csv, row 2", "Row 0 is wrong."),
-        ("a.csv, row 4", "Row 2 is wrong."),
-        ("a.csv, row 7", "Row 5 is wrong."),
-        ("a.csv", "2 more rows of this file break the same rule."),
-    ]
-
-
-def test_one_further_row_is_in_the_singular() -> None:
-    *_, last = row_findings("a.csv", [0, 1, 2], str, "Mend it.", more=1)
-    assert last.message == "1 more row of this file breaks the same rule."
-
-
-def test_rows_are_numbered_as_in_the_file() -> None:
-    (finding,) = row_findings("a.csv", [1], str, "Mend it.", np.array([0, 7]))
-    assert finding.where == "a.csv, row 9"
-
-
 def test_up_to_twenty_problems_per_rule_are_listed_in_order() -> None:
     problems = [problem(rule, str(number)) for number in range(20) for rule in "ab"]
     assert summarize(problems, "entry") == tuple(problems)
@@ -63,6 +41,6 @@ def test_further_problems_are_counted_per_rule_after_the_listed_ones() -> None:
         *problems[:20],
         *problems[22:42],
         problems[43],
-        Problem("a", "entry", "2 more problems of this rule in the submission.", "Mend it."),
-        Problem("b", "entry", "1 more problem of this rule in the submission.", "Mend it."),
+        Problem("a", "entry", "2 more problems of this rule.", "Mend it."),
+        Problem("b", "entry", "1 more problem of this rule.", "Mend it."),
     )

@@ -1,90 +1,106 @@
-"""Reading a submission: the rules together, and everything that is reported at once."""
+"""Reading a submission: what it holds, and everything that is wrong with it at once."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
-import pytest
-
-from gym_extensions.rollouts.folder import Folder
-from gym_extensions.rollouts.problem import PROBLEMS_LISTED, Problem
+from gym_extensions.rollouts.problem import PROBLEMS_LISTED
 from gym_extensions.rollouts.reader import read
+from gym_extensions.rollouts.review import VERIFIED, level
 from gym_extensions.rollouts.rules import RULES
 
 from .examples import (
+    DOCUMENT,
     GROUP,
     LOG,
+    POLICIES,
     TOML,
-    TRACE,
     CopySubmission,
-    arrays,
     cell,
+    document,
     edit,
     put,
-    row,
+    redigest,
+    remove,
     rules,
 )
-from .rules import (
-    test_consistency,
-    test_csv,
-    test_curves,
-    test_episodes,
-    test_evaluations,
-    test_folder,
-    test_manifest,
-    test_measurements,
-    test_npz,
-    test_policies,
-    test_runs,
-    test_success,
-    test_unicode,
-)
+from .rules import test_document, test_folder, test_log, test_manifest, test_policies
 
-TABLES = (
-    test_folder.EXAMPLES,
-    test_manifest.EXAMPLES,
-    test_unicode.EXAMPLES,
-    test_consistency.EXAMPLES,
-    test_csv.EXAMPLES,
-    test_episodes.EXAMPLES,
-    test_measurements.EXAMPLES,
-    test_success.EXAMPLES,
-    test_runs.EXAMPLES,
-    test_curves.EXAMPLES,
-    test_evaluations.EXAMPLES,
-    test_npz.EXAMPLES,
-    test_policies.EXAMPLES,
-)
+TABLES = (test_folder, test_manifest, test_document, test_log, test_policies)
+
+
+def test_a_submission_has_its_logs_documents_and_review(submission: Callable[..., Path]) -> None:
+    read_ = read(submission(runs=(0, 1, 2, 3, 4), curves=3))
+    assert read_.problems == ()
+    assert read_.name == "entry"
+    (group,) = read_.groups.values()
+    assert {protocol: log.runs for protocol, log in group.logs.items()} == {
+        "sequential": (0, 1, 2, 3, 4),
+        "single": (0, 1, 2, 3, 4),
+    }
+    assert group.runs["single"][4].run == 4
+    assert level(read_.review, group.digests("sequential")) == VERIFIED
+    assert group.notes == ()
+    assert len(read_.documents) == 10
+    assert read_.memory is not None
+    assert read_.memory.parameters_last == 100
+    assert read_.versions["mujoco"] == "4.0.0"
 
 
 def test_a_valid_submission_breaks_no_rule(good: CopySubmission, tmp_path: Path) -> None:
     folder = good(GROUP, tmp_path)
-    put(TRACE, arrays(actions=np.zeros((5, 3), np.float32), segment_steps=np.int64(10)))(folder)
     put(".progress/half-done.csv", b"nothing yet")(folder)
-    assert read(folder).problems == ()
+    assert read(folder, policies=True).problems == ()
 
 
 def test_every_rule_has_an_example() -> None:
-    elsewhere = {"unreadable-file"}  # test_a_file_that_cannot_be_opened_is_a_problem
-    examples = [example.rule for table in TABLES for example in table]
+    elsewhere = {"unreadable-file"}  # test_an_unreadable_file_is_named
+    examples = [example.rule for module in TABLES for example in module.EXAMPLES]
     assert {*examples, *elsewhere} == set(RULES)
+
+
+def test_a_log_without_policies_is_claimed_and_a_note_says_why(submission: Callable[..., Path]) -> None:
+    folder = submission()
+    document(policies=None)(folder)
+    remove(POLICIES)(folder)
+    submitted = read(folder, policies=True)
+    assert submitted.problems == ()
+    (group,) = submitted.groups.values()
+    assert [note for note in group.notes if "no policies of run 0" in note] == list(group.notes)
+
+
+def test_a_run_that_changed_after_its_verification_is_noted(submission: Callable[..., Path]) -> None:
+    folder = submission(verified=True)
+    redigest(cell(2, 5, "1.25"))(folder)
+    (group,) = read(folder).groups.values()
+    assert group.notes == (f"{GROUP}, sequential: run 0 changed after its verification.",)
+
+
+def test_only_the_groups_that_are_asked_for_are_read(submission: Callable[..., Path]) -> None:
+    folder = submission(groups=("hopper-gravity", "hopper-wall"))
+    put("hopper-wall/sequential/run0.csv", b"damaged")(folder)
+    assert list(read(folder, only=("hopper-gravity",)).groups) == ["hopper-gravity-v0"]
+    assert read(folder, only=("hopper-gravity",)).problems == ()
+    assert rules(read(folder).problems)[0] == "malformed-log"
 
 
 def test_problems_of_all_files_are_reported_at_once(submission: Callable[..., Path]) -> None:
     folder = submission()
-    cell(2, 6, "nan")(folder)
-    cell(3, 4, "7")(folder)
+    cell(2, 5, "nan")(folder)
+    cell(3, 3, "7")(folder)
     edit("boundaries = false\n", "", TOML)(folder)
     put("notes.txt", b"")(folder)
-    cell(2, 5, "12", f"{GROUP}/single.csv")(folder)
+    cell(2, 4, "12", f"{GROUP}/single/run0.csv")(folder)
+    put("hopper-gravity/single/run1.json", b"{}")(folder)
     assert set(rules(read(folder).problems)) == {
-        "not-finite",
-        "wrong-seed",
+        "different-log",
+        "malformed-document",
         "missing-key",
+        "not-finite",
         "unexpected-name",
         "unfinished-episode",
+        "wrong-seed",
     }
 
 
@@ -92,59 +108,25 @@ def test_each_rule_lists_twenty_problems_and_counts_the_rest(good: CopySubmissio
     folder = good(GROUP, tmp_path)
     for number in range(5000):
         (folder / f"notes{number:04}.txt").touch()
-    cell(2, 6, "nan")(folder)
+    cell(2, 5, "nan")(folder)
     problems = read(folder).problems
     assert [problem.where for problem in problems[:PROBLEMS_LISTED]] == [
         f"notes{number:04}.txt" for number in range(PROBLEMS_LISTED)
     ]
-    assert problems[PROBLEMS_LISTED:] == (
-        Problem(
-            "not-finite",
-            f"{LOG}, row 2",
-            "Column `return` is nan; expected a finite number.",
-            "Find the cause in the policy or in the sum of rewards; such an episode cannot be scored.",
-        ),
-        Problem(
-            "unexpected-name",
-            "entry",
-            "4980 more problems of this rule in the submission.",
-            "Remove it, or rename it as described in docs/rollout-log.md.",
-        ),
-    )
-
-
-def test_curves_and_traces_are_checked_beside_a_log_with_problems(
-    good: CopySubmission, tmp_path: Path
-) -> None:
-    folder = good(GROUP, tmp_path)
-    cell(2, 6, "nan")(folder)
-    cell(4, 4, "inf", f"{GROUP}/curves.csv")(folder)
-    put(TRACE, b"not a zip")(folder)
-    put(TRACE.replace("sequential-run0", "single-run7"), arrays(actions=np.zeros(3)))(folder)
-    assert set(rules(read(folder).problems)) == {
-        "not-finite",
-        "curve-not-finite",
-        "malformed-arrays",
-        "foreign-trace",
-    }
+    assert [problem.where for problem in problems[PROBLEMS_LISTED:]] == [LOG, f"{LOG}, line 2", "entry"]
+    assert "4980 more" in problems[-1].message
 
 
 def test_logs_are_checked_without_a_manifest(good: CopySubmission, tmp_path: Path) -> None:
     folder = good(GROUP, tmp_path)
     (folder / TOML).unlink()
-    cell(2, 6, "nan")(folder)
+    redigest(cell(2, 5, "nan"))(folder)
     assert rules(read(folder).problems) == ["not-a-submission", "not-finite"]
-
-
-def test_the_curves_of_a_log_with_a_wrong_name_are_not_foreign(good: CopySubmission, tmp_path: Path) -> None:
-    folder = good(GROUP, tmp_path)
-    (folder / GROUP / "single.csv").rename(folder / GROUP / "singel.csv")
-    assert rules(read(folder).problems) == ["unexpected-name"]
 
 
 def test_a_link_is_not_reported_as_a_missing_file_too(good: CopySubmission, tmp_path: Path) -> None:
     folder = good(GROUP, tmp_path)
-    for path in (TOML, f"{GROUP}/sequential.csv", f"{GROUP}/single.csv"):
+    for path in (TOML, LOG, DOCUMENT):
         (folder / path).rename(tmp_path / Path(path).name)
         (folder / path).symlink_to(tmp_path / Path(path).name)
     assert rules(read(folder).problems) == ["not-a-regular-file"] * 3
@@ -154,33 +136,5 @@ def test_the_return_of_an_episode_of_impossible_length_is_not_checked(
     good: CopySubmission, tmp_path: Path
 ) -> None:
     folder = good(GROUP, tmp_path)
-    row(2, lambda cells: [*cells[:5], "-5", "100.0", *cells[7:]])(folder)
+    redigest(cell(2, 4, "-5"))(folder)
     assert rules(read(folder).problems) == ["impossible-length"]
-
-
-def test_the_curves_and_traces_of_an_unreadable_log_are_not_foreign(
-    good: CopySubmission, tmp_path: Path
-) -> None:
-    folder = good(GROUP, tmp_path)
-    edit("terminated", "terminate")(folder)
-    put(TRACE, arrays(actions=np.zeros(3)))(folder)
-    assert rules(read(folder).problems) == ["wrong-header"]
-
-
-def test_a_file_that_cannot_be_opened_is_a_problem(
-    submission: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def refuse(self: Folder, path: str) -> bytes:
-        if path == LOG:
-            raise PermissionError(13, "Permission denied")
-        return (self.root / path).read_bytes()
-
-    monkeypatch.setattr(Folder, "read", refuse)
-    assert read(submission()).problems == (
-        Problem(
-            "unreadable-file",
-            LOG,
-            "The file cannot be read: Permission denied.",
-            "Add read permission, or copy it again.",
-        ),
-    )

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import json
+import os
+import re
+import subprocess
 import sys
 from collections.abc import Callable
-from importlib.metadata import version
 from pathlib import Path
 
 import pytest
 
+from gym_extensions.rollouts.review import Decision, Review, read_review, write_review
 from gym_extensions.scoring import cli
 
 Write = Callable[..., Path]
@@ -22,17 +25,16 @@ def test_a_good_submission_exits_0_and_a_bad_one_1(submission: Write, known: Non
     assert cli.main([str(folder)]) == 1
 
 
-SCREEN = """\
-entry  An entry  (validated)
-  provisional references 'synthetic': fewer runs or a smaller budget
+GROUP_SCREEN = """\
+entry  An entry  (claimed)
 
-hopper-gravity-v0, sequential, budget smoke, 2 runs
+hopper-gravity-v0, sequential, budget smoke, 2 runs, claimed
 metric                 mean   95 % interval
 Final performance     1.117  1.110 to 1.123
 Learning performance  3.001  2.995 to 3.008
 Forgetting            2.356  2.356 to 2.356
 Asymptotic transfer   2.356  2.356 to 2.356
-Joint gap: none. It needs joint.csv, which this entry lacks.
+Joint gap: none. It needs joint runs, which this entry lacks.
                                   Fully  After Env     First       Single
 task                            Trained   Training      Step          Env
 HopperGravityHalf               178 ± 1   3001 ± 1  1501 ± 1     3001 ± 1
@@ -43,23 +45,65 @@ HopperGravityOneAndHalf        3001 ± 1   3001 ± 1  1501 ± 1      178 ± 1
 total                       1117 ± 1050   3001 ± 1  1501 ± 1  1117 ± 1050
 · forgets HopperGravityHalf most: 3001 → 178
 · earlier tasks help HopperGravityOneAndHalf most: 178 alone, 3001 after them
-! no rank: The log does not commit to traces.
-missing for a full entry: 3 more runs, joint.csv, curves.csv
+missing for a full entry: 3 more runs, joint runs, training curves
 
-hopper-gravity-v0, single, budget smoke, 2 runs
+hopper-gravity-v0, single, budget smoke, 2 runs, claimed
 metric                    mean   95 % interval
 Single-task performance  1.117  1.110 to 1.123
-! no rank: The log does not commit to traces.
 missing for a full entry: 3 more runs
-
+All metrics and tables: --json, --csv or --markdown.
 """
 
 
-def test_one_screen_word_by_word(submission: Write, known: None, capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_entry_with_one_group_is_shown_in_full(
+    submission: Write, known: None, capsys: pytest.CaptureFixture[str]
+) -> None:
     folder = submission(value=lambda p, run, stage, j, e: 3000.0 / (1 + (stage - j) ** 2) + run + e / 10)
     assert cli.main([str(folder)]) == 0
     shown = [line.rstrip() for line in capsys.readouterr().out.splitlines()]
-    assert shown == SCREEN.splitlines()
+    assert shown == [*GROUP_SCREEN.splitlines(), ""]
+
+
+def test_an_entry_with_many_groups_is_one_screen_and_group_shows_one(
+    submission: Write, known: None, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bodies = tuple(f"{body}-gravity" for body in ("hopper", "walker2d", "halfcheetah", "humanoid"))
+    folder = submission(groups=bodies)
+    assert cli.main([str(folder)]) == 0
+    shown = capsys.readouterr().out
+    assert len(shown.splitlines()) <= 24
+    assert "suite gravity" in shown
+    assert "--group hopper-gravity-v0" in shown
+    for name in ("walker2d-gravity", "walker2d-gravity-v0"):
+        assert cli.main([str(folder), "--group", name]) == 0
+        shown = capsys.readouterr().out
+        assert "walker2d-gravity-v0, sequential" in shown
+        assert "hopper-gravity" not in shown
+    assert cli.main([str(folder), "--group", "walker-gravity"]) == 2
+    assert "walker2d-gravity" in capsys.readouterr().err
+
+
+def test_the_review_is_told(submission: Write, known: None, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = submission(verified=True, protocols=("joint",))
+    review = read_review(folder)
+    doubt = Decision(action="challenged", by="M.", date="2026-01-02", reason="Too good.")
+    write_review(folder, Review(verifications=review.verifications, decisions=[doubt]))
+    assert cli.main([str(folder)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == "entry  An entry  (verified)"
+    assert "agrees on new seeds (p = 0.5)" in lines[1]
+    assert lines[3].endswith("challenged on 2026-01-02: Too good.") or lines[2].endswith("Too good.")
+
+
+@pytest.mark.parametrize("text", ["[1]", '"x"', "3", "null", "{", "NaN", "[" * 100_000])
+def test_a_references_file_that_holds_none_is_an_error_in_one_line(
+    submission: Write, tmp_path: Path, text: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "r.json").write_text(text)
+    assert cli.main([str(submission()), "--references", str(tmp_path / "r.json")]) == 2
+    told = capsys.readouterr().err
+    assert "r.json" in told
+    assert len(told.splitlines()) == 1
 
 
 def test_problems_are_told_with_rule_place_and_what_to_do(
@@ -80,7 +124,7 @@ def test_json_is_the_document(
     submission: Write, known: None, capfdbinary: pytest.CaptureFixture[bytes]
 ) -> None:
     assert cli.main([str(submission()), "--json"]) == 0
-    assert json.loads(capfdbinary.readouterr().out)["submissions"][0]["trust"] == "validated"
+    assert json.loads(capfdbinary.readouterr().out)["submissions"][0]["level"] == "claimed"
 
 
 def test_csv_has_a_row_for_every_metric(
@@ -88,10 +132,10 @@ def test_csv_has_a_row_for_every_metric(
 ) -> None:
     assert cli.main([str(submission()), "--csv"]) == 0
     rows = capfdbinary.readouterr().out.decode().splitlines()
-    assert rows[0] == "name,trust,group,protocol,budget,runs,metric,mean,low,high,why"
+    assert rows[0] == "name,level,group,protocol,budget,runs,metric,mean,low,high,why"
     assert len(rows) == 1 + 13 + 1
-    joint = "It needs joint.csv, which this entry lacks."
-    assert f'entry,validated,hopper-gravity-v0,sequential,smoke,2,joint_gap,,,,"{joint}"' in rows
+    joint = "It needs joint runs, which this entry lacks."
+    assert f'entry,claimed,hopper-gravity-v0,sequential,smoke,2,joint_gap,,,,"{joint}"' in rows
 
 
 def test_markdown_has_tables_and_escapes_what_a_stranger_wrote(
@@ -100,7 +144,7 @@ def test_markdown_has_tables_and_escapes_what_a_stranger_wrote(
     folder = submission(manifest=manifest_text.replace("An entry", "<b>|entry"))
     assert cli.main([str(folder), "--markdown"]) == 0
     shown = capfdbinary.readouterr().out.decode()
-    assert "\n\n## entry: &lt;b>\\|entry\n\nTrust: validated.\n" in shown
+    assert "## entry: &lt;b>\\|entry\n\nLevel: claimed.\n" in shown
     assert "| task | Fully Trained | After Env Training | First Step | Single Env |" in shown
 
 
@@ -111,7 +155,7 @@ def test_a_folder_of_submissions_gives_a_line_each(
         submission(name=name, protocols=("single",))
     (tmp_path / "README.md").write_text("not a submission")
     assert cli.main([str(tmp_path)]) == 0
-    assert capsys.readouterr().out == "".join(f"{name}  An entry  (validated)\n" for name in "abcd")
+    assert capsys.readouterr().out == "".join(f"{name}  An entry  (claimed)\n" for name in "abcd")
 
 
 @pytest.mark.parametrize(
@@ -120,14 +164,9 @@ def test_a_folder_of_submissions_gives_a_line_each(
         ([], "name at least one FOLDER, or two with --compare"),
         (["x", "--jobs", "0"], "--jobs takes a number from 1"),
         (["x", "--json", "--csv"], "argument --csv: not allowed with argument --json"),
-        (
-            ["--compare", "a", "b", "--csv"],
-            "--compare takes two submissions and only --json, --groups and --references besides",
-        ),
-        (
-            ["x", "--compare", "a", "b"],
-            "--compare takes two submissions and only --json, --groups and --references besides",
-        ),
+        (["--compare", "a", "b", "--csv"], "--compare takes two submissions"),
+        (["x", "--compare", "a", "b"], "--compare takes two submissions"),
+        (["x", "--group", "hopper-gravity", "--out", "y"], "--out writes whole entries"),
     ],
 )
 def test_misuse_exits_2(arguments: list[str], told: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -135,13 +174,6 @@ def test_misuse_exits_2(arguments: list[str], told: str, capsys: pytest.CaptureF
         cli.main(arguments)
     assert stopped.value.code == 2
     assert told in capsys.readouterr().err
-
-
-def test_version_is_that_of_the_package(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit) as stopped:
-        cli.main(["--version"])
-    assert stopped.value.code == 0
-    assert capsys.readouterr().out == f"{version('gym-extensions')}\n"
 
 
 @pytest.mark.parametrize("arguments", [["nowhere"], ["--compare", ".", "nowhere"], ["nowhere", "--json"]])
@@ -155,53 +187,7 @@ def test_a_path_that_does_not_exist_exits_2(
     assert cli.main(arguments) == 2
     shown = capsys.readouterr()
     assert shown.out == ""
-    assert shown.err == (
-        "error: nowhere: There is no such folder. Name a submission, or a folder of submissions.\n"
-    )
-
-
-@pytest.mark.parametrize(
-    ("arguments", "status"),
-    [([], 0), (["--json"], 0), (["--markdown"], 0), (["--help"], 0), (["nowhere"], 2)],
-)
-def test_closed_output_prints_nothing(
-    arguments: list[str],
-    status: int,
-    submission: Write,
-    monkeypatch: pytest.MonkeyPatch,
-    capfd: pytest.CaptureFixture[str],
-) -> None:
-    folder = submission(protocols=("joint",))
-    for stream in ("stdout", "stderr"):
-        monkeypatch.setattr(sys, stream, None)
-    try:
-        assert cli.main([str(folder), *arguments]) == status
-    except SystemExit as stopped:  # argparse prints the help and exits
-        assert stopped.code == status
-    finally:
-        for replacement in (sys.stdout, sys.stderr):
-            replacement.close()
-    assert capfd.readouterr() == ("", "")
-
-
-def test_markdown_says_what_the_references_are_and_what_the_scorer_noted(
-    submission: Write, known: None, capsys: pytest.CaptureFixture[str]
-) -> None:
-    folder = submission(value=lambda protocol, run, stage, j, e: float(j))
-    manifest = folder / "submission.toml"
-    manifest.write_text(manifest.read_text().replace("parameters_last = 100", "parameters_last = 0"))
-    cli.main([str(folder), "--markdown"])
-    lines = capsys.readouterr().out.splitlines()
-    assert lines[0] == "Provisional references `synthetic`: fewer runs or a smaller budget."
-    assert "* hopper-gravity-v0: Runs 0, 1 are identical in every episode and count as one." in lines
-
-
-def test_a_printed_total_stands_beside_the_recomputed_one(capsys: pytest.CaptureFixture[str]) -> None:
-    cli.main(["submissions/henderson2017-trpo", "--markdown"])
-    lines = capsys.readouterr().out.splitlines()
-    at = next(place for place, line in enumerate(lines) if line.startswith("| printed total"))
-    assert lines[at - 1].startswith("| total | 1238.31 ± 1029.24 |")
-    assert lines[at].startswith("| printed total | 990.95 ± 1022.32 |")
+    assert shown.err.startswith("error: nowhere: ")
 
 
 def test_a_place_that_cannot_be_written_is_told(
@@ -212,23 +198,23 @@ def test_a_place_that_cannot_be_written_is_told(
     assert "Traceback" not in capsys.readouterr().err
 
 
+HEAD = b"stage,task,episode,seed,length,return,terminated,success\n"
 NASTY = {
     "nothing": b"",
     "zeros": bytes(100),
     "a picture": b"\x89PNG\r\n\x1a\n" + bytes(range(256)),
     "commas": b"," * 50 + b"\n" + b"," * 50 + b"\n",
-    "a header of another file": b"protocol,run,task,step,return\nsequential,0,x,1,1.0\n",
-    "one huge cell": b"run,stage,task,episode,seed,length,return,terminated,success,fingerprint\n"
-    + b"9" * 10_000
-    + b"\n",
+    "one huge cell": HEAD + b"9" * 10_000 + b"\n",
     "half a surrogate": b"\xed\xa0\x80\n\xed\xa0\x80\n",
-    "huge numbers": b"run,stage,task,episode,seed,length,return,terminated,success,fingerprint\n"
-    + b",".join([b"9" * 40] * 7 + [b"true", b"x"])
-    + b"\n",
+    "huge numbers": HEAD + b",".join([b"9" * 40] * 6 + [b"true", b"x"]) + b"\n",
+    "deep": b"[" * 100_000,
 }
 
 
-@pytest.mark.parametrize("name", ["sequential.csv", "curves.csv", "submission.toml", "traces"])
+@pytest.mark.parametrize(
+    "name",
+    ["submission.toml", "review.toml", "hopper-gravity/single/run0.csv", "hopper-gravity/single/run0.json"],
+)
 @pytest.mark.parametrize("nasty", NASTY)
 def test_no_input_gives_a_traceback_or_passes(
     name: str,
@@ -238,12 +224,101 @@ def test_no_input_gives_a_traceback_or_passes(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     folder = good("hopper-gravity", tmp_path)
-    place = folder / name if name.endswith("toml") else folder / "hopper-gravity" / name
-    if name == "traces":
-        place = place / "sequential-run0-stage1-Hopper-episode0.npz"
-        place.parent.mkdir()
-    place.write_bytes(NASTY[nasty])
-    assert cli.main([str(folder)]) == 1
+    (folder / name).write_bytes(NASTY[nasty])
+    status = cli.main([str(folder)])
     shown = capsys.readouterr()
+    if (name, nasty) == ("review.toml", "nothing"):  # an empty review says nothing
+        assert status == 0
+        return
+    assert status == 1
     assert "problem" in shown.out
     assert "Traceback" not in shown.out + shown.err
+
+
+def test_out_writes_scorecards_and_boards(submission: Write, known: None, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    assert cli.main([str(submission(name="a")), str(submission(name="b")), "--out", str(out)]) == 0
+    assert sorted(path.relative_to(out).as_posix() for path in out.rglob("*.json")) == [
+        "boards.json",
+        "scorecards/a.json",
+        "scorecards/b.json",
+    ]
+    assert json.loads((out / "boards.json").read_text()) == {"format": 1, "boards": []}
+
+
+def test_out_holds_nothing_older(submission: Write, known: None, tmp_path: Path) -> None:
+    folders, out = [submission(name=name) for name in "ab"], tmp_path / "out"
+    cli.main([*map(str, folders), "--out", str(out)])
+    cli.main([str(folders[1]), "--out", str(out)])
+    assert [path.name for path in (out / "scorecards").iterdir()] == ["b.json"]
+
+
+def test_out_is_no_submission(submission: Write, known: None, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = submission(name="a")
+    assert cli.main([str(folder), "--out", str(folder)]) == 2
+    assert "The folder is a submission. Name another one." in capsys.readouterr().err
+    assert not (folder / "boards.json").exists()
+
+
+@pytest.fixture
+def screen(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., str]:
+    """What the command prints about a folder with these variables of the environment."""
+
+    def shown(folder: Path, **environment: str) -> str:
+        for name, value in environment.items():
+            monkeypatch.setenv(name, value)
+        assert cli.main([str(folder)]) == 0
+        return capsys.readouterr().out
+
+    return shown
+
+
+def test_what_strangers_write_is_shown_literally(
+    submission: Write, manifest_text: str, screen: Callable[..., str]
+) -> None:
+    odd = ":rocket: [bold]x[/bold] [/] C:\\"
+    folder = submission(manifest=manifest_text.replace("An entry", odd.replace("\\", "\\\\")))
+    assert screen(folder).splitlines()[0] == f"entry  {odd}  (claimed)"
+
+
+def test_large_returns_are_told_in_thousands_at_80_columns(
+    submission: Write, screen: Callable[..., str]
+) -> None:
+    def value(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
+        return 1e5 * stage + 2e3 * episode + run if position == 2 else 9.0 + run
+
+    shown = screen(submission(groups=("humanoid-standup-run",), value=value), COLUMNS="80")
+    rows = [re.split(r"  +", line.rstrip()) for line in shown.splitlines()]
+    # After the last stage 300000 + 19000 ± 11533, before any training 19000 ± 11533.
+    found = next(row[1:] for row in rows if row[0] == "HumanoidStandup")
+    assert found == ["319k ± 12k", "219k ± 12k", "119k ± 12k", "119k ± 12k"]
+
+
+def test_a_terminal_that_knows_no_unicode_gets_no_traceback(submission: Write) -> None:
+    code = "import sys; from gym_extensions.scoring.cli import main; sys.exit(main())"
+    environment = {**os.environ, "PYTHONIOENCODING": "ascii", "LC_ALL": "C"}
+    command = [sys.executable, "-c", code, str(submission())]
+    found = subprocess.run(command, env=environment, capture_output=True, check=False)
+    assert (found.returncode, found.stderr) == (0, b"")
+
+
+def test_help_loads_no_table_library_and_no_simulator() -> None:
+    code = (
+        "import sys\nimport gym_extensions.scoring.cli\n"
+        "from gym_extensions.scoring.cli import parser\nparser().format_help()\n"
+        "heavy = ('pandas', 'numpy', 'gymnasium', 'mujoco', 'torch', 'rich', 'msgspec')\n"
+        "print([name for name in heavy if name in sys.modules])"
+    )
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, check=True).stdout == b"[]\n"
+
+
+def test_scoring_loads_no_simulator_and_no_torch(submission: Write) -> None:
+    code = (
+        "import sys\nfrom pathlib import Path\n"
+        "from gym_extensions.scoring.pipeline import score_folders\n"
+        "score_folders([Path(sys.argv[1])])\n"
+        "heavy = ('scipy.stats', 'gymnasium', 'mujoco', 'torch')\n"
+        "print([name for name in heavy if name in sys.modules])"
+    )
+    found = subprocess.run([sys.executable, "-c", code, submission()], capture_output=True, check=True)
+    assert found.stdout == b"[]\n"

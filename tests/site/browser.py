@@ -10,10 +10,9 @@ from typing import Any
 
 import msgspec
 
-from gym_extensions.scoring.scorecard.model import ScorecardDocument
-from gym_extensions.site.build import TASK_PAGES
+from gym_extensions.scoring.scorecard import ScorecardDocument
 from gym_extensions.site.build import files as site_files
-from gym_extensions.site.page import pages
+from gym_extensions.site.pages import PAGES, TASK_PAGES
 
 VOID = {"meta", "link", "br", "col", "wbr", "img", "input", "hr"}
 SELF_CLOSING = {"line", "circle", "polygon", "polyline", "rect", "path"}
@@ -87,10 +86,10 @@ def typed(document: dict[str, Any]) -> ScorecardDocument:
     return msgspec.convert(document, ScorecardDocument)
 
 
-def files(document: dict[str, Any], poses: Path | None = None) -> Iterator[tuple[str, str]]:
+def files(document: dict[str, Any], **folders: Path) -> Iterator[tuple[str, str]]:
     """Every file of the site that shows these JSON values, except the pages of tasks, which are many."""
-    kinds = tuple(page for page in pages() if page.title != TASK_PAGES)
-    return site_files(typed(document), poses, kinds)
+    kinds = tuple(page for page in PAGES if page != TASK_PAGES)
+    return site_files(typed(document), kinds, folders)
 
 
 class Pages(Mapping[str, Reader]):

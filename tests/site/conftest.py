@@ -10,12 +10,15 @@ from typing import Any
 import pytest
 
 from gym_extensions.catalog.groups import group
-from gym_extensions.scoring.metrics.definitions import METRICS
+from gym_extensions.scoring.metrics import METRICS
+
+from .made_boards import around
 
 QUANTILES = {2: 12.706, 3: 4.303, 4: 3.182, 5: 2.776}
 """t(.975, N − 1), three digits, from a printed table."""
 
 Document = dict[str, Any]
+Make = Callable[..., Document]
 
 
 def estimate(runs: list[float]) -> Document:
@@ -65,6 +68,7 @@ def sequential(group_name: str, matrices: list[list[list[float]]], budget: str =
         for name in columns
     }
     return {
+        "level": "verified",
         "budget": budget,
         "runs": list(range(len(matrices))),
         "tasks": tasks,
@@ -111,6 +115,7 @@ def single(group_name: str, returns: list[list[float]], budget: str = "100k") ->
     """Scores of a single log: ``returns[run][task]``."""
     tasks = list(group(group_name).task_ids)
     return {
+        "level": "verified",
         "budget": budget,
         "runs": list(range(len(returns))),
         "tasks": tasks,
@@ -143,14 +148,12 @@ def submission(name: str, groups: Document, title: str = "", **manifest: Any) ->
         "observes": {"task_in_training": False, "task_in_evaluation": False, "boundaries": True},
         "tuning": {"steps": 0, "tasks": []},
         "memory": {"stored_steps": 2000, "parameters_first": 12345, "parameters_last": 12345},
-        "versions": {"mujoco": "4.0.0", "gymnasium": "1.4.0"},
-        "archive": None,
     }
     facts.update(manifest)
     return {
         "name": name,
         "title": title or name,
-        "trust": "validated",
+        "level": "verified",
         "problems": [],
         "manifest": facts,
         "notes": [],
@@ -170,7 +173,7 @@ def everything() -> Document:
     }
     return {
         "format": 1,
-        "references": {"version": "provisional", "provisional": True, "sha256": "0f" * 32},
+        "references": {"version": "provisional", "sha256": "0f" * 32},
         "submissions": [
             submission("agile", hopper, "Agile"),
             submission(
@@ -200,7 +203,7 @@ def everything() -> Document:
             {
                 "name": "broken",
                 "title": "Broken",
-                "trust": None,
+                "level": None,
                 "problems": [
                     {
                         "rule": "missing-cell",
@@ -222,3 +225,37 @@ def everything() -> Document:
 def document() -> Document:
     """A new copy of the document of ``everything`` per test."""
     return everything()
+
+
+@pytest.fixture
+def entry(document: Document) -> Make:
+    """Makes a scorecard with one sequential log on hopper-gravity from the values of its runs."""
+    pattern = document["submissions"][0]
+
+    def make(
+        name: str, final: list[float] | None, learning: list[float] | None = None, **facts: Any
+    ) -> Document:
+        card: Document = copy.deepcopy(pattern)
+        card.update(name=name, title=name.title(), level=facts.pop("level", "verified"))
+        budget = facts.pop("budget", "100k")
+        card["manifest"].update(facts)
+        scores = card["groups"]["hopper-gravity-v0"]["sequential"]
+        card["groups"] = {"hopper-gravity-v0": {"sequential": scores}}
+        runs = final or [0.0] * 5
+        scores.update(level=card["level"], budget=budget, runs=list(range(len(runs))))
+        scores["episode_sketches"] = [[repr(value)] for value in final or []]
+        null: Document = {
+            "mean": None,
+            "low": None,
+            "high": None,
+            "runs": [],
+            "why": "Every task is unsolved.",
+        }
+        scores["metrics"] |= {
+            "final_performance": estimate(final) if final else null,
+            "learning_performance": estimate(learning or around(0.9, len(runs))),
+            "forgetting": estimate(around(0.1, len(runs))),
+        }
+        return card
+
+    return make

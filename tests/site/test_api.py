@@ -11,9 +11,9 @@ import pytest
 from jsonschema import Draft202012Validator
 
 from gym_extensions.catalog.groups import GROUPS
-from gym_extensions.scoring.leaderboard.model import BoardsDocument
+from gym_extensions.scoring.boards import BoardsDocument
 from gym_extensions.scoring.references import CURRENT, REFERENCES, load_references
-from gym_extensions.scoring.scorecard.model import ScorecardDocument
+from gym_extensions.scoring.scorecard import ScorecardDocument
 
 from .browser import files, typed
 
@@ -97,7 +97,7 @@ def test_a_task_without_reference_runs_is_not_unsolved(
     document: dict[str, Any], group: str, task: str, unsolved: bool | None
 ) -> None:
     current = load_references()
-    document["references"] = {"version": current.version, "provisional": False, "sha256": current.digest}
+    document["references"] = {"version": current.version, "sha256": current.digest}
     written = json.loads(dict(files(document))[f"api/groups/{group}.json"])
     reference = written["reference"][f"gym_extensions/{task}"]
     assert reference["floor"] is not None

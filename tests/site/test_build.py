@@ -56,7 +56,7 @@ def test_the_build_does_not_depend_on_hash_seed_time_zone_or_folder(
     source.write_text(json.dumps(document), encoding="utf-8")
     program = (
         "import sys; from pathlib import Path; from gym_extensions.site.build import build;"
-        "from gym_extensions.scoring.scorecard.model import ScorecardDocument;"
+        "from gym_extensions.scoring.scorecard import ScorecardDocument;"
         "build(ScorecardDocument.from_json(Path(sys.argv[1]).read_bytes()), Path(sys.argv[2]))"
     )
     command = [sys.executable, "-c", program, str(source), str(tmp_path / "second" / "site")]

@@ -1,24 +1,29 @@
-"""A build writes what changed, keeps what did not, and notices files that were edited by hand."""
+"""A build writes what changed, keeps what did not, and scores only submissions that changed."""
 
 from __future__ import annotations
 
 import copy
 import json
+import shutil
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from gym_extensions.__main__ import main
+from gym_extensions.rollouts.review import Decision, Review, write_review
+from gym_extensions.scoring.pipeline import Scorer
 from gym_extensions.site import build as module
+from gym_extensions.site import cli
+from gym_extensions.site.boards import Leaderboard, entrant
 from gym_extensions.site.build import Built, Renderer, build_site
-from gym_extensions.site.leaderboard import Leaderboard
-from gym_extensions.site.output import MARK, Output, digest, encoded
-from gym_extensions.site.page import Draft
-from gym_extensions.site.pages import boards
-from gym_extensions.site.views.entrant import entrant
+from gym_extensions.site.output import MARK, Output, digest, encoded, kept_path
+from gym_extensions.site.pages import Draft, _boards
 
 from .browser import typed
 from .conftest import everything
+from .made_entries import REFERENCES, submission
 
 
 def build(document: dict[str, Any], out: Path) -> Built:
@@ -88,7 +93,7 @@ def second_page(document: dict[str, Any]) -> bytes:
     cards = tuple(entrant(card, digest(encoded(card)).encode()) for card in whole.submissions)
     site = Leaderboard(whole.references, cards)
     path = "boards/hopper-gravity-v0-sequential-100k-2.html"
-    content = dict(boards.publish(site, Renderer(site, ())))[path]
+    content = dict(_boards(site, Renderer(site, ())))[path]
     assert isinstance(content, Draft)
     return content.inputs
 
@@ -142,3 +147,107 @@ def test_a_mark_without_digests_keeps_nothing(tmp_path: Path, mark: str) -> None
         output.add_draft("page.html", b"inputs", lambda: "new")
     assert (out / "page.html").read_text(encoding="utf-8") == "new"
     assert list(json.loads((out / MARK).read_text(encoding="utf-8"))) == ["page.html"]
+
+
+Scored = list[str]
+
+
+@pytest.fixture
+def scored(monkeypatch: pytest.MonkeyPatch) -> Scored:
+    """The names of the submissions that are scored, in their order."""
+    names: Scored = []
+    call = Scorer.__call__
+
+    def noted(scorer: Scorer, path: Path) -> object:
+        names.append(path.name)
+        return call(scorer, path)
+
+    monkeypatch.setattr(Scorer, "__call__", noted)
+    return names
+
+
+@pytest.fixture(scope="module")
+def original(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the site of two submissions and their ledger."""
+    root = tmp_path_factory.mktemp("original")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(root)
+        patch.setattr(cli, "load_references", lambda: REFERENCES)
+        for name in ("alpha", "beta"):
+            submission(root / "submissions", name)
+        assert main(["site"]) == 0
+    return root
+
+
+@pytest.fixture
+def built(original: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The working directory of a test, with a copy of that folder."""
+    shutil.copytree(original, tmp_path, dirs_exist_ok=True)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(cli, "load_references", lambda: REFERENCES)
+    return tmp_path
+
+
+def pages(site: Path) -> dict[str, bytes]:
+    """Every file of a site by path."""
+    return {str(path.relative_to(site)): path.read_bytes() for path in site.rglob("*") if path.is_file()}
+
+
+def test_without_a_change_nothing_is_scored_and_the_bytes_are_those_of_a_new_build(
+    built: Path, scored: Scored
+) -> None:
+    assert main(["site"]) == 0
+    assert scored == []
+    assert main(["site", "--out", "new"]) == 0
+    assert scored == ["alpha", "beta"]
+    assert pages(built / "_site") == pages(built / "new")
+
+
+def test_a_changed_and_a_new_submission_are_scored_and_a_removed_one_disappears(
+    built: Path, scored: Scored
+) -> None:
+    submission(built / "submissions", "alpha", runs=3)
+    submission(built / "submissions", "gamma")
+    shutil.rmtree(built / "submissions" / "beta")
+    assert main(["site"]) == 0
+    assert scored == ["alpha", "gamma"]
+    assert main(["site", "--out", "new"]) == 0
+    assert pages(built / "_site") == pages(built / "new")
+
+
+def test_a_review_that_is_written_later_is_shown(built: Path, scored: Scored) -> None:
+    accepted = Decision(action="accepted", by="maintainer", date="2026-11-26", reason="Verified.")
+    write_review(built / "submissions" / "alpha", Review(decisions=[accepted]))
+    assert main(["site"]) == 0
+    assert scored == ["alpha"]
+    assert "Accepted: " in (built / "_site" / "changes.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("item", ["link", "folder"])
+def test_an_added_link_or_folder_is_noticed(built: Path, scored: Scored, item: str) -> None:
+    path = built / "submissions" / "alpha" / "hopper-gravity" / "added"
+    path.mkdir() if item == "folder" else path.symlink_to("sequential")
+    main(["site"])
+    assert scored == ["alpha"]
+
+
+@pytest.mark.parametrize("content", [b"", b"\x93", b"[]"])
+def test_a_damaged_scorecard_is_made_again(built: Path, scored: Scored, content: bytes) -> None:
+    (built / "_site" / kept_path("beta")).write_bytes(content)
+    assert main(["site"]) == 0
+    assert scored == ["beta"]
+
+
+def test_other_code_scores_everything(built: Path, scored: Scored, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "source_digest", lambda: "another")
+    assert main(["site"]) == 0
+    assert scored == ["alpha", "beta"]
+
+
+def test_other_references_score_everything(
+    built: Path, scored: Scored, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    changed = replace(REFERENCES, version="another")
+    monkeypatch.setattr(cli, "load_references", lambda: changed)
+    assert main(["site"]) == 0
+    assert scored == ["alpha", "beta"]

@@ -1,4 +1,4 @@
-"""The script of the tables is small, and its arithmetic is that of the scorer."""
+"""The script of the tables is small, and computes no statistic."""
 
 from __future__ import annotations
 
@@ -11,8 +11,6 @@ from pathlib import Path
 import pytest
 
 import gym_extensions.site
-from gym_extensions.scoring.statistics.intervals import difference, interval
-from gym_extensions.scoring.statistics.student_t import quantile
 
 SCRIPT = Path(gym_extensions.site.__path__[0]) / "static" / "table.js"
 
@@ -30,31 +28,34 @@ def test_the_script_has_less_than_twenty_kilobytes_compressed() -> None:
     assert len(gzip.compress(SCRIPT.read_bytes())) < 20_000
 
 
-def test_the_functions_of_the_script() -> None:
-    a, b = [0.9, 0.8, 1.0, 0.95, 0.85], [0.5, 0.2, 0.7, 0.6, 0.3]
-    sides = [
-        {"v": side.mean, "h": side.mean - side.low, "runs": 5}
-        for side in (interval(a), interval(b))
-        if side.low is not None
+def test_a_difference_is_looked_up_in_both_directions() -> None:
+    found = {
+        "columns": ["final_performance"],
+        "names": ["a", "b", "c"],
+        "pairs": {"0,1": [[0.25, 0.125, 0.5, 0.01]], "0,2": [[0.25, None, None, None]], "1,2": [None]},
+    }
+    look_up = f"(one, two) => t.difference({json.dumps(found)}, one, two, 'final_performance')"
+    results = run(f"[['a','b'],['b','a'],['c','a'],['b','c'],['a','x']].map((pair) => ({look_up})(...pair))")
+    assert results == [
+        {"v": 0.25, "low": 0.125, "high": 0.5, "p": 0.01},
+        {"v": -0.25, "low": -0.5, "high": -0.125, "p": 0.01},
+        {"v": -0.25, "low": None, "high": None, "p": None},
+        None,
+        None,
     ]
+
+
+def test_the_functions_of_the_script() -> None:
     results = run(
-        f"""{{
-        quantiles: [1, 4, 7.5, 300].map(t.quantile),
-        difference: t.difference({json.dumps(sides[0])}, {json.dumps(sides[1])}),
-        single: t.difference({{v: 1, h: null, runs: 1}}, {{v: 2, h: 0.1, runs: 5}}),
+        """{
         parsed: t.parsed("\\u22120.421 \\u00b10.113"),
         fixed: [t.fixed(-0.001), t.fixed(-1.5)],
-        state: t.writeState(t.readState("#?q=a+b&sort=forgetting&up=1&trust=checked&compare=x,y&hide=runs")),
-        csv: t.csvText([{{a: "=1,2", b: null, c: -1}}]),
-        }}"""
+        state: t.writeState(t.readState("#?q=a+b&sort=forgetting&up=1&level=verified&compare=x,y&hide=runs")),
+        csv: t.csvText([{a: "=1,2", b: null, c: -1}]),
+        }"""
     )
     assert isinstance(results, dict)
-    assert results["quantiles"] == pytest.approx([quantile(0.975, df) for df in (1, 4, 7.5, 300)], rel=1e-6)
-    exact = difference(a, b)
-    assert exact.low is not None
-    assert results["difference"] == pytest.approx({"v": exact.mean, "h": exact.mean - exact.low})
-    assert results["single"] == {"v": -1, "h": None}
     assert results["parsed"] == {"v": -0.421, "h": 0.113}
     assert results["fixed"] == ["0.00", "\u22121.50"]
-    assert results["state"] == "#?q=a+b&sort=forgetting&up=1&trust=checked&hide=runs&compare=x%2Cy"
+    assert results["state"] == "#?q=a+b&sort=forgetting&up=1&level=verified&hide=runs&compare=x%2Cy"
     assert results["csv"] == 'a,b,c\n"\'=1,2",,-1\n'

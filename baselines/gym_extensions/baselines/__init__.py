@@ -12,13 +12,10 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from gym_extensions.baselines.extras import missing_extra
-
 if TYPE_CHECKING:
+    from gym_extensions.baselines import recording as record
     from gym_extensions.baselines.adapters.sb3 import sb3
     from gym_extensions.baselines.agent import Agent, Card, Context, Factory, Observes, Resumable
-    from gym_extensions.baselines.recording.record import record
-    from gym_extensions.baselines.submission.merge import merge
     from gym_extensions.baselines.train_agent import train
     from gym_extensions.baselines.training.events import (
         BatchTrained,
@@ -42,7 +39,6 @@ __all__ = [
     "StageStarted",
     "TaskEvaluated",
     "TrainingStarted",
-    "merge",
     "record",
     "sb3",
     "train",
@@ -50,8 +46,7 @@ __all__ = [
 
 EVENTS = ("BatchTrained", "JobFailed", "JobFinished", "StageStarted", "TaskEvaluated", "TrainingStarted")
 MODULES = {
-    "merge": "submission.merge",
-    "record": "recording.record",
+    "record": "recording",
     "sb3": "adapters.sb3",
     "train": "train_agent",
     **dict.fromkeys(EVENTS, "training.events"),
@@ -65,6 +60,8 @@ def __getattr__(name: str) -> Any:
     try:
         module = importlib.import_module(f"{__name__}.{MODULES.get(name, 'agent')}")
     except ModuleNotFoundError as missing:
+        from gym_extensions.baselines.algorithms import missing_extra
+
         extra = missing_extra(missing)
         if extra is None:
             raise

@@ -1,9 +1,10 @@
-"""The interface between an agent and the training loop."""
+"""What an agent is: its methods, what it observes, its card, and its state as arrays."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
@@ -11,10 +12,89 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_extensions.baselines.context import Context as Context  # noqa: PLC0414  (exported)
-from gym_extensions.baselines.context import Observes as Observes  # noqa: PLC0414  (exported)
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.policies import Policy
+from gym_extensions.rollouts.policy import Policy
+
+
+@dataclass(frozen=True)
+class Observes:
+    """What an agent asks for besides observations and rewards, in its attribute ``observes``.
+
+    The section ``[observes]`` of a submission's manifest is written from it.
+
+    Args:
+        task_in_training: the tasks that are trained, in ``learn``.
+        task_in_evaluation: the task that is evaluated, in ``act``. Such entries have separate boards.
+        boundaries: the number of the stage and the number of tasks, in ``learn``. An agent whose later calls
+            of ``learn`` do something else than its first one, such as a penalty on forgetting, needs it too.
+
+    Example:
+        >>> Observes(task_in_training=True, boundaries=True)
+        Observes(task_in_training=True, task_in_evaluation=False, boundaries=True)
+    """
+
+    task_in_training: bool = False
+    task_in_evaluation: bool = False
+    boundaries: bool = False
+
+
+class NotRequestedError(BenchError, AttributeError):
+    """An agent reads what it did not ask for.
+
+    It is also an ``AttributeError``, so that ``hasattr`` is False and ``getattr`` returns its default.
+    """
+
+    def __init__(self, code: str, message: str, where: str = "", hint: str = "") -> None:
+        BenchError.__init__(self, code, message, where, hint)
+
+
+def not_requested(name: str, field_name: str) -> NotRequestedError:
+    """The error of an attribute that needs a field of :class:`Observes` that is not set."""
+    message = f"The agent did not ask for it in its attribute observes.{field_name}."
+    hint = f"Give the agent's class the attribute observes = Observes({field_name}=True)."
+    return NotRequestedError("not-requested", message, name, hint)
+
+
+@dataclass(frozen=True)
+class TaskLabel:
+    """A task's id and its index in the training order of its group."""
+
+    id: str
+    index: int
+
+
+@dataclass(frozen=True)
+class Context:
+    """What the method ``act(observations, context)`` of an agent is given in evaluation.
+
+    Args:
+        episode_starts: (num_envs,) booleans, True where the observation is the first one of an episode. All
+            are True in the first call of an evaluation.
+        label: the evaluated task; None unless the agent asked for it.
+
+    Example:
+        >>> context = Context(np.array([True, False]), TaskLabel("gym_extensions/Hopper-v0", 2))
+        >>> context.task_id, context.task
+        ('gym_extensions/Hopper-v0', 2)
+    """
+
+    episode_starts: NDArray[np.bool_]
+    label: TaskLabel | None = field(default=None, repr=False)
+
+    @property
+    def task_id(self) -> str:
+        """The id of the evaluated task. Raises ``BenchError`` unless the agent asked for it."""
+        if self.label is None:
+            raise not_requested("context.task_id", "task_in_evaluation")
+        return self.label.id
+
+    @property
+    def task(self) -> int:
+        """The task's index in the training order of its group; raises as ``task_id`` does."""
+        if self.label is None:
+            raise not_requested("context.task", "task_in_evaluation")
+        return self.label.index
+
 
 Array = NDArray[Any]
 VectorEnv = gym.vector.VectorEnv[Any, Any, Any]
@@ -92,7 +172,7 @@ class HasPolicy(Protocol):
     """An agent whose policy is stored after every stage, and published in the submission.
 
     Example:
-        >>> from gym_extensions.rollouts.policies import Policy
+        >>> from gym_extensions.rollouts.policy import Policy
         >>> class Constant:
         ...     def policy(self):
         ...         return Policy(action_offset=np.ones(3), action_scale=np.ones(3))
@@ -137,13 +217,6 @@ class Card:
     parameters: int = 0
     packages: tuple[str, ...] = ()
 
-    def __new__(cls, *_: object, **values: object) -> Card:
-        """Raises ``BenchError`` for fields that are now in the agent's attribute ``observes``."""
-        for name in (item.name for item in fields(Observes) if item.name in values):
-            hint = f"If the agent observes it, give its class the attribute observes = Observes({name}=True)."
-            raise BenchError("bad-card", f"A card does not have the field {name!r}.", "Card()", hint)
-        return super().__new__(cls)
-
 
 @runtime_checkable
 class Described(Protocol):
@@ -176,3 +249,26 @@ def acting_and_learning(seed: int) -> tuple[np.random.Generator, np.random.Gener
     """Two independent generators from one seed, so that evaluation leaves training untouched."""
     acting, learning = np.random.SeedSequence(seed).spawn(2)
     return np.random.default_rng(acting), np.random.default_rng(learning)
+
+
+def save_arrays(path: Path, **arrays: Array) -> None:
+    """Writes the arrays to ``path``, whatever its suffix."""
+    with path.open("wb") as file:
+        np.savez(file, allow_pickle=False, **arrays)
+
+
+def load_arrays(path: Path) -> dict[str, Array]:
+    """Reads the arrays of an npz file by name."""
+    with np.load(path, allow_pickle=False) as file:
+        return {name: file[name] for name in file.files}
+
+
+def saved_generator(generator: np.random.Generator) -> Array:
+    """The state of a random generator as a string array."""
+    return np.array(json.dumps(generator.bit_generator.state, sort_keys=True))
+
+
+def restore_generator(generator: np.random.Generator, saved: Array) -> None:
+    """Sets a random generator to a state from :func:`saved_generator`."""
+    state: dict[str, Any] = json.loads(str(saved))
+    generator.bit_generator.state = state

@@ -3,39 +3,105 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, fields
+from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
+import msgspec
 
-from gym_extensions.baselines.agent import Agent, Card, Described, Factory
-from gym_extensions.baselines.context_checks import check_context
-from gym_extensions.errors import BenchError, did_you_mean
-from gym_extensions.installed import version_or_none
-from gym_extensions.rollouts.manifest import SECTIONS
-from gym_extensions.rollouts.manifest_values import (
-    HYPERPARAMETER,
-    NAMES,
-    Key,
-    hyperparameter_error,
-    value_error,
-)
+from gym_extensions.baselines.agent import Agent, Array, Card, Context, Described, Factory, Observes
+from gym_extensions.catalog.protocol import STANDARD_BUDGET
+from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.layout import MANIFEST, Folder
+from gym_extensions.rollouts.manifest import FORMAT
+from gym_extensions.rollouts.problem import problems
+from gym_extensions.rollouts.rules.manifest import ManifestInFolder
+from gym_extensions.rollouts.run import Count, Versions
+from gym_extensions.versions import version_or_none
+
+CARD_TYPES: dict[str, Any] = {
+    **dict.fromkeys(("tuning_tasks", "packages"), tuple[str, ...]),
+    **dict.fromkeys(("stored_steps", "parameters"), Count),
+}
+"""The types of what ``submission.toml`` does not hold, or holds as a list."""
+NO_FOLDER = Folder(Path("card"), "card", (), {})
+"""The rules look at the tables only."""
+CONTEXT = "context"
+"""The parameter of ``act`` that receives the context."""
+
+
+def observes_of(agent: Agent, name: str) -> Observes:
+    """What the agent asks for in its attribute ``observes``; nothing if it has none.
+
+    Raises:
+        BenchError: the attribute is not an ``Observes``, or a field is not True or False.
+    """
+    observes: object = getattr(agent, "observes", Observes())
+    if not isinstance(observes, Observes):
+        message = f"The agent's attribute observes is of type {type(observes).__name__}."
+        hint = "Use a gym_extensions.baselines.Observes."
+        raise BenchError("bad-agent", message, name, hint)
+    for item in fields(observes):
+        value: object = getattr(observes, item.name)
+        if not isinstance(value, bool):
+            message = f"The agent's observes.{item.name} is {value!r}."
+            raise BenchError("bad-agent", message, name, "Use True or False.")
+    return observes
+
+
+def action_function(agent: Agent) -> Callable[[Array, Context], Array]:
+    """The agent's ``act`` as a function of observations and context, whether or not it uses the context."""
+    parameter = _context_parameter(_parameters(agent))
+    if parameter is None:
+        return lambda observations, _: agent.act(observations)
+    if parameter.kind is parameter.KEYWORD_ONLY:
+        return lambda observations, context: agent.act(observations, context=context)
+    return agent.act
+
+
+def check_context(agent: Agent, name: str) -> None:
+    """Checks that the agent can receive what it asks for.
+
+    Raises:
+        BenchError: ``observes`` is not valid, ``act`` requires another argument, or the agent asks for the
+            task in evaluation and ``act`` has no parameter for the context.
+    """
+    parameters = _parameters(agent)
+    context = _context_parameter(parameters)
+    for parameter in parameters[1:]:
+        variadic = parameter.kind in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD)
+        if parameter is not context and parameter.default is parameter.empty and not variadic:
+            message = f"act() requires the argument {parameter.name!r}."
+            hint = "Use act(observations) or act(observations, context)."
+            raise BenchError("bad-agent", message, name, hint)
+    if observes_of(agent, name).task_in_evaluation and context is None:
+        message = "The agent asks for task_in_evaluation, but act() does not receive the context."
+        raise BenchError("bad-agent", message, name, "Use act(observations, context).")
+
+
+def _parameters(agent: Agent) -> list[inspect.Parameter]:
+    try:
+        return list(inspect.signature(agent.act).parameters.values())
+    except ValueError:  # a builtin without a signature
+        return []
+
+
+def _context_parameter(parameters: Sequence[inspect.Parameter]) -> inspect.Parameter | None:
+    """The second parameter of ``act``, unless it is optional and has another name than ``context``."""
+    for parameter in parameters[1:2]:
+        if parameter.kind in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD):
+            return None
+        is_required = parameter.default is parameter.empty and parameter.kind is not parameter.KEYWORD_ONLY
+        if is_required or parameter.name == CONTEXT:
+            return parameter
+    return None
+
 
 METHODS = {"act": "act(observations)", "learn": "learn(env, steps)"}
 """The required methods of an agent and their signatures."""
 ARGUMENTS = "(observation_space, action_space, seed)"
-KEYS: dict[str, Key] = {
-    "algorithm": SECTIONS["protocol"]["algorithm"],
-    "title": SECTIONS[""]["title"],
-    "description": SECTIONS[""]["description"],
-    "evaluation": SECTIONS["protocol"]["evaluation"],
-    "tuning_steps": SECTIONS["tuning"]["steps"],
-    "tuning_tasks": SECTIONS["tuning"]["tasks"],
-    "stored_steps": SECTIONS["memory"]["stored_steps"],
-    "parameters": SECTIONS["memory"]["parameters_last"],
-    "packages": Key(NAMES),
-}
-"""The key of submission.toml that each field of a card becomes; the names of packages become keys."""
 
 
 def create_agent(make: Factory, spaces: tuple[gym.Space[Any], gym.Space[Any]], name: str) -> Agent:
@@ -77,52 +143,68 @@ def _check_factory(make: object, name: str) -> None:
 
 
 def card_of(agent: Agent, name: str) -> Card:
-    """The agent's card, checked.
+    """The agent's card, checked by the rules of ``submission.toml``.
 
     If the agent has none, a card with only ``name``.
 
     Raises:
-        BenchError: the card holds a value that the manifest does not allow.
+        BenchError: the card holds a value that a submission cannot have.
     """
     card: object = agent.card() if isinstance(agent, Described) else Card(algorithm=name)
     if not isinstance(card, Card):
-        raise _bad_card(f"Expected a Card, got {_type(card)}.", "Return a gym_extensions.baselines.Card.")
-    _check_fields(card)
-    if not card.algorithm.strip():
-        raise _bad_card("The algorithm has no name.", "Give a name, such as 'SAC'.")
-    settings: object = card.hyperparameters
-    if not isinstance(settings, Mapping):
-        raise _bad_card(f"hyperparameters is of type {_type(settings)}.", "Use a dict of values by name.")
-    for key, value in settings.items():
-        if not isinstance(key, str):
-            raise _bad_card(f"The hyperparameter name {key!r} is not a string.", "Use strings as names.")
-        if problem := hyperparameter_error(value):
-            hint = f"Use {HYPERPARAMETER}."
-            raise BenchError("bad-setting", f"Hyperparameter {key!r} {problem}.", "card()", hint)
+        message = f"Expected a Card, got {_type(card)}."
+        raise BenchError("bad-card", message, "card()", "Return a gym_extensions.baselines.Card.")
+    check_card(card)
     return card
 
 
-def _check_fields(card: Card) -> None:
-    for name, key in KEYS.items():
-        value = getattr(card, name)
-        value = list(value) if isinstance(value, tuple) else value
-        if error := value_error(key, value):
-            raise BenchError("bad-card", error, f"card().{name}", f"Give {key.wanted}.")
-        if key.choices and value not in key.choices:
-            hint = did_you_mean(str(value), map(str, key.choices))
-            raise BenchError("bad-card", f"The value is {value!r}.", f"card().{name}", hint)
+def card_tables(card: Card) -> dict[str, Any]:
+    """The sections of ``submission.toml`` that follow from a card, with values as TOML reads them back."""
+    settings: Mapping[str, Any] = card.hyperparameters
+    lists = {key: list(value) if isinstance(value, tuple) else value for key, value in settings.items()}
+    return {
+        "format": FORMAT,
+        "title": card.title or card.algorithm,
+        "authors": [],
+        "description": card.description,
+        "protocol": {"algorithm": card.algorithm, "evaluation": card.evaluation},
+        "hyperparameters": lists,
+        "tuning": {"steps": card.tuning_steps, "tasks": list(card.tuning_tasks)},
+    }
+
+
+def check_card(card: Card) -> None:
+    """Raises ``BenchError`` for a value that scoring would refuse, or a package that is not installed."""
+    if not isinstance(card.hyperparameters, Mapping):
+        raise _bad_card("hyperparameters", f"It is of type {_type(card.hyperparameters)}.", "Use a dict.")
+    for key in card.hyperparameters:
+        if not isinstance(key, str):
+            raise _bad_card("hyperparameters", f"The name {key!r} is not a string.", "Use strings as names.")
+    if not isinstance(card.algorithm, str) or not card.algorithm.strip():
+        raise _bad_card("algorithm", "The algorithm has no name.", "Give a name, such as 'SAC'.")
+    for field, kind in CARD_TYPES.items():
+        try:
+            msgspec.convert(getattr(card, field), kind)
+        except msgspec.ValidationError as error:
+            message = f"The value is {getattr(card, field)!r}: {error}."
+            raise _bad_card(field, message, "See gym_extensions.baselines.Card.") from error
+    tables = card_tables(card)
+    tables["protocol"]["budget"] = STANDARD_BUDGET
+    tables["observes"] = asdict(Observes())
+    for problem in problems("manifest", ManifestInFolder(NO_FOLDER, tables)):
+        if problem.rule != "no-groups":
+            where = problem.where.removeprefix(f"{MANIFEST}, ")
+            raise _bad_card(where, problem.message, problem.hint)
     for package in card.packages:
-        if package in SECTIONS["versions"]:
-            message, hint = f"The manifest always states the version of {package!r}.", "Leave it out."
-        elif version_or_none(package) is None:
-            message, hint = f"The package {package!r} is not installed.", "Use the names that pip lists."
-        else:
-            continue
-        raise BenchError("bad-card", message, "card().packages", hint)
+        if package in Versions.__struct_fields__:
+            raise _bad_card("packages", f"Every run states the version of {package!r}.", "Leave it out.")
+        if version_or_none(package) is None:
+            hint = "Use the names that pip lists."
+            raise _bad_card("packages", f"The package {package!r} is not installed.", hint)
 
 
-def _bad_card(message: str, hint: str) -> BenchError:
-    return BenchError("bad-card", message, "card()", hint)
+def _bad_card(where: str, message: str, hint: str) -> BenchError:
+    return BenchError("bad-card", message, f"card(): {where}", hint)
 
 
 def _type(value: object) -> str:

@@ -7,19 +7,17 @@ import os
 import shlex
 import subprocess
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 
 from gym_extensions.baselines import algorithms
-from gym_extensions.baselines.execution.failures import DISK_FULL, JOBS_FAILED
-from gym_extensions.baselines.extras import missing_extra
-from gym_extensions.baselines.reporting.listeners import LOGS
-from gym_extensions.baselines.submission.rows import missing_runs
+from gym_extensions.baselines.algorithms import missing_extra
+from gym_extensions.baselines.entry import missing_runs
+from gym_extensions.baselines.execution.workers import DISK_FULL, JOBS_FAILED
+from gym_extensions.baselines.progress import LOGS
+from gym_extensions.baselines.training.checkpoints import next_step
 from gym_extensions.baselines.training.events import Event, TrainingStarted
-from gym_extensions.baselines.training.progress import next_step
-from gym_extensions.baselines.training.request import parse_names, parse_runs, require_positive
-from gym_extensions.catalog.budgets import BUDGETS, STANDARD_BUDGET
-from gym_extensions.catalog.protocol import PROTOCOLS
+from gym_extensions.baselines.training.request import parse_groups, parse_names, parse_runs, require_positive
+from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS, STANDARD_BUDGET
 from gym_extensions.errors import BenchError, reports_mistakes
 
 
@@ -79,14 +77,14 @@ def parser() -> argparse.ArgumentParser:
     return command
 
 
-def _train(options: argparse.Namespace, titles: list[str]) -> list[Path]:
+def _train(options: argparse.Namespace, titles: list[str]) -> None:
     from gym_extensions.baselines.train_agent import train
 
     def remember_titles(event: Event) -> None:
         if isinstance(event, TrainingStarted):
             titles.extend(job.title for job in event.jobs)
 
-    return train(
+    train(
         options.agent,
         parse_names(options.groups),
         parse_names(options.protocol),
@@ -112,7 +110,7 @@ def main(argv: list[str] | None = None) -> int:
     require_positive(options.jobs, "--jobs")
     titles: list[str] = []
     try:
-        logs = _train(options, titles)
+        _train(options, titles)
     except KeyboardInterrupt:
         print(f"Interrupted. {next_step(options.out, titles)}")
         return 130
@@ -131,17 +129,23 @@ def main(argv: list[str] | None = None) -> int:
         if extra is None:
             raise
         raise BenchError("missing-extra", f"The agent needs {extra[0]}.", hint=extra[1]) from missing
-    print(f"The submission is in {options.out}. {_what_next(options, logs)}")
+    print(f"The submission is in {options.out}. {_what_next(options)}")
     return 0
 
 
-def _what_next(options: argparse.Namespace, logs: Sequence[Path]) -> str:
-    missing = sorted({run for log in logs for run in missing_runs(log)})
+def _what_next(options: argparse.Namespace) -> str:
+    groups = parse_groups(parse_names(options.groups))
+    protocols = parse_names(options.protocol)
+    missing = {
+        run
+        for group in groups
+        for protocol in protocols
+        for run in missing_runs(options.out, group, protocol)
+    }
     if missing:
-        runs = ",".join(map(str, missing))
+        runs = ",".join(map(str, sorted(missing)))
         return (
-            f"To be scored, it also needs the runs {runs}: train them, "
-            "or join the submission that has them (gym-extensions merge)."
+            f"To be scored, it also needs the runs {runs}: train them, or copy their files into this folder."
         )
     files = [name for name in parse_names(options.groups) if name.endswith(".toml")]
     words = [str(options.out), *(word for name in files for word in ("--groups", name))]

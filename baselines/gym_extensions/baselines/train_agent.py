@@ -1,26 +1,36 @@
-"""Trains an agent and writes its submission: runs the jobs that are missing, and writes each complete run."""
+"""Trains an agent and writes its submission: runs the jobs that are missing, and writes each finished run."""
 
 from __future__ import annotations
 
+import shlex
+import shutil
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
-from gym_extensions.baselines import algorithms
-from gym_extensions.baselines.agent import Factory
-from gym_extensions.baselines.agent_checks import card_of, create_agent
-from gym_extensions.baselines.context_checks import observes_of
-from gym_extensions.baselines.execution.executors import JobExecutor, open_executor
-from gym_extensions.baselines.execution.failures import Failure, failure_of, jobs_failed
-from gym_extensions.baselines.reporting.files import TRAIN_LOG
-from gym_extensions.baselines.reporting.listeners import check_callback, open_listeners, parse_logs
-from gym_extensions.baselines.submission import folder, manifest
-from gym_extensions.baselines.submission.lock import lock_all
-from gym_extensions.baselines.submission.writer import missing_jobs, write_log
+import numpy as np
+
+from gym_extensions.baselines import algorithms, entry
+from gym_extensions.baselines.agent import Agent, Context, Factory, TaskLabel, VectorEnv
+from gym_extensions.baselines.agent_checks import action_function, card_of, create_agent, observes_of
+from gym_extensions.baselines.execution.ray_cluster import Remote, ray_cluster
+from gym_extensions.baselines.execution.workers import (
+    Executor,
+    Failure,
+    ThisProcess,
+    Workers,
+    failure_of,
+    jobs_failed,
+    require_importable,
+)
+from gym_extensions.baselines.progress import TRAIN_LOG, check_callback, open_listeners, parse_logs
+from gym_extensions.baselines.training.checkpoints import FinishedStage, next_step
+from gym_extensions.baselines.training.evaluation import policy_of, require_agreement
 from gym_extensions.baselines.training.events import JobFailed, Listener, TrainingStarted
 from gym_extensions.baselines.training.jobs import Settings, TrainingJob
-from gym_extensions.baselines.training.progress import FinishedStage, next_step
 from gym_extensions.baselines.training.request import (
     Groups,
     Request,
@@ -30,10 +40,16 @@ from gym_extensions.baselines.training.request import (
     require_positive,
 )
 from gym_extensions.baselines.training.runner import PendingJob
+from gym_extensions.baselines.training.usage import commit_of
 from gym_extensions.catalog.groups import TaskGroup
+from gym_extensions.catalog.protocol import evaluation_seed
 from gym_extensions.envs import make_vec
+from gym_extensions.envs.fingerprint import require_published_engine
+from gym_extensions.envs.rollout import clip_actions
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.layout import MANIFEST, PROGRESS
+from gym_extensions.rollouts.layout import DOCUMENT, LOG, MANIFEST, PROGRESS, run_file
+from gym_extensions.rollouts.manifest import RECORDED
+from gym_extensions.rollouts.run import read_run
 
 INTERIM_EPISODES = 5
 """Episodes per task of an evaluation during training."""
@@ -92,7 +108,7 @@ def train(
         evaluate_episodes: episodes per task of these evaluations, from 1 to 20.
 
     Returns:
-        The paths of the requested logs, including those that were complete before.
+        The paths of the logs of the requested runs, including those that were finished before.
 
     Raises:
         BenchError: an unknown name, a number out of range, a folder that cannot become the submission or
@@ -110,18 +126,18 @@ def train(
     interim, logs = parse_interim(evaluate_every, evaluate_episodes), parse_logs(log)
     check_callback(callback)
     path = Path(out)
+    if jobs and ray is None:
+        require_importable(agent)
     settings = Settings(algorithms.name_of(agent), request.budget.name, num_envs)
     settings = _checked(algorithms.factory(agent), settings, path, request)
-    run_titles = dict.fromkeys(job.run_title for missing in _plan(path, request).values() for job in missing)
-    if run_titles:
-        folder.prepare(path)
+    titles = dict.fromkeys(job.run_title for job in _plan(path, request))
+    if titles:
+        entry.prepare(path)
     listeners = open_listeners(path, progress=progress, logs=logs, callback=callback)
-    with open_executor(ray, jobs) as executor, lock_all(path, run_titles), listeners as listen:
-        plan = _plan(path, request)  # another process may have finished a run before the locks were held
+    with _open_executor(ray, jobs) as executor, entry.lock_runs(path, titles), listeners as listen:
+        # Another process may have finished a run before the locks were held.
         pending = [
-            PendingJob(job, agent, settings, path, interim, num_threads)
-            for missing in plan.values()
-            for job in missing
+            PendingJob(job, agent, settings, path, interim, num_threads) for job in _plan(path, request)
         ]
         plans = (each.job.plan(request.budget, interim) for each in pending)
         listen(TrainingStarted(tuple(plans), executor.slots))
@@ -135,16 +151,91 @@ def train(
         then = f" {next_step(path, repeated)}" if repeated else ""
         hint = f"Tracebacks are in {path / PROGRESS / TRAIN_LOG}.{then}"
         raise jobs_failed(failures, len(pending), hint)
-    return [path / group.name / f"{protocol}.csv" for group, protocol in plan]
+    return [
+        path / run_file(group.name, protocol, run, LOG)
+        for group, protocol in request.logs()
+        for run in request.runs
+    ]
 
 
-def _run(pending: Sequence[PendingJob], executor: JobExecutor, listen: Listener) -> dict[str, Failure]:
+def retrain(
+    folder: Path,
+    group: TaskGroup,
+    protocol: str,
+    run: int,
+    out: Path,
+    *,
+    agent: str | Factory | None = None,
+    jobs: int = 0,
+    progress: bool = True,
+) -> Path:
+    """Trains one run of an entry again, into another submission.
+
+    Args:
+        folder: the entry, which stays as it is.
+        group: the group of the run.
+        protocol: its protocol.
+        run: its number.
+        out: the folder of the new submission, which may be an unfinished one of an earlier call.
+        agent: the agent of the entry. The default is the reference agent that the manifest names.
+        jobs: number of worker processes; 0 trains in this process.
+        progress: whether to show the progress of training.
+
+    Returns:
+        The path of the log. The document and the policies are beside it.
+
+    Raises:
+        BenchError: the training of the entry was not recorded, no reference agent has its name, or the agent
+            is another one or has other settings.
+    """
+    path = folder / MANIFEST
+    tables = entry.read_manifest(path)
+    protocol_table = tables.get("protocol", {})
+    if protocol_table.get("steps", RECORDED) != RECORDED or "reported" in tables:
+        message = "The training of this entry was not recorded, so it cannot be repeated."
+        raise BenchError("not-reproducible", message, str(path))
+    name = str(protocol_table.get("algorithm", ""))
+    if agent is None and name not in algorithms.names():
+        message = f"The algorithm {name!r} is not a reference agent."
+        raise BenchError("not-reproducible", message, str(path), "Train the entry's own agent by hand.")
+    out.mkdir(parents=True, exist_ok=True)
+    shutil.copyfile(path, out / MANIFEST)  # with it in place, another agent or setting is refused
+    evaluations = _interim_of(folder / run_file(group.name, protocol, run, DOCUMENT))
+    try:
+        (log,) = train(
+            *(agent or name, [group], protocol, str(protocol_table.get("budget")), run),
+            out=out,
+            jobs=jobs,
+            num_envs=tables.get("hyperparameters", {}).get("num_envs"),
+            progress=progress,
+            **evaluations,
+        )
+    except BenchError as error:
+        if error.code != "mixed-submission":
+            raise
+        hint = "Check out the commit of the run."
+        raise BenchError("not-reproducible", error.message, str(path), hint) from error
+    return log
+
+
+@contextmanager
+def _open_executor(ray: str | None, processes: int) -> Iterator[Remote | Executor]:
+    """Ray's cluster at an address, worker processes, or this process if there are 0."""
+    if ray is not None:
+        with ray_cluster(ray) as cluster:
+            yield cluster
+    else:
+        yield Workers(processes) if processes else ThisProcess()
+
+
+def _run(pending: Sequence[PendingJob], executor: Remote | Executor, listen: Listener) -> dict[str, Failure]:
     """Runs the jobs and writes each run when its last job has finished. Returns failures by title."""
     unfinished = Counter(each.job.run_key for each in pending)
     finished: dict[TrainingJob, list[FinishedStage]] = {}
     failures: dict[str, Failure] = {}
+    commit = commit_of(Path.cwd())
     for index, outcome in executor.run(pending, listen):
-        job = pending[index].job
+        each, job = pending[index], pending[index].job
         if isinstance(outcome, Failure):
             failures[job.title] = outcome
         else:
@@ -155,7 +246,9 @@ def _run(pending: Sequence[PendingJob], executor: JobExecutor, listen: Listener)
                     other: finished.pop(other) for other in list(finished) if other.run_key == job.run_key
                 }
                 try:
-                    write_log(pending[index].out, job.group, job.protocol, results, pending[index].settings)
+                    entry.write_run_files(
+                        *(each.out, results, each.settings), command=command_of(each), commit=commit
+                    )
                 except (OSError, BenchError) as error:
                     failures[job.title] = failure_of(error, in_this_process=True)
         if job.title in failures:
@@ -163,12 +256,29 @@ def _run(pending: Sequence[PendingJob], executor: JobExecutor, listen: Listener)
     return failures
 
 
-def _plan(out: Path, request: Request) -> dict[tuple[TaskGroup, str], list[TrainingJob]]:
-    """The jobs to run for every log."""
-    return {
-        (group, protocol): missing_jobs(out, group, protocol, request.runs)
+def command_of(pending: PendingJob) -> str:
+    """The command line that trains a job's run alone."""
+    job, settings, interim, agent = pending.job, pending.settings, pending.interim, pending.agent
+    if not isinstance(agent, str):
+        module, name = getattr(agent, "__module__", ""), getattr(agent, "__qualname__", "")
+        agent = f"{module}:{name}" if module and name else settings.agent
+    words = ["gym-extensions", "train", agent]
+    words += ["--groups", job.group.name if job.group.published else f"{job.group.name}.toml"]
+    words += ["--protocol", job.protocol, "--budget", settings.budget, "--runs", str(job.run)]
+    if settings.num_envs is not None:
+        words += ["--num-envs", str(settings.num_envs)]
+    if interim is not None:
+        words += ["--evaluate-every", str(interim.every), "--evaluate-episodes", str(interim.episodes)]
+    return shlex.join([*words, "--out", pending.out.resolve().name])
+
+
+def _plan(out: Path, request: Request) -> list[TrainingJob]:
+    """The jobs of the requested runs that are not finished."""
+    return [
+        job
         for group, protocol in request.logs()
-    }
+        for job in entry.missing_jobs(out, group, protocol, request.runs)
+    ]
 
 
 def _checked(make: Factory, settings: Settings, out: Path, request: Request) -> Settings:
@@ -176,18 +286,39 @@ def _checked(make: Factory, settings: Settings, out: Path, request: Request) -> 
 
     Raises ``BenchError`` before training for anything that cannot become a submission after it.
     """
-    folder.validate(out, request.groups)
+    entry.validate(out, request.groups)
+    require_published_engine([task for group in request.groups for task in group.tasks])
     require_equal_spaces(request.groups)
-    path = out / MANIFEST
-    existing = manifest.read(path)
-    env = make_vec(request.groups[0].tasks[0], 1)
+    group = request.groups[0]
+    env = make_vec(group.tasks[0], 1)
     agent = create_agent(make, (env.single_observation_space, env.single_action_space), settings.agent)
-    card = card_of(agent, settings.agent)
+    card, observes = card_of(agent, settings.agent), observes_of(agent, settings.agent)
+    _check_policy(agent, env, group, observes.task_in_evaluation)
     env.close()
-    observes = observes_of(agent, settings.agent)
     settings = replace(
         settings, observes=observes, hyperparameters=card.hyperparameters, packages=card.packages
     )
-    new = manifest.run_sections(card, settings.budget, settings.num_envs, settings.observes)
-    manifest.require_same(path, existing, new)
+    path = out / MANIFEST
+    entry.require_same(path, entry.read_manifest(path), entry.manifest_tables(card, settings))
     return settings
+
+
+def _check_policy(agent: Agent, env: VectorEnv, group: TaskGroup, observes_task: bool) -> None:
+    """Raises ``BenchError`` if the agent's actions have a wrong shape or are not those of its policy."""
+    seeds, label = [evaluation_seed(group.id, group.task_ids[0], 0)], TaskLabel(group.task_ids[0], 0)
+    observations, _ = env.reset(seed=seeds)  # type: ignore[arg-type]
+    context = Context(np.ones(1, np.bool_), label if observes_task else None)
+    actions = clip_actions(action_function(agent)(observations, context), env, "act()")
+    if (policy := policy_of(agent)) is not None:
+        require_agreement(policy, env, seeds, actions, 0)
+
+
+def _interim_of(path: Path) -> dict[str, Any]:
+    """The arguments of ``train`` for the evaluations during training that a run's document lists.
+
+    An agent that cannot be saved acts itself in them, so its run depends on them.
+    """
+    evaluations = read_run(path).evaluations if path.exists() else []
+    if not evaluations:
+        return {}
+    return {"evaluate_every": evaluations[0].steps[0], "evaluate_episodes": evaluations[0].episodes}

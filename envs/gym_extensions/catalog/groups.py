@@ -1,16 +1,27 @@
-"""Every published group: an ordered, versioned list of tasks. The order is the training order."""
+"""Groups of tasks that are trained in order and scored together, and suites of groups."""
 
 from __future__ import annotations
 
 import functools
 import re
-from collections.abc import Mapping
+import tomllib
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
-from gym_extensions.catalog.mujoco_tasks import PLANAR_BODIES, RUNNING_BODIES
-from gym_extensions.catalog.navigation_tasks import navigation_groups
-from gym_extensions.catalog.registry import TASKS, task
-from gym_extensions.catalog.task import Task
+from gym_extensions.catalog.tasks import (
+    FAMILIES,
+    PLANAR_BODIES,
+    RUNNING_BODIES,
+    TASKS,
+    Task,
+    check_keys,
+    customize,
+    make_variation,
+    task,
+)
+from gym_extensions.catalog.variations import Course
 from gym_extensions.errors import BenchError, did_you_mean
 
 NAME = re.compile(r"[a-z][a-z0-9-]{0,47}")
@@ -115,35 +126,43 @@ class TaskGroup:
         return GROUPS.get(self.name) == self
 
 
-def _rows(kind: str, bodies: tuple[str, ...], names: tuple[str, ...]) -> list[TaskGroup]:
+def _per_body(kind: str, bodies: tuple[str, ...], names: tuple[str, ...]) -> list[TaskGroup]:
     return [
         TaskGroup(f"{body.lower()}-{kind}", tuple(task(name.format(B=body)) for name in names))
         for body in bodies
     ]
 
 
-def _named(rows: Mapping[str, tuple[str, ...]]) -> list[TaskGroup]:
-    return [TaskGroup(name, tuple(map(task, names))) for name, names in rows.items()]
+def _courses(family: str) -> tuple[Task, ...]:
+    return tuple(
+        each
+        for each in TASKS.values()
+        if any(isinstance(variation, Course) and variation.family == family for variation in each.variations)
+    )
+
+
+def _named(groups: Mapping[str, tuple[str, ...]]) -> list[TaskGroup]:
+    return [TaskGroup(name, tuple(map(task, names))) for name, names in groups.items()]
 
 
 PAPER_GROUPS: tuple[TaskGroup, ...] = (
-    *_rows("gravity", RUNNING_BODIES, GRAVITY_ORDER),
-    *_rows("body", PLANAR_BODIES, BODY_ORDER),
-    *_rows("body", ("Humanoid",), HUMANOID_BODY_ORDER),
-    *_rows("wall", RUNNING_BODIES, ("{B}WithSensor", "{B}Wall")),
+    *_per_body("gravity", RUNNING_BODIES, GRAVITY_ORDER),
+    *_per_body("body", PLANAR_BODIES, BODY_ORDER),
+    *_per_body("body", ("Humanoid",), HUMANOID_BODY_ORDER),
+    *_per_body("wall", RUNNING_BODIES, ("{B}WithSensor", "{B}Wall")),
     *_named(SINGLE_GROUPS),
-    *_named(navigation_groups()),
+    *(TaskGroup(f"nav-{family}", _courses(family)) for family in FAMILIES),
 )
 """The paper's groups."""
 
 EXTRAS: tuple[TaskGroup, ...] = (
-    *_rows("motor-noise", RUNNING_BODIES, ("{B}", "{B}MotorNoise")),
-    *_rows("noisy-wall", RUNNING_BODIES, ("{B}WithSensor", "{B}Wall", "{B}NoisyWall")),
+    *_per_body("motor-noise", RUNNING_BODIES, ("{B}", "{B}MotorNoise")),
+    *_per_body("noisy-wall", RUNNING_BODIES, ("{B}WithSensor", "{B}Wall", "{B}NoisyWall")),
     *_named(EXTRA_GROUPS),
 )
 """Groups that are not in the paper."""
 
-GROUPS: dict[str, TaskGroup] = {row.name: row for row in (*PAPER_GROUPS, *EXTRAS)}
+GROUPS: dict[str, TaskGroup] = {each.name: each for each in (*PAPER_GROUPS, *EXTRAS)}
 """Every published group by its name without the version."""
 
 
@@ -153,8 +172,122 @@ def group(name: str) -> TaskGroup:
     Raises:
         BenchError: no group has that name; the hint names the closest.
     """
-    by_id = {row.id: row for row in GROUPS.values()}
-    row = GROUPS.get(name) or by_id.get(name)
-    if row is None:
+    by_id = {each.id: each for each in GROUPS.values()}
+    found = GROUPS.get(name) or by_id.get(name)
+    if found is None:
         raise BenchError("unknown-group", f"There is no group {name!r}.", hint=did_you_mean(name, GROUPS))
-    return row
+    return found
+
+
+_published = group
+"""``group``, where a parameter has that name."""
+
+SUITE_BODIES = tuple(body.lower() for body in RUNNING_BODIES)
+SUITES: dict[str, tuple[str, ...]] = {
+    "gravity": tuple(f"{body}-gravity-v0" for body in SUITE_BODIES),
+    "body": tuple(f"{body}-body-v0" for body in SUITE_BODIES),
+    "wall": tuple(f"{body}-wall-v0" for body in SUITE_BODIES),
+    "humanoid": ("humanoid-standup-run-v0", "humanoid-standup-run-wall-v0"),
+    "arm": ("striker-v0", "pusher-v0"),
+    "navigation": tuple(f"nav-{family}-v0" for family in FAMILIES),
+}
+"""The ids of the groups of every suite."""
+
+SUITES["all"] = tuple(group for groups in SUITES.values() for group in groups)
+
+
+GROUP_KEYS = ("name", "version", "tasks")
+TASK_KEYS = ("task", "variations", "max_steps")
+
+
+def load_group(path: str | Path) -> TaskGroup:
+    """Reads a custom group from a TOML file.
+
+    The file holds ``name``, an optional ``version``, and a list of tasks in training order. Each task names a
+    published task and may add variations and a time limit::
+
+        name = "hopper-light"
+
+        [[tasks]]
+        task = "Hopper"
+
+        [[tasks]]
+        task = "Hopper"
+        variations = [{kind = "Gravity", factor = 0.3}]
+        max_steps = 500
+
+    Args:
+        path: the TOML file.
+
+    Returns:
+        The group. Its tasks are published tasks wherever they equal one.
+
+    Raises:
+        BenchError: the file cannot be read or is not TOML; a key, task, kind of variation or parameter is
+            unknown; a value is invalid; a task occurs twice; or the name belongs to a published group.
+    """
+    where = str(path)
+    try:
+        table = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise BenchError("unreadable-group", f"{error.strerror or error}.", where) from error
+    except ValueError as error:
+        raise BenchError("malformed-group", f"The file is not TOML: {error}.", where) from error
+    check_keys(table, GROUP_KEYS, ("name", "tasks"), where)
+    tables = table["tasks"]
+    if not isinstance(tables, list) or not all(isinstance(each, dict) for each in tables):
+        raise BenchError(
+            "malformed-group", "tasks is not a list of tables.", where, "Write [[tasks]] per task."
+        )
+    tasks = tuple(_task(each, f"{where}, task {number}") for number, each in enumerate(tables, 1))
+    try:
+        return resolve_group(TaskGroup(table["name"], tasks, table.get("version", 0)))
+    except BenchError as error:
+        raise BenchError(error.code, error.message, where, error.hint) from error
+
+
+def resolve_group(group: str | Path | TaskGroup) -> TaskGroup:
+    """The group that an argument or a command line names.
+
+    Args:
+        group: the name of a published group, a TaskGroup, or a path to a TOML file (it ends in ``.toml``).
+
+    Raises:
+        BenchError: there is no such group, the file is invalid, or a custom group has the name of a
+            published one.
+    """
+    if isinstance(group, TaskGroup):
+        if group.name in GROUPS and not group.published:
+            message = f"{group.name!r} is the name of a published group with other tasks."
+            raise BenchError("name-taken", message, "name", "Choose another name.")
+        return group
+    return load_group(group) if str(group).endswith(".toml") else _published(str(group))
+
+
+def with_custom(groups: Iterable[str | Path | TaskGroup]) -> dict[str, TaskGroup]:
+    """The published groups and these custom groups, by name.
+
+    Raises:
+        BenchError: a group is invalid (see :func:`resolve_group`), or two have the same name.
+    """
+    known = dict(GROUPS)
+    for group in map(resolve_group, groups):
+        if known.setdefault(group.name, group) != group:
+            message = f"Two groups have the name {group.name!r}."
+            raise BenchError("name-taken", message, "--groups", "Rename one of them.")
+    return known
+
+
+def _task(table: Mapping[str, Any], where: str) -> Task:
+    check_keys(table, TASK_KEYS, ("task",), where)
+    variations = table.get("variations", [])
+    if not isinstance(variations, list):
+        hint = 'Write variations = [{kind = "Gravity", factor = 0.5}].'
+        raise BenchError("malformed-group", "variations is not a list.", where, hint)
+    try:
+        base = task(str(table["task"]))
+        return customize(
+            base, [make_variation(each, where) for each in variations], max_steps=table.get("max_steps")
+        )
+    except BenchError as error:
+        raise BenchError(error.code, error.message, error.where or where, error.hint) from error

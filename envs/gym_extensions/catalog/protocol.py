@@ -1,10 +1,12 @@
-"""The evaluation protocol prescribes stages, evaluation episodes and their seeds."""
+"""The protocol: stages, evaluation episodes and their seeds, and training budgets."""
 
 from __future__ import annotations
 
 import hashlib
+from dataclasses import dataclass
 
 from gym_extensions.catalog.groups import TaskGroup
+from gym_extensions.errors import BenchError, did_you_mean
 
 PROTOCOLS = ("sequential", "single", "joint")
 EVALUATION_EPISODES = 20
@@ -32,5 +34,75 @@ def stages(protocol: str, count: int) -> tuple[int, ...]:
 
 
 def per_run(protocol: str, group: TaskGroup) -> int:
-    """Number of rows per run in a complete log."""
+    """Number of episodes per run in a complete log."""
     return len(stages(protocol, len(group.tasks))) * len(group.tasks) * EVALUATION_EPISODES
+
+
+@dataclass(frozen=True)
+class Budget:
+    """Number of training steps per task, ``batches × batch_steps``.
+
+    Args:
+        name: the name, for example ``1M``.
+        batches: batches per task.
+        batch_steps: environment steps per batch, summed over the environments.
+        num_envs: environments that are stepped in parallel.
+        body_batches: batches per task of a body group, if different.
+        on_boards: whether submissions with this budget appear on the boards.
+    """
+
+    name: str
+    batches: int
+    batch_steps: int
+    num_envs: int
+    body_batches: int | None = None
+    on_boards: bool = True
+
+    def batches_for(self, group_name: str) -> int:
+        """Batches per task of the named group. The paper trained its body groups half as long."""
+        if self.body_batches is not None and group_name.endswith("-body"):
+            return self.body_batches
+        return self.batches
+
+    def steps_for(self, group_name: str) -> int:
+        """Training steps per task of the named group."""
+        return self.batches_for(group_name) * self.batch_steps
+
+
+BUDGETS = {
+    budget.name: budget
+    for budget in (
+        Budget("paper", batches=1000, batch_steps=50_000, num_envs=50, body_batches=500),
+        Budget("1M", batches=200, batch_steps=5_000, num_envs=20),
+        Budget("300k", batches=150, batch_steps=2_000, num_envs=25),
+        Budget("100k", batches=50, batch_steps=2_000, num_envs=8),
+        Budget("smoke", batches=4, batch_steps=250, num_envs=1, on_boards=False),
+    )
+}
+STANDARD_BUDGET = "300k"
+"""The budget of the standard boards and of the reference agents."""
+
+
+def budget(name: str) -> Budget:
+    """Returns the budget of that name. Raises ``BenchError`` if it does not exist."""
+    if name not in BUDGETS:
+        hint = did_you_mean(name, BUDGETS)
+        raise BenchError("unknown-budget", f"There is no budget {name!r}.", hint=hint)
+    return BUDGETS[name]
+
+
+TABLES = {"henderson2017": "henderson2017.csv"}
+"""The files of published tables, in ``scoring/published/data/``, by the name that submission.toml gives."""
+
+
+@dataclass(frozen=True)
+class Report:
+    """The fixed facts of the entry that shows a published table."""
+
+    entry: str
+    budget: str
+    algorithm: str
+
+
+REPORTS = {"henderson2017": Report("henderson2017-trpo", "paper", "trpo")}
+"""The entry of every published table, by the name in submission.toml."""

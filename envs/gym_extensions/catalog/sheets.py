@@ -1,19 +1,38 @@
-"""Facts of every published task that follow from its model, read from ``sheets.json`` without a simulator.
+"""The description of every published task: one text for ``envs show``, the documentation and the site.
 
-`gym-extensions envs docs` writes the file. A sheet has the differences from the base body in words, the
-tables of actions and observations, and what draws the task: a skeleton, or a map.
+`gym-extensions envs docs` writes it from the models into ``sheets.json``; this module reads it and loads no
+simulator. A sheet has the differences from the base body in words, the tables of actions and observations,
+and what draws the task: a skeleton, or a map.
 """
 
 from __future__ import annotations
 
 import functools
-import json
-from collections.abc import Mapping
+import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
+
+import msgspec
+
+from gym_extensions.catalog.fingerprints import published
+from gym_extensions.catalog.groups import GROUPS
+from gym_extensions.catalog.tasks import VERSIONS, Task
+from gym_extensions.catalog.tasks import task as published_task
+from gym_extensions.catalog.variations import (
+    LimbScale,
+    MovingGoal,
+    MovingStart,
+    RangeSensor,
+    SensorNoise,
+    TrackingGoal,
+    Wall,
+)
+from gym_extensions.errors import BenchError
 
 PATH = Path(__file__).with_name("sheets.json")
+PICTURE = "uint8 picture, 120 rows × 160 columns × 3 colors, 4 units per pixel, y up"
+"""The observation of a task whose table of observations is empty."""
 
 FREE, SLIDE, HINGE = 0, 2, 3
 """Kinds of joints, as in MuJoCo."""
@@ -63,6 +82,9 @@ class Skeleton(NamedTuple):
     links: tuple[Link, ...]
 
 
+Rectangle = tuple[int, int, int, int]
+
+
 @dataclass(frozen=True)
 class Sheet:
     """The facts of one task.
@@ -80,44 +102,135 @@ class Sheet:
     actions: tuple[Row, ...]
     observations: tuple[Row, ...]
     skeleton: Skeleton | None = None
-    obstacles: tuple[tuple[int, int, int, int], ...] = ()
+    obstacles: tuple[Rectangle, ...] = ()
     goal: tuple[float, float] | None = None
 
 
-@functools.cache
-def _content() -> Mapping[str, Any]:
-    content: dict[str, Any] = json.loads(PATH.read_text(encoding="utf-8"))
-    return content
+@dataclass(frozen=True)
+class Field:
+    """``count`` neighboring entries of a vector with the same meaning, unit and range."""
+
+    meaning: str
+    unit: str
+    low: float = -math.inf
+    high: float = math.inf
+    count: int = 1
+
+    @property
+    def range(self) -> str:
+        """The range as text."""
+        if math.isinf(self.low) and math.isinf(self.high):
+            return "unbounded"
+        return f"{self.low:.6g} … {self.high:.6g}"
+
+
+class _TaskEntry(msgspec.Struct):
+    """A task in the file. Tables, skeletons and maps that several tasks share are named by their index."""
+
+    differences: tuple[str, ...]
+    actions: int
+    observations: int
+    skeleton: int | None = None
+    map: int | None = None
+    goal: tuple[float, float] | None = None
+
+
+class _Content(msgspec.Struct):
+    maps: list[tuple[Rectangle, ...]]
+    skeletons: list[Skeleton]
+    tables: list[tuple[Row, ...]]
+    tasks: dict[str, _TaskEntry]
+
+
+def read_sheets(text: str | bytes) -> dict[str, Sheet]:
+    """The sheet of every task, by its id, from the text of ``sheets.json``."""
+    content = msgspec.json.decode(text, type=_Content)
+    return {
+        task_id: Sheet(
+            entry.differences,
+            content.tables[entry.actions],
+            content.tables[entry.observations],
+            None if entry.skeleton is None else content.skeletons[entry.skeleton],
+            () if entry.map is None else content.maps[entry.map],
+            entry.goal,
+        )
+        for task_id, entry in content.tasks.items()
+    }
 
 
 @functools.cache
+def _committed() -> dict[str, Sheet]:
+    return read_sheets(PATH.read_bytes())
+
+
 def sheet(task_id: str) -> Sheet | None:
     """The sheet of a published task, or None if the task has none."""
-    content = _content()
-    row = content["tasks"].get(task_id)
-    if row is None:
-        return None
-    skeleton, number = row.get("skeleton"), row.get("map")
-    return Sheet(
-        differences=tuple(row["differences"]),
-        actions=tuple(map(tuple, content["tables"][row["actions"]])),
-        observations=tuple(map(tuple, content["tables"][row["observations"]])),
-        skeleton=None if skeleton is None else _skeleton(content["skeletons"][skeleton]),
-        obstacles=() if number is None else tuple(map(tuple, content["maps"][number])),
-        goal=tuple(row["goal"]) if "goal" in row else None,
+    return _committed().get(task_id)
+
+
+def summary(task: Task) -> str:
+    """Base, differences, reward, start, end, tables, groups, versions and fingerprint of a task as text.
+
+    Raises:
+        BenchError: the task has no sheet.
+    """
+    facts = sheet(task.id)
+    if facts is None:
+        raise BenchError("no-sheet", "The task has no description.", task.id, "Run: gym-extensions envs docs")
+    prose = task.body.prose
+    groups = [group.id for group in GROUPS.values() if task in group.tasks]
+    entries = {
+        "base": task.base,
+        "what": prose.summary,
+        "differs": " ".join(facts.differences) or "nothing",
+        "reward": prose.reward,
+        "start": prose.start,
+        "end": prose.end,
+        "time limit": f"{task.max_steps} steps",
+        "success": task.body.success.text if task.body.success else "not defined",
+        "source": prose.source,
+        "groups": ", ".join(groups) or "none",
+        "versions": "; ".join(f"v{number}: {VERSIONS[number]}" for number in range(task.version + 1)),
+        "fingerprint": published(task.id),
+    }
+    lines = [task.id, *(f"  {name:<13}{value}" for name, value in entries.items())]
+    lines += ["", *_text_table("action", facts.actions), ""]
+    lines += (
+        _text_table("observation", facts.observations) if facts.observations else [f"observation: {PICTURE}"]
     )
+    return "\n".join(lines)
 
 
-def _skeleton(value: Any) -> Skeleton:
-    view, links = value
-    return Skeleton(
-        tuple(view),
-        tuple(
-            Link(parent, tuple(position), tuple(rotation), _rows(Joint, joints), _rows(Shape, shapes))
-            for parent, position, rotation, joints, shapes in links
+def _text_table(title: str, rows: tuple[Row, ...]) -> list[str]:
+    head = ("index", "meaning", "unit", "range")
+    widths = [max(len(row[column]) for row in (head, *rows)) for column in range(4)]
+    count = int(rows[-1][0].rpartition("–")[2]) + 1
+    return [
+        f"{title} ({count} numbers)",
+        *(
+            "  " + "  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip()
+            for row in (head, *rows)
         ),
-    )
+    ]
 
 
-def _rows(kind: Any, rows: Any) -> tuple[Any, ...]:
-    return tuple(kind(*(tuple(item) if isinstance(item, list) else item for item in row)) for row in rows)
+VISIBLE = (LimbScale, MovingGoal, MovingStart, RangeSensor, TrackingGoal, Wall)
+"""Variations that change the picture."""
+
+
+def large_picture(task: Task) -> str:
+    """Returns the file name of the picture of a task; empty in 2-D navigation, whose maps are drawn.
+
+    Example:
+        >>> from gym_extensions.catalog.tasks import task
+        >>> large_picture(task("HopperGravityHalf")), large_picture(task("HopperBigFoot"))
+        ('hopper.webp', 'hopperbigfoot.webp')
+    """
+    if task.body.camera is None:
+        return ""
+    visible = [variation for variation in task.variations if isinstance(variation, VISIBLE)]
+    if not visible:
+        return f"{task.base.lower()}.webp"
+    if any(isinstance(variation, SensorNoise) for variation in task.variations):
+        return large_picture(published_task(task.name.replace("Noisy", "")))
+    return f"{task.name.lower()}.webp"

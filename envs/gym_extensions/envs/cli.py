@@ -8,9 +8,9 @@ from pathlib import Path
 
 from gym_extensions.catalog import fingerprints, sheets
 from gym_extensions.catalog.groups import GROUPS, group
-from gym_extensions.catalog.registry import TASKS, task
-from gym_extensions.catalog.task import Task
+from gym_extensions.catalog.tasks import TASKS, task
 from gym_extensions.errors import reports_mistakes
+from gym_extensions.files import write_bytes, write_text
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -43,11 +43,11 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _list(names: list[str]) -> int:
-    for row in [group(name) for name in names] or list(GROUPS.values()):
-        print(f"{row.id} ({_tasks(len(row.tasks))})")
-        for member in row.tasks:
+    for each in [group(name) for name in names] or list(GROUPS.values()):
+        print(f"{each.id} ({_tasks(len(each.tasks))})")
+        for member in each.tasks:
             print(f"  {member.id}")
-    grouped = {member.id for row in GROUPS.values() for member in row.tasks}
+    grouped = {member.id for each in GROUPS.values() for member in each.tasks}
     ungrouped = [] if names else [task_id for task_id in TASKS if task_id not in grouped]
     if ungrouped:
         print(f"in no group ({_tasks(len(ungrouped))})")
@@ -56,17 +56,12 @@ def _list(names: list[str]) -> int:
     return 0
 
 
-def _show(row: Task) -> int:
-    from gym_extensions.envs.docgen.summary import summary
-
-    print(summary(row))
-    return 0
-
-
 def _check(names: list[str]) -> int:
     from gym_extensions.envs import fingerprint
 
     chosen = [task(name) for name in names]
+    if other := fingerprint.other_engine():
+        print(f"{other} is installed, which is not the published engine.", file=sys.stderr)
     differences = fingerprint.check(chosen or None)
     for difference in differences:
         print(difference, file=sys.stderr)
@@ -87,7 +82,6 @@ def _tasks(count: int) -> str:
 
 
 def _write(replace: bool) -> int:
-    from gym_extensions.atomic import write_text
     from gym_extensions.envs import fingerprint
 
     table, changed = fingerprint.updated(replace)
@@ -99,14 +93,13 @@ def _write(replace: bool) -> int:
 
 
 def _docs(args: argparse.Namespace) -> int:
-    from gym_extensions.atomic import write_bytes, write_text
-    from gym_extensions.envs.docgen.pages import pages
-    from gym_extensions.envs.docgen.pictures import large_pictures
-    from gym_extensions.envs.docgen.sheets import sheets as sheets_text
-    from gym_extensions.envs.docgen.thumbnails import pictures
+    from gym_extensions.envs.docs.pages import pages
+    from gym_extensions.envs.docs.pictures import large_pictures, pictures
+    from gym_extensions.envs.docs.sheets import sheets as sheets_text
 
-    texts, images = pages(), pictures() if args.pictures else {}
-    write_text(args.sheets, sheets_text())
+    described = sheets_text()
+    write_text(args.sheets, described)
+    texts, images = pages(sheets.read_sheets(described)), pictures() if args.pictures else {}
     for name, text in texts.items():
         write_text(args.out / name, text)
     for name, image in images.items():
@@ -127,7 +120,8 @@ def main(argv: list[str] | None = None) -> int:
     if args.command == "list":
         return _list(args.group)
     if args.command == "show":
-        return _show(task(args.task))
+        print(sheets.summary(task(args.task)))
+        return 0
     if args.command == "docs":
         return _docs(args)
     return _check(args.task) if args.command == "check" else _write(args.replace)

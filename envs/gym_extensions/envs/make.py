@@ -1,62 +1,35 @@
-"""Makes the environment of a task."""
+"""Makes environments and vector environments of tasks, and registers the published ids with Gymnasium."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import Any, cast
 
 import gymnasium as gym
 from gymnasium.envs.registration import EnvSpec
+from gymnasium.vector import AutoresetMode, VectorEnv
 
-from gym_extensions.catalog.custom import customize
-from gym_extensions.catalog.definitions import definition, is_definable
-from gym_extensions.catalog.registry import TASKS
-from gym_extensions.catalog.task import Task
-from gym_extensions.catalog.variations.base import Variation
-from gym_extensions.envs.bodies import implementation
-from gym_extensions.envs.gym_request import check_keywords, request, resolve
-from gym_extensions.envs.mujoco.task_env import TaskEnv
+from gym_extensions.catalog.tasks import TASKS, Task, customize, definition, from_definition, is_definable
+from gym_extensions.catalog.tasks import task as published_task
+from gym_extensions.catalog.variations import Variation
+from gym_extensions.envs.mujoco_env import IMPLEMENTATIONS, TaskEnv
+from gym_extensions.envs.protocols import Template
+from gym_extensions.envs.shards import MujocoVectorEnv
+from gym_extensions.envs.vector_env import WHERE, check_count
+from gym_extensions.errors import BenchError, KeywordError
 
-ENTRY_POINT = "gym_extensions.envs.make:construct"
+CAMERA = (
+    *("width", "height", "camera_id", "camera_name"),
+    *("default_camera_config", "max_geom", "visual_options"),
+)
 RENDER_MODES = ["human", "rgb_array", "depth_array", "rgbd_tuple"]
 """Those of Gymnasium's MuJoCo environments. From them Gymnasium makes others, such as ``rgb_array_list``."""
-VECTOR_ENTRY_POINT = "gym_extensions.envs.make_vec:construct"
-
-
-def construct(task: str | Task | Mapping[str, Any], **rendering: Any) -> gym.Env[Any, Any]:
-    """Returns the task's environment without wrappers, as Gymnasium's registry calls it.
-
-    Args:
-        task: an id, a bare name, a Task, or a task's definition as plain data.
-        rendering: ``render_mode``, and for MuJoCo bodies Gymnasium's sizes and camera arguments.
-
-    Raises:
-        BenchError: the task or its base body is unknown, a variation does not fit the body, or a keyword or
-            the time limit of ``gymnasium.make`` would change the task.
-    """
-    row = resolve(task, request())
-    check_keywords(row, rendering)
-    return build(row, **rendering)
-
-
-construct.metadata = {"render_modes": RENDER_MODES}  # type: ignore[attr-defined]  # read by gymnasium.make
-
-
-def build(row: Task, **rendering: Any) -> gym.Env[Any, Any]:
-    """Returns the environment of exactly this task, whatever its id: fingerprints compare both."""
-    if row.body.family != "navigation":
-        return implementation(row.body.name).env(row, **rendering)
-    from gym_extensions.envs.navigation.build import construct as construct_navigation
-
-    environment: gym.Env[Any, Any] = construct_navigation(row, **rendering)
-    return environment
-
-
-def construct_mujoco(task: str | Task, **rendering: Any) -> TaskEnv:
-    """Returns the environment of a MuJoCo task without wrappers, with its MuJoCo types."""
-    row = resolve(task)
-    check_keywords(row, rendering)
-    return implementation(row.body.name).env(row, **rendering)
+HINT = "A task's reward, body and time limit are fixed. For another task use gym_extensions.envs.customize."
+MAX_NUM_ENVS, MAX_NUM_THREADS = 100_000, 1024
+"""Larger counts are mistakes: no machine has the memory or the processors."""
+VECTOR = ".vector"
+"""The end of the names of vector entry points."""
 
 
 def make(
@@ -80,17 +53,209 @@ def make(
     Raises:
         BenchError: the task is unknown, the limit is below 1, or a variation does not fit the base body.
     """
-    row = customize(task, variations, max_steps=max_steps)
-    spec = row.id if TASKS.get(row.id) == row else spec_of(row)
+    made = customize(task, variations, max_steps=max_steps)
+    spec = made.id if TASKS.get(made.id) == made else spec_of(made)
     return gym.make(spec, render_mode=render_mode, disable_env_checker=True)
 
 
-def spec_of(row: Task) -> EnvSpec:
+def make_vec(
+    tasks: str | Task | Sequence[str | Task],
+    num_envs: int,
+    num_threads: int = 1,
+    *,
+    autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+) -> VectorEnv[Any, Any, Any]:
+    """Returns a vector environment whose numbers are bit for bit those of the single environments.
+
+    MuJoCo environments that share a model layout and rules, as in a gravity or body group, run in one physics
+    batch; others run in one batch each, one after the other. ``gymnasium.make_vec`` of a published id returns
+    the same.
+
+    An int seed of ``reset`` gives environment i the seed ``seed + i``, and infos are those of the single
+    environments, as in Gymnasium's vector environments.
+
+    Args:
+        tasks: an id, a bare name or a Task, or a list of them; environment i has ``tasks[i % len(tasks)]``.
+        num_envs: number of environments, 1 to 100,000.
+        num_threads: threads that step physics. Results do not depend on it. The default is 1, because
+            training processes usually run in parallel, one per core.
+        autoreset_mode: when an environment whose episode ended is reset, as in ``SyncVectorEnv``.
+
+    Raises:
+        BenchError: a task is unknown, there is no task, a count is out of range, the mode is unknown, or the
+            tasks have different observation or action spaces.
+    """
+    requested = [tasks] if isinstance(tasks, str | Task) else list(tasks)
+    if not requested:
+        raise BenchError("no-tasks", "There is no task.", WHERE, "Give at least 1.")
+    count = check_count("num_envs", num_envs, MAX_NUM_ENVS)
+    threads = check_count("num_threads", num_threads, MAX_NUM_THREADS)
+    mode = _autoreset_mode(autoreset_mode)
+    distinct = [resolve(task) for task in requested][:count]
+    copies = [distinct[index % len(distinct)] for index in range(count)]
+    if all(task.body.family == "navigation" for task in distinct):
+        from gym_extensions.envs.navigation.env import NavigationVectorEnv
+
+        return NavigationVectorEnv(copies, mode)
+    if any(task.body.family == "navigation" for task in distinct):
+        _check_spaces({task: make(task) for task in distinct})
+    templates = {task: template(task) for task in distinct}
+    _check_spaces(templates)
+    return MujocoVectorEnv([templates[task] for task in copies], threads, mode)
+
+
+def _autoreset_mode(mode: Any) -> AutoresetMode:
+    try:
+        return AutoresetMode(mode)
+    except ValueError:
+        choices = ", ".join(each.name for each in AutoresetMode)
+        message = f"autoreset_mode is {mode!r}."
+        raise BenchError("bad-autoreset-mode", message, WHERE, f"Choose one of {choices}.") from None
+
+
+def _check_spaces(environments: Mapping[Task, Template | gym.Env[Any, Any]]) -> None:
+    (first, reference), *others = environments.items()
+    for task, other in others:
+        for name in ("observation_space", "action_space"):
+            expected, space = getattr(reference, name), getattr(other, name)
+            if expected != space:
+                message = f"{first.id} has the {name} {expected}, {task.id} has {space}."
+                raise BenchError("different-spaces", message, WHERE, "Give tasks with equal spaces.")
+
+
+def template(task: Task) -> Template:
+    """Builds the single environment of a MuJoCo task and returns what its copies share."""
+    return construct_mujoco(task).template()
+
+
+def build(task: Task, **rendering: Any) -> gym.Env[Any, Any]:
+    """Returns the environment of exactly this task without wrappers, whatever its id.
+
+    Args:
+        task: the task.
+        rendering: ``render_mode``, and for MuJoCo bodies Gymnasium's sizes and camera arguments.
+
+    Raises:
+        KeywordError: a keyword is not about rendering. It is a ``TypeError``.
+    """
+    accepted = ("render_mode",) if task.body.family == "navigation" else ("render_mode", *CAMERA)
+    for name in rendering:
+        if name not in accepted:
+            message = f"Got an unexpected keyword argument {name!r}."
+            raise KeywordError(message, task.id, f"It accepts {', '.join(accepted)}. {HINT}")
+    if task.body.family == "navigation":
+        from gym_extensions.envs.navigation.env import Navigation
+
+        return Navigation(task, **rendering)
+    if task.base not in IMPLEMENTATIONS:
+        raise ValueError(f"{task.base} has no entry in gym_extensions.envs.mujoco_env.IMPLEMENTATIONS.")
+    return TaskEnv(task, **rendering)
+
+
+def construct_mujoco(task: str | Task, **rendering: Any) -> TaskEnv:
+    """Returns the environment of a MuJoCo task without wrappers, with its MuJoCo types."""
+    env = build(resolve(task), **rendering)
+    assert isinstance(env, TaskEnv)
+    return env
+
+
+def construct(task: str | Task | Mapping[str, Any], **rendering: Any) -> gym.Env[Any, Any]:
+    """Returns the task's environment without wrappers, as Gymnasium's registry calls it.
+
+    Args:
+        task: an id, a bare name, a Task, or a task's definition as plain data.
+        rendering: as in ``build``.
+
+    Raises:
+        BenchError: the task or its base body is unknown, or a variation does not fit the body.
+        KeywordError: a keyword is not about rendering.
+    """
+    return build(resolve(task), **rendering)
+
+
+def construct_vec(
+    task: str | Task | Mapping[str, Any],
+    num_envs: int,
+    max_episode_steps: int | None = None,
+    num_threads: int = 1,
+    autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+    **others: Any,
+) -> VectorEnv[Any, Any, Any]:
+    """Returns ``make_vec`` of one task, as ``gymnasium.make_vec`` calls it.
+
+    Raises:
+        BenchError: as in ``make_vec``; or another time limit, or rendering.
+        KeywordError: a keyword that a task does not accept.
+    """
+    found = resolve(task)
+    if max_episode_steps not in (None, found.max_steps):
+        message = f"max_episode_steps is {max_episode_steps}; the task has {found.max_steps}."
+        raise BenchError("changed-task", message, found.id, HINT)
+    for name, value in others.items():
+        if name not in ("render_mode", *CAMERA):
+            message = f"Got an unexpected keyword argument {name!r}."
+            raise KeywordError(message, found.id, f"It accepts num_threads and autoreset_mode. {HINT}")
+        if value is not None:
+            message = "Environments that are stepped together do not render."
+            hint = 'Use vectorization_mode="sync", or make(task, render_mode=...).'
+            raise BenchError("no-rendering", message, found.id, hint)
+    return make_vec(found, num_envs, num_threads, autoreset_mode=autoreset_mode)
+
+
+def resolve(task: str | Task | Mapping[str, Any]) -> Task:
+    """Returns the task of an id, a bare name, a Task or a definition.
+
+    Raises:
+        BenchError: the task is unknown, or it has a published id and other content.
+    """
+    if isinstance(task, str):
+        return published_task(task)
+    found = task if isinstance(task, Task) else from_definition(task)
+    if TASKS.get(found.id, found) != found:
+        message = "The task has the id of a published task and other content."
+        raise BenchError("changed-task", message, found.id, "Give it another name.")
+    return found
+
+
+def spec_of(task: Task) -> EnvSpec:
     """Returns Gymnasium's spec of a task that is not registered."""
     return EnvSpec(
-        row.id,
-        entry_point=ENTRY_POINT,
-        vector_entry_point=VECTOR_ENTRY_POINT,
-        max_episode_steps=row.max_steps,
-        kwargs={"task": definition(row) if is_definable(row) else row},
+        task.id,
+        entry_point=f"{__name__}:construct",
+        vector_entry_point=f"{__name__}:construct_vec",
+        max_episode_steps=task.max_steps,
+        kwargs={"task": definition(task) if is_definable(task) else task},
     )
+
+
+construct.metadata = {"render_modes": RENDER_MODES}  # type: ignore[attr-defined]  # read by gymnasium.make
+
+
+def __getattr__(name: str) -> Callable[..., Any]:
+    """The entry points of published tasks, such as ``Hopper-v0`` and ``Hopper-v0.vector``.
+
+    Each id has its own, with the task as a positional argument, so that no keyword makes another task.
+    """
+    for task in TASKS.values():
+        if name.removesuffix(VECTOR) == _entry_name(task):
+            constructor: Any = partial(construct_vec if name.endswith(VECTOR) else construct, task)
+            constructor.metadata = {"render_modes": RENDER_MODES}
+            return cast(Callable[..., Any], constructor)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def _entry_name(task: Task) -> str:
+    return task.id.rpartition("/")[2]
+
+
+def register() -> None:
+    """Registers each published id once, for ``gymnasium.make`` and ``gymnasium.make_vec``."""
+    for task in TASKS.values():
+        if task.id not in gym.registry:
+            entry_point = f"{__name__}:{_entry_name(task)}"
+            gym.register(
+                task.id,
+                entry_point=entry_point,
+                vector_entry_point=entry_point + VECTOR,
+                max_episode_steps=task.max_steps,
+            )

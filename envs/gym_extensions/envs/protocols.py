@@ -1,15 +1,21 @@
-"""Array types, and what effects and rules may use of a simulation without knowing its class."""
+"""What the modules of environments share: array types, interfaces, success, and what is refused."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, Protocol
+import copy
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Protocol, TypeVar
 
 import mujoco
 import numpy as np
+from gymnasium import error
+from gymnasium.spaces import Box
 from numpy.typing import NDArray
 
-from gym_extensions.catalog.task import Task
+from gym_extensions.catalog.bodies import Arrival, Distance, Height, Success
+from gym_extensions.catalog.tasks import Task
+from gym_extensions.errors import BenchError
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -17,93 +23,130 @@ Indices = NDArray[np.intp]
 """Indices of environments in a vector environment or a shard."""
 Steps = NDArray[np.int64]
 Generators = Sequence[np.random.Generator]
-States = Mapping[str, Array]
-"""Saved states by name; with a leading axis, one row per environment."""
+Starts = Mapping[str, Array]
+"""States in which environments start, by the names of fields of ``mjData``, one row per environment."""
+MOCAP = ("mocap_pos", "mocap_quat")
 
 
-class Simulation(Protocol):
-    """One MuJoCo environment."""
+@dataclass(frozen=True, eq=False)
+class Template:
+    """What all copies of one MuJoCo task share: the compiled model, spaces and the rest pose."""
 
+    task: Task
     model: mujoco.MjModel
-    data: mujoco.MjData
-
-    @property
-    def np_random(self) -> np.random.Generator:
-        """The environment's generator."""
-
-    @property
-    def dt(self) -> float:
-        """Seconds per environment step."""
-
-    @property
-    def elapsed(self) -> int:
-        """Environment steps since reset."""
-
-    @property
-    def root_lift(self) -> float:
-        """Height of the torso's frame when the root's vertical coordinate is 0, m."""
-
-    def goal_position(self) -> Array:
-        """The two coordinates of a moving goal, (2,), as a view into the state."""
-
-
-class Template(Protocol):
-    """One task's model and constants, shared by all its copies in a vector environment."""
-
-    @property
-    def task(self) -> Task:
-        """The task."""
-
-    @property
-    def model(self) -> mujoco.MjModel:
-        """The compiled model."""
-
-    @property
-    def init_qpos(self) -> Array:
-        """Positions of the rest pose, (nq,)."""
-
-    @property
-    def init_qvel(self) -> Array:
-        """Velocities of the rest pose, (nv,)."""
+    frame_skip: int
+    init_qpos: Array
+    init_qvel: Array
+    observation_space: Box
+    action_space: Box
+    root_lift: float
+    """Height of the torso's frame when the root's vertical coordinate is 0, m; 0 for the arms."""
 
     @property
     def dt(self) -> float:
-        """Seconds per environment step."""
-
-    @property
-    def root_lift(self) -> float:
-        """Height of the torso's frame in m when the root's vertical coordinate is 0. The arms have 0."""
+        """Seconds per environment step, computed as Gymnasium computes it."""
+        return float(self.model.opt.timestep * self.frame_skip)
 
 
-class Physics(Protocol):
-    """Copies of one model layout, stepped together.
-
-    Arrays have the environment as first axis and are live: every call refreshes them.
-    """
+class Fields(Protocol):
+    """Simulations of one model layout, of which rules and effects read and write fields."""
 
     def field(self, name: str) -> Array:
-        """A field of MjData of every environment, ``(num_envs, …)``, read-only by agreement."""
+        """A live field of ``mjData`` of every environment, ``(num_envs, …)``."""
 
-    def reset(self, indices: Indices, state: States) -> None:
-        """Resets some environments to the model's defaults and writes the given rows of the state.
 
-        Then runs mj_forward, if derived fields are read; it leaves the state as it is.
-        """
+class SuccessTest(NamedTuple):
+    """A test of success, which gives (…,) booleans, and the field of ``mjData`` that it is called with."""
 
-    def step(self, ctrl: NDArray[Any], indices: Indices | None) -> None:
-        """Runs one environment step with controls ``(num_envs, nu)`` in some environments, or in all."""
+    field: str
+    test: Callable[[Array], Flags]
 
-    def snapshot(self) -> dict[str, Array]:
-        """Copies of the physics state of every environment, by the names of ``state_fields``."""
 
-    def load(self, indices: Indices, state: States) -> None:
-        """Writes saved rows of every state field into some environments, and recomputes derived fields."""
+def success_test(rule: Success | None, model: mujoco.MjModel) -> SuccessTest | None:
+    """Returns the test of a MuJoCo body's success, or None if the body defines none.
 
-    def dump(self) -> dict[str, Array]:
-        """Copies of everything that determines later steps and fields, for ``undump`` of a copy."""
+    Raises:
+        ValueError: success is the arrival at a goal, which only navigation has.
+    """
+    match rule:
+        case None:
+            return None
+        case Distance():
+            first, second = (model.body(name).id for name in rule.bodies)
+            limit = rule.limit * rule.limit
 
-    def undump(self, dumped: dict[str, Array]) -> None:
-        """Writes what ``dump`` of the same simulations returned, bit for bit."""
+            def close(positions: Array) -> Flags:
+                gap = positions[..., first, :2] - positions[..., second, :2]
+                x, y = gap[..., 0], gap[..., 1]
+                near: Flags = x * x + y * y <= limit
+                return near
 
-    def close(self) -> None:
-        """Frees threads and memory."""
+            return SuccessTest("xpos", close)
+        case Height():
+            low, high = rule.low, rule.high
+
+            def upright(qpos: Array) -> Flags:
+                height = qpos[..., 2]  # of the free root
+                inside: Flags = (height > low) & (height < high)
+                return inside
+
+            return SuccessTest("qpos", upright)
+        case Arrival():
+            raise ValueError("The bodies with a MuJoCo model have no arrival. Define a distance or a height.")
+
+
+def check_actions(actions: Any, shape: tuple[int, ...], where: str) -> NDArray[Any]:
+    """Returns the actions as an array, with dtype and values unchanged.
+
+    Args:
+        actions: the agent's actions. Out-of-range values pass, as in Gymnasium's bodies.
+        shape: the required shape, ``(act,)``, or ``(num_envs, act)`` in a vector environment.
+        where: the task id, for the error.
+
+    Raises:
+        BenchError: the shape differs, or a value is not a finite number.
+    """
+    array = np.asarray(actions)
+    if array.shape != shape:
+        message = f"The action has shape {array.shape}; expected {shape}."
+        raise BenchError("bad-action", message, where, "Give one number per actuator.")
+    if array.dtype.kind not in "fiu":
+        message = f"The action has dtype {array.dtype}."
+        raise BenchError("bad-action", message, where, "Give floating-point numbers.")
+    if not np.isfinite(array).all():
+        index = np.argwhere(~np.isfinite(array))[0].tolist()
+        label, value = ", ".join(map(str, index)), array[tuple(index)]
+        raise BenchError("bad-action", f"action[{label}] is {value}.", where, "Give finite numbers.")
+    return array
+
+
+Self = TypeVar("Self", bound="IndependentCopies")
+
+
+class ResetNeededError(BenchError, error.ResetNeeded):
+    """An environment has no state yet. It is also Gymnasium's error of that name."""
+
+
+class ClosedError(BenchError, error.ClosedEnvironmentError):
+    """A vector environment is used after ``close``. It is also Gymnasium's error for that."""
+
+
+def require_reset(is_set: bool, where: str) -> None:
+    """Raises ``ResetNeededError`` unless the environment has a state."""
+    if not is_set:
+        message = "The environment has no state before its first reset."
+        raise ResetNeededError("reset-needed", message, where, "Call reset() first.")
+
+
+def require_open(closed: bool, where: str) -> None:
+    """Raises ``ClosedError`` if the environment is closed."""
+    if closed:
+        raise ClosedError("closed", "The environment is closed.", where, "Make a new one.")
+
+
+class IndependentCopies:
+    """A mixin whose shallow copies are deep: no two environments share a generator or an array."""
+
+    def __copy__(self: Self) -> Self:
+        """Returns a deep copy."""
+        return copy.deepcopy(self)

@@ -12,7 +12,7 @@ from gymnasium.vector import VectorEnv, VectorObservationWrapper
 from numpy.typing import NDArray
 
 from gym_extensions.catalog.groups import TaskGroup
-from gym_extensions.catalog.task import Task
+from gym_extensions.catalog.tasks import Task
 from gym_extensions.errors import BenchError
 
 Tasks = TaskGroup | Sequence[Task]

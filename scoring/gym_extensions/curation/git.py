@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -33,15 +33,21 @@ MAX_CPU_SECONDS = 120
 """Limits of one git command: a small commit can stand for billions of files."""
 LIMIT = f'ulimit -v "$0" 2>/dev/null; ulimit -t {MAX_CPU_SECONDS}; exec "$@"'
 """Runs a command with these limits. A system without a limit on memory (macOS) skips that one."""
+LACKING = ("lazy fetching disabled", "could not fetch", "missing", "unable to read", "bad object")
+"""Parts of git's errors about a content that is not in the clone."""
+MACHINE_ERRORS = ("no-git", "no-repository", "distrusted-clone", "partial-clone", "git-failed")
+"""Codes of errors that are about this clone and not about the commits in it."""
 NOT_FOUND = 127
 NO_GIT = BenchError("no-git", "The command git was not found.", hint="Install git.")
+SUBMODULE = "160000"
+"""The mode of a submodule."""
 REDIRECTIONS = ("GIT_DIR", "GIT_WORK_TREE", "GIT_INDEX_FILE", "GIT_OBJECT_DIRECTORY")
 """Variables with which git would read another repository; git sets some of them for hooks."""
 
 
 @dataclass(frozen=True)
 class TreeEntry:
-    """A file of a commit. ``size`` is None for a submodule, which has no content."""
+    """A file of a commit. ``size`` is None for a submodule, and where sizes were not asked for."""
 
     mode: str
     object_id: str
@@ -81,9 +87,32 @@ class Repository:
             message = f"git {arguments[0]} reached its limit of memory or processor time."
             raise BenchError("git-limit", message, hint="The commit has far too many files.")
         if result.returncode not in statuses:
+            self._explain(result.stderr.decode(errors="replace"))
             lines = result.stderr.decode(errors="replace").strip().splitlines() or ["git failed."]
             raise BenchError("git-failed", lines[-1], f"git {arguments[0]} in {self.folder}")
         return result.stdout
+
+    def _explain(self, errors: str) -> None:
+        """Raises the error of a clone that git distrusts, or that lacks what was asked for."""
+        if "dubious ownership" in errors:
+            message = "git reads no repository whose folder belongs to another owner."
+            hint = f"Run: git config --global --add safe.directory {self.folder.resolve()}"
+            raise BenchError("distrusted-clone", message, str(self.folder), hint)
+        if any(text in errors for text in LACKING) and self._is_partial:
+            message = (
+                "The clone lacks contents of old files (--filter), and nothing is fetched while it is read."
+            )
+            raise BenchError(
+                "partial-clone", message, str(self.folder), "Run: git fetch --refetch --no-filter"
+            )
+
+    @cached_property
+    def _is_partial(self) -> bool:
+        """Whether the clone lacks contents that its remote has."""
+        command = self._command(
+            "config", "--get-regexp", r"^remote\..*\.promisor$|^extensions\.partialclone$"
+        )
+        return bool(subprocess.run(command, capture_output=True, check=False, env=_environment()).stdout)
 
     @cached_property
     def top(self) -> Path:
@@ -124,9 +153,15 @@ class Repository:
         """The best common ancestors of two commits: several after a criss-cross, none without any."""
         return self.run("merge-base", "--all", first, second, statuses=(0, 1)).decode().split()
 
-    def tree(self, commit: str, path: str = "") -> tuple[TreeEntry, ...]:
-        """All files of a commit below a folder (the whole tree by default), with full paths."""
-        output = self.run("ls-tree", "-r", "-l", "-z", "--full-tree", commit, *([f"{path}/"] if path else []))
+    def tree(self, commit: str, path: str = "", *, sizes: bool = False) -> tuple[TreeEntry, ...]:
+        """All files of a commit below a folder (the whole tree by default), with full paths.
+
+        Sizes need the contents of the files, which a clone may lack; without them they are None.
+        """
+        options = ("-l",) if sizes else ()
+        output = self.run(
+            "ls-tree", "-r", *options, "-z", "--full-tree", commit, *([f"{path}/"] if path else [])
+        )
         return tuple(_tree_entry(line) for line in output.split(b"\0") if line)
 
     def blobs(self, object_ids: Iterable[str]) -> Iterator[bytes]:
@@ -148,6 +183,8 @@ class Repository:
                 requests.write(f"{object_id}\n".encode())
                 requests.flush()
                 header = answers.readline().split()
+                if header[1:] == [b"missing"]:
+                    self._explain("missing")
                 if len(header) != 3 or header[1] != b"blob":
                     message = f"The object {object_id} is not a file."
                     raise BenchError("git-failed", message, str(self.folder))
@@ -156,15 +193,25 @@ class Repository:
 
     def file(self, commit: str, path: str) -> bytes | None:
         """The content of a file of a commit; None without such a file."""
-        output = self.run("ls-tree", "-l", "-z", "--full-tree", commit, path)
+        output = self.run("ls-tree", "-z", "--full-tree", commit, path)
         entries = [_tree_entry(line) for line in output.split(b"\0") if line]
-        files = [entry for entry in entries if entry.path == path and entry.size is not None]
+        files = [entry for entry in entries if entry.path == path and entry.mode.startswith("100")]
         return next(iter(self.blobs([files[0].object_id]))) if files else None
 
-    def versions(self, path: str, head: str = "HEAD") -> list[str]:
-        """The commits of the first-parent history that changed a file, oldest first."""
-        output = self.run("rev-list", "--first-parent", "--reverse", head, "--", path)
-        return output.decode().split()
+    def last_change(self, commit: str, paths: Sequence[str]) -> str:
+        """The last commit of the first-parent history that changed one of these paths; empty if none did.
+
+        For a merged pull request it is the merge commit, which its author did not know.
+
+        Raises:
+            BenchError: the clone lacks older commits, so that it cannot be known.
+        """
+        if self.is_shallow:
+            message = "The clone lacks older commits, which fix the seeds."
+            raise BenchError("shallow-clone", message, str(self.folder), "Run: git fetch --unshallow")
+        specs = [f":(literal){path}" for path in paths]
+        arguments = ("rev-list", "--first-parent", "--max-count=1", commit, "--", *specs)
+        return self.run(*arguments).decode().strip()
 
 
 def _environment() -> dict[str, str]:
@@ -173,5 +220,6 @@ def _environment() -> dict[str, str]:
 
 def _tree_entry(line: bytes) -> TreeEntry:
     meta, _, path = line.partition(b"\t")
-    mode, _, object_id, size = meta.decode().split()
-    return TreeEntry(mode, object_id, None if size == "-" else int(size), os.fsdecode(path))
+    mode, _, object_id, *size = meta.decode().split()
+    is_sized = bool(size) and size[0] != "-"
+    return TreeEntry(mode, object_id, int(size[0]) if is_sized else None, os.fsdecode(path))

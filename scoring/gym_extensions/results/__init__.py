@@ -7,12 +7,9 @@
 >>> episodes.groupby(["group", "run", "stage", "task"])["return"].mean()
 """
 
-from gym_extensions.results.board_plot import plot_board
-from gym_extensions.results.evaluations import evaluations
-from gym_extensions.results.plots import plot_curves, plot_matrix, plot_retention
-from gym_extensions.results.rollouts import curves, episodes
-from gym_extensions.results.scores import board, metrics
-from gym_extensions.results.unfinished import unfinished_curves
+from gym_extensions.results.frames import curves, episodes, evaluations, unfinished_curves
+from gym_extensions.results.plots import plot_board, plot_curves, plot_matrix, plot_retention
+from gym_extensions.results.scores import board, metrics, metrics_of, scores
 
 __all__ = [
     "board",
@@ -20,9 +17,11 @@ __all__ = [
     "episodes",
     "evaluations",
     "metrics",
+    "metrics_of",
     "plot_board",
     "plot_curves",
     "plot_matrix",
     "plot_retention",
+    "scores",
     "unfinished_curves",
 ]

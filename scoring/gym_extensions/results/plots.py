@@ -1,23 +1,92 @@
-"""Plots of training curves, returns by stage and task, and retention. They need the extra ``plot``."""
+"""Plots of boards, curves, returns by stage and task, and retention. They need the extra ``plot``."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
 
+import numpy as np
 import pandas as pd
 
-from gym_extensions.errors import BenchError
-from gym_extensions.results.axes import new_axes, short_name, task_colors
-from gym_extensions.results.evaluations import evaluations
-from gym_extensions.results.rollouts import curves
-from gym_extensions.results.submissions import Paths
+from gym_extensions.catalog.protocol import STANDARD_BUDGET
+from gym_extensions.errors import BenchError, did_you_mean
+from gym_extensions.results.frames import Paths, curves, evaluations
+from gym_extensions.results.scores import board
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Data = pd.DataFrame | Paths
 """A data frame, or the submissions from which it is read."""
+PLOT_HINT = "Install it with: pip install 'gym-extensions[plot]'"
+
+
+def new_axes(ax: Axes | None) -> Axes:
+    """``ax``, or the axes of a new figure if it is None.
+
+    Raises:
+        BenchError: matplotlib is missing.
+    """
+    try:
+        from matplotlib import pyplot
+    except ModuleNotFoundError as missing:
+        raise BenchError("missing-extra", f"Plots need {missing.name}.", hint=PLOT_HINT) from missing
+    return pyplot.subplots(layout="constrained")[1] if ax is None else ax
+
+
+def short_name(task_id: str) -> str:
+    """A task's id without namespace and version: ``HopperGravityHalf``."""
+    return task_id.rpartition("/")[2].rpartition("-v")[0] or task_id
+
+
+def task_colors(tasks: Iterable[str]) -> dict[str, str]:
+    """A color of matplotlib's cycle for each task, in the order of the tasks."""
+    return {task: f"C{index}" for index, task in enumerate(dict.fromkeys(tasks))}
+
+
+def plot_board(
+    data: pd.DataFrame | Paths,
+    group: str | None = None,
+    *,
+    metric: str | None = None,
+    protocol: str = "sequential",
+    budget: str = STANDARD_BUDGET,
+    ax: Axes | None = None,
+) -> Axes:
+    """A board: one row per entry with the mean of a metric and its 95 % interval, in the order of the
+    board.
+
+    Args:
+        data: a frame of ``board``, or submissions.
+        group: of the board; needed with submissions.
+        metric: a metric of the board; its first if None.
+        protocol: of the board; used with submissions.
+        budget: of the board; used with submissions.
+        ax: where to draw; a new figure if None.
+
+    Raises:
+        BenchError: matplotlib is missing, the board is empty, or a name is unknown.
+    """
+    if not isinstance(data, pd.DataFrame) and group is None:
+        raise BenchError("bad-plot", "A board is of one group.", "group", "Name it: group='hopper-gravity'.")
+    frame = data if isinstance(data, pd.DataFrame) else board(str(group), data, protocol, budget)
+    metrics = [name.removesuffix("_low") for name in frame.columns if str(name).endswith("_low")]
+    if metric is not None and metric not in metrics:
+        hint = did_you_mean(metric, metrics)
+        raise BenchError("unknown-metric", f"The board has no metric {metric!r}.", "metric", hint)
+    if frame.empty or not metrics:
+        raise BenchError("bad-plot", "The board has no entry with a metric.", "data", "Use results.board(…).")
+    chosen = metric or metrics[0]
+    rows = frame[frame[chosen].notna()]
+    axes, heights = new_axes(ax), range(len(rows))
+    ends = rows[[f"{chosen}_low", f"{chosen}_high"]]
+    has_interval = ends.notna().all(axis=1).to_numpy()
+    axes.hlines(np.arange(len(rows))[has_interval], *ends[has_interval].to_numpy().T, color="0.6")
+    axes.plot(rows[chosen], heights, "o", color="C0")
+    axes.set_yticks(heights, rows["name"])
+    axes.invert_yaxis()
+    axes.set(xlabel=f"{chosen.replace('_', ' ')} (0 = floor, 1 = reference)", title=group or "")
+    return axes
 
 
 def plot_curves(

@@ -2,24 +2,38 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+import numpy.typing as npt
 import pandas as pd
 
-from gym_extensions.catalog.budgets import BUDGETS, STANDARD_BUDGET
-from gym_extensions.catalog.groups import TaskGroup
-from gym_extensions.catalog.protocol import PROTOCOLS
-from gym_extensions.catalog.suites import SUITES
+from gym_extensions.catalog.groups import SUITES, TaskGroup
+from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS, STANDARD_BUDGET
 from gym_extensions.errors import BenchError, did_you_mean
-from gym_extensions.results.columns import check_columns, select_columns
-from gym_extensions.results.submissions import CustomGroups, Paths, find, refuse_problems
-from gym_extensions.scoring.leaderboard.board import board as board_of
-from gym_extensions.scoring.leaderboard.keys import BoardKey
-from gym_extensions.scoring.output.frames import METRIC_DTYPES, board_dtypes, board_frame, metrics_frame
-from gym_extensions.scoring.pipeline.score import Scorer, make_scorer, scorecard_document
-from gym_extensions.scoring.scorecard.model import Scorecard, ScorecardDocument
+from gym_extensions.results.frames import (
+    CustomGroups,
+    Paths,
+    check_columns,
+    concat,
+    find,
+    refuse_problems,
+    select_columns,
+)
+from gym_extensions.rollouts.reader import read
+from gym_extensions.rollouts.tables import Log
+from gym_extensions.scoring.boards import BoardKey
+from gym_extensions.scoring.frames import METRIC_DTYPES, board_dtypes, board_frame, metrics_frame
+from gym_extensions.scoring.leaderboard import board as board_of
+from gym_extensions.scoring.metrics import METRICS, Metric, Run
+from gym_extensions.scoring.pipeline import Scorer, make_scorer, scorecard_document
+from gym_extensions.scoring.references import References
+from gym_extensions.scoring.scorecard import Scorecard, ScorecardDocument
+from gym_extensions.scoring.statistics import interval
 
 
 def metrics(
@@ -35,7 +49,7 @@ def metrics(
     column    dtype    value
     ========  =======  =============================================================================
     name      str      name of the submission's folder
-    trust     str      ``reported``, ``validated`` or ``replayed (…)``
+    level     str      ``reported``, ``claimed``, ``verified`` or ``reproduced``
     group     str      group id, or name of a suite
     protocol  str      ``sequential``, ``single`` or ``joint``
     budget    str      name of the training budget
@@ -74,7 +88,8 @@ def board(
     """A board: the submissions with results on it, one per row.
 
     Ranked entries are sorted by the protocol's first metric (final performance, or single-task performance),
-    best first; the others follow.
+    best first; the others follow, and at the end ``random`` and ``zero``, computed from the references. Only
+    the groups of the board are read.
 
     ================  =======  =====================================================================
     column            dtype    value
@@ -83,7 +98,7 @@ def board(
     rank_last         Int64    worst possible rank by the first metric; missing without a rank
     name              str      name of the submission's folder
     title             str      title of the submission
-    trust             str      ``reported``, ``validated`` or ``replayed (…)``
+    level             str      ``reported``, ``claimed``, ``verified`` or ``reproduced``
     evaluation        str      ``sampled`` or ``deterministic``: how actions are selected in evaluation
     runs              int64    number of runs; on a suite the fewest of its groups
     ranked            bool     whether the board ranks the entry
@@ -120,12 +135,171 @@ def board(
     _check("protocol", protocol, PROTOCOLS)
     _check("budget", budget, BUDGETS)
     check_columns(columns, board_dtypes(protocol))
-    cards = _document(submissions, scorer).submissions
+    names = SUITES.get(group_id, (group_id,))
+    only = tuple(name for name, known in scorer.groups.items() if {name, known.id} & set(names))
+    cards = _document(submissions, replace(scorer, only=only)).submissions
     key = BoardKey(group_id, protocol, budget, task_conditioned)
-    found = board_of(cards, key)
+    found = board_of(cards, key, scorer.references)
     if not found.rows:
         _warn_of_another_budget(cards, key)
+        found = replace(found, floors=())
     return select_columns(board_frame(found), columns)
+
+
+SCORE_DTYPES = {
+    "submission": "str",
+    "group": "str",
+    "protocol": "str",
+    "run": "int64",
+    "stage": "int64",
+    "task": "str",
+    "return": "float64",
+    "normalized": "float64",
+}
+
+
+def scores(
+    submissions: Paths,
+    group: str | TaskGroup,
+    protocol: str = "sequential",
+    *,
+    stage: int | None = None,
+    columns: Sequence[str] | None = None,
+    groups: CustomGroups = (),
+    references: str | Path | None = None,
+) -> pd.DataFrame:
+    """The mean return of every run, stage and task, raw and normalized: what the metrics are made of.
+
+    ==========  =======  ===========================================================================
+    column      dtype    value
+    ==========  =======  ===========================================================================
+    submission  str      name of the submission's folder
+    group       str      group id
+    protocol    str      ``sequential``, ``single`` or ``joint``
+    run         int64    training seed
+    stage       int64    number of tasks trained so far: 0 untrained; 1 in single and joint logs
+    task        str      task id, in training order
+    return      float64  mean over the 20 episodes
+    normalized  float64  the same: 0 = floor, 1 = reference; missing for a task without a reference
+    ==========  =======  ===========================================================================
+
+    Args:
+        submissions: a submission, a folder of submissions, or a list of these.
+        group: name or id of a group, or a TaskGroup.
+        protocol: ``sequential``, ``single`` or ``joint``.
+        stage: of which stage; -1 for the last one, None for all.
+        columns: the columns to return, in this order; all by default.
+        groups: custom groups that the submissions may contain: TOML files or TaskGroup objects.
+        references: the references file of the custom groups' tasks.
+
+    Raises:
+        BenchError: a group, protocol, path or column is unknown, or a submission has problems.
+
+    Example:
+        The array (runs, tasks) that rliable expects::
+
+            frame = results.scores("submissions/trpo", "hopper-gravity", stage=-1)
+            frame.pivot(index="run", columns="task", values="normalized").to_numpy()
+    """
+    if isinstance(group, TaskGroup):
+        groups, group = (*groups, group), group.name
+    scorer = make_scorer(groups, references)
+    group_id = _group_id(group, scorer.groups)
+    _check("protocol", protocol, PROTOCOLS)
+    check_columns(columns, SCORE_DTYPES)
+    name = next((name for name, known in scorer.groups.items() if known.id == group_id), "")
+    frames = []
+    for folder in find(submissions):
+        submission = read(folder, scorer.groups, only=(name,))
+        refuse_problems(folder, submission.problems)
+        submitted = submission.groups.get(group_id)
+        if submitted is not None and protocol in submitted.logs:
+            frame = _means(submitted.logs[protocol], scorer.references)
+            frames.append(frame.assign(submission=submission.name, group=group_id, protocol=protocol))
+    frame = concat(frames, SCORE_DTYPES)[list(SCORE_DTYPES)]
+    if stage is not None:
+        frame = frame[frame["stage"] == (frame["stage"].max() if stage == -1 else stage)]
+    return select_columns(frame.reset_index(drop=True), columns)
+
+
+def _means(log: Log, references: References) -> pd.DataFrame:
+    """The mean return of every run, stage and task of a log, in its order."""
+    rows = pd.DataFrame({"run": log.run, "stage": log.stage, "task": log.task, "return": log.return_})
+    cells = rows.groupby(["run", "stage", "task"], sort=False)["return"]
+    frame = cells.agg(lambda values: math.fsum(values) / len(values)).reset_index()
+    known = {task: reference for task, reference in references.tasks.items() if not reference.unsolved}
+    pairs = zip(frame["task"], frame["return"], strict=True)
+    normalized = [known[task].normalize(value) if task in known else math.nan for task, value in pairs]
+    return frame.assign(normalized=normalized)
+
+
+def metrics_of(
+    matrix: npt.ArrayLike, single: npt.ArrayLike | None = None, columns: Sequence[str] | None = None
+) -> pd.DataFrame:
+    """The sequential metrics of a matrix of returns from anywhere, without episodes.
+
+    ======  =======  ===============================================================================
+    column  dtype    value
+    ======  =======  ===============================================================================
+    metric  str      name of the metric (docs/metrics.md)
+    mean    float64  mean over runs, in the unit of the matrix; missing where it needs more than that
+    low     float64  lower end of the 95 % interval; missing with one run or without a mean
+    high    float64  upper end of the 95 % interval; missing with one run or without a mean
+    ======  =======  ===============================================================================
+
+    Args:
+        matrix: ([runs,] stages, T): row s, column j is the return (or success rate) on task j after training
+            on s tasks, best normalized. With T + 1 stages the first one is untrained; with T it is left out.
+        single: ([runs,] T): the return of an agent trained on task j alone, for forward transfer.
+        columns: the columns to return, in this order; all by default.
+
+    Raises:
+        BenchError: the arrays have another shape or a value that is not finite, or a column is unknown.
+
+    Example:
+        >>> metrics_of([[1.0, 0.0], [0.5, 1.0]]).set_index("metric")["mean"]["forgetting"]
+        np.float64(0.5)
+    """
+    dtypes = {"metric": "str", **dict.fromkeys(("mean", "low", "high"), "float64")}
+    check_columns(columns, dtypes)
+    values = np.asarray(matrix, dtype=np.float64)
+    values = values[None] if values.ndim == 2 else values
+    tasks = values.shape[-1] if values.ndim == 3 else 0
+    alone = None if single is None else np.asarray(single, dtype=np.float64).reshape(-1, max(tasks, 1))
+    is_shaped = tasks > 0 and values.shape[1] in (tasks, tasks + 1)
+    if not is_shaped or (alone is not None and len(alone) != len(values)):
+        message = f"The shape is {np.shape(matrix)}" + ("" if single is None else f" and {np.shape(single)}")
+        hint = "Give ([runs,] T or T + 1, T), and ([runs,] T) for single."
+        raise BenchError("bad-matrix", f"{message}.", "matrix", hint)
+    if not np.isfinite(values).all() or (alone is not None and not np.isfinite(alone).all()):
+        raise BenchError("bad-matrix", "A value is not finite.", "matrix", "Leave out runs without results.")
+    first, positions = tasks + 1 - values.shape[1], range(1, tasks + 1)
+    runs = [
+        Run(
+            T=tasks,
+            scored=tuple(positions),
+            normalized_returns={
+                (stage, j): float(row[j - 1]) for stage, row in enumerate(rows, first) for j in positions
+            },
+            single_task={} if alone is None else {j: float(alone[index][j - 1]) for j in positions},
+        )
+        for index, rows in enumerate(values)
+    ]
+    rows_ = [(metric.name, *_interval(metric, runs)) for metric in METRICS["sequential"]]
+    return select_columns(pd.DataFrame(rows_, columns=list(dtypes)).astype(dtypes), columns)
+
+
+def _interval(metric: Metric, runs: Sequence[Run]) -> tuple[float | None, float | None, float | None]:
+    """Mean and interval of a metric over runs; None where the runs lack what it needs."""
+    try:
+        values = [metric.function(run) if metric.function else None for run in runs]
+    except KeyError:
+        return None, None, None
+    known = [value for value in values if value is not None]
+    if len(known) < len(values):
+        return None, None, None
+    found = interval(known)
+    return found.mean, found.low, found.high
 
 
 def _warn_of_another_budget(cards: Sequence[Scorecard], key: BoardKey) -> None:

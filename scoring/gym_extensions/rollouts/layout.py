@@ -1,67 +1,78 @@
-"""Names and limits of a submission's folder."""
+"""The folder of a submission: names, limits, and a listing that follows no links."""
 
 from __future__ import annotations
 
+import errno
+import functools
+import os
 import re
-from collections.abc import Sequence
+import stat
+import unicodedata
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
 
-from gym_extensions.catalog.groups import TaskGroup
-from gym_extensions.catalog.protocol import PROTOCOLS, stages
+from gym_extensions.catalog.groups import GROUPS, TaskGroup
+from gym_extensions.catalog.protocol import PROTOCOLS
+from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.problem import escape
 
 MANIFEST = "submission.toml"
 README = "README.md"
 """An optional text about the submission, which the page of the entry shows as plain text."""
-LOGS = tuple(f"{protocol}.csv" for protocol in PROTOCOLS)
-CURVES = "curves.csv"
-EVALUATIONS = "evaluations.csv"
-CSV_FILES = (*LOGS, CURVES, EVALUATIONS)
-TRACES = "traces"
-SALT_FILE = "salt.txt"
-"""The file beside a group's traces that states the salt which drew them."""
-POLICIES = "policies"
-ARRAY_FOLDERS = (TRACES, POLICIES)
+REVIEW = "review.toml"
+"""What the base branch found out about the submission. A submitter never writes it."""
+POSES = "poses"
+"""The folder of recorded motions, which the base branch writes too."""
 PROGRESS = ".progress"
 """The recorder's folder for unfinished runs. It is not part of a submission."""
 UNFINISHED_CURVES = "*/*/curve-stage*.csv"
 """The curves of unfinished runs in the folder ``PROGRESS``, one file per stage."""
+LOG, DOCUMENT, POLICIES = ".csv", ".json", ".npz"
+"""The suffixes of the files of a run: its log, its document and its policies."""
+
+NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
+"""A submission's folder name. It becomes part of a URL."""
+RUN_FILE = re.compile(r"run(0|[1-9][0-9]{0,8})(\.csv|\.json|\.npz)")
+"""The name of a file of a run; its groups are the run and the suffix."""
+POSES_FILE = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}\.json")
 RESERVED = frozenset(
     ["CON", "PRN", "AUX", "NUL", *(f"{name}{digit}" for name in ("COM", "LPT") for digit in range(10))]
 )
 """Names that Windows reserves for devices, with any ending."""
+ROOT = "."
+"""The path of the submission's folder itself, listed only if it cannot be read."""
+
+MEBIBYTE = 2**20
+MAX_FILE_BYTES = {
+    ".md": MEBIBYTE // 16,
+    ".toml": MEBIBYTE // 4,
+    LOG: 8 * MEBIBYTE,
+    DOCUMENT: 4 * MEBIBYTE,
+    POLICIES: 64 * MEBIBYTE,
+}
+"""Largest file by suffix."""
+MAX_POLICY_BYTES = 256 * MEBIBYTE
+"""Largest size of the arrays of a run's policies."""
+MAX_SUBMISSION_BYTES = 2048 * MEBIBYTE
+MAX_FILES = 50_000
+MAX_RUNS = 100
+"""Most runs of a group and protocol."""
 MAX_DEPTH = 4
 """Folder levels that are listed."""
 
-NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
-"""A submission's folder name. It becomes part of a URL."""
-NUMBER = "(0|[1-9][0-9]{0,8})"
-TRACE = re.compile(
-    rf"({'|'.join(PROTOCOLS)})-run{NUMBER}-stage{NUMBER}-([A-Za-z0-9._-]+)-episode{NUMBER}\.npz"
-)
-"""A trace's file name; its groups are protocol, run, stage, task name and episode."""
-POLICY = re.compile(rf"({'|'.join(PROTOCOLS)})-run{NUMBER}-stage{NUMBER}(?:-([A-Za-z0-9._-]+))?\.npz")
-"""A policy's file name; its groups are protocol, run, stage and, in the single protocol, the task name."""
+SAFE = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0)
+"""Do not follow a link, do not wait for the writer of a FIFO, do not pass the file to other programs."""
 
-MEBIBYTE = 2**20
-MAX_FILE_BYTES = {".md": MEBIBYTE // 16, ".toml": MEBIBYTE // 4, ".csv": 32 * MEBIBYTE, ".npz": 4 * MEBIBYTE}
-"""Largest file by suffix."""
-MAX_SUBMISSION_BYTES = 2048 * MEBIBYTE
-MAX_CSV_BYTES = 128 * MEBIBYTE
-"""Largest size of all CSV files together."""
-MAX_CELLS = 3_000_000
-"""Most cells of one CSV file."""
-MAX_ROW = 10_000
-"""Most characters of a row of a CSV file."""
-MAX_RUNS = 100
-"""Most runs of a log."""
-MAX_FILES = 50_000
-MAX_UNPACKED_BYTES = 4 * MEBIBYTE
-"""Largest uncompressed size of one .npz file."""
-MAX_POLICY_BYTES = 2 * MEBIBYTE
-MAX_UNPACKED_POLICY_BYTES = 16 * MEBIBYTE
-"""Largest policy file, and its largest uncompressed size."""
-MAX_SALT_BYTES = 65
-MAX_ARRAYS = 256
-"""Most arrays in one .npz file."""
+
+def run_file(group_name: str, protocol: str, run: int, suffix: str) -> str:
+    """The path of a file of a run inside the submission: ``hopper-gravity/sequential/run3.csv``."""
+    return f"{group_name}/{protocol}/run{run}{suffix}"
+
+
+def run_key(group_name: str, protocol: str, run: int) -> str:
+    """The name of a run in review.toml: ``hopper-gravity/sequential/run3``."""
+    return run_file(group_name, protocol, run, "")
 
 
 def is_reserved(name: str) -> bool:
@@ -70,41 +81,167 @@ def is_reserved(name: str) -> bool:
 
 
 def max_bytes(path: str) -> int:
-    """The size limit of a file, by its folder and suffix."""
-    if f"/{POLICIES}/" in path:
-        return MAX_POLICY_BYTES
-    if path.endswith(f"/{SALT_FILE}"):
-        return MAX_SALT_BYTES
+    """The size limit of a file, by its suffix. Poses and review.toml have that of the largest document."""
+    if path == REVIEW or path.startswith(f"{POSES}/"):
+        return MAX_FILE_BYTES[POLICIES]
     return MAX_FILE_BYTES.get(path[path.rfind(".") :], MEBIBYTE)
 
 
-def max_unpacked_bytes(path: str) -> int:
-    """The limit on the uncompressed size of an .npz file, by its folder."""
-    return MAX_UNPACKED_POLICY_BYTES if f"/{POLICIES}/" in path else MAX_UNPACKED_BYTES
+def is_of_old_form(path: str) -> bool:
+    """Whether a path belongs to policies or traces of an entry whose policies were not repacked yet.
+
+    Only entries that were migrated without ``--repack-policies`` have such files
+    (:func:`gym_extensions.rollouts.policy.old_policy_files`).
+    """
+    parts = path.split("/")
+    return len(parts) in (2, 3) and parts[1] in ("policies", "traces")
 
 
-def policy_name(protocol: str, run: int, stage: int, task_name: str) -> str:
-    """The file name of the policy after a stage. Only the single protocol has one per task."""
-    ending = f"-{task_name}" if protocol == "single" else ""
-    return f"{protocol}-run{run}-stage{stage}{ending}.npz"
+@dataclass(frozen=True)
+class FolderItem:
+    """A file or folder, with its path inside the submission (with ``/``), its kind, and its size in bytes.
+
+    The kind is ``file``, ``folder``, or one that a submission may not contain: ``link``, ``device``,
+    ``unreadable`` (a folder) or ``unreadable file``.
+    """
+
+    path: str
+    kind: str
+    size: int = 0
 
 
-def policy_names(protocol: str, runs: Sequence[int], group: TaskGroup) -> list[str]:
-    """The file names of all policies of a log: after every stage of every run."""
-    task_names = [task.name for task in group.tasks] if protocol == "single" else [""]
-    return [
-        policy_name(protocol, run, stage, task_name)
-        for run in runs
-        for stage in stages(protocol, len(group.tasks))
-        for task_name in task_names
-    ]
+@dataclass(frozen=True)
+class Folder:
+    """A submission's folder, its content sorted by path, and the groups that it may contain by name."""
+
+    root: Path
+    name: str
+    items: tuple[FolderItem, ...]
+    groups: Mapping[str, TaskGroup] = field(default_factory=lambda: GROUPS)
+
+    @functools.cached_property
+    def files(self) -> dict[str, FolderItem]:
+        """The regular files by path."""
+        return {item.path: item for item in self.items if item.kind == "file"}
+
+    @functools.cached_property
+    def runs(self) -> dict[tuple[str, str], dict[int, set[str]]]:
+        """The suffixes of the files of every run, by group name and protocol, in the order of the runs."""
+        found: dict[tuple[str, str], dict[int, set[str]]] = {}
+        for path in self.files:
+            parts = path.split("/")
+            match = RUN_FILE.fullmatch(parts[-1]) if len(parts) == 3 and parts[1] in PROTOCOLS else None
+            if match:
+                runs = found.setdefault((parts[0], parts[1]), {})
+                runs.setdefault(int(match[1]), set()).add(match[2])
+        return {key: dict(sorted(runs.items())) for key, runs in found.items()}
+
+    @functools.cached_property
+    def is_within_limits(self) -> bool:
+        """Whether the files are few and small enough to be read."""
+        total = sum(item.size for item in self.files.values())
+        return len(self.files) <= MAX_FILES and total <= MAX_SUBMISSION_BYTES
+
+    def read(self, path: str) -> bytes:
+        """The bytes of a file.
+
+        Raises:
+            OSError: the file cannot be read, or has become a link, another kind of file, or larger than its
+                limit since the folder was listed.
+        """
+        return read_regular(self.root / path, max_bytes(path))
 
 
-def trace_name(protocol: str, run: int, stage: int, task_name: str, episode: int) -> str:
-    """The file name of an episode's trace."""
-    return f"{protocol}-run{run}-stage{stage}-{task_name}-episode{episode}.npz"
+def read_regular(path: Path, max_bytes: int) -> bytes:
+    """The bytes of a regular file, which may not be a link.
+
+    Raises:
+        OSError: it cannot be read, is a link or not a regular file, or is larger.
+    """
+    descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_BINARY", 0) | SAFE)
+    with os.fdopen(descriptor, "rb") as file:
+        if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+            raise OSError(errno.EINVAL, "It is not a regular file")
+        data = file.read(max_bytes + 1)
+    if len(data) > max_bytes:
+        raise OSError(errno.EFBIG, f"It has more than {max_bytes} bytes")
+    return data
 
 
-def unfinished_curve_name(stage: int) -> str:
-    """The file name of the curve of a stage in the folder of an unfinished run."""
-    return f"curve-stage{stage}.csv"
+def _items(folder: Path, prefix: str, depth: int) -> Iterator[FolderItem]:
+    try:
+        children = list(os.scandir(folder))
+    except OSError:
+        yield FolderItem(prefix.rstrip("/") or ROOT, "unreadable")
+        return
+    for child in children:
+        path = f"{prefix}{escape(child.name)}"
+        if path == PROGRESS:
+            continue
+        if child.is_symlink():
+            yield FolderItem(path, "link")
+        elif child.is_dir(follow_symlinks=False):
+            yield FolderItem(path, "folder")
+            if depth < MAX_DEPTH:
+                yield from _items(Path(child.path), f"{path}/", depth + 1)
+        elif child.is_file(follow_symlinks=False):
+            try:
+                yield FolderItem(path, "file", child.stat(follow_symlinks=False).st_size)
+            except OSError:
+                yield FolderItem(path, "unreadable file")
+        else:
+            yield FolderItem(path, "device")
+
+
+def exists_readable(path: Path, kind: Callable[[Path], bool] = Path.exists) -> bool:
+    """``kind(path)``, or False where permission is denied."""
+    try:
+        return kind(path)
+    except OSError:
+        return False
+
+
+def scan(root: Path, groups: Mapping[str, TaskGroup] = GROUPS) -> Folder:
+    """The folder as it is on disk; without items if the path is not a folder."""
+    name = escape(root.name or root.resolve().name)
+    if not exists_readable(root, Path.is_dir):
+        return Folder(root, name, (), groups)
+    items = tuple(sorted(_items(root, "", 1), key=lambda item: item.path))
+    return Folder(root, name, items, groups)
+
+
+def _candidates(path: Path) -> list[Path]:
+    """The visible folders in a folder, and links without a target."""
+    try:
+        children = sorted(child for child in path.iterdir() if not child.name.startswith("."))
+    except OSError:
+        return []
+    return [child for child in children if exists_readable(child, Path.is_dir) or _is_broken_link(child)]
+
+
+def _is_broken_link(path: Path) -> bool:
+    return exists_readable(path, Path.is_symlink) and not exists_readable(path)
+
+
+def submission_folders(paths: list[Path]) -> list[Path]:
+    """The submissions at the given paths, sorted by name. A folder of submissions means all of them.
+
+    Raises:
+        BenchError: two submissions have the same name.
+    """
+    folders: list[Path] = []
+    for path in paths:
+        is_alias = exists_readable(path, Path.is_symlink) or path.name in ("", ".", "..")
+        target = path.resolve() if is_alias else path
+        candidates = [] if exists_readable(target / MANIFEST) else _candidates(target)
+        has_submissions = any(exists_readable(candidate / MANIFEST) for candidate in candidates)
+        folders += candidates if has_submissions else [target]
+    by_name: dict[str, Path] = {}
+    for folder in folders:
+        first = by_name.setdefault(unicodedata.normalize("NFKC", folder.name).casefold(), folder)
+        if first.absolute() != folder.absolute():
+            same = first.name == folder.name
+            names = f"the name {escape(folder.name)!r}" if same else "names that differ only in letter case"
+            message = f"Two submissions have {names}: {first} and {folder}."
+            raise BenchError("two-of-one-name", escape(message), hint="Score one at a time, or rename one.")
+    return sorted(by_name.values(), key=lambda folder: folder.name)

@@ -1,66 +1,79 @@
-"""Dataclasses of submission.toml, which states who submits, what was run, and how.
-
-Every key is declared here, once.
-"""
+"""submission.toml: who submits, what was run, and how. Every key is declared here, once."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
-from typing import Annotated, Any, Literal, get_args, get_type_hints
+import math
+import tomllib
+from collections.abc import Iterator
+from typing import Annotated, Any, Literal, get_args
 
-from gym_extensions.catalog.budgets import BUDGETS
-from gym_extensions.rollouts.manifest_values import (
-    COUNT,
-    DIGEST,
-    FLAG,
-    LONG,
-    NAMES,
-    TEXT,
-    URL,
-    Hyperparameter,
-    Key,
-)
+import msgspec
+from msgspec import Meta
 
-FORMAT = 1
+from gym_extensions.catalog.protocol import BUDGETS
+from gym_extensions.errors import did_you_mean
+from gym_extensions.rollouts.layout import MANIFEST
+from gym_extensions.rollouts.problem import MAX_QUOTE, Finding, quote
+
+FORMAT: Literal[1] = 1
 HYPERPARAMETERS = "hyperparameters"
-PACKAGES = "packages"
-FREE_SECTIONS = (HYPERPARAMETERS, PACKAGES)
-"""The sections with free keys."""
+SHORT, LONG = 100, 4000
+"""Most characters of a string; most elements of a list is ``SHORT`` too."""
+MAX_LINE = 20_000
+"""Most characters of a line: ``tomllib`` needs time in proportion to the square of the parts of a dotted key
+(https://github.com/python/cpython/issues/149231)."""
 
+Scalar = str | int | float | bool
+Hyperparameter = Scalar | list[Scalar]
 Evaluation = Literal["sampled", "deterministic"]
 EVALUATIONS: tuple[str, ...] = get_args(Evaluation)
 """How an agent selects actions during evaluation."""
-
 Steps = Literal["recorded", "claimed"]
 RECORDED, CLAIMED = get_args(Steps)
 """Whether the training loop counted the training steps, or the submitter states them."""
 
-Text = Annotated[str, Key(TEXT)]
-Url = Annotated[str, Key(URL, max_length=500)]
-Count = Annotated[int, Key(COUNT)]
-Flag = Annotated[bool, Key(FLAG)]
+LABEL = "[A-Za-z0-9]([A-Za-z0-9-]*[A-Za-z0-9])?"
+WEB = rf"^(https?://{LABEL}(\.{LABEL})*(:[0-9]{{1,5}})?(/[!#-&(-;=?-\[\]-~]*)?)?$(?!\n)"
+"""The host has ASCII letters, digits, dots and dashes, so that none looks like another. The path has
+printable ASCII characters except quotes, angle brackets and backslashes."""
+
+Text = Annotated[str, Meta(max_length=SHORT, description=f"a string of at most {SHORT} characters")]
+LongText = Annotated[str, Meta(max_length=LONG, description=f"a string of at most {LONG} characters")]
+Url = Annotated[
+    str,
+    Meta(
+        max_length=500,
+        pattern=WEB,
+        description="a web address of at most 500 ASCII characters that starts with https:// or http://, "
+        "or an empty string",
+    ),
+]
+Count = Annotated[int, Meta(ge=0, le=2**53 - 1, description="an integer from 0 to 2⁵³ − 1")]
+Flag = Annotated[bool, Meta(description="true or false")]
+Name = Annotated[str, Meta(min_length=1, max_length=SHORT)]
+Names = Annotated[
+    tuple[Name, ...],
+    Meta(max_length=SHORT, description=f"a list of strings of 1 to {SHORT} characters"),
+]
 
 
-@dataclass(frozen=True, slots=True)
-class Code:
+class Code(msgspec.Struct, frozen=True):
     """Where the agent's code is. Either may be empty."""
 
-    url: Url
-    commit: Text
+    url: Url = ""
+    commit: Text = ""
 
 
-@dataclass(frozen=True, slots=True)
-class Protocol:
+class Protocol(msgspec.Struct, frozen=True):
     """The training budget, the algorithm, how it selects actions in evaluation, who counted the steps."""
 
-    budget: Annotated[str, Key(TEXT, choices=tuple(BUDGETS))]
+    budget: Literal[tuple(BUDGETS)]  # type: ignore[valid-type]
     algorithm: Text
-    evaluation: Annotated[Evaluation, Key(TEXT, choices=EVALUATIONS)]
-    steps: Annotated[Steps, Key(TEXT, choices=(RECORDED, CLAIMED), required=False)] = "recorded"
+    evaluation: Evaluation
+    steps: Steps = "recorded"
 
 
-@dataclass(frozen=True, slots=True)
-class Observes:
+class Observes(msgspec.Struct, frozen=True):
     """What the agent observes besides the task's observations: the task's identity, and task boundaries."""
 
     task_in_training: Flag
@@ -68,113 +81,136 @@ class Observes:
     boundaries: Flag
 
 
-@dataclass(frozen=True, slots=True)
-class Tuning:
+class Tuning(msgspec.Struct, frozen=True):
     """Training steps spent on choosing the settings, over all trials, and the tasks of these trials."""
 
     steps: Count
-    tasks: Annotated[tuple[str, ...], Key(NAMES)]
+    tasks: Names
 
 
-@dataclass(frozen=True, slots=True)
-class Memory:
-    """Most transitions stored at once; parameters at the start and end of training, the largest per group."""
-
-    stored_steps: Count
-    parameters_first: Count
-    parameters_last: Count
-
-
-@dataclass(frozen=True, slots=True)
-class Versions:
-    """Versions of the packages, the platform and the BLAS kernels that the runs used."""
-
-    gym_extensions: Text
-    gymnasium: Text
-    mujoco: Text
-    numpy: Text
-    python: Text
-    platform: Text
-    blas: Annotated[str, Key(TEXT, required=False)] = ""
-
-
-@dataclass(frozen=True, slots=True)
-class Archive:
-    """The complete set of traces."""
-
-    url: Url
-    sha256: Annotated[str, Key(DIGEST)]
-
-
-@dataclass(frozen=True, slots=True)
-class Traces:
-    """The Merkle root over the digests of all traces, in the order of the logs."""
-
-    root: Annotated[str, Key(DIGEST)]
-
-
-@dataclass(frozen=True)
-class Manifest:
+class Manifest(msgspec.Struct, frozen=True, kw_only=True):
     """A submission's manifest. ``reported`` names a published table that replaces logs.
 
-    ``packages`` has the versions of the packages that the agent uses besides those of ``versions``.
-
-    ``tuning``, ``memory`` and ``versions`` are None only if ``reported`` is set.
+    ``tuning`` is None only if ``reported`` is set.
     """
 
-    format: Annotated[Literal[1], Key(COUNT, choices=(FORMAT,))]
+    format: Literal[1] = FORMAT
     title: Text
-    authors: Annotated[tuple[str, ...], Key(NAMES)]
-    description: Annotated[str, Key(TEXT, max_length=LONG)]
-    code: Code
+    authors: Names
+    description: LongText
+    code: Code = Code()
     protocol: Protocol
     observes: Observes
     tuning: Tuning | None = None
-    memory: Memory | None = None
-    versions: Versions | None = None
-    archive: Archive | None = None
-    traces: Traces | None = None
-    hyperparameters: dict[str, Hyperparameter] = field(default_factory=dict)
-    packages: dict[str, str] = field(default_factory=dict)
-    reported: Annotated[str, Key(TEXT, required=False)] = ""
+    hyperparameters: dict[str, Hyperparameter] = {}
+    reported: Text = ""
 
 
-SECTION_TYPES = {
+OLD_SECTIONS = ("memory", "versions", "packages", "traces", "archive")
+"""Sections of the form before the documents of runs."""
+SECTIONS: dict[str, type[msgspec.Struct]] = {
     "code": Code,
     "protocol": Protocol,
     "observes": Observes,
     "tuning": Tuning,
-    "memory": Memory,
-    "versions": Versions,
-    "archive": Archive,
-    "traces": Traces,
 }
+"""The sections with fixed keys."""
 
 
-def _keys(section: type) -> dict[str, Key]:
-    hints = get_type_hints(section, include_extras=True)
-    annotations = {item.name: getattr(hints[item.name], "__metadata__", ()) for item in fields(section)}
-    return {name: metadata[0] for name, metadata in annotations.items() if metadata}
-
-
-SECTIONS: dict[str, dict[str, Key]] = {
-    "": _keys(Manifest),
-    **{name: _keys(section) for name, section in SECTION_TYPES.items()},
-    **{name: {} for name in FREE_SECTIONS},
-}
-"""The keys of submission.toml by section; ``""`` is the top level, and ``FREE_SECTIONS`` have free keys."""
-OPTIONAL_SECTIONS = ("archive", "traces", *FREE_SECTIONS)
-OPTIONAL_IF_REPORTED = ("tuning", "memory", "versions")
-"""Sections that a published table, which has no logs, may leave out."""
+def parse(data: bytes) -> dict[str, Any]:
+    """The tables of submission.toml. Raises ``ValueError`` with what is wrong."""
+    text = data.decode("utf-8-sig")
+    for number, line in enumerate(text.split("\n"), 1):
+        if len(line) > MAX_LINE:
+            raise ValueError(f"Line {number} has more than {MAX_LINE} characters")
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise ValueError("Tables and lists are nested too deeply") from None
 
 
 def manifest_of(tables: dict[str, Any]) -> Manifest:
-    """The manifest in tables without problems."""
-    sections = {
-        name: section(
-            **{key: tuple(value) if isinstance(value, list) else value for key, value in tables[name].items()}
-        )
-        for name, section in SECTION_TYPES.items()
-        if name in tables
-    }
-    return Manifest(**{**tables, **sections, "authors": tuple(tables["authors"])})
+    """The manifest in tables without findings."""
+    return msgspec.convert(tables, Manifest)
+
+
+def where_of(section: str, name: str) -> str:
+    """Where a key is, for the ``where`` of a finding."""
+    bare = name if name.replace("-", "_").isidentifier() and len(name) <= MAX_QUOTE else quote(name)
+    return f"{MANIFEST}, {f'[{section}] ' if section else ''}{bare}"
+
+
+def findings(tables: dict[str, Any]) -> Iterator[tuple[str, Finding]]:
+    """Everything that is wrong with the keys and values of submission.toml, with the name of the rule."""
+    yield from _section("", Manifest, tables)
+    for section, kind in SECTIONS.items():
+        if isinstance(tables.get(section), dict):
+            yield from _section(section, kind, tables[section])
+    if "tuning" not in tables and "reported" not in tables:
+        yield "missing-key", Finding(where_of("", "tuning"), "The section is missing.", "Add [tuning].")
+    settings = tables.get(HYPERPARAMETERS)
+    for name, value in settings.items() if isinstance(settings, dict) else ():
+        if error := hyperparameter_error(value):
+            hint = "Write a string, a finite number, true or false, or a list of them."
+            yield "bad-value", Finding(where_of(HYPERPARAMETERS, name), f"{quote(value)} {error}.", hint)
+
+
+def _section(
+    section: str, kind: type[msgspec.Struct], table: dict[str, Any]
+) -> Iterator[tuple[str, Finding]]:
+    keys = {field.name: field for field in msgspec.structs.fields(kind)}
+    for name in table:
+        if name not in keys:
+            hint = (
+                "Remove it." if not section and name in OLD_SECTIONS else did_you_mean(name[:MAX_QUOTE], keys)
+            )
+            yield "unknown-key", Finding(where_of(section, name), f"Unknown key {quote(name)}.", hint)
+    for name, key in keys.items():
+        is_required = key.required or (not section and name == "format")
+        if name not in table:
+            if is_required:
+                yield "missing-key", Finding(where_of(section, name), "The key is missing.", f"Add {name}.")
+        elif not section and name in (*SECTIONS, HYPERPARAMETERS):
+            if not isinstance(table[name], dict):
+                message, hint = f"{quote(table[name])} is not a section.", f"Write [{name}] and its keys."
+                yield "bad-value", Finding(where_of("", name), message, hint)
+        elif finding := _value_finding(where_of(section, name), key.type, table[name]):
+            yield "bad-value", finding
+
+
+def _value_finding(where: str, kind: Any, value: object) -> Finding | None:
+    """What is wrong with the value of a key, or None."""
+    try:
+        msgspec.convert(value, kind)
+    except msgspec.ValidationError:
+        pass
+    else:
+        return None
+    choices = [str(choice) for choice in get_args(kind)] if not hasattr(kind, "__metadata__") else []
+    if choices:
+        closest = did_you_mean(str(value)[:MAX_QUOTE], choices) if isinstance(value, str) else ""
+        return Finding(where, f"The value is {quote(value)}.", closest or f"Write {' or '.join(choices)}.")
+    wanted = kind.__metadata__[0].description
+    length = f" (it has {len(value)})" if isinstance(value, str) and len(value) > SHORT else ""
+    return Finding(where, f"{quote(value)} is not {wanted}{length}.", f"Write {wanted}.")
+
+
+def hyperparameter_error(value: object, *, is_element: bool = False) -> str:
+    """The reason why a value cannot be a hyperparameter, as the rest of a sentence, or empty if it can.
+
+    Args:
+        value: a value of TOML, or a tuple, which TOML stores as a list.
+        is_element: whether it is an element of a list.
+    """
+    if isinstance(value, list | tuple) and not is_element:
+        if len(value) > SHORT:
+            return f"has {len(value)} elements; the limit is {SHORT}"
+        return next(filter(None, (hyperparameter_error(element, is_element=True) for element in value)), "")
+    if isinstance(value, str):
+        return f"has {len(value)} characters; the limit is {LONG}" if len(value) > LONG else ""
+    if isinstance(value, float):
+        return "" if math.isfinite(value) else "is not finite"
+    if isinstance(value, int):
+        return "" if abs(value) < 2**63 else "is too large"
+    container = "contains an element" if is_element else "is"
+    return f"{container} of type {type(value).__name__}"

@@ -1,22 +1,13 @@
-"""A problem in a submission states the broken rule, the location, what is wrong and what to do."""
+"""Rules, and the problems that they find: the broken rule, where, what is wrong and what to do."""
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any, Literal
 
-import numpy as np
-from numpy.typing import NDArray
-
-RowNumbers = NDArray[np.int64]
-
-ROWS_LISTED = 3
-"""Rows listed per rule and file; the rest are counted."""
 PROBLEMS_LISTED = 20
 """Problems listed per rule and submission; the rest are counted."""
-MAX_LISTED = 200
-"""Problems listed per submission; if there are more, fewer are listed per rule."""
 MAX_TEXT = 500
 """Characters of each text of a problem."""
 MAX_QUOTE = 80
@@ -42,7 +33,7 @@ def quote(value: object) -> str:
 
 @dataclass(frozen=True)
 class Finding:
-    """A finding of a rule, with a path inside the submission (and row or key), what is wrong, what to do."""
+    """A finding of a rule, with a path inside the submission (and line or key), what is wrong, what to do."""
 
     where: str
     message: str
@@ -68,66 +59,66 @@ class Problem:
         return {"rule": self.rule, "where": self.where, "message": self.message, "hint": self.hint}
 
 
-def row_number(index: int, numbers: RowNumbers | None = None) -> int:
-    """The number of a data row in its file, where the header is row 1.
-
-    Args:
-        index: the row's index among the rows that were read, from 0.
-        numbers: the index in the file of each row that was read; None if all rows were read.
-    """
-    return 2 + (index if numbers is None else int(numbers[index]))
+Scope = Literal["folder", "file", "manifest", "readme", "document", "log", "group", "policies", "review"]
+"""What a rule checks. Each scope has one type of subject, the parameter of its rules."""
+Check = Callable[[Any], Iterator[Finding]]
 
 
-def row_findings(
-    path: str,
-    rows: Sequence[int],
-    message: Callable[[int], str],
-    hint: str,
-    numbers: RowNumbers | None = None,
-    *,
-    more: int = 0,
-) -> Iterator[Finding]:
-    """One finding per row for the first ``ROWS_LISTED`` rows, then one that counts the rest.
+@dataclass(frozen=True)
+class Rule:
+    """A rule, with its name in kebab case, its scope, its text and its function."""
 
-    Args:
-        path: the file inside the submission.
-        rows: indices of the rows that break the rule.
-        message: what is wrong with the row of an index.
-        hint: what to do.
-        numbers: as for ``row_number``.
-        more: number of rows that break the rule and are not in ``rows``.
-    """
-    for index in rows[:ROWS_LISTED]:
-        yield Finding(f"{path}, row {row_number(index, numbers)}", message(index), hint)
-    further = len(rows[ROWS_LISTED:]) + more
-    if further:
-        subject = (
-            "1 more row of this file breaks" if further == 1 else f"{further} more rows of this file break"
-        )
-        yield Finding(path, f"{subject} the same rule.", hint)
+    name: str
+    scope: Scope
+    text: str
+    check: Check
+
+
+RULES: dict[str, Rule] = {}
+"""Every rule by name, in the order in which they are checked within a scope. ``rules`` fills it."""
+
+
+def add_rule(name: str, scope: Scope, text: str, check: Check) -> None:
+    """Adds a rule. Raises ``ValueError`` if there is one of that name."""
+    if name in RULES or not text:
+        raise ValueError(f"Rule {name!r} is defined twice or has no text.")
+    RULES[name] = Rule(name, scope, text, check)
+
+
+def rule(scope: Scope) -> Callable[[Check], Check]:
+    """Registers a function as a rule with the function's name. Its docstring is the rule's text."""
+
+    def register(check: Check) -> Check:
+        add_rule(check.__name__.replace("_", "-"), scope, " ".join((check.__doc__ or "").split()), check)
+        return check
+
+    return register
+
+
+def problems(scope: Scope, subject: Any) -> list[Problem]:
+    """Every problem that the rules of a scope report for a subject."""
+    return [
+        Problem(rule.name, finding.where, finding.message, finding.hint)
+        for rule in RULES.values()
+        if rule.scope == scope
+        for finding in rule.check(subject)
+    ]
 
 
 def summarize(problems: Sequence[Problem], name: str) -> tuple[Problem, ...]:
     """The first ``PROBLEMS_LISTED`` problems per rule, then one per rule that counts the rest.
 
-    If these are more than ``MAX_LISTED``, fewer per rule.
-
     Args:
         problems: all problems of a submission.
         name: the submission's name; the counts are reported there.
     """
-    listed: list[Problem] = []
-    counts: list[Problem] = []
-    totals = Counter(problem.rule for problem in problems)
-    seen: Counter[str] = Counter()
-    limits = range(PROBLEMS_LISTED, 1, -1)
-    limit = next((n for n in limits if sum(min(total, n) for total in totals.values()) <= MAX_LISTED), 1)
+    by_rule: dict[str, list[Problem]] = {}
     for problem in problems:
-        seen[problem.rule] += 1
-        more = totals[problem.rule] - limit
-        if seen[problem.rule] <= limit:
-            listed.append(problem)
-        elif seen[problem.rule] == limit + 1:
-            message = f"{more} more problem{'s' if more > 1 else ''} of this rule in the submission."
-            counts.append(Problem(problem.rule, name, message, problem.hint))
-    return (*listed, *counts)
+        by_rule.setdefault(problem.rule, []).append(problem)
+    listed = {id(problem) for found in by_rule.values() for problem in found[:PROBLEMS_LISTED]}
+    counts = [
+        Problem(rule, name, f"{more} more problem{'s' if more > 1 else ''} of this rule.", found[0].hint)
+        for rule, found in by_rule.items()
+        if (more := len(found) - PROBLEMS_LISTED) > 0
+    ]
+    return (*(problem for problem in problems if id(problem) in listed), *counts)

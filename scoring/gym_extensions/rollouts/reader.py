@@ -2,49 +2,44 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import functools
+import hashlib
+from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
-from gym_extensions.catalog.budgets import Budget
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
-from gym_extensions.catalog.protocol import PROTOCOLS
-from gym_extensions.rollouts import declared, layout
-from gym_extensions.rollouts.checked_folder import CheckedFolder
-from gym_extensions.rollouts.episodes import (
-    CURVE_COLUMNS,
-    EPISODE_COLUMNS,
-    EVALUATION_COLUMNS,
-    UNBOUND_COLUMNS,
-)
-from gym_extensions.rollouts.folder import Folder, scan
-from gym_extensions.rollouts.identical_runs import merge_identical_runs
-from gym_extensions.rollouts.manifest import Manifest, manifest_of
-from gym_extensions.rollouts.policies import Policy
-from gym_extensions.rollouts.problem import summarize
-from gym_extensions.rollouts.reading import evaluation_log, interim_evaluations, training_curves
-from gym_extensions.rollouts.reading.evaluation_log import Cells, Log, Runs, has_prescribed_keys
-from gym_extensions.rollouts.reading.interim_evaluations import Evaluations
-from gym_extensions.rollouts.reading.salvage import fully_parsed_rows, key_parsed_rows
-from gym_extensions.rollouts.reading.toml_text import parse
-from gym_extensions.rollouts.reading.training_curves import Curves
-from gym_extensions.rollouts.rules.consistency import CommittedTraces, ManifestInFolder
-from gym_extensions.rollouts.rules.folder import SaltFile
-from gym_extensions.rollouts.rules.npz import ArrayFile
-from gym_extensions.rollouts.rules.policies import GroupPolicies, PolicyFile, PolicySummary
-from gym_extensions.rollouts.rules.rule import Scope
-from gym_extensions.rollouts.rules.runs import GroupLogs
-from gym_extensions.rollouts.safe_npz import read as read_arrays
-from gym_extensions.rollouts.submission import Submission, SubmittedGroup
-from gym_extensions.rollouts.trace_reader import with_evidence
+from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS, Budget
+from gym_extensions.errors import BenchError
+from gym_extensions.rollouts import layout, rules
+from gym_extensions.rollouts.layout import DOCUMENT, LOG, POLICIES, Folder, run_file, run_key, scan
+from gym_extensions.rollouts.manifest import Manifest, manifest_of, parse
+from gym_extensions.rollouts.policy import Policy, has_policies, read_arrays
+from gym_extensions.rollouts.problem import Problem, Scope, summarize
+from gym_extensions.rollouts.review import Review, review_of
+from gym_extensions.rollouts.rules.document import SubmittedRun
+from gym_extensions.rollouts.rules.folder import BrokenFile, ReviewOfRuns
+from gym_extensions.rollouts.rules.log import GroupLogs, LogRows
+from gym_extensions.rollouts.rules.manifest import ManifestInFolder
+from gym_extensions.rollouts.rules.policies import RunPolicies
+from gym_extensions.rollouts.run import RunDocument, run_of
+from gym_extensions.rollouts.submission import Submission, SubmittedGroup, merge_identical_runs
+from gym_extensions.rollouts.tables import TableError, log_frame, log_of
 
-Rows = TypeVar("Rows", Curves, Evaluations)
-Parse = Callable[[Cells, TaskGroup, Budget | None, Runs], Rows]
-PARSE_ERRORS = (ValueError, KeyError, OverflowError)
-"""Raised for a cell of the wrong kind."""
+if TYPE_CHECKING:
+    import pandas as pd
+
+Parsed = TypeVar("Parsed")
 
 
-def read(path: Path, groups: Mapping[str, TaskGroup] = GROUPS, *, merge_runs: bool = True) -> Submission:
+def read(
+    path: Path,
+    groups: Mapping[str, TaskGroup] = GROUPS,
+    *,
+    merge_runs: bool = True,
+    policies: bool = False,
+    only: Collection[str] | None = None,
+) -> Submission:
     """The submission in a folder. With problems, it holds all of them and what could be read.
 
     At most ``PROBLEMS_LISTED`` problems are listed per rule; the rest are counted.
@@ -53,149 +48,192 @@ def read(path: Path, groups: Mapping[str, TaskGroup] = GROUPS, *, merge_runs: bo
         path: the submission's folder.
         groups: the groups that it may contain, by name.
         merge_runs: whether identical runs of an agent without parameters count as one.
+        policies: whether the policies are read and checked, too. Without, only their presence is.
+        only: the names of the groups whose runs are read; None for all.
     """
-    return _Reader(scan(path, groups)).submission(merge_runs)
+    wanted = groups if only is None else {name: group for name, group in groups.items() if name in only}
+    return _Reader(scan(path, groups)).submission(wanted, merge_runs, policies)
 
 
-class _Reader(CheckedFolder):
+class _Reader:
     """Reads one folder part by part and collects the problems of each."""
 
     def __init__(self, folder: Folder) -> None:
-        super().__init__(folder)
+        self.folder = folder
+        self.problems: list[Problem] = []
         self.tables: dict[str, Any] = {}
 
-    def submission(self, merge_runs: bool) -> Submission:
-        self.passes("folder", self.folder)
-        if not self.folder.size.is_within_limits:
-            return Submission(self.folder.name, None, {}, summarize(self.problems, self.folder.name))
-        manifest = self._manifest()
-        readme = self._readme()
+    def submission(self, wanted: Mapping[str, TaskGroup], merge_runs: bool, policies: bool) -> Submission:
+        name = self.folder.name
+        self._check("folder", self.folder)
+        if not self.folder.is_within_limits:
+            return Submission(name, None, {}, summarize(self.problems, name))
+        manifest, readme, review = self._manifest(), self._readme(), self._review()
         paths = {item.path for item in self.folder.items}
-        groups = {group.id: self._group(group) for name, group in self.folder.groups.items() if name in paths}
-        if manifest is not None and not self.problems:
-            by_name = sorted(groups.values(), key=lambda group: group.group.name)
-            logs = (log for group in by_name for log in group.logs.values())
-            root = manifest.traces.root if manifest.traces else None
-            self.passes("traces", CommittedTraces(root, tuple(log.trace for log in logs)))
-        if merge_runs and not self.problems and not declared.trainable_of(self.tables):
-            groups = {group_id: merge_identical_runs(group) for group_id, group in groups.items()}
-        if not self.problems:
-            groups = {group_id: with_evidence(group, self.folder) for group_id, group in groups.items()}
-        problems = summarize(self.problems, self.folder.name)
-        return Submission(self.folder.name, manifest, groups, problems, readme)
+        groups = {
+            group.id: self._group(group, review, policies)
+            for folder, group in wanted.items()
+            if folder in paths
+        }
+        self._check("review", ReviewOfRuns(self.folder, review))
+        if merge_runs and not self.problems:
+            for group_id, group in groups.items():
+                if not _is_trainable(group.runs):
+                    groups[group_id] = merge_identical_runs(group)
+        return Submission(name, manifest, groups, summarize(self.problems, name), readme, review)
+
+    def _check(self, scope: Scope, subject: Any) -> bool:
+        """Collects the problems of a scope's rules, and returns whether there are none."""
+        found = rules.problems(scope, subject)
+        self.problems += found
+        return not found
+
+    def _bytes(self, path: str) -> bytes | None:
+        """The bytes of a file; None if there is none, it is too large, or it cannot be read (a problem)."""
+        file = self.folder.files.get(path)
+        if file is None or file.size > layout.max_bytes(path):
+            return None
+        try:
+            return self.folder.read(path)
+        except OSError as error:
+            reason = f"The file cannot be read: {error.strerror or type(error).__name__}."
+            self._check("file", BrokenFile("unreadable", path, reason))
+            return None
+
+    def _parsed(self, kind: str, path: str, parse: Callable[[bytes], Parsed]) -> Parsed | None:
+        """What a file holds; None if there is none or it is broken (a problem)."""
+        data = self._bytes(path)
+        if data is None:
+            return None
+        try:
+            return parse(data)
+        except TableError as error:
+            self._check("file", BrokenFile(kind, f"{path}, line {error.line}", error.message))
+        except (ValueError, RecursionError) as error:
+            reason = str(error) or "It is nested too deeply"
+            self._check("file", BrokenFile(kind, path, f"{reason[:300].rstrip('.')}."))
+        return None
 
     def _manifest(self) -> Manifest | None:
-        data = self.bytes_of(layout.MANIFEST)
-        if data is None or not self.passes("manifest bytes", data):
+        tables = self._parsed("toml", layout.MANIFEST, parse)
+        if tables is None:
             return None
-        self.tables = parse(data)
-        manifest = manifest_of(self.tables) if self.passes("manifest", self.tables) else None
-        self.passes("manifest in folder", ManifestInFolder(self.folder, self.tables))
-        return manifest
+        self.tables = tables
+        is_valid = self._check("manifest", ManifestInFolder(self.folder, tables))
+        return manifest_of(tables) if is_valid else None
+
+    def _declared(self, section: str, key: str) -> Any:
+        """The value of a key in the manifest, which may be wrong elsewhere; None without it."""
+        table = self.tables.get(section)
+        return table.get(key) if isinstance(table, dict) else None
+
+    @functools.cached_property
+    def _budget(self) -> Budget | None:
+        name = self._declared("protocol", "budget")
+        return BUDGETS.get(name) if isinstance(name, str) else None
 
     def _readme(self) -> str:
-        data = self.bytes_of(layout.README)
-        if data is None or not self.passes("readme", data):
+        data = self._bytes(layout.README)
+        if data is None or not self._check("readme", data):
             return ""
         return data.decode("utf-8").replace("\r\n", "\n")
 
-    def _group(self, group: TaskGroup) -> SubmittedGroup:
-        logs: dict[str, Log] = {}
-        measured: dict[str, Log] = {}
-        named_runs: Runs = {}
-        known_runs = self._unknown_runs(group)
+    def _review(self) -> Review:
+        return self._parsed("review", layout.REVIEW, review_of) or Review()
+
+    def _group(self, group: TaskGroup, review: Review, policies: bool) -> SubmittedGroup:
+        before = len(self.problems)
+        documents: dict[str, dict[int, RunDocument]] = {}
+        frames: dict[str, dict[int, pd.DataFrame]] = {}
         for protocol in PROTOCOLS:
-            before = len(self.problems)
-            keys, values = self._log(group, protocol)
-            named_runs[protocol] = keys.runs if keys and not keys.unread else None
-            if values is not None:
-                measured[protocol] = values
-            if keys is not None and len(self.problems) == before:
-                logs[protocol], known_runs[protocol] = keys, keys.runs
-        is_trainable = declared.trainable_of(self.tables)
-        self.passes("group", GroupLogs(group.name, measured, named_runs, is_trainable))
-        curves = self._curves(group, known_runs)
-        evaluations = self._evaluations(group, known_runs)
-        self._arrays(group, known_runs)
-        path = f"{group.name}/{layout.TRACES}/{layout.SALT_FILE}"
-        if (data := self.bytes_of(path)) is not None:
-            self.passes("salt", SaltFile(path, data))
-        return SubmittedGroup(group, logs, curves, evaluations=evaluations)
+            for run in self.folder.runs.get((group.name, protocol), {}):
+                document, frame = self._run(group, protocol, run, documents)
+                if document is not None:
+                    documents.setdefault(protocol, {})[run] = document
+                if frame is not None:
+                    frames.setdefault(protocol, {})[run] = frame
+        logs = {protocol: log_of(parts, protocol, group) for protocol, parts in frames.items()}
+        for log in logs.values():
+            self._check("log", LogRows(log))
+        self._check("group", GroupLogs(logs, _is_trainable(documents)))
+        if policies:
+            self._policies(group, documents)
+        if len(self.problems) > before:
+            logs = {}
+        notes = [note for protocol in logs for note in _notes(group, protocol, documents[protocol], review)]
+        return SubmittedGroup(group, logs, documents, tuple(notes))
 
-    def _unknown_runs(self, group: TaskGroup) -> Runs:
-        """The logs that curves and traces may belong to: all, if the group's folder has a problem."""
-        has_problem = any(problem.where.startswith(f"{group.name}/") for problem in self.problems)
-        logs = [name for name in PROTOCOLS if has_problem or f"{group.name}/{name}.csv" in self.folder.files]
-        return dict.fromkeys(logs or PROTOCOLS)
+    def _run(
+        self, group: TaskGroup, protocol: str, run: int, others: dict[str, dict[int, RunDocument]]
+    ) -> tuple[RunDocument | None, pd.DataFrame | None]:
+        """The document and the log of a run; None for what is missing or broken."""
+        paths = {suffix: run_file(group.name, protocol, run, suffix) for suffix in (LOG, DOCUMENT, POLICIES)}
+        digest = ""
 
-    def _log(self, group: TaskGroup, protocol: str) -> tuple[Log | None, Log | None]:
-        """The rows of a log whose keys can be parsed, and those that can be parsed fully."""
-        cells = self.cells_of(f"{group.name}/{protocol}.csv", EPISODE_COLUMNS, UNBOUND_COLUMNS)
-        if cells is None:
-            return None, None
-        try:
-            keys: Log | None = evaluation_log.log(cells, protocol, group)
-            values = keys
-        except PARSE_ERRORS:
-            if self.passes("cells", cells):
-                raise
-            keys, values = (
-                evaluation_log.log(part, protocol, group) if part else None
-                for part in (key_parsed_rows(cells), fully_parsed_rows(cells))
-            )
-        if keys is not None and not self.passes("runs", keys):
-            return None, None
-        if keys is not None and not has_prescribed_keys(keys):
-            self.passes("keys", keys)
-        if values is not None:
-            self.passes("log", values)
-        return keys, values
+        def hashed(data: bytes) -> pd.DataFrame:
+            nonlocal digest
+            digest = hashlib.sha256(data).hexdigest()
+            return log_frame(data)
 
-    def _curves(self, group: TaskGroup, runs: Runs) -> Curves | None:
-        path = f"{group.name}/{layout.CURVES}"
-        return self._optional(path, CURVE_COLUMNS, training_curves.curves, "curves", (group, runs))
+        frame = self._parsed("log", paths[LOG], hashed)
+        document = self._parsed("document", paths[DOCUMENT], run_of)
+        if document is None:
+            return None, frame
+        is_there = paths[POLICIES] in self.folder.files or has_policies(
+            self.folder.root, group, protocol, run
+        )
+        first = next((part for parts in others.values() for part in parts.values()), document)
+        subject = SubmittedRun(
+            group, protocol, run, document, digest, is_there, self._budget, first.fingerprints
+        )
+        self._check("document", subject)
+        return document, frame
 
-    def _evaluations(self, group: TaskGroup, runs: Runs) -> Evaluations | None:
-        path, parse = f"{group.name}/{layout.EVALUATIONS}", interim_evaluations.evaluations
-        return self._optional(path, EVALUATION_COLUMNS, parse, "evaluations", (group, runs))
+    def _policies(self, group: TaskGroup, documents: dict[str, dict[int, RunDocument]]) -> None:
+        first: Policy | None = None
+        observes_task = self._declared("observes", "task_in_evaluation")
+        evaluation = self._declared("protocol", "evaluation")
+        for protocol, runs in documents.items():
+            for run, document in runs.items():
+                if document.policies is None or document.policies.url:
+                    continue
+                try:
+                    arrays = read_arrays(self.folder.root, group, protocol, run)
+                except BenchError as error:
+                    path = run_file(group.name, protocol, run, POLICIES)
+                    self._check("file", BrokenFile("policies", path, error.message))
+                    continue
+                subject = RunPolicies(
+                    group, protocol, run, arrays, document, first, observes_task, evaluation
+                )
+                self._check("policies", subject)
+                sized = (each for each in subject.policies.values() if each.num_inputs is not None)
+                first = first or next(sized, None)
 
-    def _optional(
-        self,
-        path: str,
-        header: tuple[str, ...],
-        parse: Parse[Rows],
-        scope: Scope,
-        context: tuple[TaskGroup, Runs],
-    ) -> Rows | None:
-        """The rows of a file that a group may have, or those that can be parsed."""
-        cells: Cells | None = self.cells_of(path, header)
-        if cells is None:
-            return None
-        (group, runs), budget = context, declared.budget_of(self.tables)
-        try:
-            rows = parse(cells, group, budget, runs)
-        except PARSE_ERRORS:
-            if self.passes("cells", cells):
-                raise
-            cells = fully_parsed_rows(cells)
-            if cells is None:
-                return None
-            rows = parse(cells, group, budget, runs)
-        self.passes(scope, rows)
-        return rows
 
-    def _arrays(self, group: TaskGroup, runs: Runs) -> None:
-        policies: dict[str, PolicySummary] = {}
-        for path in self.folder.files:
-            is_array_file = path.startswith(f"{group.name}/") and path.endswith(".npz")
-            if not is_array_file or (data := self.bytes_of(path)) is None:
-                continue
-            if self.passes("arrays", ArrayFile(path, data, group, runs)) and f"/{layout.POLICIES}/" in path:
-                arrays = read_arrays(data, layout.MAX_UNPACKED_POLICY_BYTES)
-                if self.passes("policy", PolicyFile(path, arrays)) and arrays is not None:
-                    policies[path] = PolicySummary.of(Policy.from_arrays(arrays))
-        folder = f"{group.name}/{layout.POLICIES}/"
-        names = frozenset(path.removeprefix(folder) for path in self.folder.files if path.startswith(folder))
-        observes_task = declared.task_in_evaluation_of(self.tables)
-        evaluation = declared.evaluation_of(self.tables)
-        self.passes("policies", GroupPolicies(group, names, policies, runs, observes_task, evaluation))
+def _is_trainable(runs: Mapping[str, Mapping[int, RunDocument]]) -> bool:
+    """Whether the agent has parameters to train; True if there is no document that says so."""
+    documents = [document for parts in runs.values() for document in parts.values()]
+    return not documents or any(document.memory.parameters_last > 0 for document in documents)
+
+
+def _notes(
+    group: TaskGroup, protocol: str, documents: Mapping[int, RunDocument], review: Review
+) -> list[str]:
+    """Why a log cannot be more than claimed, if that is so."""
+    notes = []
+    without = [run for run, document in documents.items() if document.policies is None]
+    if without:
+        runs = ", ".join(map(str, without))
+        notes.append(f"{group.name}, {protocol}: no policies of run {runs}; the log cannot be verified.")
+    verified = [part.runs for part in review.verifications]
+    changed = [
+        run
+        for run, document in documents.items()
+        if (key := run_key(group.name, protocol, run)) in set().union(*verified)
+        and all(part.get(key) != document.digest for part in verified)
+    ]
+    if changed:
+        runs = ", ".join(map(str, changed))
+        notes.append(f"{group.name}, {protocol}: run {runs} changed after its verification.")
+    return notes

@@ -1,50 +1,52 @@
-"""A submission that has been read."""
+"""A submission that has been read, and its runs that are identical in every episode."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
 
 from gym_extensions.catalog.groups import TaskGroup
+from gym_extensions.rollouts.layout import run_key
 from gym_extensions.rollouts.manifest import Manifest
 from gym_extensions.rollouts.problem import Problem
-from gym_extensions.rollouts.reading.evaluation_log import Log
-from gym_extensions.rollouts.reading.interim_evaluations import Evaluations
-from gym_extensions.rollouts.reading.training_curves import Curves
+from gym_extensions.rollouts.review import Review
+from gym_extensions.rollouts.run import Memory, RunDocument, all_versions, largest_memory
+from gym_extensions.rollouts.tables import Floats, Log
 
-
-@dataclass(frozen=True)
-class Evidence:
-    """The audit sample of a log: the number of its traces, how many of them are missing, and its salt.
-
-    ``sample`` is 0 if the log commits to no traces; ``salt`` is empty if none drew the sample.
-    """
-
-    sample: int = 0
-    missing: int = 0
-    salt: str = ""
+TOLERANCE = 1e-5
+"""Largest difference of identical returns, absolute and relative: a copy with noise is the same run."""
+PAIRED_PROTOCOLS = (("sequential", "single"), ("joint",))
+"""Protocols whose runs belong together: a run of one agent has both a sequential and a single log."""
 
 
 @dataclass(frozen=True)
 class SubmittedGroup:
     """A group of a submission.
 
-    ``logs`` are those without problems, by protocol; ``curves`` and ``evaluations`` are optional files.
-    ``evidence`` says what the traces of each of these logs cover.
+    ``logs`` are those without problems, by protocol; ``runs`` are the documents of their runs, by protocol
+    and run. ``notes`` are sentences for the reader of the entry.
     """
 
     group: TaskGroup
     logs: dict[str, Log]
-    curves: Curves | None = None
+    runs: dict[str, dict[int, RunDocument]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
-    evaluations: Evaluations | None = None
-    evidence: dict[str, Evidence] = field(default_factory=dict)
+
+    def digests(self, protocol: str) -> dict[str, str]:
+        """What verifications of a log are about: the digest of each run, by its name in review.toml."""
+        runs = self.logs[protocol].runs
+        documents = self.runs[protocol]
+        return {run_key(self.group.name, protocol, run): documents[run].digest for run in runs}
 
 
 @dataclass(frozen=True)
 class Submission:
     """A submission. With problems, it holds what could be read.
 
-    ``readme`` is the text of README.md with ``\\n`` line ends; empty without one.
+    ``groups`` are by group id; ``readme`` is the text of README.md with ``\\n`` line ends, empty without one;
+    ``review`` is what the base branch found out.
     """
 
     name: str
@@ -52,3 +54,95 @@ class Submission:
     groups: dict[str, SubmittedGroup]
     problems: tuple[Problem, ...] = ()
     readme: str = ""
+    review: Review = field(default_factory=Review)
+
+    @property
+    def documents(self) -> list[RunDocument]:
+        """The documents of all runs, by group, protocol and run."""
+        return [
+            document
+            for group in self.groups.values()
+            for documents in group.runs.values()
+            for document in documents.values()
+        ]
+
+    @property
+    def memory(self) -> Memory | None:
+        """The largest memory of all runs; None without runs."""
+        return largest_memory(self.documents)
+
+    @property
+    def versions(self) -> dict[str, str]:
+        """The versions of all runs by package, ``python``, ``platform`` and ``blas`` included."""
+        return all_versions(self.documents)
+
+
+def merge_identical_runs(submitted: SubmittedGroup) -> SubmittedGroup:
+    """The group with identical runs counted as one, and a note per set of identical runs.
+
+    A sequential and a single run of one training seed are a pair; two pairs are identical if both logs are.
+    Joint runs are compared by themselves.
+    """
+    for protocols in PAIRED_PROTOCOLS:
+        logs = [submitted.logs[name] for name in protocols if name in submitted.logs]
+        submitted = _merge(submitted, logs)
+    return submitted
+
+
+def _merge(submitted: SubmittedGroup, logs: list[Log]) -> SubmittedGroup:
+    """The group with the runs merged that are identical in each of these logs."""
+    first_runs = [first_identical_runs(log) for log in logs]
+    sets: dict[tuple[int | None, ...], list[int]] = {}
+    for run in sorted(set().union(*first_runs)):
+        sets.setdefault(tuple(first.get(run) for first in first_runs), []).append(run)
+    copies = [runs for runs in sets.values() if len(runs) > 1]
+    if not copies:
+        return submitted
+    kind = "Joint runs" if logs[0].protocol == "joint" else "Runs"
+    notes = [
+        f"{kind} {', '.join(map(str, runs))} are identical in every episode and count as one."
+        for runs in copies
+    ]
+    distinct = {runs[0] for runs in sets.values()}
+    merged = submitted.logs | {log.protocol: select_runs(log, distinct) for log in logs}
+    return replace(submitted, logs=merged, notes=(*submitted.notes, *notes))
+
+
+def select_runs(log: Log, runs: set[int]) -> Log:
+    """The rows of a complete log that belong to these runs."""
+    chosen = np.isin(log.run, list(runs))
+    names = ("run", "stage", "position", "episode", "seed", "length", "return_", "terminated", "success")
+    columns = {name: getattr(log, name)[chosen] for name in names}
+    tasks = [task for task, is_chosen in zip(log.task, chosen, strict=True) if is_chosen]
+    return replace(log, runs=tuple(sorted(runs)), task=tasks, **columns)
+
+
+def measurements(log: Log) -> dict[int, tuple[bytes, Floats]]:
+    """The measured columns of each run but the returns as bytes, and its returns, sorted by episode key."""
+    order = np.lexsort((log.episode, log.position, log.stage, log.run))
+    starts = np.searchsorted(log.run[order], log.runs).tolist()
+    ends = [*starts[1:], order.size]
+    names = ("stage", "position", "episode", "length", "terminated", "success")
+    columns = [getattr(log, name)[order] for name in names]
+    returns = log.return_[order]
+    return {
+        run: (b"".join(column[start:end].tobytes() for column in columns), returns[start:end])
+        for run, start, end in zip(log.runs, starts, ends, strict=True)
+    }
+
+
+def first_identical_runs(log: Log) -> Mapping[int, int]:
+    """For each run, the first run that is identical in every episode.
+
+    That is the run itself if it is the first. Returns that differ by less than ``TOLERANCE`` are identical.
+    """
+    firsts: dict[bytes, list[tuple[int, Floats]]] = {}
+    result = {}
+    for run, (measured, returns) in measurements(log).items():
+        candidates = firsts.setdefault(measured, [])
+        result[run] = next(
+            (first for first, other in candidates if np.allclose(returns, other, TOLERANCE, TOLERANCE)), run
+        )
+        if result[run] == run:
+            candidates.append((run, returns))
+    return result

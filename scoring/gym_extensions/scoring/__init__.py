@@ -11,7 +11,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from gym_extensions.scoring.pipeline.score import score_folder, score_folders
+    from gym_extensions.scoring.pipeline import score_folder, score_folders
 
 __all__ = ["score_folder", "score_folders"]
 
@@ -19,11 +19,9 @@ __all__ = ["score_folder", "score_folders"]
 def __getattr__(name: str) -> Any:
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from gym_extensions.scoring.pipeline import (
-        score,
-    )  # on first use: loads no other subpackage
+    from gym_extensions.scoring import pipeline  # on first use: loads no other subpackage
 
-    return getattr(score, name)
+    return getattr(pipeline, name)
 
 
 def __dir__() -> list[str]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 from pathlib import Path
 from typing import Any, Self
 
@@ -13,10 +12,6 @@ from gym_extensions.errors import BenchError
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 INDENT = 1
-NOT_AS_REPR = re.compile(rb"(?<![\d.])-?(?:\d[\d.]*e-?\d+|0\.0000\d+)")
-"""A number that msgspec writes otherwise than ``repr``: 1e16 for 1e+16, 0.00001 for 1e-05."""
-NOT_FINITE = re.compile(rb"\xcb[\x7f\xff][\xf0-\xff]")
-"""In MessagePack, the start of NaN or infinity; some other values have it, too."""
 
 
 def about(description: str) -> msgspec.Meta:
@@ -39,11 +34,9 @@ class JsonDocument:
         Raises:
             ValueError: a number is not finite.
         """
-        compact = _compact(self)
-        if compact is None:
-            values = msgspec.to_builtins(self)
-            compact = json.dumps(values, sort_keys=True, ensure_ascii=False, allow_nan=False).encode()
-        return msgspec.json.format(compact, indent=INDENT).decode() + "\n"
+        values = msgspec.to_builtins(self)
+        text = json.dumps(values, sort_keys=True, ensure_ascii=False, allow_nan=False)
+        return msgspec.json.format(text, indent=INDENT) + "\n"
 
     @classmethod
     def from_json(cls, text: str | bytes) -> Self:
@@ -78,28 +71,6 @@ class JsonDocument:
             raise BenchError(code, f"It cannot be read: {error}.", str(path), hint) from error
 
 
-def _compact(document: JsonDocument) -> bytes | None:
-    """The document by msgspec, several times as fast as by json; None where this is not possible."""
-    try:
-        packed = msgspec.msgpack.encode(document)
-    except OverflowError:  # a whole number of more than 64 bits
-        return None
-    text = msgspec.json.encode(document, order="sorted")
-    # msgspec writes null for NaN and infinity. Without escaped quotes, every second part is outside of texts.
-    if NOT_FINITE.search(packed) or b'\\"' in text:
-        return None
-    parts = text.split(b'"')
-    gaps = parts[::2]
-    # Large boards have a million gaps, and most are the same comma.
-    changed = {
-        gap: NOT_AS_REPR.sub(lambda number: repr(float(number[0])).encode(), gap)
-        for gap in set(gaps)
-        if b"e" in gap or b"0.0000" in gap
-    }
-    parts[::2] = map(changed.get, gaps, gaps)
-    return b'"'.join(parts)
-
-
 def json_schema(document: type[JsonDocument]) -> dict[str, Any]:
     """The JSON Schema (draft 2020-12) of a document, with every key required and no other allowed."""
     schema = msgspec.json.schema(document)
@@ -108,3 +79,12 @@ def json_schema(document: type[JsonDocument]) -> dict[str, Any]:
             field.pop("default", None)
         part |= {"required": sorted(part["properties"]), "additionalProperties": False}
     return {"$schema": DIALECT, **schema}
+
+
+FORMULA = ("=", "+", "-", "@", "\t", "\r")
+"""Beginnings of a text that a spreadsheet would take for a formula."""
+
+
+def no_formula(text: str) -> str:
+    """The text, with an apostrophe before it if a spreadsheet would take it for a formula."""
+    return f"'{text}" if text.startswith(FORMULA) else text

@@ -1,13 +1,80 @@
-"""The documents of ``api/`` that are not the scorer's: the index, and one per group or suite."""
+"""The paths of pages and data, and the documents of ``api/`` that are not the scorer's.
+
+A path depends on a name alone, so that a new entry moves no page. Paths are relative to the root of the site.
+"""
 
 from __future__ import annotations
 
+import hashlib
 import json
+import re
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
+from gym_extensions.rollouts.review import Level
 from gym_extensions.scoring.documents import JsonDocument, about, json_schema
-from gym_extensions.scoring.scorecard.model import ReferencesInfo, ReferenceValue
+from gym_extensions.scoring.scorecard import ReferencesInfo, ReferenceValue, Scorecard
+from gym_extensions.site.boards import Board
+
+MAX_SLUG = 80
+
+
+def slug(name: str) -> str:
+    """A file name without suffix, safe in file systems and URLs: ``[a-z0-9_-]``, at most 93 characters.
+
+    Different names have different slugs, even where case is ignored: a name that has to change gets its
+    digest behind an underscore, which no unchanged name contains.
+    """
+    plain = re.sub(r"[^a-z0-9-]+", "-", name.lower()).strip("-")[:MAX_SLUG]
+    if plain == name:
+        return plain
+    return f"{plain}_{hashlib.sha256(name.encode('utf-8', 'surrogatepass')).hexdigest()[:12]}"
+
+
+def entry_path(name: str) -> str:
+    """The page of a submission, by the name of its folder."""
+    return f"submissions/{slug(name)}.html"
+
+
+def results_path(name: str, group_id: str) -> str:
+    """The results of a submission on one group, where they are not on its own page."""
+    return f"submissions/{slug(name)}/{slug(group_id)}.html"
+
+
+def group_path(group_id: str) -> str:
+    """The page of a group or suite, for example ``groups/hopper-gravity-v0.html``."""
+    return f"groups/{slug(group_id)}.html"
+
+
+def task_path(task_id: str) -> str:
+    """The page of a task, for example ``tasks/hopperwall-v0.html``. The namespace is not part of it."""
+    return f"tasks/{slug(task_id.rsplit('/', maxsplit=1)[-1].lower())}.html"
+
+
+def board_path(board_id: str, page: int = 1, *, everything: bool = False) -> str:
+    """A page of a board, from 1; with ``everything``, a page of the table of all rows."""
+    part = "-all" if everything else ""
+    return f"boards/{slug(board_id.lower())}{part}{f'-{page}' if page > 1 else ''}.html"
+
+
+def entry_data(name: str) -> str:
+    """The scorecard of a submission."""
+    return f"api/entries/{slug(name)}.json"
+
+
+def board_data(board_id: str, suffix: str = "json") -> str:
+    """A board as JSON, its table as ``csv``, or the differences of its entries as ``pairs.js``."""
+    return f"api/boards/{slug(board_id.lower())}.{suffix}"
+
+
+def group_data(group_id: str) -> str:
+    """A group or suite with its tasks and boards."""
+    return f"api/groups/{slug(group_id)}.json"
+
+
+def entry_file(name: str, file: str) -> str:
+    """A file that belongs to the page of a submission, by the names of its folder and of the file."""
+    return f"submissions/{slug(name)}/{file}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,7 +83,7 @@ class IndexEntry:
 
     name: Annotated[str, about("name of its folder")]
     title: Annotated[str, about("its title")]
-    trust: Annotated[str | None, about("its level of trust; null if it was refused")]
+    level: Annotated[Level | None, about("its level; null if it was refused")]
     path: Annotated[str, about("path of its scorecard, a document of schemas/scorecard.json")]
     page: Annotated[str, about("path of its page")]
 
@@ -66,3 +133,14 @@ def schemas() -> dict[str, str]:
         name: json.dumps(json_schema(document), indent=1, sort_keys=True, ensure_ascii=False) + "\n"
         for name, document in documents.items()
     }
+
+
+def index_entry(card: Scorecard) -> IndexEntry:
+    """A submission in the index."""
+    return IndexEntry(card.name, card.title, card.level, entry_data(card.name), entry_path(card.name))
+
+
+def index_board(board: Board) -> IndexBoard:
+    """A board in the index."""
+    facts = (board.group, board.protocol, board.budget, board.task_conditioned)
+    return IndexBoard(board.id, *facts, len(board.rows), board_data(board.id), board_path(board.id))

@@ -17,18 +17,14 @@ from pathlib import Path
 from markupsafe import Markup
 
 from gym_extensions.errors import BenchError
-from gym_extensions.scoring.scorecard.model import ReferencesInfo, Scorecard, ScorecardDocument
-from gym_extensions.site.earlier import kept, kept_path
-from gym_extensions.site.leaderboard import Frame, Leaderboard
-from gym_extensions.site.output import Output, digest, encoded
-from gym_extensions.site.page import Draft, File, Page, pages
+from gym_extensions.scoring.scorecard import ReferencesInfo, Scorecard, ScorecardDocument
+from gym_extensions.site.boards import Entrant, Frame, Leaderboard, entrant
+from gym_extensions.site.output import Output, digest, encoded, kept, kept_path
+from gym_extensions.site.pages import PAGES, TASK_PAGES, Draft, File, Page
 from gym_extensions.site.templating import FOLDER, environment, source_digest
-from gym_extensions.site.views.entrant import Entrant, entrant
 
 COLLECTED_FILES = 500
 """Number of files after which unused objects of their pages are removed from memory."""
-TASK_PAGES = "Tasks"
-"""The title of the pages of tasks; other pages link to them if the site has them."""
 
 
 @dataclass(frozen=True)
@@ -39,11 +35,13 @@ class Renderer:
         site: what every page shows.
         pages: all kinds of pages.
         inputs: the digest of the scorecard of the entry whose pages are written; empty for shared pages.
+        folder: the folder of that entry, where it is known.
     """
 
     site: Frame
     pages: tuple[Page, ...]
     inputs: bytes = b""
+    folder: Path | None = None
 
     def __call__(self, template: str, path: str, **values: object) -> str:
         """The text of the page at ``path``."""
@@ -56,7 +54,7 @@ class Renderer:
                 site=self.site,
                 menu=[page for page in linked if not page.in_footer],
                 footer=[page for page in linked if page.in_footer],
-                has_task_pages=any(page.title == TASK_PAGES for page in self.pages),
+                has_task_pages=TASK_PAGES in self.pages,
                 path=path,
                 root=Markup("" if relative == "." else f"{relative}/"),
                 **values,
@@ -69,8 +67,8 @@ class Site:
     """The files of a site, as its scorecards come."""
 
     references: ReferencesInfo
-    poses: Path | None = None
-    pages: tuple[Page, ...] = field(default_factory=pages)
+    pages: tuple[Page, ...] = PAGES
+    folders: Mapping[str, Path] = field(default_factory=dict)
     keys: Mapping[str, str] = field(default_factory=dict)
     entrants: dict[str, Entrant] = field(default_factory=dict)
 
@@ -84,7 +82,7 @@ class Site:
             hint = "Rename one of the folders."
             raise BenchError("same-name", f"Two submissions have the name {card.name!r}.", hint=hint)
         inputs = digest(encoded(card)).encode()
-        render = Renderer(Frame(self.references, poses=self.poses), self.pages, inputs)
+        render = Renderer(Frame(self.references), self.pages, inputs, self.folders.get(card.name))
         for page in self.pages:
             yield from page.publish_entry(card, render)
         yield kept_path(card.name), kept(self.keys.get(card.name, ""), card)
@@ -120,10 +118,12 @@ class Built:
 
 
 def files(
-    document: ScorecardDocument, poses: Path | None = None, kinds: tuple[Page, ...] | None = None
+    document: ScorecardDocument,
+    kinds: tuple[Page, ...] = PAGES,
+    folders: Mapping[str, Path] | None = None,
 ) -> Iterator[tuple[str, str]]:
     """Every text file of the site of a document, as (path, text); of all kinds of pages, or of some."""
-    site = Site(document.references, poses, pages() if kinds is None else kinds)
+    site = Site(document.references, kinds, folders or {})
     for path, content in site.files(document.submissions):
         if isinstance(content, Draft):
             yield path, content.write()
@@ -150,19 +150,19 @@ def _collected_by_hand() -> Iterator[None]:
             gc.enable()
 
 
-def base_digest(references: ReferencesInfo, checks: str = "") -> str:
-    """A digest of what all pages depend on: the code, the libraries, the references and the checks."""
-    return digest(source_digest().encode(), repr(references).encode(), checks.encode())
+def base_digest(references: ReferencesInfo) -> str:
+    """A digest of what all pages depend on: the code, the libraries and the references."""
+    return digest(source_digest().encode(), repr(references).encode())
 
 
 def build_site(
     cards: Iterable[Scorecard],
     references: ReferencesInfo,
     out: Path,
-    poses: Path | None = None,
     base: str | None = None,
     *,
     keys: Mapping[str, str] | None = None,
+    folders: Mapping[str, Path] | None = None,
 ) -> Built:
     """Writes the site to ``out``; a failed build leaves ``out`` unchanged.
 
@@ -172,16 +172,16 @@ def build_site(
         cards: scorecards, which may come from a generator: only one is in memory at a time.
         references: the references that normalize all of them.
         out: the folder.
-        poses: the folder of poses, for Watch panels; poses of other results are not shown.
         base: the result of :func:`base_digest`. Nothing of a site with another one is kept.
         keys: by entry, the key under which its scorecard is kept for the next build.
+        folders: by entry, its folder, whose poses Watch panels show; poses of other results are not shown.
 
     Raises:
         BenchError: ``out`` exists, is not empty, and was not written by an earlier build, or two entries have
             the same name.
     """
     base = base or base_digest(references)
-    site = Site(references, poses, keys=keys or {})
+    site = Site(references, folders=folders or {}, keys=keys or {})
     with Output(out, base) as output, _collected_by_hand():
         for number, (path, content) in enumerate(site.files(cards)):
             if number % COLLECTED_FILES == 0:

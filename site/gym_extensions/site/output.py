@@ -1,8 +1,10 @@
 """Writes the files of a site into a folder: only what changed, and all of it or nothing.
 
-The new site is prepared beside the old one. Files whose inputs did not change are linked from the old site,
-and the folders are swapped at the end. The file ``.gym-extensions-site`` marks a site, so that a build never
-replaces another folder, and holds per path the digests of its inputs and of its content.
+The new files are prepared in a hidden folder of the site, where files whose inputs did not change are linked,
+and take the places of the old ones at the end. The folder itself stays, so it may be the current folder or a
+mounted one. The file ``.gym-extensions-site`` marks a site, so that a build never replaces another folder,
+and holds per path the digests of its inputs and of its content. Scorecards are kept in the hidden folder
+``.scorecards``: scoring a submission takes half a second, reading its scorecard a few milliseconds.
 """
 
 from __future__ import annotations
@@ -12,17 +14,21 @@ import json
 import os
 import shutil
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Self
 
 import msgspec
 
-from gym_extensions.atomic import replace_folder
 from gym_extensions.errors import BenchError
+from gym_extensions.scoring.pipeline import Scorer, scorecards
+from gym_extensions.scoring.scorecard import Scorecard
+from gym_extensions.site.api import slug
 
 MARK = ".gym-extensions-site"
+SCRATCH = ".gym-extensions-new-"
+"""How the folder begins in which a site is prepared; what an interrupted build left is removed."""
 
 
 def digest(*parts: bytes) -> str:
@@ -43,36 +49,40 @@ def encoded(value: object) -> bytes:
 
 
 class Output:
-    """A folder that is replaced when the block ends without an exception.
+    """A folder that gets the new files when the block ends without an exception.
 
     Args:
         out: the folder.
         base: a digest of what all drafts depend on.
 
     Raises:
-        BenchError: ``out`` exists, is not empty, and was not written by an earlier build.
+        BenchError: ``out`` exists, is not empty, and was not written by an earlier build, or no folder can be
+            made or written there.
     """
 
     def __init__(self, out: Path, base: str) -> None:
-        if out.exists() and not (out / MARK).is_file() and not (out.is_dir() and not any(out.iterdir())):
-            raise BenchError(
-                "not-a-site",
-                "It exists and does not contain a built site.",
-                where=str(out),
-                hint="Name a new or empty folder with --out.",
-            )
+        hint = "Name a new or empty folder with --out."
+        try:
+            if out.exists() and not (out / MARK).is_file() and not (out.is_dir() and not any(out.iterdir())):
+                raise BenchError("not-a-site", "It exists and does not contain a built site.", str(out), hint)
+            self._is_new = not out.exists()
+            out.mkdir(parents=True, exist_ok=True)
+            for left in out.glob(f"{SCRATCH}*"):
+                shutil.rmtree(left)
+            self._scratch = tempfile.TemporaryDirectory(prefix=SCRATCH, dir=out)
+        except OSError as error:
+            raise BenchError("no-folder", f"{error.strerror or error}.", str(out), hint) from error
         self.out = out
         self.base = base
         self.before = _digests(out / MARK)
         self.digests: dict[str, list[str]] = {}
         self.written = 0
+        self.new, self._old = (Path(self._scratch.name) / name for name in ("new", "old"))
+        self.new.mkdir()
+        self._old.mkdir()
+        self._folders = set[Path]()
 
     def __enter__(self) -> Self:
-        self.out.parent.mkdir(parents=True, exist_ok=True)
-        self._scratch = tempfile.TemporaryDirectory(prefix=f".{self.out.name}.", dir=self.out.parent)
-        self.new = Path(self._scratch.name) / "new"
-        self.new.mkdir()
-        self._folders = set[Path]()
         return self
 
     def __exit__(
@@ -82,7 +92,25 @@ class Output:
             if error is None:
                 state = json.dumps(self.digests, indent=0, sort_keys=True)
                 (self.new / MARK).write_text(state + "\n", encoding="utf-8")
-                replace_folder(self.out, self.new)
+                self._swap()
+        if error is not None and self._is_new:
+            self.out.rmdir()
+
+    def _swap(self) -> None:
+        """Moves the old files away and the new ones in, the mark last; if that fails, everything back."""
+        names = [path.name for path in self.out.iterdir() if not path.name.startswith(SCRATCH)]
+        new = [path.name for path in self.new.iterdir() if path.name != MARK]
+        moves = [(self.out / name, self._old / name) for name in names if name != MARK]
+        moves += [(self.new / name, self.out / name) for name in (*new, MARK)]
+        done = []
+        try:
+            for source, target in moves:
+                source.replace(target)
+                done.append((source, target))
+        except BaseException:
+            for source, target in reversed(done):
+                target.replace(source)
+            raise
 
     def add(self, path: str, content: bytes) -> None:
         """Writes a file, or links the old one if it has this content."""
@@ -140,3 +168,68 @@ def _digests(mark: Path) -> dict[str, list[str]]:
         for path, pair in state.items()
         if isinstance(pair, list) and len(pair) == 2 and all(isinstance(part, str) for part in pair)
     }
+
+
+Kept = tuple[str, Scorecard]
+"""The key of a scorecard (``folder_key``), and the scorecard."""
+
+
+def kept_path(name: str) -> str:
+    """The path in the site of the kept scorecard of a submission."""
+    return f".scorecards/{slug(name)}"
+
+
+def kept(key: str, card: Scorecard) -> bytes:
+    """The content of that file; empty if the scorecard has a whole number of more than 64 bits."""
+    try:
+        return msgspec.msgpack.encode((key, card))
+    except OverflowError:
+        return b""
+
+
+def folder_key(folder: Path, base: str) -> str:
+    """The digest of all that the scorecard of a submission depends on: its files and ``base``.
+
+    Empty for a folder with anything else than files and folders that can be read: it is always scored.
+    """
+    parts = [base.encode()]
+    try:
+        for path in sorted(folder.rglob("*")):
+            if path.is_symlink() or not (path.is_file() or path.is_dir()):
+                return ""
+            parts.append(str(path.relative_to(folder)).encode("utf-8", "surrogateescape"))
+            parts.append(path.read_bytes() if path.is_file() else b"")
+    except OSError:
+        return ""
+    return digest(*parts)
+
+
+def kept_scorecard(out: Path, name: str, key: str) -> Scorecard | None:
+    """The scorecard that an earlier build kept, if it was made from the same files; none of a refused one."""
+    try:
+        kept_key, card = msgspec.msgpack.decode((out / kept_path(name)).read_bytes(), type=Kept)
+    except (OSError, ValueError):
+        return None
+    return card if key and kept_key == key and not card.problems else None
+
+
+def scorecards_since(
+    out: Path, folders: Sequence[Path], keys: Mapping[str, str], scorer: Scorer
+) -> Iterator[Scorecard]:
+    """The scorecards of submissions in the order of their folders. Only changed ones are scored.
+
+    Args:
+        out: the folder of the earlier site, or one without a site.
+        folders: the submissions.
+        keys: ``folder_key`` of each by its name.
+        scorer: scores the changed ones.
+    """
+
+    def earlier(folder: Path) -> Scorecard | None:
+        return kept_scorecard(out, folder.name, keys[folder.name])
+
+    changed = [folder for folder in folders if earlier(folder) is None]
+    scored = scorecards(changed, scorer)
+    is_changed = set(changed).__contains__
+    for folder in folders:
+        yield next(scored) if is_changed(folder) else earlier(folder) or scorer(folder)

@@ -9,30 +9,14 @@ from pathlib import Path
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from gym_extensions import catalog, rollouts, scoring
-from gym_extensions.scoring.metrics.definitions import BY_NAME
-from gym_extensions.scoring.metrics.paper_table import COLUMNS as PAPER_COLUMNS
-from gym_extensions.scoring.scorecard import highlights
-from gym_extensions.scoring.scorecard.model import REPORTED
-from gym_extensions.site import addresses
-from gym_extensions.site.charts import (
-    band_chart,
-    heatmap,
-    performance_profile,
-    small_multiples,
-    strip_plot,
-)
-from gym_extensions.site.charts.speed_bar import speed_bar
-from gym_extensions.site.exports.commands import commands
-from gym_extensions.site.motion.episode_dots import episode_dots
-from gym_extensions.site.motion.stroboscope import stroboscopes
+from gym_extensions.rollouts.review import REPORTED
+from gym_extensions.scoring import highlights
+from gym_extensions.scoring.metrics import BY_NAME
+from gym_extensions.scoring.published import COLUMNS as PAPER_COLUMNS
+from gym_extensions.site import api, exports, motion, speed, tables, tasks, text, trial
+from gym_extensions.site.boards import missing_reasons
+from gym_extensions.site.charts import lines, strips
 from gym_extensions.site.output import digest
-from gym_extensions.site.tables import cells
-from gym_extensions.site.tasks.gravity_arrows import gravity_arrows
-from gym_extensions.site.tasks.reference_dots import reference_dots
-from gym_extensions.site.text import labels, markdown, names, numbers, values
-from gym_extensions.site.views import pictures, trial
-from gym_extensions.site.views.board import missing_reasons
-from gym_extensions.site.views.board_row import COLUMNS
 
 FOLDER = Path(__file__).parent
 LIBRARIES = ("jinja2", "markupsafe", "msgspec", "numpy", "scipy")
@@ -51,43 +35,31 @@ def environment() -> Environment:
         auto_reload=False,
     )
     templates.filters.update(
-        fixed=numbers.fixed,
-        grouped=numbers.grouped,
-        inline=markdown.inline,
-        readable=numbers.readable,
-        short=names.short,
-        task=names.task,
+        fixed=text.fixed,
+        grouped=text.grouped,
+        inline=text.inline,
+        readable=text.readable,
+        short=text.short,
+        task=text.task,
     )
     templates.globals.update(
-        addresses=addresses,
-        band_chart=band_chart,
-        board_columns=COLUMNS,
-        cells=cells,
-        commands=commands,
-        episode_dots=episode_dots,
+        api=api,
+        exports=exports,
+        line_charts=lines,
+        motion=motion,
+        speed=speed,
+        strips=strips,
+        tables=tables,
+        tasks=tasks,
+        text=text,
+        trials=trial,
+        board_columns=trial.COLUMNS,
         forgetting=highlights.FORGETTING,
-        gravity_arrows=gravity_arrows,
-        group_trials=trial.group_trials,
-        heatmap=heatmap,
-        labels=labels,
         largest_change=highlights.largest_change,
         metrics=BY_NAME,
         missing_reasons=missing_reasons,
-        names=names,
-        numbers=numbers,
         paper_columns=PAPER_COLUMNS,
-        performance_profile=performance_profile,
-        pictures=pictures,
-        reference_dots=reference_dots,
         reported=REPORTED,
-        separate_groups=trial.separate_groups,
-        small_multiples=small_multiples,
-        speed_bar=speed_bar,
-        strip_plot=strip_plot,
-        stroboscopes=stroboscopes,
-        suite_trials=trial.suite_trials,
-        table_digits=trial.table_digits,
-        values=values,
     )
     return templates
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gym_extensions.baselines.adapters.hyperparameters import to_manifest_value
+from gym_extensions.baselines.adapters.sb3_agent import to_manifest_value
 
 
 @pytest.mark.parametrize("value", ["relu", 3, 0.5, True, [400, 300], []])
@@ -60,7 +60,7 @@ def test_text_is_cut_at_the_limit_of_the_manifest() -> None:
 
 
 CODE = """
-from gym_extensions.baselines.adapters.hyperparameters import to_manifest_value
+from gym_extensions.baselines.adapters.sb3_agent import to_manifest_value
 
 class Plain: pass
 

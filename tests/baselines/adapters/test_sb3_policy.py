@@ -12,9 +12,10 @@ pytest.importorskip("stable_baselines3")
 
 import torch
 from stable_baselines3 import A2C, PPO, SAC, TD3
+from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 
 from gym_extensions.baselines import sb3
-from gym_extensions.baselines.adapters.sb3_policy import exported
+from gym_extensions.baselines.adapters.sb3_policy import exported, unsupported
 from gym_extensions.baselines.adapters.sb3_vec_env import SpacesVecEnv
 from gym_extensions.errors import BenchError
 
@@ -100,13 +101,28 @@ def test_an_unsupported_network_trains_without_a_policy_and_is_named_on_export(c
     assert agent.policy() is None
     with pytest.raises(BenchError) as error:
         exported(agent._model)
-    assert str(error.value) == (
-        f"policy(): The policy of PPO, ActorCriticPolicy, {reason} "
-        "Use an MlpPolicy without use_sde, or train without storing the policy."
-    )
+    assert (error.value.code, reason in error.value.message) == ("unsupported-policy", True)
 
 
 def test_a_cnn_is_not_supported() -> None:
     images = gym.spaces.Box(0, 255, (3, 36, 36), np.uint8)
     agent: Any = sb3(PPO, policy="CnnPolicy", n_steps=2, batch_size=2)(images, ACTIONS, 0)
     assert agent.policy() is None
+
+
+class Normalized(BaseFeaturesExtractor):
+    """A features extractor as wide as the observations."""
+
+    def __init__(self, space: Any) -> None:
+        super().__init__(space, space.shape[0])
+        self.layer = torch.nn.LayerNorm(space.shape[0])
+
+    def forward(self, observations: Any) -> Any:
+        return self.layer(observations)
+
+
+@pytest.mark.parametrize("algorithm", [PPO, SAC])
+def test_a_policy_with_a_features_extractor_of_the_user_is_not_plain(algorithm: Any) -> None:
+    arguments: dict[str, Any] = {"policy_kwargs": {"features_extractor_class": Normalized}}
+    created = algorithm("MlpPolicy", SpacesVecEnv(OBSERVATIONS, ACTIONS, 1), **arguments)
+    assert "features extractor" in unsupported(created)

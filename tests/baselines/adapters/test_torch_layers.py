@@ -11,10 +11,10 @@ import torch
 from stable_baselines3 import PPO, SAC
 from torch import nn
 
+from gym_extensions.baselines.adapters.sb3_policy import ACTIVATIONS, policy_layers
 from gym_extensions.baselines.adapters.sb3_vec_env import SpacesVecEnv
-from gym_extensions.baselines.adapters.torch_layers import ACTIVATIONS, policy_layers
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.policies import Policy
+from gym_extensions.rollouts.policy import Policy
 
 OBSERVATIONS = gym.spaces.Box(-np.inf, np.inf, (5,), np.float64)
 ACTIONS = gym.spaces.Box(-0.4, 0.6, (2,), np.float32)

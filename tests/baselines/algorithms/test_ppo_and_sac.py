@@ -17,7 +17,7 @@ from gym_extensions.baselines.adapters.sb3 import Sb3Factory
 from gym_extensions.baselines.agent import Described
 from gym_extensions.baselines.agent_checks import card_of
 from gym_extensions.baselines.training.recorder import Recorder
-from gym_extensions.catalog.budgets import BUDGETS
+from gym_extensions.catalog.protocol import BUDGETS
 from gym_extensions.envs import make_vec
 
 STEPS = 80

@@ -15,7 +15,7 @@ from gym_extensions.baselines.agent_checks import card_of
 from gym_extensions.baselines.training.recorder import Recorder
 from gym_extensions.envs import make_vec
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.policies import Policy
+from gym_extensions.rollouts.policy import Policy
 
 NAMES = (
     "cloning",
@@ -115,7 +115,7 @@ def test_the_stored_policy_acts_like_the_agent_to_the_last_bit(name: str, spaces
             agent.learn(
                 Recorder(make_vec("Pusher", 2), ["Pusher"], steps=steps, batch_steps=250, seed=0), steps
             )
-        policy = Policy.from_bytes(agent.policy().to_bytes())
+        policy = Policy.from_arrays(agent.policy().arrays())
         noise = copy.deepcopy(getattr(agent, "_acting", None))
         assert np.array_equal(policy.act(states, noise), agent.act(states))
         assert policy.act(states, np.random.default_rng()).dtype == np.float32
@@ -123,8 +123,11 @@ def test_the_stored_policy_acts_like_the_agent_to_the_last_bit(name: str, spaces
 
 def test_the_stored_policy_of_random_has_its_range(spaces: Spaces) -> None:
     agent: Any = algorithms.factory("random")(*spaces, 0)
-    low, high = agent.policy().interval(np.zeros((1, 23)))
-    assert (low[0].tolist(), high[0].tolist()) == (spaces[1].low.tolist(), spaces[1].high.tolist())
+    policy: Policy = agent.policy()
+    low, high = policy.action_offset - policy.action_scale, policy.action_offset + policy.action_scale
+    assert (policy.head, low.tolist(), high.tolist()) == (
+        *("uniform", spaces[1].low.tolist(), spaces[1].high.tolist()),
+    )
 
 
 @pytest.mark.parametrize(("name", "package", "extra"), [("ppo", "torch", "sb3"), ("sac", "sbx", "sbx")])
@@ -140,6 +143,6 @@ def test_a_missing_package_is_named_with_the_command_that_installs_it(
     with pytest.raises(BenchError) as error:
         algorithms.factory(name)
     missing = "stable_baselines3" if package == "torch" else package
-    assert str(error.value) == (
-        f"{name} needs {missing}. Install it with: pip install 'gym-extensions[{extra}]'"
-    )
+    assert error.value.code == "missing-extra"
+    assert missing in error.value.message
+    assert f"gym-extensions[{extra}]" in error.value.hint

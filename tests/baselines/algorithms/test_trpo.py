@@ -13,12 +13,12 @@ import pytest
 
 from gym_extensions.baselines import algorithms
 from gym_extensions.baselines.agent import Array
-from gym_extensions.baselines.algorithms import trpo, trpo_2017
+from gym_extensions.baselines.algorithms import trpo
+from gym_extensions.baselines.algorithms.trpo import REFERENCE
+from gym_extensions.baselines.training.jobs import training_seed
 from gym_extensions.baselines.training.recorder import Recorder
-from gym_extensions.baselines.training.seeding import training_seed
-from gym_extensions.baselines.trpo.settings import REFERENCE
-from gym_extensions.catalog.budgets import budget
 from gym_extensions.catalog.groups import group
+from gym_extensions.catalog.protocol import budget
 from gym_extensions.envs import make_vec
 
 BOX = gym.spaces.Box(-1, 1, (3,), np.float32)
@@ -82,7 +82,7 @@ def test_a_vector_step_can_be_longer_than_several_batches(steps: int, taken: int
 def test_trpo_acts_with_its_mean_and_trpo_2017_samples() -> None:
     observations = np.zeros((4000, 3), np.float32)
     mean = trpo.make(BOX, WIDE, 0).act(observations)
-    sampled = trpo_2017.make(BOX, WIDE, 0).act(observations)
+    sampled = trpo.Trpo2017(BOX, WIDE, 0).act(observations)
     assert np.array_equal(mean, np.broadcast_to(mean[0], mean.shape))
     # σ is half the width of the box.
     np.testing.assert_allclose(sampled.std(axis=0), [2, 2], rtol=0.06)
@@ -95,7 +95,7 @@ def test_trpo_explores_with_the_initial_log_sigma_of_its_settings() -> None:
     np.testing.assert_allclose(sampled.std(axis=0), np.exp(REFERENCE.initial_log_sigma), rtol=0.06)
 
 
-@pytest.mark.parametrize("make", [trpo.make, trpo_2017.make], ids=["trpo", "trpo-2017"])
+@pytest.mark.parametrize("make", [trpo.make, trpo.Trpo2017], ids=["trpo", "trpo-2017"])
 def test_acting_changes_only_the_generator_for_acting(make: Any, tmp_path: Path) -> None:
     agent = make(BOX, Corridor.single_action_space, 0)
     agent.learn(Corridor(ends=True), 4_000)
@@ -118,13 +118,13 @@ def test_trpo_standardizes_observations_by_all_earlier_batches() -> None:
 
 
 def test_trpo_2017_does_not_standardize_observations() -> None:
-    agent = trpo_2017.make(BOX, Corridor.single_action_space, 0)
+    agent = trpo.Trpo2017(BOX, Corridor.single_action_space, 0)
     agent.learn(Corridor(ends=True), 2_000)
     observations = np.full((1, 3), 50.0, np.float32)
     np.testing.assert_array_equal(agent._policy_inputs(observations), observations)
 
 
-@pytest.mark.parametrize("make", [trpo.make, trpo_2017.make], ids=["trpo", "trpo-2017"])
+@pytest.mark.parametrize("make", [trpo.make, trpo.Trpo2017], ids=["trpo", "trpo-2017"])
 def test_a_loaded_agent_learns_exactly_as_the_saved_agent(make: Any, tmp_path: Path) -> None:
     original, loaded = make(BOX, Corridor.single_action_space, 4), make(BOX, Corridor.single_action_space, 5)
     original.learn(Corridor(ends=True), 4_000)

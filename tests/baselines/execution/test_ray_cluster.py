@@ -61,9 +61,7 @@ def test_a_job_that_fits_on_no_node_is_an_error(cluster: Any, tmp_path: Path) ->
     arguments: dict[str, Any] = {"out": tmp_path / "mine", "ray": cluster.address}
     with pytest.raises(BenchError) as error:
         train("zero", SHORT_GROUP, "joint", "smoke", 0, **arguments, num_threads=3)
-    assert str(error.value) == (
-        "--num-threads: 3 is too large. The largest node of the cluster has 2 CPUs. Use at most 2."
-    )
+    assert error.value.code == "bad-num-threads"
     train("zero", SHORT_GROUP, "joint", "smoke", 0, **arguments, num_threads=2)
 
 
@@ -80,10 +78,6 @@ def test_a_cluster_that_cannot_be_reached_is_an_error_within_seconds(tmp_path: P
         train("zero", SHORT_GROUP, "joint", "smoke", 0, out=tmp_path / "mine", ray=address)
     assert time.monotonic() - start < 20
     assert error.value.code == "ray-unreachable"
-    assert str(error.value) == (
-        f"--ray: The Ray cluster at '{address}' cannot be reached: Connection refused. "
-        "Start a cluster with `ray start --head`, or correct the address; docs/cluster.md has examples."
-    )
 
 
 @pytest.mark.parametrize("address", ["somewhere", "host:", ":6379", "host:port"])
@@ -91,7 +85,7 @@ def test_an_address_without_a_port_is_rejected(address: str, tmp_path: Path) -> 
     pytest.importorskip("ray")
     with pytest.raises(BenchError) as error:
         train("zero", SHORT_GROUP, "joint", "smoke", 0, out=tmp_path, ray=address)
-    assert str(error.value) == f"--ray: {address!r} is not an address. Use auto or host:port."
+    assert error.value.code == "bad-ray"
 
 
 def test_a_missing_ray_is_named_with_the_command_that_installs_it(
@@ -100,6 +94,4 @@ def test_a_missing_ray_is_named_with_the_command_that_installs_it(
     monkeypatch.setitem(sys.modules, "ray", None)
     with pytest.raises(BenchError) as error:
         train("zero", SHORT_GROUP, "joint", "smoke", 0, out=tmp_path, ray="auto")
-    assert str(error.value) == (
-        "--ray: The option --ray needs ray. Install it with: pip install 'gym-extensions[cluster]'"
-    )
+    assert error.value.code == "missing-extra"

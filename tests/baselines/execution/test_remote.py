@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import pickle
+import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,13 +13,11 @@ from typing import Any
 import pytest
 
 from gym_extensions.baselines import TaskEvaluated, train, train_agent
-from gym_extensions.baselines.execution import job_files
-from gym_extensions.baselines.execution.failures import Failure, failure_of
-from gym_extensions.baselines.execution.job_files import Files, RemoteJob
-from gym_extensions.baselines.execution.remote import Remote
-from gym_extensions.baselines.training import evaluator, progress
+from gym_extensions.baselines.execution import ray_cluster as job_files
+from gym_extensions.baselines.execution.ray_cluster import Files, Remote, RemoteJob
+from gym_extensions.baselines.execution.workers import Failure, failure_of
 from gym_extensions.baselines.training.events import Event, Listener
-from gym_extensions.baselines.training.versions import job_versions
+from gym_extensions.baselines.training.jobs import job_versions
 from gym_extensions.errors import BenchError
 
 from ..conftest import QUICK_GROUP, digests
@@ -74,7 +73,7 @@ def cluster(monkeypatch: pytest.MonkeyPatch) -> Cluster:
         assert (ray, processes) == ("fake", 0)
         yield Remote(fake.submit, 2)
 
-    monkeypatch.setattr(train_agent, "open_executor", open_executor)
+    monkeypatch.setattr(train_agent, "_open_executor", open_executor)
     return fake
 
 
@@ -141,9 +140,11 @@ def test_finished_stages_travel_to_the_node_and_are_not_repeated(
 
     train(*arguments, out=out, num_envs=NUM_ENVS, ray="fake", callback=record_stage)
     assert set(stages) == {2}
-    assert cluster.sent[0] > 4
-    log = f"{QUICK_GROUP.name}/sequential.csv"
-    assert (out / log).read_bytes() == (local / log).read_bytes()
+    assert cluster.sent[0] == 6  # settings, two records, two policies, the agent
+    assert (
+        digests(out)[f"{QUICK_GROUP.name}/sequential/run0.json"]
+        == digests(local)[f"{QUICK_GROUP.name}/sequential/run0.json"]
+    )
 
 
 def test_files_that_cannot_be_stored_are_a_failure_and_leave_no_part_of_a_job(
@@ -153,7 +154,7 @@ def test_files_that_cannot_be_stored_are_a_failure_and_leave_no_part_of_a_job(
     write, out = Path.write_bytes, tmp_path / "mine"
 
     def fill_disk(path: Path, content: bytes) -> int:
-        if path.name.startswith(".stage1.json") and out in path.parents:
+        if path.name == "stage1.json" and out in path.parents:
             raise OSError(errno.ENOSPC, "No space left on device")
         return write(path, content)
 
@@ -163,16 +164,11 @@ def test_files_that_cannot_be_stored_are_a_failure_and_leave_no_part_of_a_job(
     assert not list((out / ".progress").rglob("stage*"))
 
 
-def test_the_temporary_folder_of_a_node_is_removed(cluster: Cluster, tmp_path: Path) -> None:
-    folders: set[Path] = set()
-    traces_folder = progress.traces_folder
-
-    def remember(out: Path, group_name: str) -> Path:
-        folders.add(out)
-        return traces_folder(out, group_name)
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(evaluator, "traces_folder", remember)
-        train("zero", QUICK_GROUP, "joint", "smoke", 0, out=tmp_path / "mine", ray="fake")
-    assert folders
-    assert not [folder for folder in folders if folder.exists()]
+def test_the_temporary_folder_of_a_node_is_removed(
+    cluster: Cluster, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "node").mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "node"))
+    train("zero", QUICK_GROUP, "joint", "smoke", 0, out=tmp_path / "mine", ray="fake")
+    assert cluster.sent
+    assert not list((tmp_path / "node").iterdir())

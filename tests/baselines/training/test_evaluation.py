@@ -1,23 +1,19 @@
-"""Evaluation: one episode per environment, traces that replay, and no effect on learning."""
+"""Evaluation: one episode per environment, what an agent is given, and no effect on learning."""
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
-import pytest
-from gymnasium.spaces import Box
 
 from gym_extensions.baselines import Context
+from gym_extensions.baselines.agent import TaskLabel
 from gym_extensions.baselines.algorithms import trpo
-from gym_extensions.baselines.algorithms.random import Random
-from gym_extensions.baselines.context import TaskLabel
+from gym_extensions.baselines.algorithms.floors import Random
 from gym_extensions.baselines.training.evaluation import evaluate
 from gym_extensions.baselines.training.recorder import Recorder
-from gym_extensions.catalog.custom import customize
-from gym_extensions.envs import make, make_vec
-from gym_extensions.rollouts.traces import cut, trace_bytes
+from gym_extensions.catalog.tasks import customize
+from gym_extensions.envs import make_vec
 
 from .test_recorder import Counting
 
@@ -35,25 +31,12 @@ def trained_parameters(steps: int, with_evaluation: bool) -> Any:
     for _ in range(2):
         agent.learn(Recorder(env, ["Hopper"], steps=steps, batch_steps=100, seed=1), steps)
         if with_evaluation:
-            evaluate(agent, evaluation_env, SEEDS, 10)
+            evaluate(agent, evaluation_env, SEEDS)
     return agent._theta
 
 
 def test_evaluation_does_not_change_what_is_learned() -> None:
     assert np.array_equal(trained_parameters(300, True), trained_parameters(300, False))
-
-
-def test_an_episode_equals_that_of_the_single_environment_with_the_same_seed() -> None:
-    envs = make_vec("Hopper", 4)
-    rollouts = evaluate(random_agent(envs), envs, SEEDS, 10)
-    env = make("Hopper")
-    for seed, rollout in zip(SEEDS, rollouts, strict=True):
-        assert rollout.trace is not None
-        env.reset(seed=seed)
-        outcomes = [env.step(action) for action in rollout.trace.actions]
-        assert math.fsum(outcome[1] for outcome in outcomes) == rollout.return_
-        assert [outcome[2] or outcome[3] for outcome in outcomes] == [False] * (rollout.length - 1) + [True]
-        assert outcomes[-1][2] == rollout.terminated
 
 
 def test_an_episode_has_the_success_of_its_last_step() -> None:
@@ -63,75 +46,6 @@ def test_an_episode_has_the_success_of_its_last_step() -> None:
     assert reports == [False] * 4
     running = make_vec("Hopper", 4)
     assert [row.success for row in evaluate(random_agent(running), running, SEEDS)] == [None] * 4
-
-
-class Arriving:
-    """A vector environment whose episodes end after one and two steps, the second with success."""
-
-    num_envs = 2
-    single_observation_space = single_action_space = Box(-1.0, 1.0, (1,))
-
-    def reset(self, seed: Any) -> Any:
-        """Starts two episodes."""
-        self.steps = 0
-        return np.zeros((2, 1)), {}
-
-    def step(self, actions: Any) -> Any:
-        """After the end of its episode, the first environment reports another success."""
-        self.steps += 1
-        ended = np.array([True, self.steps == 2])
-        infos = {"is_success": np.array([self.steps == 2] * 2), "_is_success": np.array([True, True])}
-        return np.zeros((2, 1)), np.ones(2), ended, np.zeros(2, bool), infos
-
-
-def test_what_follows_an_episode_does_not_count() -> None:
-    envs: Any = Arriving()
-    assert [row.success for row in evaluate(random_agent(envs), envs, [1, 2])] == [False, True]
-
-
-def test_evaluation_with_the_same_seeds_gives_the_same_traces() -> None:
-    envs = make_vec("Hopper", 4)
-    first, second = (
-        [trace_bytes(row.trace) for row in evaluate(random_agent(envs), envs, SEEDS, 10) if row.trace]
-        for _ in range(2)
-    )
-    assert first == second
-    assert len(first) == 4
-
-
-class Loud:
-    """An agent whose actions are outside the action space."""
-
-    def act(self, observations: Any) -> Any:
-        return np.full((len(observations), 3), 7.5)
-
-    def learn(self, env: Any, steps: int) -> None:
-        """Does nothing."""
-
-
-def test_actions_are_applied_and_recorded_inside_the_action_space() -> None:
-    envs = make_vec("Hopper", 2)
-    trace = evaluate(Loud(), envs, SEEDS[:2], 10)[0].trace
-    assert trace is not None
-    assert trace.actions.dtype == np.float32
-    assert (trace.actions == 1.0).all()
-
-
-@pytest.mark.parametrize("task", ["Hopper", "HumanoidGravityHalf"])
-def test_a_segment_replays_from_its_recorded_state_after_one_warm_up_step(task: str) -> None:
-    envs = make_vec(task, 4)
-    rollout = max(evaluate(random_agent(envs), envs, SEEDS, 5), key=lambda row: row.length)
-    trace, env = rollout.trace, make(task)
-    assert trace is not None
-    assert len(trace.segment_returns) == math.ceil(rollout.length / 5) > 2
-    assert math.fsum(trace.segment_returns) == pytest.approx(rollout.return_, abs=1e-12)
-    env.reset(seed=0)
-    for segment in range(1, len(trace.segment_returns)):
-        unwrapped: Any = env.unwrapped
-        unwrapped.restore_state({name: rows[segment - 1] for name, rows in trace.states.items()})
-        env.step(trace.actions[5 * segment - 1])
-        rewards = [float(env.step(action)[1]) for action in trace.actions[5 * segment : 5 * segment + 5]]
-        assert math.fsum(rewards) == pytest.approx(trace.segment_returns[segment], abs=1e-12)
 
 
 class Listening:
@@ -162,24 +76,3 @@ def test_the_context_has_the_task_only_if_it_is_passed() -> None:
     assert not hasattr(agent.contexts[0], "task")
     evaluate(agent, envs, SEEDS[:2], label=TaskLabel("gym_extensions/Hopper-v0", 2))
     assert (agent.contexts[-1].task_id, agent.contexts[-1].task) == ("gym_extensions/Hopper-v0", 2)
-
-
-CUTS = [
-    # steps, K, segments; there is one state less than segments, even if more were recorded
-    (1, 10, 1),
-    (10, 10, 1),
-    (11, 10, 2),
-    (20, 10, 2),
-    (21, 10, 3),
-]
-
-
-@pytest.mark.parametrize(("steps", "size", "segments"), CUTS)
-def test_a_trace_has_a_state_for_every_segment_but_the_first(steps: int, size: int, segments: int) -> None:
-    states = [{"qpos": np.array([float(t)]), "derived_x": np.zeros(2)} for t in range(size - 1, 40, size)]
-    trace = cut(np.zeros((steps, 1)), np.ones(steps), states, size)
-    assert len(trace.segment_returns) == segments
-    assert sum(trace.segment_returns) == steps
-    assert trace.states.keys() <= {"qpos"}
-    if segments > 1:
-        assert trace.states["qpos"].ravel().tolist() == [size * k - 1 for k in range(1, segments)]

@@ -11,14 +11,14 @@ import numpy as np
 
 from gym_extensions import results
 from gym_extensions.baselines.agent import Agent
-from gym_extensions.baselines.algorithms import trpo_2017
-from gym_extensions.baselines.training.evaluation import evaluate
+from gym_extensions.baselines.algorithms.trpo import Trpo2017
+from gym_extensions.baselines.training.evaluation import evaluate, isolated
 from gym_extensions.baselines.training.events import TaskEvaluated
-from gym_extensions.baselines.training.isolation import isolated
 from gym_extensions.baselines.training.recorder import Batch, Recorder
 from gym_extensions.catalog.groups import group
-from gym_extensions.catalog.task import Task
+from gym_extensions.catalog.tasks import Task
 from gym_extensions.envs import make_vec
+from gym_extensions.rollouts.run import read_run
 
 from ..conftest import SHORT_GROUP, Watched, digests
 
@@ -30,18 +30,22 @@ ROWS = [
 
 
 def test_every_task_is_evaluated_at_the_chosen_steps(watched: Watched) -> None:
-    lines = (watched.folder / SHORT_GROUP / "evaluations.csv").read_text().splitlines()
-    cells = [line.split(",") for line in lines[1:]]
-    assert [(row[0], int(row[2]), row[3], round(int(row[4]), -1)) for row in cells] == ROWS
-    assert {(row[1], row[5]) for row in cells} == {("0", "2")}
+    found = {
+        (protocol, each.stage, each.task, round(step, -1), each.episodes)
+        for protocol in ("joint", "sequential")
+        for each in read_run(watched.folder / SHORT_GROUP / protocol / "run0.json").evaluations
+        for step in each.steps
+    }
+    assert found == {(*row, 2) for row in ROWS}
 
 
 def test_the_other_files_are_the_same_bytes_without_evaluation_during_training(
     watched: Watched, trpo_submission: Path
 ) -> None:
-    files = digests(watched.folder)
-    assert files.pop(f"{SHORT_GROUP}/evaluations.csv")
-    assert files == digests(trpo_submission)
+    files, expected = digests(watched.folder), digests(trpo_submission)
+    assert {path for path in files if files[path] != expected[path]} == {
+        f"{SHORT_GROUP}/{protocol}/run0.json" for protocol in ("joint", "sequential")
+    }
 
 
 def test_the_evaluations_are_events_and_rows_of_the_results(watched: Watched) -> None:
@@ -72,7 +76,7 @@ def test_a_sampled_agent_that_can_be_saved_learns_and_acts_the_same(tmp_path: Pa
     env: Any = make_vec("Hopper", 2)
 
     def create() -> Any:
-        return trpo_2017.make(env.single_observation_space, env.single_action_space, 5)
+        return Trpo2017(env.single_observation_space, env.single_action_space, 5)
 
     def learn(report: Any) -> Any:
         agent = create()

@@ -8,9 +8,8 @@ import pytest
 
 from gym_extensions.baselines.training.events import JobPlan, StagePlan
 from gym_extensions.baselines.training.jobs import Interim, Settings, TrainingJob, jobs_of
-from gym_extensions.catalog.budgets import budget
 from gym_extensions.catalog.groups import group
-from gym_extensions.catalog.registry import TASKS
+from gym_extensions.catalog.protocol import budget
 
 GROUP = group("hopper-gravity")
 SMOKE = budget("smoke")
@@ -72,10 +71,3 @@ def test_every_task_has_equally_many_training_environments(
     num_envs: int | None, num_tasks: int, expected: int
 ) -> None:
     assert Settings("trpo", "smoke", num_envs).num_envs_for(num_tasks) == expected
-
-
-def test_every_task_has_segments_of_five_or_ten_steps() -> None:
-    assert {task.body.segments.steps for task in TASKS.values()} == {5, 10}
-    assert {task.base for task in TASKS.values() if task.body.segments.steps == 5} <= {"Pusher", "Striker"}
-    exact = {task.base for task in TASKS.values() if task.body.segments.tolerance == 0}
-    assert exact == {"Navigation"}

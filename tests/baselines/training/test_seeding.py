@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from gym_extensions.baselines.training.seeding import training_seed
+from gym_extensions.baselines.training.jobs import training_seed
 
 
 def test_seeds_differ_by_run_and_by_purpose() -> None:

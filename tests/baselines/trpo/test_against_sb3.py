@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from gym_extensions.baselines.algorithms import factory
+from gym_extensions.baselines.algorithms.trpo import HENDERSON_2017
 from gym_extensions.baselines.training.recorder import Recorder
-from gym_extensions.baselines.trpo.settings import HENDERSON_2017
 from gym_extensions.envs import make_vec
 
 STEPS, BATCH, NUM_ENVS, SEEDS = 40_000, 2_000, 8, range(5)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gym_extensions.baselines.agent import Array
-from gym_extensions.baselines.trpo.gae import advantages
+from gym_extensions.baselines.trpo.values import advantages
 
 
 def column(*values: float) -> Array:

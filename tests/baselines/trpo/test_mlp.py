@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gym_extensions.baselines.agent import Array
-from gym_extensions.baselines.trpo.mlp import (
+from gym_extensions.baselines.trpo.policy import (
     ACTIVATIONS,
     forward,
     gradient,

@@ -5,7 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gym_extensions.baselines.trpo.normalization import CLIP, Moments, merge, no_moments, standardize
+from gym_extensions.baselines.trpo.policy import (
+    CLIP,
+    Moments,
+    merge,
+    no_moments,
+    standardize,
+)
 
 
 def test_merged_moments_by_hand() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gym_extensions.baselines.trpo.optimize import conjugate_gradient, line_search
+from gym_extensions.baselines.trpo.update import conjugate_gradient, line_search
 
 
 @pytest.mark.parametrize("size", [1, 2, 5, 20])

@@ -6,15 +6,14 @@ import numpy as np
 import pytest
 
 from gym_extensions.baselines.agent import Array
-from gym_extensions.baselines.trpo.gaussian_policy import (
+from gym_extensions.baselines.trpo.policy import (
     Architecture,
     Batch,
     divergence,
     log_density,
     mean_and_log_sigma,
 )
-from gym_extensions.baselines.trpo.penalty import Curvature, natural_step, penalized_step
-from gym_extensions.baselines.trpo.update import TrustRegion, updated
+from gym_extensions.baselines.trpo.update import Curvature, TrustRegion, natural_step, penalized_step, updated
 
 from .policies import ARCHITECTURES, random_batch, random_policy
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from gym_extensions.baselines.trpo.settings import HENDERSON_2017, REFERENCE, manifest_settings
+from gym_extensions.baselines.algorithms.trpo import HENDERSON_2017, REFERENCE, manifest_settings
 
 
 def test_the_2017_settings_are_those_of_the_committed_entry() -> None:

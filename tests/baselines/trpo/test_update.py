@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gym_extensions.baselines.trpo.gaussian_policy import (
+from gym_extensions.baselines.trpo.policy import (
     Architecture,
     Batch,
     divergence,

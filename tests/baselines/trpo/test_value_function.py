@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gym_extensions.baselines.trpo.value_function import ValueFit, ValueFunction
+from gym_extensions.baselines.trpo.values import ValueFit, ValueFunction
 
 
 def make(seed: int = 0) -> ValueFunction:

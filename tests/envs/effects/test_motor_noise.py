@@ -7,10 +7,8 @@ import pytest
 from numpy.typing import NDArray
 from scipy import stats
 
-from gym_extensions.envs import MotorNoise, make
-from gym_extensions.envs.effects.motor_noise import motor_noise
+from gym_extensions.envs import make
 from gym_extensions.envs.make import construct_mujoco
-from gym_extensions.errors import BenchError
 
 BODIES = ("Hopper", "Walker2d", "HalfCheetah", "Humanoid")
 
@@ -57,14 +55,3 @@ def test_motor_noise_follows_from_the_reset_seed_and_the_step() -> None:
 def test_a_task_with_motor_noise_starts_like_its_base() -> None:
     for body in BODIES:
         np.testing.assert_array_equal(make(f"{body}MotorNoise").reset(seed=3)[0], make(body).reset(seed=3)[0])
-
-
-def test_noise_differs_between_episodes_and_steps() -> None:
-    first, second = motor_noise(1, 1000, 3), motor_noise(2, 1000, 3)
-    assert len({row.tobytes() for row in (*first, *second)}) == 2000
-
-
-def test_a_scale_of_0_raises_an_error() -> None:
-    with pytest.raises(BenchError) as caught:
-        MotorNoise(0)
-    assert str(caught.value) == "MotorNoise's scale is 0. Give a finite number above 0."

@@ -2,18 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Any
-
-import gymnasium as gym
 import mujoco
 import numpy as np
 import pytest
 
-from gym_extensions.catalog.custom import customize
-from gym_extensions.envs import Gravity, make
 from gym_extensions.envs.make import construct_mujoco
-from gym_extensions.errors import BenchError
 
 BODIES = ("Hopper", "Walker2d", "HalfCheetah", "Humanoid")
 Z_GRAVITY = {
@@ -23,25 +16,6 @@ Z_GRAVITY = {
     "GravityOneAndQuarter": -12.2625,
     "GravityOneAndHalf": -14.715,
 }
-
-
-@pytest.mark.parametrize("body", BODIES)
-def test_a_body_without_variations_equals_gymnasiums_bit_for_bit(
-    body: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    monkeypatch.chdir(tmp_path)  # Gymnasium's HalfCheetah has MuJoCo write a log of its deprecation here.
-    ours, theirs = make(body), gym.make(f"{body}-v5")
-    space = construct_mujoco(body).action_space
-    seen, expected = ours.reset(seed=11)[0], theirs.reset(seed=11)[0]
-    generator = np.random.default_rng(5)
-    for step in range(1000):
-        np.testing.assert_array_equal(seen, expected, err_msg=f"step {step}")
-        action = generator.uniform(space.low, space.high, space.shape).astype(np.float32)
-        seen, *ours_rest, _ = ours.step(action)
-        expected, *theirs_rest, _ = theirs.step(action)
-        assert ours_rest == theirs_rest
-        if any(ours_rest[1:]):
-            seen, expected = ours.reset()[0], theirs.reset()[0]
 
 
 @pytest.mark.parametrize("body", BODIES)
@@ -69,22 +43,3 @@ def test_a_hopper_in_free_fall_at_half_gravity_loses_4_905_metres_per_second_in_
         env.do_simulation(np.zeros(3), env.frame_skip)
     assert env.data.time == pytest.approx(1.0)
     assert env.data.qvel[1] == pytest.approx(-4.905, abs=1e-9)
-
-
-def test_any_positive_factor_is_accepted() -> None:
-    env: Any = make("Hopper", [Gravity(0.8)]).unwrapped
-    assert env.model.opt.gravity[2] == -7.848
-    assert env.task.id == "gym_extensions/Hopper.Gravity-0.8-v0"
-
-
-def test_a_published_factor_gives_the_published_task() -> None:
-    assert (
-        construct_mujoco(customize("Hopper", [Gravity(0.5)])).task.id == "gym_extensions/HopperGravityHalf-v0"
-    )
-
-
-@pytest.mark.parametrize("factor", [0, -1.0, float("nan"), float("inf"), "half"])
-def test_the_factor_must_be_a_finite_number_above_0(factor: Any) -> None:
-    with pytest.raises(BenchError) as caught:
-        Gravity(factor)
-    assert str(caught.value) == f"Gravity's factor is {factor!r}. Give a finite number above 0."

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import gymnasium as gym
 import mujoco
 import numpy as np
 import pytest
 
 from gym_extensions.envs import make
 from gym_extensions.envs.make import construct_mujoco
-from gym_extensions.envs.mujoco.task_env import TaskEnv
+from gym_extensions.envs.mujoco_env import TaskEnv
 
 
 def center(env: TaskEnv) -> float:
@@ -44,18 +43,6 @@ def test_the_reward_of_standing_up_and_running_has_speed_height_and_health(suffi
     assert max(heights[:60]) < 1 < heights[60]
 
 
-def test_standing_up_is_bit_for_bit_gymnasiums_over_300_steps() -> None:
-    ours, theirs = make("HumanoidStandup"), gym.make("HumanoidStandup-v5")
-    seen, expected = ours.reset(seed=1)[0], theirs.reset(seed=1)[0]
-    generator = np.random.default_rng(5)
-    for _ in range(300):
-        np.testing.assert_array_equal(seen, expected)
-        action = generator.uniform(-0.4, 0.4, 17).astype(np.float32)
-        seen, *ours_rest, _ = ours.step(action)
-        expected, *theirs_rest, _ = theirs.step(action)
-        assert ours_rest == theirs_rest
-
-
 def test_standing_up_and_running_moves_like_standing_up_and_observes_like_humanoid() -> None:
     run, up = make("HumanoidStandupAndRun"), make("HumanoidStandup")
     np.testing.assert_array_equal(run.reset(seed=3)[0], up.reset(seed=3)[0])
@@ -63,13 +50,6 @@ def test_standing_up_and_running_moves_like_standing_up_and_observes_like_humano
     for _ in range(20):
         np.testing.assert_array_equal(run.step(action)[0], up.step(action)[0])
     assert run.observation_space.shape == make("Humanoid").observation_space.shape == (348,)
-
-
-def test_lying_still_earns_about_36_per_step() -> None:
-    env = construct_mujoco("HumanoidStandupAndRun")
-    env.reset(seed=0)
-    rewards = [env.step(np.zeros(17, np.float32))[1] for _ in range(50)]
-    assert np.mean(rewards) == pytest.approx(36, abs=3)
 
 
 def test_a_lying_body_that_slides_into_the_wall_touches_it() -> None:

@@ -8,14 +8,17 @@ import subprocess
 import sys
 from pathlib import Path
 
-from gym_extensions.envs.navigation import jit as compiled
+from gym_extensions.envs.navigation import geometry as compiled
 
 HERE = Path(compiled.__file__).parent
 CODE = """
-from gym_extensions.envs.navigation.motion import touches
-from gym_extensions.envs.navigation.grid import parse
-print(touches(parse(["###", "#.#", "###"]).solid, 14.0, 15.0))
-print(sum(touches.stats.cache_hits.values()), sum(touches.stats.cache_misses.values()))
+import numpy as np
+from gym_extensions.envs.navigation.geometry import parse
+from gym_extensions.envs.navigation.sensors import find_nearest
+solids, seen = parse(["###", "#.#", "###"]).solid[None], np.zeros((1, 4), np.float32)
+find_nearest(solids, np.zeros(1, int), np.array([[14.0, 15.0]]), seen)
+print(seen[0, 2])
+print(sum(find_nearest.stats.cache_hits.values()), sum(find_nearest.stats.cache_misses.values()))
 """
 
 
@@ -41,12 +44,12 @@ def test_cached_code_is_reused_until_a_constant_in_another_file_changes(
     tmp_path: Path,
 ) -> None:
     copy = shutil.copytree(HERE, tmp_path / "navigation", ignore=shutil.ignore_patterns("__pycache__"))
-    assert run(tmp_path) == ["False", "0", "1"]
-    assert run(tmp_path) == ["False", "1", "0"]
+    assert run(tmp_path) == ["4.0", "0", "1"]
+    assert run(tmp_path) == ["4.0", "1", "0"]
     # The file of the compiled function stays as it is; the size of a cell, which it reads, does not.
-    module = copy / "grid.py"
+    module = copy / "geometry.py"
     module.write_text(module.read_text("utf-8").replace("CELL = 10.0", "CELL = 14.0"), "utf-8")
-    assert run(tmp_path) == ["True", "0", "1"]
+    assert run(tmp_path) == ["0.0", "0", "1"]
 
 
 def test_functions_are_compiled_even_if_no_cache_can_be_written(tmp_path: Path) -> None:
@@ -56,4 +59,4 @@ def test_functions_are_compiled_even_if_no_cache_can_be_written(tmp_path: Path) 
     (tmp_path / "home").write_text("", encoding="ascii")
     home = str(tmp_path / "home")
     environment = {"HOME": home, "XDG_CACHE_HOME": home, "PYTHONDONTWRITEBYTECODE": "1"}
-    assert run(tmp_path, **environment) == ["False", "0", "1"]
+    assert run(tmp_path, **environment) == ["4.0", "0", "1"]

@@ -6,13 +6,18 @@ import itertools
 import math
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from gym_extensions.envs.navigation import generate_maps as draw_maps
-from gym_extensions.envs.navigation.grid import draw, goals, load, map_bytes, parse
+from gym_extensions.envs.navigation.geometry import (
+    draw,
+    goals,
+    load,
+    map_bytes,
+    parse,
+)
 
 MAPS = range(10)
 
@@ -74,28 +79,6 @@ def test_a_map_of_another_shape_or_character_raises_an_error(lines: list[str]) -
 
 def test_the_committed_files_are_what_the_rule_draws() -> None:
     assert draw_maps.main(["--check"]) == 0
-
-
-def test_the_command_lists_files_that_differ_and_writes_them_again(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    texts = draw_maps.drawn_files()
-    monkeypatch.setattr(draw_maps, "drawn_files", lambda: texts)
-    monkeypatch.setattr(draw_maps, "FOLDER", tmp_path)
-    assert draw_maps.main([]) == 0
-    assert draw_maps.main(["--check"]) == 0
-    (tmp_path / "map3.txt").write_text("#", encoding="ascii")
-    assert draw_maps.main(["--check"]) == 1
-    assert capsys.readouterr().err == "files that differ: map3.txt\n"
-    assert draw_maps.main([]) == 0
-    assert (tmp_path / "map3.txt").read_bytes() == map_bytes(3)
-
-
-def test_pockets_are_filled_and_a_diagonal_gap_joins_nothing() -> None:
-    lines = ["#######", "#.#...#", "##....#", "#.....#", "#######"]
-    regions = draw_maps.free_regions(parse(lines).cells)
-    assert sorted(set(regions.ravel().tolist())) == [0, 1, 2]
-    assert (regions[3, 1] != regions[1, 1]) and regions[1, 1] == regions[3, 5]
 
 
 def test_importing_the_environments_and_a_gravity_task_loads_no_compiler() -> None:

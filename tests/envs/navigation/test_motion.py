@@ -7,8 +7,14 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from gym_extensions.envs.navigation.grid import Arena, Grid, load, parse
-from gym_extensions.envs.navigation.motion import crosses, touches
+from gym_extensions.envs.navigation.geometry import (
+    Arena,
+    Grid,
+    crosses,
+    load,
+    parse,
+    touches,
+)
 from gym_extensions.envs.navigation.simulation import World
 
 # Free inside: x and y from 10 to 60, but for the block x 30–40, y 30–40.
@@ -123,7 +129,7 @@ def step(
     arena: Arena, start: tuple[float, float], action: tuple[float, float]
 ) -> tuple[list[float], float, bool]:
     world = World([arena], "state")
-    world.place(0, start, "")
+    world.positions[0] = start
     rewards, reached = world.advance(np.array([action], dtype=np.float32), np.zeros(1, dtype=bool))
     return world.positions[0].tolist(), float(rewards[0]), bool(reached[0])
 

@@ -8,7 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gym_extensions.envs.navigation.grid import Arena, Grid, arena, load, parse
+from gym_extensions.envs.navigation.geometry import (
+    Arena,
+    Grid,
+    arena,
+    load,
+    parse,
+)
 from gym_extensions.envs.navigation.simulation import World
 
 OPEN = ["#" + "." * 28 + "#"] * 28
@@ -27,7 +33,7 @@ def blocks(*cells: tuple[int, int]) -> Grid:
 
 def observed(grid: Grid, point: tuple[float, float], family: str, goal: tuple[float, float] = NOWHERE) -> Any:
     world = World([Arena(grid, goal)], family)
-    world.place(0, point, "")
+    world.positions[0] = point
     return world.observe()[0]
 
 
@@ -150,7 +156,7 @@ def test_the_families_that_know_positions_append_them() -> None:
 def test_a_picture_shows_what_lies_at_each_pixels_centre() -> None:
     place = arena(0, 0)
     picture = World([place], "image")
-    picture.place(0, (300.3, 101.7), "")
+    picture.positions[0] = (300.3, 101.7)
     shown = picture.observe()[0]
     assert (shown.shape, shown.dtype) == ((120, 160, 3), np.uint8)
     low, high = boxes(place.grid).transpose(1, 0, 2)
@@ -174,9 +180,9 @@ def test_the_agents_disc_leaves_no_trace_and_is_drawn_over_the_goal() -> None:
     x, y = place.goal
     moved, fresh = World([place], "image"), World([place], "image")
     for point in ((x + 30, y), (x + 18, y), (x + 1, y + 1)):
-        moved.place(0, point, "")
+        moved.positions[0] = point
         shown = moved.observe()[0]
-    fresh.place(0, (x + 1, y + 1), "")
+    fresh.positions[0] = (x + 1, y + 1)
     np.testing.assert_array_equal(shown, fresh.observe()[0])
     row, column = int((480 - y - 1) // 4), int((x + 1) // 4)
     assert shown[row, column].tolist() == [0, 0, 0]

@@ -7,11 +7,10 @@ import math
 import numpy as np
 import pytest
 
-from gym_extensions.catalog.registry import task
-from gym_extensions.envs.navigation.build import construct
-from gym_extensions.envs.navigation.grid import Arena, goals, parse
-from gym_extensions.envs.navigation.oracle import Oracle, oracle_returns
-from gym_extensions.envs.navigation.planner import FINENESS
+from gym_extensions.catalog.tasks import task
+from gym_extensions.envs.navigation.env import Navigation
+from gym_extensions.envs.navigation.geometry import Arena, goals, parse
+from gym_extensions.envs.navigation.planner import FINENESS, Oracle, oracle_returns
 from gym_extensions.envs.navigation.simulation import World
 
 ROOM = parse(["#" * 40, *["#" + "." * 38 + "#"] * 38, "#" * 40])
@@ -23,7 +22,7 @@ def run(oracle: Oracle, starts: np.ndarray, limit: int = 1000) -> tuple[np.ndarr
     """Steps taken and return of one episode from each start."""
     world, lanes = World([oracle.arena] * len(starts), "state"), len(starts)
     for lane, start in enumerate(starts):
-        world.place(lane, start, "")
+        world.positions[lane] = start
     steps, returns, arrived = np.zeros(lanes, int), np.zeros(lanes), np.zeros(lanes, bool)
     for _ in range(limit):
         if arrived.all():
@@ -106,35 +105,21 @@ def test_every_action_leaves_one_step_less_even_beside_obstacles() -> None:
         offset = generator.choice([1e-9, 5.0, 10.0 - 1e-9], 2)
         start = np.array([column, row]) * 10.0 + offset
         before = oracle.steps_from(start)
-        world.place(0, start, "")
+        world.positions[0] = start
         rewards, _ = world.advance(oracle.act(start)[None], np.zeros(1, dtype=bool))
         assert rewards[0] > -6
         assert oracle.steps_from(world.positions[0]) <= max(before - 1, 0)
-
-
-def test_the_oracle_of_a_task_earns_its_return_in_the_environment() -> None:
-    name = "Image-Based-Navigation-2d-Map4-Goal2"
-    env, oracle = construct(task(name)), Oracle.of(task(name))
-    env.reset(seed=7)
-    total, ended = 0.0, False
-    bound = oracle.steps_from(env.save_state()["position"])
-    while not ended:
-        action = oracle.act(env.save_state()["position"])
-        assert action in env.action_space
-        _, reward, ended, _, _ = env.step(action)
-        total += reward
-    assert 10 - bound <= total < 0
 
 
 def test_the_oracles_returns_are_those_of_single_episodes_and_the_same_in_every_family() -> None:
     seeds = [3, 4, 2**31 - 1]
     returns = oracle_returns(task("Limited-Range-Based-Navigation-2d-Map5-Goal1"), seeds)
     assert returns.tolist() == oracle_returns(task("State-Based-Navigation-2d-Map5-Goal1"), seeds).tolist()
-    env, oracle = construct(task("State-Based-Navigation-2d-Map5-Goal1")), Oracle.at(5, 1)
+    env, oracle = Navigation(task("State-Based-Navigation-2d-Map5-Goal1")), Oracle.at(5, 1)
     for seed, expected in zip(seeds, returns, strict=True):
         env.reset(seed=seed)
         total, ended = 0.0, False
         while not ended:
-            _, reward, ended, _, _ = env.step(oracle.act(env.save_state()["position"]))
+            _, reward, ended, _, _ = env.step(oracle.act(env.position))
             total += reward
         assert total == expected

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from gym_extensions.catalog.groups import group
-from gym_extensions.catalog.navigation_tasks import FAMILIES
-from gym_extensions.catalog.registry import task
+from gym_extensions.catalog.tasks import FAMILIES, task
 from gym_extensions.envs import make
-from gym_extensions.envs.navigation.build import construct
+from gym_extensions.envs.navigation.env import Navigation
 from gym_extensions.errors import BenchError
 
 NAME = "Limited-Range-Based-Navigation-2d-Map1-Goal0"
@@ -17,13 +16,13 @@ NAME = "Limited-Range-Based-Navigation-2d-Map1-Goal0"
 
 @pytest.mark.parametrize("family", FAMILIES)
 def test_a_frame_shows_the_world_at_one_pixel_per_unit(family: str) -> None:
-    env = construct(group(f"nav-{family}").tasks[7], render_mode="rgb_array")
+    env = Navigation(group(f"nav-{family}").tasks[7], render_mode="rgb_array")
     env.reset(seed=0)
     frame = env.render()
     assert frame is not None
     assert frame.shape == (480, 640, 3)
     assert frame.dtype == np.uint8
-    x, y = env.save_state()["position"]
+    x, y = env.position
     assert frame[480 - round(y), round(x)].tolist() == [0, 0, 0]
     assert frame[0, 0].tolist() == [204, 153, 102]
     goal_x, goal_y = env.arena.goal
@@ -40,25 +39,15 @@ def test_frames_follow_the_agent() -> None:
     assert len({np.asarray(frame).tobytes() for frame in frames}) == 4
 
 
-@pytest.mark.parametrize(
-    ("mode", "hint"),
-    [
-        (
-            "human",
-            'For a window: gymnasium.wrappers.HumanRendering(make(..., render_mode="rgb_array")).',
-        ),
-        ("ansi", 'Use render_mode="rgb_array".'),
-    ],
-)
+@pytest.mark.parametrize(("mode", "hint"), [("human", "HumanRendering"), ("ansi", "rgb_array")])
 def test_another_render_mode_raises_an_error_that_says_what_to_use(mode: str, hint: str) -> None:
     with pytest.raises(BenchError) as caught:
         make(NAME, render_mode=mode)
-    assert caught.value.code == "unknown-render-mode"
-    assert str(caught.value) == f"{task(NAME).id}: Navigation has no render mode {mode!r}. {hint}"
+    assert caught.value.code == "unknown-render-mode" and hint in caught.value.hint
 
 
 def test_rendering_without_a_mode_warns_and_returns_none() -> None:
-    env = construct(task(NAME))
+    env = Navigation(task(NAME))
     env.reset(seed=0)
     with pytest.warns(UserWarning, match="nothing to render"):
         assert env.render() is None

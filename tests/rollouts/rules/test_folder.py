@@ -1,218 +1,258 @@
-"""Rules about the folder."""
+"""Every rule about the folder and its files reports its mistake."""
 
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
 
-import numpy as np
+import pytest
 
-from ..examples import GROUP, TOML, Check, Example, arrays, parametrize, put, remove
+from gym_extensions.rollouts.layout import MAX_FILE_BYTES
+from gym_extensions.rollouts.reader import read
+from gym_extensions.rollouts.review import Review, write_review
+
+from ...conftest import verification
+from ..examples import (
+    DOCUMENT,
+    GROUP,
+    LOG,
+    TOML,
+    Change,
+    Check,
+    CopySubmission,
+    Example,
+    all_of,
+    edit,
+    parametrize,
+    put,
+    remove,
+)
+
+MARK = b"\xef\xbb\xbf"
 
 
-def link(folder: Path) -> None:
-    (folder / GROUP / "joint.csv").symlink_to("/etc/hostname")
+def rename(old: str, new: str) -> Change:
+    return lambda folder: (folder / old).rename(folder / new)
 
 
-def interrupted(folder: Path) -> None:
-    shutil.rmtree(folder / GROUP)
-    (folder / TOML).unlink()
-    (folder / ".progress" / GROUP).mkdir(parents=True)
+def rename_runs(old: int, new: int, *protocols: str) -> Change:
+    """Gives the files of a run another number."""
+
+    def change(folder: Path) -> None:
+        for protocol in protocols:
+            for suffix in (".csv", ".json", ".npz"):
+                path = folder / GROUP / protocol
+                (path / f"run{old}{suffix}").rename(path / f"run{new}{suffix}")
+
+    return change
 
 
-WRITE = "Write submission.toml as described in docs/rollout-log.md, or name the folder that contains it."
+def prefixed(data: bytes, path: str = LOG) -> Change:
+    return lambda folder: (folder / path).write_bytes(data + (folder / path).read_bytes())
+
+
+def cut(folder: Path) -> None:
+    (folder / LOG).write_bytes((folder / LOG).read_bytes()[:-30])
+
 
 EXAMPLES = (
-    Example(
-        "not-a-submission",
-        "a folder without submission.toml",
-        remove(TOML),
-        (
-            (
-                "entry",
-                "The folder contains no submission.toml.",
-                WRITE,
-            ),
-        ),
-    ),
-    Example(
-        "folder-name",
-        "a name that cannot be part of a URL",
-        lambda folder: folder.rename(folder.with_name("my entry!")),
-        (
-            (
-                "my entry!",
-                "The folder's name is 'my entry!'.",
-                "Use 1 to 64 letters, digits, dots, dashes and underscores; start with a letter or digit.",
-            ),
-        ),
-    ),
+    Example("not-a-submission", "no manifest", remove(TOML), "entry", "no submission.toml"),
+    Example("folder-name", "a space", lambda f: f.rename(f.with_name("my entry")), "my entry", "my entry"),
+    Example("folder-name", "a device", lambda f: f.rename(f.with_name("nul.x")), "nul.x", "nul.x"),
     Example(
         "not-a-regular-file",
-        "a symbolic link",
-        link,
-        ((f"{GROUP}/joint.csv", "It is a symbolic link.", "Replace it by the file itself."),),
+        "a link",
+        lambda folder: (folder / "README.md").symlink_to("/etc/hostname"),
+        "README.md",
+        "symbolic link",
     ),
     Example(
         "unknown-group",
-        "a misspelt group",
-        lambda folder: (folder / GROUP).rename(folder / "hoper-gravity"),
-        (
-            (
-                "hoper-gravity",
-                "Unknown group 'hoper-gravity'.",
-                "Did you mean 'hopper-gravity'? For a custom group, pass its TOML file with --groups, where "
-                "the command has it.",
-            ),
-        ),
+        "a typing error",
+        rename(GROUP, "hoper-gravity"),
+        "hoper-gravity",
+        f"Did you mean '{GROUP}'",
+    ),
+    Example("unexpected-name", "code", put("agent.py", b"x"), "agent.py", "Unexpected file"),
+    Example(
+        "unexpected-name", "a misspelt text", put("REDME.md", b""), "REDME.md", "Did you mean 'README.md'"
     ),
     Example(
         "unexpected-name",
-        "a misspelt log",
-        put(f"{GROUP}/sequental.csv", b""),
-        (
-            (
-                f"{GROUP}/sequental.csv",
-                "Unexpected file.",
-                "Did you mean 'sequential.csv'?",
-            ),
-        ),
+        "a note in a group",
+        put(f"{GROUP}/notes.txt", b"x"),
+        f"{GROUP}/notes.txt",
+        "Unexpected",
     ),
     Example(
         "unexpected-name",
-        "a README of a group",
-        put(f"{GROUP}/README.md", b"Text."),
-        (
-            (
-                f"{GROUP}/README.md",
-                "Unexpected file.",
-                "Remove it, or rename it as described in docs/rollout-log.md.",
-            ),
-        ),
+        "a leading zero",
+        put(f"{GROUP}/joint/run00.csv", b""),
+        f"{GROUP}/joint/run00.csv",
+        "file",
     ),
     Example(
         "unexpected-name",
-        "a README in small letters",
-        put("readme.md", b"Text."),
-        (("readme.md", "Unexpected file.", "Did you mean 'README.md'?"),),
-    ),
-    Example(
-        "malformed-salt",
-        "a salt in capital letters",
-        put(f"{GROUP}/traces/salt.txt", b"AB" * 32 + b"\n"),
-        (
-            (
-                f"{GROUP}/traces/salt.txt",
-                "The file is not 64 hexadecimal digits (0 to 9, a to f) and a line end.",
-                "Run gym-extensions trace with the salt, which writes the file.",
-            ),
-        ),
-    ),
-    Example(
-        "too-large",
-        "a long salt",
-        put(f"{GROUP}/traces/salt.txt", b"ab" * 33),
-        (
-            (
-                f"{GROUP}/traces/salt.txt",
-                "The file has 66 bytes; the limit is 65.",
-                "Leave out everything that the format does not need.",
-            ),
-        ),
-    ),
-    Example(
-        "too-large",
-        "a README above 64 KiB",
-        put("README.md", b"a" * (2**16 + 1)),
-        (
-            (
-                "README.md",
-                "The file has 65537 bytes; the limit is 65536.",
-                "Leave out everything that the format does not need.",
-            ),
-        ),
+        "the old form",
+        put(f"{GROUP}/joint.csv", b""),
+        f"{GROUP}/joint.csv",
+        "migrate_format_1",
     ),
     Example(
         "unexpected-name",
-        "a program",
-        put("run.py", b"print()"),
-        (
-            (
-                "run.py",
-                "Unexpected file.",
-                "Remove it, or rename it as described in docs/rollout-log.md.",
-            ),
-        ),
+        "a protocol with a typing error",
+        lambda folder: (folder / GROUP / "joints").mkdir(),
+        f"{GROUP}/joints",
+        "Did you mean 'joint'",
+    ),
+    Example("no-runs", "an empty group", lambda f: (f / "pusher").mkdir(), "pusher", "no run"),
+    Example("missing-file", "a log without its document", remove(DOCUMENT), DOCUMENT, f"the run has {LOG}"),
+    Example("missing-file", "a document without its log", remove(LOG), LOG, DOCUMENT),
+    Example(
+        "gaps-in-runs",
+        "a run left out",
+        rename_runs(1, 2, "sequential", "single"),
+        f"{GROUP}/sequential",
+        "these are missing: [1]",
+        also=("misplaced-document",),
+        count=2,
     ),
     Example(
-        "unexpected-name",
-        "the trace of a task of another group",
-        put(f"{GROUP}/traces/sequential-run0-stage1-Humanoid-episode3.npz", arrays(actions=np.zeros(3))),
-        (
-            (
-                f"{GROUP}/traces/sequential-run0-stage1-Humanoid-episode3.npz",
-                "Unexpected file.",
-                "Remove it, or rename it as described in docs/rollout-log.md.",
-            ),
-        ),
+        "gaps-in-runs",
+        "a seed of the reference agents",
+        rename_runs(1, 1001, "sequential", "single"),
+        f"{GROUP}/sequential",
+        "those from 1000 are reserved",
+        also=("misplaced-document",),
+        count=2,
     ),
     Example(
-        "unexpected-name",
-        "a folder among the logs",
-        lambda folder: (folder / GROUP / "code").mkdir(),
-        ((f"{GROUP}/code", "Unexpected folder.", "Remove it."),),
+        "different-runs",
+        "a single run is missing",
+        all_of(*(remove(f"{GROUP}/single/run1{suffix}") for suffix in (".csv", ".json", ".npz"))),
+        f"{GROUP}/single",
+        "The runs are [0]; those of sequential are [0, 1]",
     ),
     Example(
-        "no-logs",
-        "a group's folder without a log",
-        lambda folder: (folder / "humanoid-gravity").mkdir(),
-        (
-            (
-                "humanoid-gravity",
-                "The group folder contains no log.",
-                "Add one of sequential.csv, single.csv, joint.csv, or remove the folder.",
-            ),
-        ),
+        "too-large", "a long text", put("README.md", b"x" * (MAX_FILE_BYTES[".md"] + 1)), "README.md", "65537"
+    ),
+    Example("malformed-toml", "not TOML", edit("format = 1", "format 1", TOML), TOML, "line 1", also=()),
+    Example("malformed-toml", "not UTF-8", prefixed(b"\xff", TOML), TOML, "utf-8"),
+    Example("malformed-toml", "a very long line", prefixed(b"x" * 20_001, TOML), TOML, "20000 characters"),
+    Example(
+        "malformed-log",
+        "a byte order mark",
+        prefixed(MARK),
+        f"{LOG}, line 1",
+        "byte order mark",
+        also=("different-log",),
     ),
     Example(
-        "too-large",
-        "a long manifest",
-        lambda folder: (folder / TOML).write_text((folder / TOML).read_text() + "#" * 2**18),
-        (
-            (
-                TOML,
-                "The file has 262695 bytes; the limit is 262144.",
-                "Leave out everything that the format does not need.",
-            ),
-        ),
+        "malformed-log",
+        "semicolons",
+        edit(",", ";", count=9999),
+        f"{LOG}, line 1",
+        "stage;task",
+        also=("different-log",),
+    ),
+    Example("malformed-log", "empty", put(LOG, b""), f"{LOG}, line 1", "header", also=("different-log",)),
+    Example("malformed-log", "cut", cut, f"{LOG}, line 601", "cell", also=("different-log",)),
+    Example(
+        "malformed-log",
+        "a conflict of a merge",
+        edit("\n0,", "\n<<<<<<< ours\n0,", count=2),
+        f"{LOG}, line 2",
+        "'<'",
+        also=("different-log",),
     ),
     Example(
-        "not-a-submission",
-        "a renamed folder without submission.toml",
-        lambda folder: folder.rename(folder.with_name("elsewhere")).joinpath(TOML).unlink(),
-        (
-            (
-                "elsewhere",
-                "The folder contains no submission.toml.",
-                WRITE,
-            ),
-        ),
+        "malformed-log",
+        "words",
+        edit(",1000,", ",many,"),
+        f"{LOG}, line 2",
+        "`length`",
+        also=("different-log",),
     ),
     Example(
-        "not-a-submission",
-        "a training that was interrupted in its first run",
-        interrupted,
-        (
-            (
-                "entry",
-                "The folder contains no submission.toml.",
-                "It contains only unfinished runs: repeat the command that trains them.",
-            ),
-        ),
+        "malformed-log",
+        "Python's digits",
+        edit(",1000,", ",1_000,"),
+        f"{LOG}, line 2",
+        "`length`",
+        also=("different-log",),
     ),
+    Example(
+        "malformed-log",
+        "True",
+        edit(",false,", ",False,"),
+        f"{LOG}, line 2",
+        "true or false",
+        also=("different-log",),
+    ),
+    Example(
+        "malformed-log",
+        "a blank line",
+        edit("\n0,", "\n\n0,"),
+        f"{LOG}, line 2",
+        "cell",
+        also=("different-log",),
+    ),
+    Example(
+        "malformed-log",
+        "line ends of Windows",
+        edit("\n", "\r\n"),
+        f"{LOG}, line 1",
+        "header",
+        also=("different-log",),
+    ),
+    Example(
+        "foreign-review",
+        "a run that is not there",
+        lambda folder: write_review(
+            folder, Review(verifications=[verification({"pusher/joint/run7": "0" * 64})])
+        ),
+        "review.toml",
+        "no run pusher/joint/run7",
+    ),
+    Example("malformed-review", "no such key", put("review.toml", b"rank = 1\n"), "review.toml", "rank"),
 )
 
 
 @parametrize(EXAMPLES)
-def test_the_rule_reports_these_problems_and_no_other(example: Example, check: Check) -> None:
+def test_the_rule_reports_this_problem_and_no_other_rule_does(example: Example, check: Check) -> None:
     check(example)
+
+
+@pytest.mark.parametrize("change", [lambda log: log.replace(",1000,", ",999.5,"), lambda log: log.upper()])
+def test_a_log_of_another_form_is_one_problem(good: CopySubmission, tmp_path: Path, change: object) -> None:
+    folder = good(GROUP, tmp_path)
+    (folder / LOG).write_text(change((folder / LOG).read_text()))  # type: ignore[operator]
+    rules = [problem.rule for problem in read(folder).problems]
+    assert rules.count("malformed-log") == 1
+    assert set(rules) == {"malformed-log", "different-log"}
+
+
+def test_an_unreadable_file_is_named(
+    good: CopySubmission, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(path: Path, max_bytes: int) -> bytes:
+        raise PermissionError(13, "Permission denied")
+
+    folder = good(GROUP, tmp_path)
+    monkeypatch.setattr("gym_extensions.rollouts.layout.read_regular", refuse)
+    problems = read(folder).problems
+    assert {problem.rule for problem in problems} == {"unreadable-file"}
+    assert LOG in [problem.where for problem in problems]
+
+
+def test_policies_and_traces_of_the_old_form_are_tolerated(good: CopySubmission, tmp_path: Path) -> None:
+    folder = good(GROUP, tmp_path)
+    put(f"{GROUP}/traces/sequential-run0-stage1-HopperGravityHalf-episode3.npz", b"")(folder)
+    assert read(folder).problems == ()
+
+
+def test_poses_are_part_of_an_entry(good: CopySubmission, tmp_path: Path) -> None:
+    folder = good(GROUP, tmp_path)
+    put("poses/hopper-gravity.json", b"{}")(folder)
+    assert read(folder).problems == ()
+    put("poses/run.py", b"")(folder)
+    assert [problem.where for problem in read(folder).problems] == ["poses/run.py"]

@@ -1,265 +1,232 @@
-"""Rules about submission.toml."""
+"""Every rule about submission.toml and README.md reports its mistake."""
 
 from __future__ import annotations
 
-from ..examples import TOML, Check, Example, edit, parametrize
+import shutil
+from pathlib import Path
+
+import pytest
+
+from gym_extensions.catalog.protocol import REPORTS, TABLES
+from gym_extensions.rollouts.manifest import hyperparameter_error
+from gym_extensions.rollouts.reader import read
+
+from ..examples import GROUP, TOML, Change, Check, CopySubmission, Example, all_of, edit, parametrize, put
+
+README = "README.md"
+STACKED = "o" + "\u0301" * 6
+MARK = b"\xef\xbb\xbf"
+
+
+def value(old: str, new: str) -> Change:
+    return edit(old, new, TOML)
+
+
+def title(text: str) -> Change:
+    return value("An entry", text)
+
+
+def alone(folder: Path) -> None:
+    shutil.rmtree(folder / GROUP)
+
+
+REPORTED = value("format = 1", 'format = 1\nreported = "henderson2017"')
 
 EXAMPLES = (
     Example(
-        "foreign-version",
-        "another version of MuJoCo",
-        edit('mujoco = "4.0.0"', 'mujoco = "9.9"', TOML),
-        (
-            (
-                f"{TOML}, [versions] mujoco",
-                "The version is '9.9'; the published tasks have '4.0.0'.",
-                "Record the episodes with mujoco 4.0.0.",
-            ),
-        ),
-    ),
-    Example(
-        "malformed-toml",
-        "a missing quote",
-        edit('title = "An entry"', 'title = "An entry', TOML),
-        (
-            (
-                TOML,
-                "The file is not valid TOML: Illegal character '\\n' (at line 2, column 18).",
-                "Correct the syntax; the format is described at https://toml.io.",
-            ),
-        ),
-    ),
-    Example(
-        "malformed-toml",
-        "bytes that are not UTF-8",
-        lambda folder: (folder / TOML).write_bytes(b"\xff\xfe"),
-        (
-            (
-                TOML,
-                "The file is not valid TOML: 'utf-8' codec can't decode byte 0xff in position 0: "
-                "invalid start byte.",
-                "Correct the syntax; the format is described at https://toml.io.",
-            ),
-        ),
+        "unknown-key", "a misspelt key", value("[code]", 'tittle = "x"\n[code]'), f"{TOML}, tittle", "'title'"
     ),
     Example(
         "unknown-key",
-        "a misspelt key",
-        edit("[code]", 'tittle = "Another"\n[code]', TOML),
-        ((TOML, "Unknown key 'tittle'.", "Did you mean 'title'?"),),
+        "a misspelt key of a section",
+        value("boundaries =", "boundarys ="),
+        f"{TOML}, [observes] boundarys",
+        "Did you mean 'boundaries'",
+        also=("missing-key",),
     ),
     Example(
         "unknown-key",
-        "a key of another section",
-        edit("stored_steps = 2000", "stored_step = 1\nstored_steps = 2000", TOML),
-        (
-            (
-                f"{TOML}, [memory] stored_step",
-                "Unknown key 'stored_step'.",
-                "Did you mean 'stored_steps'?",
-            ),
-        ),
+        "a section of the old form",
+        value("[tuning]", "[memory]\nstored_steps = 1\n[tuning]"),
+        f"{TOML}, memory",
+        "Remove it.",
     ),
+    Example("missing-key", "no title", value('title = "An entry"\n', ""), f"{TOML}, title", "missing"),
+    Example("missing-key", "no format", value("format = 1\n", ""), f"{TOML}, format", "missing"),
     Example(
         "missing-key",
-        "no statement on tuning",
-        edit("[tuning]\nsteps = 0\ntasks = []\n", "", TOML),
-        (
-            (f"{TOML}, [tuning] steps", "The key is missing.", "Add the key steps: an integer from 0."),
-            (f"{TOML}, [tuning] tasks", "The key is missing.", "Add the key tasks: a list of strings."),
-        ),
+        "no tuning",
+        value("[tuning]\nsteps = 0\ntasks = []\n", ""),
+        f"{TOML}, tuning",
+        "missing",
+    ),
+    Example("missing-key", "half of it", value("tasks = []\n", ""), f"{TOML}, [tuning] tasks", "missing"),
+    Example(
+        "bad-value", "another format", value("format = 1", "format = 2"), f"{TOML}, format", "The value is 2"
     ),
     Example(
-        "missing-key",
-        "a missing key",
-        edit("boundaries = false\n", "", TOML),
-        (
-            (
-                f"{TOML}, [observes] boundaries",
-                "The key is missing.",
-                "Add the key boundaries: true or false.",
-            ),
-        ),
+        "bad-value", "no such budget", value('"smoke"', '"smokes"'), f"{TOML}, [protocol] budget", "'smoke'"
+    ),
+    Example("bad-value", "a number for a text", value('"An entry"', "7"), f"{TOML}, title", "7"),
+    Example("bad-value", "a long title", title("x" * 101), f"{TOML}, title", "(it has 101)"),
+    Example(
+        "bad-value",
+        "a flag in quotes",
+        value("boundaries = false", 'boundaries = "no"'),
+        f"{TOML}, [observes] boundaries",
+        "true or false",
     ),
     Example(
         "bad-value",
-        "a string in place of a number",
-        edit("stored_steps = 2000", 'stored_steps = "2000"', TOML),
-        (
-            (
-                f"{TOML}, [memory] stored_steps",
-                "'2000' is not an integer from 0 to 2⁵³ − 1.",
-                "Write an integer from 0.",
-            ),
-        ),
+        "a flag for a number",
+        value("steps = 0", "steps = true"),
+        f"{TOML}, [tuning] steps",
+        "integer from 0",
     ),
     Example(
         "bad-value",
-        "a URL that a browser would execute",
-        edit('url = ""', 'url = "javascript:alert(1)"', TOML),
-        (
-            (
-                f"{TOML}, [code] url",
-                "'javascript:alert(1)' is not a web address in ASCII that starts with https:// or http://.",
-                "Write a web address or an empty string.",
-            ),
-        ),
+        "a negative number",
+        value("steps = 0", "steps = -1"),
+        f"{TOML}, [tuning] steps",
+        "integer from 0",
     ),
     Example(
         "bad-value",
-        "an unknown evaluation",
-        edit('"sampled"', '"sample"', TOML),
-        ((f"{TOML}, [protocol] evaluation", "The value is 'sample'.", "Did you mean 'sampled'?"),),
+        "an author without a name",
+        value('["A. Nonymous"]', '[""]'),
+        f"{TOML}, authors",
+        "1 to 100",
     ),
     Example(
-        "bad-package",
-        "a version that is a number",
-        edit("[tuning]", '[packages]\ntorch = 2.13\njax = "0.10.2"\n\n[tuning]', TOML),
-        ((f"{TOML}, [packages] torch", "2.13 is not a string.", "Write a string."),),
-    ),
-    Example(
-        "bad-package",
-        "another version of a package of [versions]",
-        edit("[tuning]", '[packages]\nmujoco = "3.0.0"\n\n[tuning]', TOML),
-        ((f"{TOML}, [packages] mujoco", "'mujoco' is a key of [versions].", "Remove it."),),
+        "bad-value", "a script", value('url = ""', 'url = "javascript:x"'), f"{TOML}, [code] url", "https://"
     ),
     Example(
         "bad-value",
-        "a value where a section belongs",
-        lambda folder: (
-            edit('[code]\nurl = ""\ncommit = ""\n', "", TOML)(folder)
-            or edit("format = 1", 'format = 1\ncode = "https://example.org"', TOML)(folder)
-        ),
-        ((f"{TOML}, code", "'https://example.org' is not a section.", "Write [code] and its keys."),),
+        "a host that looks like another",
+        value('url = ""', 'url = "https://gіthub.com"'),
+        f"{TOML}, [code] url",
+        "ASCII",
     ),
     Example(
         "bad-value",
-        "a misspelt budget",
-        edit('"smoke"', '"smok"', TOML),
-        ((f"{TOML}, [protocol] budget", "The value is 'smok'.", "Did you mean 'smoke'?"),),
+        "a text for a section",
+        all_of(value('[code]\nurl = ""\ncommit = ""\n', ""), value("format = 1", 'format = 1\ncode = "x"')),
+        f"{TOML}, code",
+        "[code]",
+    ),
+    Example(
+        "bad-value",
+        "an infinite setting",
+        value("step = 0.01", "step = inf"),
+        f"{TOML}, [hyperparameters] step",
+        "is not finite",
+    ),
+    Example(
+        "bad-value",
+        "a table as a setting",
+        value("step = 0.01", "step = {a = 1}"),
+        f"{TOML}, [hyperparameters] step",
+        "dict",
     ),
     Example(
         "unknown-report",
-        "an unknown published table",
-        edit("format = 1", 'format = 1\nreported = "henderson2018"', TOML),
-        ((f"{TOML}, reported", "Unknown table 'henderson2018'.", "Did you mean 'henderson2017'?"),),
-        also=("logs-of-a-reported-entry",),
+        "a table that does not exist",
+        all_of(alone, value("format = 1", 'format = 1\nreported = "henderson2018"')),
+        f"{TOML}, reported",
+        "henderson2017",
     ),
     Example(
-        "bad-hyperparameter",
-        "an integer with too many digits to print",
-        edit("step = 0.01", f"step = 0x{'f' * 6000}", TOML),
-        (
-            (
-                f"{TOML}, [hyperparameters] step",
-                "An integer with too many digits to print is too large.",
-                "Write a string, a finite number, true or false, or a list of them.",
-            ),
-        ),
+        "unknown-report",
+        "a table under another name, budget and algorithm",
+        all_of(alone, REPORTED),
+        "entry",
+        "belongs to the folder 'henderson2017-trpo'",
+        count=3,
     ),
+    Example("no-groups", "a manifest alone", alone, "entry", "no group folder"),
+    Example("no-groups", "a table with logs", REPORTED, GROUP, "cannot contain", also=("unknown-report",)),
+    Example("empty-title", "spaces", title("   "), f"{TOML}, title", "no visible character"),
     Example(
-        "malformed-toml",
-        "thousands of nested lists",
-        edit("step = 0.01", f"step = {'[' * 5000}", TOML),
-        (
-            (
-                TOML,
-                "Tables, lists or keys are nested too deeply.",
-                "Use at most 8 levels.",
-            ),
-        ),
+        "empty-title", "no glyph", title("\u3164"), f"{TOML}, title", "visible", also=("control-character",)
     ),
+    Example("stacked-marks", "six marks on a letter", title(STACKED), f"{TOML}, title", "cover other texts"),
+    *(
+        Example("control-character", name, title(text), f"{TOML}, title", "invisible")
+        for name, text in (
+            ("a space of no width", "TR\u200bPO"),
+            ("a soft hyphen", "TR\u00adPO"),
+            ("a joiner between Latin letters", "TR\u200dPO"),
+            ("a tag", "TRPO\U000e0041"),
+            ("a mark that joins", "TR\u034fPO"),
+            ("a right-to-left override", "An \\u202eentry"),
+            ("a line break", "An\\nentry"),
+        )
+    ),
+    Example("readme-character", "not UTF-8", put(README, b"a\nb\xff"), f"{README}, line 2", "0xff"),
     Example(
-        "malformed-toml",
-        "thousands of nested tables",
-        edit("step = 0.01", f"{'a.' * 3000}step = 0.01", TOML),
-        ((TOML, "Tables, lists or keys are nested too deeply.", "Use at most 8 levels."),),
+        "readme-character", "an escape sequence", put(README, b"a\nb\x1b[2J"), f"{README}, line 2", "U+001B"
     ),
-    Example(
-        "bad-hyperparameter",
-        "a table among the hyperparameters",
-        edit("step = 0.01", "step = {first = 1}", TOML),
-        (
-            (
-                f"{TOML}, [hyperparameters] step",
-                "{'first': 1} is of type dict.",
-                "Write a string, a finite number, true or false, or a list of them.",
-            ),
-        ),
-    ),
-    Example(
-        "bad-hyperparameter",
-        "long lists and strings, nested lists, an infinite number",
-        edit("step = 0.01", f"a = {[1] * 101}\nb = '{'x' * 4001}'\nc = [[1]]\nd = inf", TOML),
-        (
-            (
-                f"{TOML}, [hyperparameters] a",
-                f"[{'1, ' * 26}1… has 101 elements; the limit is 100.",
-                "Write a string, a finite number, true or false, or a list of them.",
-            ),
-            (
-                f"{TOML}, [hyperparameters] b",
-                f"'{'x' * 79}… has 4001 characters; the limit is 4000.",
-                "Write a string, a finite number, true or false, or a list of them.",
-            ),
-            (
-                f"{TOML}, [hyperparameters] c",
-                "[[1]] contains an element of type list.",
-                "Write a string, a finite number, true or false, or a list of them.",
-            ),
-            (
-                f"{TOML}, [hyperparameters] d",
-                "inf is not finite.",
-                "Write a string, a finite number, true or false, or a list of them.",
-            ),
-        ),
-    ),
-    Example(
-        "bad-value",
-        "a malformed digest",
-        edit("[versions]", '[archive]\nurl = ""\nsha256 = "z"\n[versions]', TOML),
-        (
-            (
-                f"{TOML}, [archive] sha256",
-                "'z' is not 64 hexadecimal digits (0 to 9, a to f).",
-                "Write a SHA-256 digest of 64 hexadecimal digits, or an empty string.",
-            ),
-        ),
-    ),
-    Example(
-        "bad-value",
-        "a URL with user information",
-        edit('url = ""', 'url = "https://example.org@example.com/x"', TOML),
-        (
-            (
-                f"{TOML}, [code] url",
-                "'https://example.org@example.com/x' is not a web address in ASCII that starts with "
-                "https:// or http://.",
-                "Write a web address or an empty string.",
-            ),
-        ),
-    ),
-    Example(
-        "unknown-key",
-        "a key with an escape sequence and one of thousands of letters",
-        edit("[code]", f'[code]\n"\\u001b[31m" = 1\n{"k" * 3000} = 1', TOML),
-        (
-            (
-                f"{TOML}, [code] '\\x1b[31m'",
-                "Unknown key '\\x1b[31m'.",
-                "Choose one of: commit, url.",
-            ),
-            (
-                f"{TOML}, [code] '{'k' * 79}…",
-                f"Unknown key '{'k' * 79}….",
-                "Choose one of: commit, url.",
-            ),
-        ),
-        also=("control-character",),
-    ),
+    Example("readme-character", "stacked marks", put(README, STACKED.encode()), f"{README}, line 1", "cover"),
+    Example("readme-character", "many", put(README, b"\x00\n" * 9), f"{README}, line 1", "U+0000", count=4),
 )
 
 
 @parametrize(EXAMPLES)
-def test_the_rule_reports_these_problems_and_no_other(example: Example, check: Check) -> None:
+def test_the_rule_reports_this_problem_and_no_other_rule_does(example: Example, check: Check) -> None:
     check(example)
+
+
+def test_all_mistakes_of_a_manifest_are_reported_at_once(good: CopySubmission, tmp_path: Path) -> None:
+    folder = good(GROUP, tmp_path)
+    all_of(value('"smoke"', '"x"'), value("boundaries = false", "boundaries = 1"), title("\u200b"))(folder)
+    rules = {problem.rule for problem in read(folder).problems}
+    assert rules == {"bad-value", "control-character", "empty-title"}
+
+
+def test_a_byte_order_mark_before_the_manifest_is_read_over(good: CopySubmission, tmp_path: Path) -> None:
+    folder = good(GROUP, tmp_path)
+    (folder / TOML).write_bytes(MARK + (folder / TOML).read_bytes())
+    submission = read(folder)
+    assert submission.problems == ()
+    assert submission.manifest is not None
+    assert submission.manifest.title == "An entry"
+
+
+@pytest.mark.parametrize("text", ["強化学習", "تعلّم", "می‌خواهم", "क्षत्रिय", "Việt", "🧗‍♀️ climb"])
+def test_titles_in_every_language_are_valid(good: CopySubmission, tmp_path: Path, text: str) -> None:
+    folder = good(GROUP, tmp_path)
+    title(text)(folder)
+    assert read(folder).problems == ()
+
+
+def test_the_description_may_have_line_breaks_and_tabs(good: CopySubmission, tmp_path: Path) -> None:
+    folder = good(GROUP, tmp_path)
+    value("Made up by a formula.", "One.\\n\\tTwo.")(folder)
+    assert read(folder).problems == ()
+
+
+def test_the_readme_is_read_as_it_is_but_for_its_line_ends(good: CopySubmission, tmp_path: Path) -> None:
+    folder = good(GROUP, tmp_path)
+    put(README, "# Wörter\r\n\tText\r\n".encode())(folder)
+    assert read(folder).readme == "# Wörter\n\tText\n"
+
+
+def test_every_published_table_has_its_entry() -> None:
+    assert set(REPORTS) == set(TABLES)
+
+
+@pytest.mark.parametrize(
+    ("setting", "error"),
+    [
+        ((64, 64), ""),
+        ("x" * 4001, "has 4001 characters"),
+        ([1] * 101, "has 101 elements"),
+        ([[1]], "contains an element of type list"),
+        (float("nan"), "is not finite"),
+        (2**63, "is too large"),
+        (None, "is of type NoneType"),
+    ],
+)
+def test_what_a_hyperparameter_may_be(setting: object, error: str) -> None:
+    assert hyperparameter_error(setting).startswith(error)
+    assert bool(hyperparameter_error(setting)) == bool(error)

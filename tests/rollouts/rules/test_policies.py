@@ -1,202 +1,148 @@
-"""Rules about policy files: their arrays, and completeness by run, stage and task."""
+"""Every rule about policies reports its mistake."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from gym_extensions.catalog.groups import group
-from gym_extensions.rollouts.layout import MAX_POLICY_BYTES, policy_names
-from gym_extensions.rollouts.policies import Policy
+from gym_extensions.rollouts.policy import (
+    Key,
+    Policy,
+    content_sha256,
+    npz_arrays,
+    policy_keys,
+    run_arrays,
+    write_policies,
+)
 from gym_extensions.rollouts.reader import read
 
 from ..examples import (
-    GROUP,
+    POLICIES,
     TOML,
     Change,
     Check,
-    CopySubmission,
     Example,
     all_of,
+    arrays,
+    document,
     edit,
     parametrize,
     put,
-    remove,
 )
 
-FOLDER = f"{GROUP}/policies"
-POLICY = f"{FOLDER}/sequential-run0-stage1.npz"
-RUNS = (0, 1)
-WRITE = "Write it with gym_extensions.rollouts.policies.Policy.to_bytes."
-RENAME = "Remove it, or rename it as described in docs/rollout-log.md."
-PLAIN = Policy(
-    action_offset=np.zeros(3, np.float32),
-    action_scale=np.ones(3, np.float32),
-    weights=(np.ones((11, 3), np.float32),),
-    biases=(np.zeros(3, np.float32),),
-    log_sigma=np.zeros(3, np.float32),
-)
-TASKED = replace(PLAIN, biases=(np.zeros((5, 3), np.float32),))
+PLAIN = Policy(np.zeros(3), np.ones(3), weights=(np.ones((11, 3)),), biases=(np.zeros(3),))
+WIDE = Policy(np.zeros(3), np.ones(3), weights=(np.ones((12, 3)),), biases=(np.zeros(3),))
+FEW = Policy(np.zeros(2), np.ones(2), weights=(np.ones((11, 2)),), biases=(np.zeros(2),))
+TASKED = Policy(np.zeros(3), np.ones(3), weights=(np.ones((2, 11, 3)),), biases=(np.zeros(3),))
+MANY = Policy(np.zeros(3), np.ones(3), weights=(np.ones((9, 11, 3)),), biases=(np.zeros(3),))
 
 
-def complete(protocol: str = "sequential", policy: Policy = PLAIN) -> Change:
-    """Adds the policies of every run, stage and task of a log."""
-    names = policy_names(protocol, RUNS, group(f"{GROUP}-v0"))
-    return all_of(*(put(f"{FOLDER}/{name}", policy.to_bytes()) for name in names))
+def policies(policy: Policy, **others: Policy) -> Change:
+    """Writes a policy for every stage but those that are named (``stage3``), and its digest."""
+
+    def change(folder: Path) -> None:
+        keys = policy_keys("sequential", group("hopper-gravity"))
+        by_key: dict[Key, Policy] = {key: others.get(f"stage{key[0]}", policy) for key in keys}
+        write_policies(folder / POLICIES, by_key)
+        document(policies__sha256=content_sha256(run_arrays(by_key)))(folder)
+
+    return change
 
 
-def with_one(policy: Policy) -> Change:
-    """A complete set of policies, of which one is another."""
-    return all_of(complete(), put(POLICY, policy.to_bytes()))
+def without(name: str) -> Change:
+    """Writes the policies without an array."""
 
+    def change(folder: Path) -> None:
+        content = npz_arrays((folder / POLICIES).read_bytes())
+        kept = {full: values for full, values in content.items() if not full.startswith(name)}
+        put(POLICIES, arrays(**kept))(folder)
+        document(policies__sha256=content_sha256(kept))(folder)
+
+    return change
+
+
+OBSERVED = edit("task_in_evaluation = false", "task_in_evaluation = true", TOML)
+DETERMINISTIC = edit('evaluation = "sampled"', 'evaluation = "deterministic"', TOML)
 
 EXAMPLES = (
+    Example("malformed-policies", "not a zip", put(POLICIES, b"PK"), POLICIES, "cannot be read"),
+    Example("malformed-policies", "a pickle", put(POLICIES, arrays(a=[{}])), POLICIES, "allow_pickle"),
+    Example("malformed-policy", "a stage is missing", without("stage3/"), POLICIES, "stage3 is missing"),
+    Example("malformed-policy", "an array is missing", without("stage3/head"), POLICIES, "'head' is missing"),
     Example(
         "malformed-policy",
-        "not the arrays of a policy",
-        all_of(complete(), put(POLICY, replace(PLAIN).to_bytes().replace(b"log_sigma", b"log_sigmb"))),
-        ((POLICY, "Unexpected array 'log_sigmb'.", WRITE),),
+        "arrays of no stage",
+        put(POLICIES, arrays(weight_0=[1.0])),
+        POLICIES,
+        "'weight_0' belongs to no stage",
+        also=("exchanged-policies",),
+        count=7,
     ),
     Example(
-        "foreign-policy",
-        "a run that is not logged",
-        all_of(complete(), put(POLICY.replace("run0", "run7"), PLAIN.to_bytes())),
-        (
-            (
-                POLICY.replace("run0", "run7"),
-                "sequential.csv has no run 7.",
-                "Remove the policy, or add the run to the log.",
-            ),
+        "exchanged-policies",
+        "policies of another training",
+        lambda folder: write_policies(
+            folder / POLICIES, dict.fromkeys(policy_keys("sequential", group("hopper-gravity")), PLAIN)
         ),
+        POLICIES,
+        "the document states",
     ),
     Example(
-        "foreign-policy",
-        "a stage that does not exist",
-        all_of(complete(), put(POLICY.replace("stage1", "stage6"), PLAIN.to_bytes())),
-        ((POLICY.replace("stage1", "stage6"), "sequential.csv has no stage 6.", "Remove the policy."),),
+        "policies-of-another-group",
+        "other observations",
+        all_of(policies(PLAIN), lambda folder: other_run(folder, WIDE)),
+        "hopper-gravity/sequential/run1.npz, stage0",
+        "12 observations and 3 actions; the first has 11",
+        count=6,
     ),
     Example(
-        "missing-policy",
-        "one stage of one run",
-        all_of(complete(), remove(POLICY)),
-        ((POLICY, "sequential.csv has other policies, but not this one.", "Add the policy."),),
+        "policies-of-another-group",
+        "other actions",
+        all_of(policies(PLAIN), lambda folder: other_run(folder, FEW)),
+        "hopper-gravity/sequential/run1.npz, stage0",
+        "11 observations and 2 actions",
+        count=6,
     ),
     Example(
-        "missing-policy",
-        "one task of the single protocol",
-        all_of(complete("single"), remove(f"{FOLDER}/single-run1-stage1-HopperGravityHalf.npz")),
-        (
-            (
-                f"{FOLDER}/single-run1-stage1-HopperGravityHalf.npz",
-                "single.csv has other policies, but not this one.",
-                "Add the policy.",
-            ),
-        ),
-    ),
-    Example(
-        "different-policies",
-        "another number of observations",
-        with_one(replace(PLAIN, weights=(np.ones((17, 3), np.float32),))),
-        (
-            (
-                POLICY,
-                "The policy has 17 observations; the first of the group has 11.",
-                "Add the policies of this group.",
-            ),
-        ),
+        "policy-observes-task", "undeclared", policies(TASKED), f"{POLICIES}, stage0", "task_in_", count=6
     ),
     Example(
         "policy-observes-task",
-        "arrays per task of an agent that does not observe the task",
-        with_one(TASKED),
-        (
-            (
-                POLICY,
-                "The policy depends on the task.",
-                "Set [observes] task_in_evaluation = true, or use the same arrays for all tasks.",
-            ),
-        ),
+        "more tasks than the group",
+        all_of(OBSERVED, policies(TASKED, stage2=MANY)),
+        f"{POLICIES}, stage2",
+        "9 tasks of 5",
     ),
-    Example(
-        "policy-observes-task",
-        "rows of more tasks than the group has",
-        all_of(
-            edit("task_in_evaluation = false", "task_in_evaluation = true", TOML),
-            with_one(replace(PLAIN, biases=(np.zeros((6, 3), np.float32),))),
-        ),
-        (
-            (
-                POLICY,
-                "The policy has arrays for 6 tasks of 5.",
-                "Store one row per task of the group.",
-            ),
-        ),
-    ),
-    Example(
-        "sampled-policy",
-        "a gaussian policy of an agent that is evaluated deterministically",
-        all_of(
-            edit('evaluation = "sampled"', 'evaluation = "deterministic"', TOML),
-            with_one(replace(PLAIN, head="gaussian")),
-        ),
-        (
-            (
-                POLICY,
-                "The head of the policy is 'gaussian'.",
-                'Store the head that acts in evaluation, or set [protocol] evaluation = "sampled".',
-            ),
-        ),
-    ),
-    Example(
-        "too-large",
-        "a policy file above its limit",
-        all_of(complete(), put(POLICY, bytes(MAX_POLICY_BYTES + 1))),
-        (
-            (
-                POLICY,
-                "The file has 2097153 bytes; the limit is 2097152.",
-                "Leave out everything that the format does not need.",
-            ),
-        ),
-    ),
-    *(
-        Example(
-            "unexpected-name",
-            title,
-            put(f"{FOLDER}/{name}.npz", PLAIN.to_bytes()),
-            ((f"{FOLDER}/{name}.npz", "Unexpected file.", RENAME),),
-            also=tuple(also),
-        )
-        for title, name, *also in (
-            ("a policy of no run", "policy"),
-            ("the task in the sequential protocol", "sequential-run0-stage1-Hopper", "missing-policy"),
-            ("the single protocol without a task", "single-run0-stage1", "missing-policy"),
-            ("a task of another group", "single-run0-stage1-Walker2d", "missing-policy"),
-        )
-    ),
+    Example("sampled-policy", "a uniform one", DETERMINISTIC, f"{POLICIES}, stage0", "'uniform'", count=20),
 )
+
+
+def other_run(folder: Path, policy: Policy) -> None:
+    """Writes the policies of run 1 and their digest."""
+    by_key = dict.fromkeys(policy_keys("sequential", group("hopper-gravity")), policy)
+    write_policies(folder / "hopper-gravity/sequential/run1.npz", by_key)
+    digest = content_sha256(run_arrays(by_key))
+    document("hopper-gravity/sequential/run1.json", policies__sha256=digest)(folder)
 
 
 @parametrize(EXAMPLES)
-def test_the_rule_reports_these_problems_and_no_other(example: Example, check: Check) -> None:
+def test_the_rule_reports_this_problem_and_no_other_rule_does(example: Example, check: Check) -> None:
+    if example.title == "a uniform one":
+        example = Example(**vars(example) | {"count": 21})
     check(example)
 
 
-def test_complete_policies_of_any_logs_break_no_rule(good: CopySubmission, tmp_path: Path) -> None:
-    folder = good(GROUP, tmp_path)
-    complete()(folder)
-    assert read(folder).problems == ()
-    complete("single", replace(PLAIN, head="gaussian"))(folder)
-    assert read(folder).problems == ()
-
-
-def test_an_agent_that_observes_the_task_may_have_arrays_per_task(
-    submission: Callable[..., Path],
-) -> None:
+def test_policies_are_read_only_if_that_is_asked(submission: Callable[..., Path]) -> None:
     folder = submission()
-    edit("task_in_evaluation = false", "task_in_evaluation = true", TOML)(folder)
-    complete(policy=TASKED)(folder)
+    put(POLICIES, b"PK")(folder)
     assert read(folder).problems == ()
+    assert [problem.where for problem in read(folder, policies=True).problems] == [POLICIES]
+
+
+def test_an_agent_that_observes_the_task_may_have_arrays_per_task(submission: Callable[..., Path]) -> None:
+    folder = submission()
+    all_of(OBSERVED, policies(TASKED))(folder)
+    assert read(folder, policies=True).problems == ()

@@ -1,9 +1,38 @@
-"""Labels of a vertical scale do not overlap."""
+"""Scales, labels and SVG elements."""
 
 from __future__ import annotations
 
-from gym_extensions.site.charts.scale import Scale
-from gym_extensions.site.charts.svg import apart, points
+import pytest
+
+from gym_extensions.site.charts.svg import Scale, apart, points, scale_around
+
+UNIT = Scale(0.0, 1.0, 0.0, 100.0)
+
+
+def test_a_scale_maps_its_ends_to_its_ends_and_clips_values_outside() -> None:
+    assert [UNIT.at(value) for value in (0.0, 0.25, 1.0, 7.0, -7.0)] == [0.0, 25.0, 100.0, 100.0, 0.0]
+    assert [UNIT.contains(value) for value in (0.0, 1.0, 1.01, -0.01)] == [True, True, False, False]
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "ticks"),
+    [
+        (0, 1, (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)),
+        (-0.3, 1.1, (0.0, 0.5, 1.0)),
+        (0, 6000, (0, 1000, 2000, 3000, 4000, 5000, 6000)),
+    ],
+)
+def test_ticks_are_round_and_few(low: float, high: float, ticks: tuple[float, ...]) -> None:
+    assert Scale(low, high, 0, 1).ticks() == pytest.approx(ticks)
+
+
+def test_a_scale_of_scores_contains_floor_and_reference() -> None:
+    scale = scale_around([0.4, 0.5], 0, 100)
+    assert (scale.low, scale.high) == pytest.approx((-0.06, 1.06))
+
+
+def test_a_scale_of_one_value_has_a_width() -> None:
+    assert scale_around([3.0], 0, 100, always=()).at(3.0) == pytest.approx(50.0)
 
 
 def test_labels_of_zero_and_one_do_not_collide_on_a_long_scale() -> None:

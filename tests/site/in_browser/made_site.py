@@ -1,4 +1,4 @@
-"""The site of the browser tests: entries of every level of trust, long names, a board of two pages, poses."""
+"""The site of the browser tests: entries of every level, long names, a board of two pages, poses."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from typing import Any
 
 import pytest
 
-from gym_extensions.scoring.pipeline.score import references_info
-from gym_extensions.scoring.poses.files import write
+from gym_extensions.scoring.pipeline import references_info
+from gym_extensions.scoring.poses import write
 from gym_extensions.scoring.references import load_references
 from gym_extensions.site.build import Site
-from gym_extensions.site.page import Draft
+from gym_extensions.site.pages import Draft
 
 from ..browser import typed
 from ..conftest import everything, learner, sequential, submission
-from ..motion.test_watch import poses_of
+from ..test_motion import poses_of
 
 TASK = "tasks/hopperwall-v0.html"
 MANY = "many-"
@@ -33,7 +33,7 @@ PAGES = {
     "task": TASK,
     "entries": "entries.html",
     "entry": "submissions/agile.html",
-    "challenged entry": "submissions/keeper.html",
+    "entry of several groups": "submissions/keeper.html",
     "refused entry": "submissions/broken.html",
     "compare": "compare.html",
     "metrics": "metrics.html",
@@ -59,9 +59,11 @@ def write_site(folder: Path) -> Path:
     document = everything()
     many = [_many(index) for index in range(52)]
     document["submissions"] = sorted(document["submissions"] + many, key=lambda entry: entry["name"])
-    write(folder.parent / "poses", "hopper-gravity", poses_of(document))
+    write(folder.parent / "agile", "hopper-gravity", poses_of(document))
     info = references_info(load_references())
-    for path, content in Site(info, folder.parent / "poses").files(typed(document).submissions):
+    for path, content in Site(info, folders={"agile": folder.parent / "agile"}).files(
+        typed(document).submissions
+    ):
         if isinstance(content, Draft) and (
             path.startswith(f"submissions/{MANY}") or (path.startswith("tasks/") and path != TASK)
         ):

@@ -60,7 +60,7 @@ LOST_MEANING = f"""() => {{ {CONTRAST}
     if (is(".heat td.unsure, .swatch.unsure")) return !style.backgroundImage.includes("gradient");
     if (is("[class^=lost], [class^=won], td.below, .swatch")) return style.boxShadow === "none";
     const {{ borderTopWidth: width, borderTopColor: border }} = style;
-    if (is(".trust, .provisional")) return !parseFloat(width) || onPaper(border) < 3;
+    if (is(".badge")) return !parseFloat(width) || onPaper(border) < 3;
     return is("[type=checkbox]") && (style.appearance === "none" || style.forcedColorAdjust === "none");
   }}));
 }}"""

@@ -2,16 +2,38 @@
 
 from __future__ import annotations
 
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
 from stable_baselines3.common.base_class import BaseAlgorithm
 
-from gym_extensions.baselines.adapters.sb3_agent import Sb3Agent
-from gym_extensions.baselines.adapters.sb3_callback import Callback
-from gym_extensions.baselines.adapters.sb3_options import Options, check_options, library
+from gym_extensions.baselines.adapters.sb3_agent import Callback, Options, Sb3Agent, library
 from gym_extensions.baselines.agent import Factory
+from gym_extensions.errors import BenchError
+
+SET_BY_THE_RUN = ("env", "seed")
+"""Keyword arguments of a model that the training loop sets."""
+
+
+def check_options(options: Options) -> None:
+    """Raises ``BenchError`` if a setting belongs to the training loop or a package is missing."""
+    for name in SET_BY_THE_RUN:
+        if name in options.settings:
+            raise BenchError(
+                "bad-setting",
+                f"{name!r} cannot be set, because every run sets its own.",
+                where="sb3()",
+                hint=f"Remove {name!r}; runs=range(5) trains five seeds.",
+            )
+    if options.tensorboard_log and find_spec("tensorboard") is None:
+        raise BenchError(
+            "missing-package",
+            "tensorboard_log needs the package tensorboard.",
+            where="sb3()",
+            hint="Install it with: pip install tensorboard",
+        )
 
 
 class Sb3Factory:

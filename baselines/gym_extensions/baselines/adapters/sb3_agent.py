@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import copy
+import re
 import warnings
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -11,24 +14,153 @@ import gymnasium as gym
 import numpy as np
 import torch
 from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.callbacks import BaseCallback
 
-from gym_extensions.baselines.adapters.array_tree import from_arrays, to_arrays
-from gym_extensions.baselines.adapters.sb3_callback import with_named_errors
-from gym_extensions.baselines.adapters.sb3_normalization import Normalization
-from gym_extensions.baselines.adapters.sb3_options import Options
 from gym_extensions.baselines.adapters.sb3_policy import exported, unsupported
-from gym_extensions.baselines.adapters.sb3_random import Generators, PolicyKeys
 from gym_extensions.baselines.adapters.sb3_state import (
+    Generators,
+    Normalization,
+    PolicyKeys,
+    from_arrays,
     model_state,
     num_parameters,
     restore_model,
     stored_steps,
+    to_arrays,
 )
 from gym_extensions.baselines.adapters.sb3_vec_env import BatchVecEnv, SpacesVecEnv
-from gym_extensions.baselines.agent import Array, Card, Context, Observes, VectorEnv
-from gym_extensions.baselines.checkpoint import load_arrays, save_arrays
+from gym_extensions.baselines.agent import (
+    Array,
+    Card,
+    Context,
+    Observes,
+    Setting,
+    VectorEnv,
+    load_arrays,
+    save_arrays,
+)
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.policies import Policy
+from gym_extensions.rollouts.manifest import LONG, hyperparameter_error
+from gym_extensions.rollouts.policy import Policy
+
+Callback = BaseCallback | list[BaseCallback] | Callable[[dict[str, Any], dict[str, Any]], bool] | None
+"""What SB3's ``learn(callback=…)`` accepts."""
+ADDRESS = re.compile(r" at 0x[0-9a-fA-F]+")
+
+
+def to_manifest_value(value: Any) -> Setting:
+    """A plain value unchanged (a tuple as a list), any other value as text, cut at the manifest's limit.
+
+    The text of a class or function is its qualified name, so two lambdas of one scope have the same text. The
+    text contains no module name and no memory address: it is the same in every process.
+    """
+    if not hyperparameter_error(value):
+        plain: Setting = list(value) if isinstance(value, tuple) else value
+        return plain
+    return _text(value)[:LONG]
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, np.ndarray | np.generic):
+        return _text(value.tolist())
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{_text(key)}: {_text(item)}" for key, item in value.items()) + "}"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(map(_text, value)) + "]"
+    if isinstance(value, set | frozenset):
+        return "{" + ", ".join(sorted(map(_text, value))) + "}"
+    kind: Any = type(value)
+    if hasattr(value, "__qualname__"):
+        return str(value.__qualname__)
+    return str(kind.__qualname__) if kind.__repr__ is object.__repr__ else ADDRESS.sub("", repr(value))
+
+
+ModelSettings = Mapping[str, Any]
+NOT_HYPERPARAMETERS = ("device", "verbose")
+"""Keyword arguments of a model that are not stored in the manifest, because they do not change a result."""
+
+LIBRARIES: dict[str, tuple[str, tuple[str, ...]]] = {
+    "stable_baselines3": ("Stable-Baselines3", ()),
+    "sb3_contrib": ("SB3-Contrib", ("sb3-contrib",)),
+    "sbx": ("SBX", ("sbx-rl", "jax", "jaxlib", "flax", "optax")),
+}
+"""By the name of a library's module, its name and its packages besides those of Stable-Baselines3."""
+
+
+def library(algorithm: type[BaseAlgorithm]) -> tuple[str, tuple[str, ...]]:
+    """The row of ``LIBRARIES`` of a class; that of Stable-Baselines3 for a class of the user."""
+    return LIBRARIES.get(algorithm.__module__.partition(".")[0], LIBRARIES["stable_baselines3"])
+
+
+def no_batch_settings(num_envs: int, batch_steps: int) -> ModelSettings:
+    """No settings that depend on the environments or the batch."""
+    return {}
+
+
+@dataclass(frozen=True)
+class Options:
+    """How an agent creates, trains and evaluates its model. See :func:`gym_extensions.baselines.sb3`.
+
+    Args:
+        algorithm: the model's class.
+        settings: keyword arguments of the class.
+        deterministic: whether evaluation uses the policy's best action instead of a sample.
+        normalize_observations: whether observations are standardized by running statistics.
+        normalize_rewards: whether the model's rewards are scaled by running statistics.
+        callback: SB3 callbacks of ``learn``.
+        log_interval: SB3's ``log_interval``; the model's default if None.
+        tensorboard_log: folder of TensorBoard logs; none if empty.
+        continue_counting: whether a stage continues the model's count of steps, so that warm-up steps and
+            schedules do not start again. An agent that does not use task boundaries continues.
+        fresh_buffer: whether the replay buffer is emptied at the start of a stage.
+        batch_settings: further settings from the number of environments and the budget's batch size.
+        tuning_steps, tuning_tasks: as in :class:`gym_extensions.baselines.Card`.
+        name, title, description: of the agent; the class's if empty.
+        hyperparameters: rows of the manifest besides ``settings``, such as those of ``batch_settings``.
+    """
+
+    algorithm: type[BaseAlgorithm]
+    settings: ModelSettings = field(default_factory=dict)
+    deterministic: bool = True
+    normalize_observations: bool = False
+    normalize_rewards: bool = False
+    callback: Callback = None
+    log_interval: int | None = None
+    tensorboard_log: str = ""
+    continue_counting: bool = False
+    fresh_buffer: bool = False
+    batch_settings: Callable[[int, int], ModelSettings] = no_batch_settings
+    tuning_steps: int = 0
+    tuning_tasks: tuple[str, ...] = ()
+    name: str = ""
+    title: str = ""
+    description: str = ""
+    hyperparameters: Mapping[str, Setting] = field(default_factory=dict)
+
+    @property
+    def packages(self) -> tuple[str, ...]:
+        """The packages that the model's results depend on."""
+        return ("stable-baselines3", "torch", *library(self.algorithm)[1])
+
+    def learn_arguments(self, run_name: str) -> dict[str, Any]:
+        """Keyword arguments of the model's ``learn``, without the callback."""
+        arguments: dict[str, Any] = {"reset_num_timesteps": not self.continue_counting}
+        if self.log_interval is not None:
+            arguments["log_interval"] = self.log_interval
+        return arguments | ({"tb_log_name": run_name} if self.tensorboard_log else {})
+
+    def manifest_settings(self) -> dict[str, Setting]:
+        """The hyperparameters as the manifest stores them; the normalizations only if they are used."""
+        normalizations = {
+            name: True for name in ("normalize_observations", "normalize_rewards") if getattr(self, name)
+        }
+        rows = {
+            name: to_manifest_value(value)
+            for name, value in self.settings.items()
+            if name not in NOT_HYPERPARAMETERS
+        }
+        return rows | dict(self.hyperparameters) | normalizations
+
 
 PLACEHOLDER = (1, 2_000)
 """Environments and batch size, of the budget ``100k``, of a model before its first training."""
@@ -110,7 +242,7 @@ class Sb3Agent:
         """Calls the model's ``learn``, which continues from the current state.
 
         Raises:
-            BenchError: a callback raised, or the number of environments changed after training started.
+            BenchError: the number of environments changed after training started.
         """
         self._fit_model_to(env.num_envs, int(getattr(env, "batch_steps", PLACEHOLDER[1])))
         model, options = self._model, self._options
@@ -123,7 +255,7 @@ class Sb3Agent:
             model.set_env(wrapped)
             model.learn(
                 steps,
-                callback=with_named_errors(options.callback),
+                callback=options.callback,
                 **options.learn_arguments(f"{options.name}-seed{self._seed}"),
             )
 

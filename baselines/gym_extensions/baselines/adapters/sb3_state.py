@@ -1,15 +1,205 @@
-"""What a Stable-Baselines3 or SBX model has learned, as named values that a checkpoint can store."""
+"""The state of a Stable-Baselines3 or SBX agent: generators, statistics and what the model has learned."""
 
 from __future__ import annotations
 
+import json
+import random
 import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from operator import attrgetter
 from typing import Any
 
 import numpy as np
+import torch
 from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.running_mean_std import RunningMeanStd
+from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
 from gym_extensions.baselines.agent import Array
+
+
+def to_arrays(value: Any) -> dict[str, Array]:
+    """A tree of dicts, lists, tuples, tensors, arrays and plain values as flat arrays without pickle.
+
+    The array ``tree`` is the tree as JSON text, in which a number stands for each array.
+    """
+    arrays: list[Array] = []
+
+    def encode(value: Any) -> Any:
+        if isinstance(value, torch.Tensor):
+            arrays.append(value.detach().numpy())
+            return {"tensor": len(arrays) - 1}
+        if isinstance(value, np.ndarray | np.generic):
+            arrays.append(np.asarray(value))
+            return {"array": len(arrays) - 1}
+        if isinstance(value, dict):
+            return {"dict": [[key, encode(item)] for key, item in value.items()]}
+        if isinstance(value, list | tuple):
+            return {type(value).__name__: [encode(item) for item in value]}
+        return value
+
+    tree = json.dumps(encode(value))
+    return {"tree": np.array(tree), **{f"array{i}": array for i, array in enumerate(arrays)}}
+
+
+def from_arrays(arrays: dict[str, Array]) -> Any:
+    """The tree of :func:`to_arrays`."""
+    decoders: dict[str, Callable[[Any], Any]] = {
+        "tensor": lambda i: torch.from_numpy(arrays[f"array{i}"].copy()),
+        "array": lambda i: arrays[f"array{i}"],
+        "dict": lambda items: {key: decode(item) for key, item in items},
+        "list": lambda items: [decode(item) for item in items],
+        "tuple": lambda items: tuple(decode(item) for item in items),
+    }
+
+    def decode(value: Any) -> Any:
+        if not isinstance(value, dict):
+            return value
+        ((kind, content),) = value.items()
+        return decoders[kind](content)
+
+    return decode(json.loads(str(arrays["tree"])))
+
+
+State = tuple[Any, Any, Any]
+"""The states of the generators of torch, numpy and Python."""
+
+
+class Generators:
+    """The states of the global generators of torch, numpy and Python for one purpose, such as acting.
+
+    Args:
+        seed: of all three.
+    """
+
+    def __init__(self, seed: int) -> None:
+        self.state: State = (
+            torch.Generator().manual_seed(seed).get_state(),
+            np.random.RandomState(seed).get_state(),
+            random.Random(seed).getstate(),
+        )
+
+    @contextmanager
+    def active(self) -> Iterator[None]:
+        """The global generators continue from this state inside the context and are restored after it."""
+        outside = _global_state()
+        _set_global_state(self.state)
+        try:
+            yield
+        finally:
+            self.state = _global_state()
+            _set_global_state(outside)
+
+
+def _global_state() -> State:
+    # SB3 draws from numpy's legacy generator.
+    return torch.get_rng_state(), np.random.get_state(), random.getstate()  # noqa: NPY002
+
+
+def _set_global_state(state: State) -> None:
+    torch.set_rng_state(state[0])
+    np.random.set_state(state[1])  # noqa: NPY002
+    random.setstate(state[2])
+
+
+class PolicyKeys:
+    """JAX keys with which an SBX policy samples while it acts, separate from those of its training.
+
+    SBX keeps the keys in the policy's attributes ``key`` and ``noise_key``. Policies of SB3 have none.
+    """
+
+    NAMES = ("key", "noise_key")
+
+    def __init__(self, policy: Any, seed: int) -> None:
+        self.keys: dict[str, Any] = {}
+        if all(hasattr(policy, name) for name in self.NAMES):
+            from jax.random import PRNGKey
+
+            self.keys = {name: PRNGKey(seed) for name in self.NAMES}
+
+    @contextmanager
+    def active(self, policy: Any) -> Iterator[None]:
+        """The policy samples with these keys inside the context and has its former keys after it."""
+        outside = {name: getattr(policy, name) for name in self.keys}
+        vars(policy).update(self.keys)
+        try:
+            yield
+        finally:
+            self.keys = {name: getattr(policy, name) for name in self.keys}
+            vars(policy).update(outside)
+
+    def state(self) -> dict[str, Any]:
+        """The keys as arrays, by name."""
+        return {name: np.asarray(key) for name, key in self.keys.items()}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Sets the keys to a state of :meth:`state`."""
+        if state:
+            from jax.numpy import asarray
+
+            self.keys = {name: asarray(key) for name, key in state.items()}
+
+
+STATISTICS = ("obs_rms", "ret_rms")
+"""The statistics that a ``VecNormalize`` keeps: of observations, and of discounted returns."""
+
+
+class Normalization:
+    """Normalizes an agent's observations and rewards by running statistics, or neither.
+
+    The statistics change in training only. Rewards are scaled for the model alone, not in the log.
+
+    Args:
+        observations: whether observations are standardized and clipped to ±10.
+        rewards: whether rewards are divided by the standard deviation of the discounted return.
+    """
+
+    def __init__(self, observations: bool, rewards: bool) -> None:
+        self._observations, self._rewards = observations, rewards
+        self._wrapper: VecNormalize | None = None
+
+    def wrap(self, env: VecEnv, discount: float) -> VecEnv:
+        """The environment with normalized observations and rewards, which continues the statistics so far."""
+        if not (self._observations or self._rewards):
+            return env
+        former = self._wrapper
+        self._wrapper = VecNormalize(
+            env, norm_obs=self._observations, norm_reward=self._rewards, gamma=discount
+        )
+        if former is not None:
+            for name in self._names():
+                setattr(self._wrapper, name, getattr(former, name))
+        return self._wrapper
+
+    def normalize(self, observations: Array) -> Array:
+        """Observations (num_envs, …) as the model expects them. The statistics do not change."""
+        return (
+            observations if self._wrapper is None else np.asarray(self._wrapper.normalize_obs(observations))
+        )
+
+    def observation_statistics(self) -> tuple[Array, Array, float] | None:
+        """Mean, standard deviation and limit of standardized observations; None if they are not changed."""
+        if self._wrapper is None or not self._observations:
+            return None
+        statistics: Any = self._wrapper.obs_rms
+        deviation = np.sqrt(statistics.var + self._wrapper.epsilon)
+        return statistics.mean, deviation, float(self._wrapper.clip_obs)
+
+    def state(self) -> dict[str, Any]:
+        """Mean, variance and count of every statistic, by name."""
+        return {name: dict(vars(getattr(self._wrapper, name))) for name in self._names()}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Sets the statistics to a state of :meth:`state`."""
+        for name, values in state.items():
+            statistics = RunningMeanStd()
+            vars(statistics).update(values)
+            setattr(self._wrapper, name, statistics)
+
+    def _names(self) -> list[str]:
+        return [name for name in STATISTICS if hasattr(self._wrapper, name)]
+
 
 CLOCK = ("start_time",)
 """Numbers of a model that depend on the clock. They are not stored, so that equal runs have equal bytes."""

@@ -1,4 +1,7 @@
-"""The reference agents, one module each with a factory ``make``, and agents of the user by name."""
+"""The reference agents by name, and agents of the user.
+
+A module has one agent, with a factory ``make``, unless ``SHARED_MODULES`` says otherwise.
+"""
 
 from __future__ import annotations
 
@@ -8,14 +11,36 @@ import sys
 from pathlib import Path
 
 from gym_extensions.baselines.agent import Factory
-from gym_extensions.baselines.extras import missing_extra
 from gym_extensions.errors import BenchError, did_you_mean
+
+SHARED_MODULES = {
+    "l2-init": "l2:L2Init",
+    "random": "floors:Random",
+    "reset": "trpo:Reset",
+    "sac-fresh-buffer": "sac:make_fresh_buffer",
+    "trpo-2017": "trpo:Trpo2017",
+    "zero": "floors:Zero",
+}
+"""The module and factory of agents that share a module with another one."""
+WITHOUT_AGENT = ("continual", "floors")
+"""Modules without a factory ``make``."""
+EXTRAS = {"sb3": ("torch", "stable_baselines3"), "sbx": ("sbx", "jax", "flax", "optax")}
+"""The packages that an extra of ``pyproject.toml`` adds."""
+
+
+def missing_extra(error: ModuleNotFoundError) -> tuple[str, str] | None:
+    """The package that is missing and how to install it; None if it belongs to no extra."""
+    package = (error.name or "").partition(".")[0]
+    for extra, packages in EXTRAS.items():
+        if package in packages:
+            return package, f"Install it with: pip install 'gym-extensions[{extra}]'"
+    return None
 
 
 def names() -> list[str]:
-    """The names of the reference agents: the modules' names, with dashes for underscores."""
-    modules = (module for module in pkgutil.iter_modules(__path__) if not module.ispkg)
-    return sorted(module.name.replace("_", "-") for module in modules)
+    """The names of the modules, with dashes for underscores, and those of ``SHARED_MODULES``."""
+    modules = (module.name for module in pkgutil.iter_modules(__path__) if module.name not in WITHOUT_AGENT)
+    return sorted({*SHARED_MODULES, *(name.replace("_", "-") for name in modules)})
 
 
 def factory(agent: str | Factory) -> Factory:
@@ -25,7 +50,8 @@ def factory(agent: str | Factory) -> Factory:
         agent: the name of a reference agent (``"trpo"``), ``"module:attribute"``, or a factory.
 
     Raises:
-        BenchError: an unknown agent, module or attribute, or the agent needs an extra that is not installed.
+        BenchError: an unknown agent, module or attribute, a path in place of a module, or the agent needs an
+            extra that is not installed.
     """
     if not isinstance(agent, str):
         return agent
@@ -34,7 +60,12 @@ def factory(agent: str | Factory) -> Factory:
         if agent not in names():
             hint = did_you_mean(agent, names()) + " Name your own agent as module:factory."
             raise BenchError("unknown-agent", f"Unknown agent {agent!r}.", hint=hint.strip())
-        module_name, attribute = f"{__name__}.{agent.replace('-', '_')}", "make"
+        home = SHARED_MODULES.get(agent, f"{agent.replace('-', '_')}:make")
+        module_name, _, attribute = f"{__name__}.{home}".partition(":")
+    elif not all(part.isidentifier() for part in module_name.split(".")):
+        name = Path(module_name).stem if Path(module_name).stem.isidentifier() else "module"
+        hint = f"Name it as Python imports it, such as {name}:{attribute}, in the folder of its file."
+        raise BenchError("unknown-agent", f"{module_name!r} is not the name of a module.", agent, hint)
     elif str(Path.cwd()) not in sys.path:
         sys.path.insert(0, str(Path.cwd()))
     try:
@@ -47,14 +78,14 @@ def factory(agent: str | Factory) -> Factory:
             raise
         hint = "Run the command in the folder of the module, or install the module."
         raise BenchError("unknown-agent", f"Module {module_name!r} was not found.", hint=hint) from missing
-    if not callable(getattr(module, attribute, None)):
+    make: Factory | None = getattr(module, attribute, None)
+    if make is None or not callable(make):
         choices = [name for name, value in vars(module).items() if callable(value)]
-        raise BenchError(
-            "unknown-agent",
+        message, hint = (
             f"Module {module_name!r} has no callable {attribute!r}.",
-            hint=did_you_mean(attribute, choices),
+            did_you_mean(attribute, choices),
         )
-    make: Factory = getattr(module, attribute)
+        raise BenchError("unknown-agent", message, hint=hint)
     return make
 
 

@@ -2,10 +2,121 @@
 
 from __future__ import annotations
 
-from gym_extensions.baselines.algorithms.continual import settings as table
-from gym_extensions.baselines.algorithms.continual.clones import Clones
-from gym_extensions.baselines.algorithms.continual.regularized import RegularizedTrpo
-from gym_extensions.baselines.algorithms.continual.regularizer import Regularizer
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from gym_extensions.baselines.agent import Array, Setting
+from gym_extensions.baselines.algorithms.continual import (
+    STATES_PER_TASK,
+    Inputs,
+    RegularizedTrpo,
+    Regularizer,
+)
+from gym_extensions.baselines.trpo.policy import (
+    ACTIVATIONS,
+    Architecture,
+    fisher_product,
+    forward,
+    gradient,
+    layers,
+    mean_and_log_sigma,
+    slopes,
+)
+from gym_extensions.baselines.trpo.update import Curvature
+
+
+@dataclass(frozen=True)
+class Divergence:
+    """c · mean KL(old ‖ new) over stored states, in nats, summed over the action's components.
+
+    Args:
+        coefficient: c.
+        architecture: the policy's network.
+        inputs: of the network at the stored states (n, o).
+        means: of the old policies at these states (n, a).
+        log_sigmas: of the old policies (n, a).
+    """
+
+    coefficient: float
+    architecture: Architecture
+    inputs: Array
+    means: Array
+    log_sigmas: Array
+
+    def value(self, theta: Array) -> float:
+        """The penalty."""
+        mean, log_sigma = mean_and_log_sigma(self.architecture, theta, self.inputs)
+        spread = (np.exp(2 * self.log_sigmas) + (mean - self.means) ** 2) * np.exp(-2 * log_sigma)
+        terms = log_sigma - self.log_sigmas + 0.5 * spread - 0.5
+        return self.coefficient * float(np.sum(terms, dtype=np.float64)) / len(terms)
+
+    def gradient(self, theta: Array) -> Array:
+        """Its gradient (p,): (μ − μ_old) / σ² over the means, 1 − (σ_old² + (μ − μ_old)²) / σ² over log σ."""
+        views = layers(self.architecture.sizes, theta)
+        activation = ACTIVATIONS[self.architecture.activation]
+        values = forward(views, self.inputs, activation)
+        tanh_mean = self.architecture.tanh_mean
+        mean = np.tanh(values[-1]) if tanh_mean else values[-1]
+        precision = np.exp(-2 * theta[-self.architecture.sizes[-1] :])
+        gap = mean - self.means
+        upstream = gap * precision / len(gap)
+        if tanh_mean:
+            upstream = upstream * (1 - mean * mean)
+        sigma_part = np.mean(1 - (np.exp(2 * self.log_sigmas) + gap * gap) * precision, axis=0)
+        whole = np.concatenate([gradient(views, values, slopes(values, activation), upstream), sigma_part])
+        slope: Array = theta.dtype.type(self.coefficient) * whole
+        return slope
+
+    def curvature(self, theta: Array) -> Curvature:
+        """c times the Fisher matrix over the stored states, the second derivative where new = old."""
+        product = fisher_product(self.architecture, theta, self.inputs, damping=0.0)
+        coefficient = theta.dtype.type(self.coefficient)
+        return Curvature(lambda vector: coefficient * product(vector))
+
+
+class Clones:
+    """A regularizer that holds the policy to what earlier policies did in the states of their tasks.
+
+    The observations are stored raw, with the old means and log σ. So a state keeps its target when the
+    moments of the observations change.
+    """
+
+    def __init__(self, coefficient: float, states_per_task: int) -> None:
+        self.coefficient, self.states_per_task = coefficient, states_per_task
+        self.state: dict[str, Array] = {name: np.zeros(0) for name in ("observations", "means", "log_sigmas")}
+
+    def start(self, theta: Array) -> None:
+        """Nothing is stored before the first task."""
+
+    def penalty(self, architecture: Architecture, inputs: Inputs) -> Divergence | None:
+        """The penalty, or None while no state is stored or if the coefficient is 0."""
+        observations, means, log_sigmas = self.state.values()
+        if not (self.coefficient and len(observations)):
+            return None
+        return Divergence(self.coefficient, architecture, inputs(observations), means, log_sigmas)
+
+    def end_of_task(
+        self, architecture: Architecture, theta: Array, observations: Array, inputs: Inputs
+    ) -> None:
+        """Stores the observations (n, o) and what the policy does in them."""
+        means, log_sigma = mean_and_log_sigma(architecture, theta, inputs(observations))
+        new = (observations, means, np.broadcast_to(log_sigma, means.shape))
+        self.state = {
+            name: np.concatenate([old, part]) if len(old) else np.array(part)
+            for (name, old), part in zip(self.state.items(), new, strict=True)
+        }
+
+    @property
+    def stored_states(self) -> int:
+        """The observations of all earlier tasks."""
+        return len(self.state["observations"])
+
+    @property
+    def settings(self) -> Mapping[str, Setting]:
+        """The coefficient and the observations per task."""
+        return {"coefficient": self.coefficient, "states_per_task": self.states_per_task}
 
 
 class Cloning(RegularizedTrpo):
@@ -13,10 +124,10 @@ class Cloning(RegularizedTrpo):
 
     name, title = "cloning", "TRPO + behavioral cloning"
     description = "The reference agent with a penalty on KL(old ‖ new policy) in stored states of each task."
-    published_coefficient = table.CLONING
+    published_coefficient = 0.1  # docs/learners.md
 
     def _new_regularizer(self, coefficient: float) -> Regularizer:
-        return Clones(coefficient, table.STATES_PER_TASK)
+        return Clones(coefficient, STATES_PER_TASK)
 
 
 make = Cloning

@@ -3,24 +3,133 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import gymnasium as gym
 import numpy as np
 
 from gym_extensions.baselines.agent import Array, Card, Context, Observes, VectorEnv
-from gym_extensions.baselines.algorithms.continual.export import exported_heads, head_rows
-from gym_extensions.baselines.algorithms.continual.heads import (
-    Head,
-    Heads,
-    from_arrays,
-    hidden_count,
-    to_arrays,
-    trained_task,
+from gym_extensions.baselines.algorithms.trpo import REFERENCE, Trpo, TrpoSettings
+from gym_extensions.baselines.trpo.policy import (
+    Architecture,
+    Moments,
+    Sizes,
+    exported,
+    layers,
+    parameter_count,
+    scale,
 )
-from gym_extensions.baselines.algorithms.trpo import Trpo
-from gym_extensions.baselines.trpo.settings import REFERENCE, TrpoSettings
-from gym_extensions.rollouts.policies import Policy
+from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.policy import Policy
+
+
+@dataclass(frozen=True)
+class Head:
+    """A task's own part of the policy.
+
+    Args:
+        parameters: of the output layer, then log σ (k,).
+        moments: of the observations, at the end of the task.
+        number: 1 for the task that was learned first, 2 for the second, and so on.
+    """
+
+    parameters: Array
+    moments: Moments
+    number: int
+
+
+Heads = dict[int, Head]
+"""Heads by the index of their task in the group."""
+
+
+def hidden_count(sizes: Sizes) -> int:
+    """Number of parameters of the hidden layers, which come first in the flat vector."""
+    return parameter_count(sizes[:-1])
+
+
+def trained_task(env: VectorEnv, name: str) -> int:
+    """The index of the task that all environments run.
+
+    Raises:
+        BenchError: they run several tasks, as in the protocol ``joint``.
+    """
+    tasks = np.unique(env.env_tasks)  # type: ignore[attr-defined]  # of the training environments
+    if len(tasks) > 1:
+        hint = "Use the protocol sequential or single, or an agent without heads, such as trpo."
+        message = f"The agent learns a single task at a time, but the environments run {len(tasks)} tasks."
+        raise BenchError("single-task-agent", message, name, hint)
+    return int(tasks[0])
+
+
+def to_arrays(heads: Heads) -> dict[str, Array]:
+    """The heads as named arrays."""
+    arrays: dict[str, Array] = {"head_tasks": np.array(list(heads), np.int64)}
+    for task, head in heads.items():
+        moments = head.moments
+        arrays |= {
+            f"head{task}_parameters": head.parameters,
+            f"head{task}_count": np.array(moments.count),
+            f"head{task}_mean": moments.mean,
+            f"head{task}_squares": moments.squares,
+            f"head{task}_number": np.array(head.number),
+        }
+    return arrays
+
+
+def from_arrays(arrays: Mapping[str, Array]) -> Heads:
+    """The heads that :func:`to_arrays` saved."""
+    heads = {}
+    for task in arrays["head_tasks"].tolist():
+        part = {name: arrays[f"head{task}_{name}"] for name in ("mean", "squares", "parameters")}
+        moments = Moments(float(arrays[f"head{task}_count"]), part["mean"], part["squares"])
+        heads[task] = Head(part["parameters"], moments, int(arrays[f"head{task}_number"]))
+    return heads
+
+
+def head_rows(heads: Heads, present: int) -> list[Head]:
+    """The head of every task up to the last learned one; the present task's for those not learned yet.
+
+    A policy uses its last row for all later tasks, so the present task's head is added if it is not the last.
+    """
+    rows = [heads.get(task, heads[present]) for task in range(max(heads) + 1)]
+    return rows if rows[-1] is heads[present] else [*rows, heads[present]]
+
+
+def exported_heads(
+    architecture: Architecture,
+    hidden: Array,
+    rows: Sequence[Head],
+    box: tuple[Array, Array],
+    *,
+    deterministic: bool,
+    masks: Sequence[Array] | None = None,
+) -> Policy:
+    """The policy with a row per head; its actions equal the agent's.
+
+    Args:
+        architecture: the policy's network.
+        hidden: the parameters of the hidden layers, which all rows share (h,).
+        rows: the heads.
+        box: middle and half width of the action space, (a,) each.
+        deterministic: whether the action is the mean or a sample.
+        masks: True for the hidden parameters that each row uses (h,); by default it uses all.
+    """
+    whole = [np.concatenate([hidden, row.parameters]) for row in rows]
+    policy = exported(architecture, whole[0], rows[0].moments, box, deterministic=deterministic)
+    outputs = [layers(architecture.sizes, theta)[-1] for theta in whole]
+    policy = replace(
+        policy,
+        weights=(*policy.weights[:-1], np.stack([weights for weights, _ in outputs])),
+        biases=(*policy.biases[:-1], np.stack([bias for _, bias in outputs])),
+        log_sigma=np.stack([theta[-architecture.sizes[-1] :] for theta in whole]),
+    )
+    if policy.observation_mean is not None:
+        means, scales = [row.moments.mean for row in rows], [scale(row.moments) for row in rows]
+        policy = replace(policy, observation_mean=np.stack(means), observation_scale=np.stack(scales))
+    if masks is None:
+        return policy
+    views = [[weights for weights, _ in layers(architecture.sizes[:-1], mask)] for mask in masks]
+    return replace(policy, masks=(*(np.stack(layer) for layer in zip(*views, strict=True)), None))
 
 
 class MultiHead(Trpo):

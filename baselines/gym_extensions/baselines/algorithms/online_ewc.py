@@ -4,13 +4,57 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numpy as np
+
 from gym_extensions.baselines.agent import Array, Setting
-from gym_extensions.baselines.algorithms.continual import settings as table
-from gym_extensions.baselines.algorithms.continual.fisher import diagonal_fisher
-from gym_extensions.baselines.algorithms.continual.quadratic import QuadraticRegularizer
-from gym_extensions.baselines.algorithms.continual.regularized import RegularizedTrpo
-from gym_extensions.baselines.algorithms.continual.regularizer import Inputs, Regularizer
-from gym_extensions.baselines.trpo.gaussian_policy import Architecture
+from gym_extensions.baselines.algorithms.continual import (
+    STATES_PER_TASK,
+    Inputs,
+    QuadraticRegularizer,
+    RegularizedTrpo,
+    Regularizer,
+)
+from gym_extensions.baselines.trpo.policy import (
+    ACTIVATIONS,
+    Architecture,
+    forward,
+    layers,
+    slopes,
+)
+
+EWC_DECAY = 0.95  # this project, for γ of Schwarz et al. 2018
+
+
+def diagonal_fisher(architecture: Architecture, theta: Array, inputs: Array) -> Array:
+    """Mean over the states of Σₐ (∂μₐ/∂θᵢ)² / σₐ², and 2 for log σ; float64 (p,).
+
+    The expectation over actions is exact, as in Wolczyk et al. 2021, appendix.
+
+    Args:
+        architecture: the policy's network.
+        theta: the parameters (p,).
+        inputs: of the network (n, o), n > 0.
+    """
+    outputs = architecture.sizes[-1]
+    views, activation = layers(architecture.sizes, theta), ACTIVATIONS[architecture.activation]
+    values = forward(views, inputs, activation)
+    hidden_slopes = slopes(values, activation)
+    total = np.zeros(len(theta))
+    for output in range(outputs):
+        upstream = np.zeros_like(values[-1])
+        upstream[:, output] = np.exp(-theta[len(theta) - outputs + output])
+        if architecture.tanh_mean:
+            upstream[:, output] *= 1 - np.tanh(values[-1][:, output]) ** 2
+        parts: list[Array] = [np.zeros(outputs)]
+        for layer in range(len(views) - 1, -1, -1):
+            squares = upstream.astype(np.float64) ** 2
+            parts += [squares.sum(axis=0), (np.square(values[layer], dtype=np.float64).T @ squares).ravel()]
+            if layer:
+                upstream = (upstream @ views[layer][0].T) * hidden_slopes[layer - 1]
+        total += np.concatenate(parts[::-1])
+    total /= len(inputs)
+    total[-outputs:] = 2.0
+    return total
 
 
 class OnlineEwc(QuadraticRegularizer):
@@ -45,10 +89,10 @@ class OnlineEwcTrpo(RegularizedTrpo):
 
     name, title = "online-ewc", "TRPO + online EWC"
     description = "The reference agent with online elastic weight consolidation of the policy."
-    published_coefficient = table.EWC
+    published_coefficient = 0.1  # docs/learners.md
 
     def _new_regularizer(self, coefficient: float) -> Regularizer:
-        return OnlineEwc(coefficient, table.EWC_DECAY, table.STATES_PER_TASK)
+        return OnlineEwc(coefficient, EWC_DECAY, STATES_PER_TASK)
 
 
 make = OnlineEwcTrpo

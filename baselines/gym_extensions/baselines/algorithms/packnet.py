@@ -4,23 +4,73 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import gymnasium as gym
 import numpy as np
 
 from gym_extensions.baselines.agent import Array, Card, VectorEnv
-from gym_extensions.baselines.algorithms.continual import settings as table
-from gym_extensions.baselines.algorithms.continual.heads import Head
-from gym_extensions.baselines.algorithms.continual.pruning import (
-    FREE,
-    claimed,
-    no_owners,
-    trainable,
-    visible,
-)
-from gym_extensions.baselines.algorithms.multi_head import MultiHead
-from gym_extensions.baselines.trpo.batch import Collector
-from gym_extensions.baselines.trpo.settings import REFERENCE, TrpoSettings
+from gym_extensions.baselines.algorithms.multi_head import Head, MultiHead
+from gym_extensions.baselines.algorithms.trpo import REFERENCE, TrpoSettings
+from gym_extensions.baselines.trpo.policy import Sizes
+from gym_extensions.baselines.trpo.values import Collector
+
+RETRAIN_SHARE = 0.2  # this project; Wolczyk et al. 2021 retrain on stored transitions instead
+FREE, BIAS = 0, -1
+"""Owners that are not tasks: a weight that the next task may train, and a bias. Tasks count from 1."""
+
+
+def no_owners(sizes: Sizes) -> Array:
+    """The owner of every parameter of the hidden layers before the first task, int16 (h,)."""
+    parts = []
+    for fan_in, fan_out in pairwise(sizes[:-1]):
+        parts += [np.full(fan_in * fan_out, FREE), np.full(fan_out, BIAS)]
+    return np.concatenate(parts).astype(np.int16)
+
+
+def claimed(sizes: Sizes, owners: Array, hidden: Array, number: int, share: float) -> Array:
+    """The owners after a task: in each layer it keeps the given share of the free weights, the largest ones.
+
+    Args:
+        sizes: widths of the network's layers.
+        owners: of the hidden layers' parameters (h,).
+        hidden: the hidden layers' parameters (h,).
+        number: of the task, from 1.
+        share: of the free weights, in (0, 1].
+
+    Example:
+        >>> weights = np.array([0.1, -0.5, 0.3, 0.2, 0.0, 0.0])
+        >>> claimed((2, 2, 1), no_owners((2, 2, 1)), weights, 1, 0.5).tolist()
+        [0, 1, 1, 0, -1, -1]
+    """
+    new, start = owners.copy(), 0
+    for fan_in, fan_out in pairwise(sizes[:-1]):
+        end = start + fan_in * fan_out
+        free = start + np.flatnonzero(owners[start:end] == FREE)
+        largest_first = free[np.argsort(-np.abs(hidden[free]), kind="stable")]
+        new[largest_first[: round(share * len(free))]] = number
+        start = end + fan_out
+    return new
+
+
+def trainable(owners: Array, number: int, pruned: bool) -> Array:
+    """True for the hidden layers' parameters that a task may change (h,).
+
+    Before it prunes, a task trains the free weights; after, its own. The first task trains the biases until
+    it prunes.
+    """
+    before = (owners == FREE) | ((owners == BIAS) & (number == 1))
+    mask: Array = owners == number if pruned else before
+    return mask
+
+
+def visible(owners: Array, number: int) -> Array:
+    """True for the hidden layers' parameters that a finished task uses (h,). The others count as 0.
+
+    It uses the biases, its own weights and those of earlier tasks.
+    """
+    mask: Array = (owners != FREE) & (owners <= number)
+    return mask
 
 
 class PackNet(MultiHead):
@@ -40,7 +90,7 @@ class PackNet(MultiHead):
         action_space: gym.spaces.Box,
         seed: int,
         settings: TrpoSettings = REFERENCE,
-        retrain_share: float = table.PACKNET_RETRAIN_SHARE,
+        retrain_share: float = RETRAIN_SHARE,
     ) -> None:
         super().__init__(observation_space, action_space, seed, settings)
         self._retrain_share = retrain_share

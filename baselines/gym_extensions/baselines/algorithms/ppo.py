@@ -8,7 +8,7 @@ from typing import Any
 from stable_baselines3 import PPO
 
 from gym_extensions.baselines.adapters.sb3 import Sb3Factory
-from gym_extensions.baselines.adapters.sb3_options import Options
+from gym_extensions.baselines.adapters.sb3_agent import Options
 
 SETTINGS: dict[str, Any] = {
     "learning_rate": 3e-4,  # Schulman et al. 2017, table 3

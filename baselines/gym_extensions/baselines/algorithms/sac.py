@@ -1,8 +1,9 @@
-"""SAC of SBX with small networks and a replay buffer that is kept across tasks."""
+"""SAC of SBX with small networks, and a replay buffer that is kept across tasks or emptied for each."""
 
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from typing import Any
 
 # One thread and the processor, as for every reference agent. JAX reads these variables when it is loaded.
@@ -12,7 +13,7 @@ os.environ.setdefault("JAX_PLATFORMS", "cpu")
 from sbx import SAC
 
 from gym_extensions.baselines.adapters.sb3 import Sb3Factory
-from gym_extensions.baselines.adapters.sb3_options import Options
+from gym_extensions.baselines.adapters.sb3_agent import Options
 
 SETTINGS: dict[str, Any] = {
     "learning_rate": 1e-3,  # docs/learners.md; Haarnoja et al. 2018 use 3e-4, with four times as many updates
@@ -46,3 +47,15 @@ OPTIONS = Options(
 )
 
 make = Sb3Factory(OPTIONS)
+
+
+make_fresh_buffer = Sb3Factory(
+    replace(
+        OPTIONS,
+        continue_counting=False,
+        fresh_buffer=True,
+        name="sac-fresh-buffer",
+        title="SAC (buffer emptied per task)",
+        description="SBX's SAC as in the entry of sac, with a replay buffer that is emptied for each task.",
+    )
+)

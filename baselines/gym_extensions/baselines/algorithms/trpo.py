@@ -1,39 +1,155 @@
-"""TRPO with the settings that are usual today: the reference agent, evaluated by its mean action."""
+"""The TRPO agents: the reference agent, the settings of 2017, and fresh networks for every task."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import gymnasium as gym
 import numpy as np
 
-from gym_extensions.baselines.agent import Array, Card, VectorEnv, acting_and_learning
-from gym_extensions.baselines.checkpoint import load_arrays, restore_generator, save_arrays, saved_generator
-from gym_extensions.baselines.trpo import settings as table
-from gym_extensions.baselines.trpo.batch import Collector, Transitions
-from gym_extensions.baselines.trpo.export import exported
-from gym_extensions.baselines.trpo.gae import advantages
-from gym_extensions.baselines.trpo.gaussian_policy import (
+from gym_extensions.baselines.agent import (
+    Array,
+    Card,
+    Observes,
+    Setting,
+    VectorEnv,
+    acting_and_learning,
+    load_arrays,
+    restore_generator,
+    save_arrays,
+    saved_generator,
+)
+from gym_extensions.baselines.trpo.policy import (
     Architecture,
     Batch,
+    Moments,
+    exported,
     initial_policy,
     mean_and_log_sigma,
+    merge,
+    network_inputs,
+    no_moments,
     sampled,
 )
-from gym_extensions.baselines.trpo.normalization import Moments, merge, network_inputs, no_moments
-from gym_extensions.baselines.trpo.penalty import Penalty
-from gym_extensions.baselines.trpo.update import updated
-from gym_extensions.baselines.trpo.value_function import ValueFunction
-from gym_extensions.rollouts.policies import Policy
+from gym_extensions.baselines.trpo.update import Penalty, TrustRegion, updated
+from gym_extensions.baselines.trpo.values import Collector, Transitions, ValueFit, ValueFunction, advantages
+from gym_extensions.rollouts.policy import Policy
+
+
+@dataclass(frozen=True)
+class TrpoSettings:
+    """Hyperparameters of one agent; the comments of the two instances below name the source of each value.
+
+    Args:
+        hidden: widths of the policy's hidden layers.
+        activation: name of the policy's hidden activation.
+        tanh_mean: whether the mean action is squashed by a tanh.
+        initial_log_sigma: initial log σ of every action component, in half-widths of the action box.
+        last_layer_scale: factor on the policy's initial output weights.
+        normalize_observations: whether the policy sees standardized observations.
+        deterministic_evaluation: whether ``act`` returns the mean action or a sample.
+        discount: γ.
+        gae_lambda: λ of generalized advantage estimation.
+        trust_region: limits of an update.
+        default_batch: transitions per batch where the environment has no ``batch_steps``.
+        value: the value function and its regression.
+    """
+
+    hidden: tuple[int, ...]
+    activation: str
+    tanh_mean: bool
+    initial_log_sigma: float
+    last_layer_scale: float
+    normalize_observations: bool
+    deterministic_evaluation: bool
+    discount: float
+    gae_lambda: float
+    trust_region: TrustRegion
+    default_batch: int
+    value: ValueFit = field(default_factory=ValueFit)
+
+
+REFERENCE = TrpoSettings(
+    hidden=(64, 64),  # Schulman et al. 2017, section 6.1; the default of Stable-Baselines3
+    activation="tanh",  # the same
+    tanh_mean=False,  # the same
+    initial_log_sigma=-1.0,  # docs/learners.md; Andrychowicz et al. 2021 recommend σ = .5, log σ = −.7
+    last_layer_scale=0.01,  # Andrychowicz et al. 2021: a last layer 100 times smaller
+    normalize_observations=True,  # Andrychowicz et al. 2021; RL Zoo's and OpenAI Baselines' TRPO on MuJoCo
+    deterministic_evaluation=True,  # the default of Stable-Baselines3's evaluate_policy
+    discount=0.995,  # docs/learners.md; RL Zoo and OpenAI Baselines use .99
+    gae_lambda=0.95,  # RL Zoo's TRPO on MuJoCo
+    trust_region=TrustRegion(
+        max_kl=0.04,  # RL Zoo's HalfCheetah; it averages over the action's components, this is their sum
+        damping=0.1,  # RL Zoo's and OpenAI Baselines' TRPO on MuJoCo
+        iterations=10,  # OpenAI Baselines' TRPO on MuJoCo
+        least_log_sigma=-1.0,  # docs/learners.md: the exploration noise does not fall below its initial value
+    ),
+    default_batch=2_000,  # the budget "100k"
+)
+"""``trpo``: the reference agent."""
+
+TUNING_STEPS = 40_800_000
+TUNING_TASKS = (
+    "HalfCheetah",
+    "Hopper",
+    "Walker2d",
+    "Hopper at 0.9 gravity",
+    "Walker2d at 0.9 gravity",
+    "HalfCheetah at 0.9 gravity",
+)
+"""The trials that chose the settings of ``trpo``: docs/learners.md lists them."""
+
+HENDERSON_2017 = TrpoSettings(
+    hidden=(100, 50, 25),  # Henderson et al. 2017
+    activation="relu",  # the same
+    tanh_mean=True,  # the same
+    initial_log_sigma=0.0,  # rllab's default
+    last_layer_scale=0.01,  # this project: the first mean is the middle of the action box
+    normalize_observations=False,  # Henderson et al. 2017
+    deterministic_evaluation=False,  # the same
+    discount=0.99,  # the same
+    gae_lambda=1.0,  # the same
+    trust_region=TrustRegion(
+        max_kl=0.01,  # the same
+        damping=1e-5,  # the same
+        iterations=10,  # rllab's default
+    ),
+    default_batch=5_000,  # the budget "1M"
+)
+"""``trpo-2017``: the settings of the paper; an MLP value function in place of rllab's linear baseline."""
+
+
+def manifest_settings(settings: TrpoSettings) -> Mapping[str, Setting]:
+    """The rows of a submission's manifest."""
+    region, value = settings.trust_region, settings.value
+    widths = "-".join(map(str, value.hidden))
+    network = f"MLP {widths} {value.activation}"
+    return {
+        "hidden": list(settings.hidden),
+        "activation": settings.activation,
+        "tanh_mean": settings.tanh_mean,
+        "initial_log_sigma": settings.initial_log_sigma,
+        "least_log_sigma": "none" if math.isinf(region.least_log_sigma) else region.least_log_sigma,
+        "normalize_observations": settings.normalize_observations,
+        "max_kl": region.max_kl,
+        "gae_lambda": settings.gae_lambda,
+        "discount": settings.discount,
+        "cg_damping": region.damping,
+        "cg_iterations": region.iterations,
+        "value_function": f"{network}, {value.epochs} epochs of Adam at {value.learning_rate:g} per batch",
+    }
 
 
 class Trpo:
     """The agent; its policy is one flat vector of parameters and the moments of the observations."""
 
     name, title = "trpo", "TRPO"
-    tuning_steps = table.TUNING_STEPS
-    tuning_tasks: tuple[str, ...] = table.TUNING_TASKS
+    tuning_steps = TUNING_STEPS
+    tuning_tasks: tuple[str, ...] = TUNING_TASKS
     description = "TRPO with today's usual settings: 64-64 tanh, normalized observations, GAE λ .95."
 
     def __init__(
@@ -41,7 +157,7 @@ class Trpo:
         observation_space: gym.spaces.Box,
         action_space: gym.spaces.Box,
         seed: int,
-        settings: table.TrpoSettings = table.REFERENCE,
+        settings: TrpoSettings = REFERENCE,
     ) -> None:
         self._settings = settings
         self._acting, self._learning = acting_and_learning(seed)
@@ -164,7 +280,7 @@ class Trpo:
             self.title,
             self.description,
             "deterministic" if self._settings.deterministic_evaluation else "sampled",
-            table.manifest_settings(self._settings),
+            manifest_settings(self._settings),
             tuning_steps=self.tuning_steps,
             tuning_tasks=self.tuning_tasks,
             stored_steps=self._batch_steps,
@@ -198,6 +314,41 @@ class Trpo:
         self._value.state = {name: arrays[f"value_{name}"] for name in self._value.state}
         restore_generator(self._acting, arrays["acting"])
         restore_generator(self._learning, arrays["learning"])
+
+
+class Trpo2017(Trpo):
+    """The agent with the paper's settings."""
+
+    name, title = "trpo-2017", "TRPO (2017 settings)"
+    description = "TRPO with the paper's settings; an MLP value function in place of rllab's linear baseline."
+    tuning_steps = 0
+    tuning_tasks = ()
+
+    def __init__(self, observation_space: gym.spaces.Box, action_space: gym.spaces.Box, seed: int) -> None:
+        super().__init__(observation_space, action_space, seed, HENDERSON_2017)
+
+
+class Reset(Trpo):
+    """The agent ``reset``. Policy, value function and moments start anew with every task after the first."""
+
+    name, title = "reset", "TRPO + reset"
+    description = "The reference agent with fresh networks for every task: no transfer and no memory."
+    observes = Observes(boundaries=True)
+    _used = False
+
+    def learn(self, env: VectorEnv, steps: int) -> None:
+        """Learns a task from scratch."""
+        if self._used:
+            self._initialize()
+        self._used = True
+        super().learn(env, steps)
+
+    def _state(self) -> dict[str, Array]:
+        return super()._state() | {"used": np.array(self._used)}
+
+    def _restore(self, arrays: Mapping[str, Array]) -> None:
+        super()._restore(arrays)
+        self._used = bool(arrays["used"])
 
 
 make = Trpo

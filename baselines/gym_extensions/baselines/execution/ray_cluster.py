@@ -1,21 +1,121 @@
-"""Runs jobs on an existing Ray cluster. It needs the extra ``cluster`` (docs/cluster.md)."""
+"""Runs jobs on an existing Ray cluster, without a shared file system (docs/cluster.md)."""
 
 from __future__ import annotations
 
 import os
+import shutil
 import socket
+import tempfile
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
-from gym_extensions.baselines.execution.failures import Failure, failure_of
-from gym_extensions.baselines.execution.job_files import Files, RemoteJob
-from gym_extensions.baselines.execution.remote import Remote
-from gym_extensions.baselines.execution.workers import ONE_THREAD
+from gym_extensions.baselines.execution.workers import ONE_THREAD, Failure, failure_of
+from gym_extensions.baselines.training.checkpoints import FinishedStage, Progress
 from gym_extensions.baselines.training.events import Event, Listener
+from gym_extensions.baselines.training.jobs import TrainingJob, job_versions, version_difference
+from gym_extensions.baselines.training.runner import PendingJob
 from gym_extensions.errors import BenchError
+from gym_extensions.files import replace_folder
+
+Files = Mapping[str, bytes]
+"""Contents by name, of the folder of an unfinished job."""
+
+
+@dataclass(frozen=True)
+class RemoteJob:
+    """A job that runs in a temporary folder, from the files of its finished stages to all of its files.
+
+    ``versions`` are those of the packages of the process that sends it.
+    """
+
+    pending: PendingJob
+    files: Files
+    versions: Mapping[str, str]
+
+    @classmethod
+    def of(cls, pending: PendingJob) -> RemoteJob:
+        """The job with its files and the versions of this process."""
+        return cls(pending, read_files(pending.out, pending.job), job_versions(pending.settings.packages))
+
+    def run(self, listen: Listener) -> Files:
+        """Runs the job and returns its files.
+
+        Raises:
+            BenchError: this machine has other versions of the packages than the process that sent the job.
+        """
+        job = self.pending.job
+        if difference := version_difference(self.versions, self.pending.settings.packages):
+            node = socket.gethostname()
+            message = f"{node} has other packages than the machine that sends the jobs: {difference}."
+            hint = "Install the same versions on every node."
+            raise BenchError("other-version", message, job.title, hint)
+        with tempfile.TemporaryDirectory(prefix="gym-extensions-") as folder:
+            out = Path(folder) / "job"
+            store_files(out, job, self.files)
+            replace(self.pending, out=out).run(listen)
+            return read_files(out, job)
+
+
+def read_files(out: Path, job: TrainingJob) -> dict[str, bytes]:
+    """The files of a job in the submission's folder ``out``: stages, policies, the saved agent."""
+    folder = Progress.of(out, job).folder
+    paths = sorted(path for path in folder.glob("[!.]*") if path.suffix in (".json", ".npz"))
+    return {path.name: path.read_bytes() for path in paths}
+
+
+def store_files(out: Path, job: TrainingJob, files: Files) -> list[FinishedStage]:
+    """Puts the files of a job in place, its folder as a whole. Returns the records of its finished stages."""
+    target = Progress.of(out, job).folder
+    incoming = target.with_name(f".{job.name}.incoming")
+    shutil.rmtree(incoming, ignore_errors=True)
+    incoming.mkdir(parents=True)
+    try:
+        for name, content in files.items():
+            (incoming / name).write_bytes(content)
+        replace_folder(target, incoming)
+    finally:
+        shutil.rmtree(incoming, ignore_errors=True)
+    return Progress(target).finished()
+
+
+Submit = Callable[[Sequence[RemoteJob], Listener], Iterator[tuple[int, Files | Failure]]]
+"""Runs jobs anywhere and yields each index with the job's files or its failure."""
+
+
+@dataclass(frozen=True)
+class Remote:
+    """An executor of training jobs that share no file system with this process.
+
+    Args:
+        submit: runs the jobs.
+        slots: number of jobs that run at the same time.
+    """
+
+    submit: Submit
+    slots: int
+
+    def run(
+        self, pending: Sequence[PendingJob], listen: Listener
+    ) -> Iterator[tuple[int, list[FinishedStage] | Failure]]:
+        """Yields each index with the job's stages, whose files are in place, or its failure."""
+        if not pending:
+            return
+        jobs = [RemoteJob.of(each) for each in pending]
+        for index, outcome in self.submit(jobs, listen):
+            result: list[FinishedStage] | Failure
+            if isinstance(outcome, Failure):
+                result = outcome
+            else:
+                try:
+                    result = store_files(pending[index].out, pending[index].job, outcome)
+                except OSError as error:
+                    result = failure_of(error, in_this_process=True)
+            yield index, result
+
 
 CONNECT_SECONDS = 5.0
 """How long to wait for the address."""

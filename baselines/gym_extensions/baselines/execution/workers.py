@@ -2,26 +2,100 @@
 
 from __future__ import annotations
 
+import errno
 import multiprocessing
 import os
+import pickle
 import signal
+import sys
 import threading
+import traceback
 from collections import deque
-from collections.abc import Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
-from queue import Empty
 from typing import Any, Protocol, TypeVar
 
-from gym_extensions.baselines.execution.failures import WORKER_DIED, Failure, failure_of
 from gym_extensions.baselines.training.events import Event, Listener
+from gym_extensions.errors import BenchError
+
+JOBS_FAILED = "jobs-failed"
+"""The code of the error that ``train`` raises after the other jobs have finished."""
+OTHER_RUN = ("other-run-unfinished", "other-version")
+"""The codes of errors with which a command refuses an unfinished run."""
+DISK_FULL = (errno.ENOSPC, errno.EDQUOT)
+WORKER_DIED = "The worker process ended unexpectedly. If memory ran out, use fewer --jobs or --num-envs."
+NOT_STARTED = "The worker process could not start the job; it printed the error."
+MAIN = "__main__"
+
+
+@dataclass(frozen=True)
+class Failure:
+    """Why a job failed.
+
+    Args:
+        cause: the error in one sentence.
+        traceback: the text of the traceback; empty if there is none.
+        error: the exception, if the job ran in this process.
+        can_repeat: whether the same command may succeed later; not if its settings or versions are other than
+            those of the unfinished run.
+    """
+
+    cause: str
+    traceback: str = ""
+    error: BaseException | None = field(default=None, compare=False)
+    can_repeat: bool = True
+
+
+def failure_of(error: BaseException, *, in_this_process: bool = False) -> Failure:
+    """The failure of a job that raised an exception, as text, because not every exception pickles."""
+    if isinstance(error, BenchError):
+        cause = str(error)
+    elif isinstance(error, OSError) and error.errno in DISK_FULL:
+        cause = f"The disk is full: {error.strerror}. Free some disk space."
+    else:
+        cause = f"{type(error).__name__}: {error}".rstrip(": ")
+    text = "".join(traceback.format_exception(error))
+    can_repeat = not (isinstance(error, BenchError) and error.code in OTHER_RUN)
+    return Failure(cause, text, error if in_this_process else None, can_repeat)
+
+
+def require_importable(agent: object) -> None:
+    """Raises ``BenchError`` if a worker process cannot import an agent, as one that a notebook defines."""
+    hint = "Put it in a module (a .py file) and import it from there, or train with jobs=0."
+    try:
+        text = pickle.dumps(agent)
+    except Exception as error:
+        message = f"A worker process cannot receive the agent: {type(error).__name__}: {error}.".replace(
+            "..", "."
+        )
+        raise BenchError("bad-agent", message, "agent", hint) from error
+    if MAIN.encode() in text and not hasattr(sys.modules[MAIN], "__file__"):
+        message = (
+            "A worker process cannot import the agent from a notebook or an interactive session (__main__)."
+        )
+        raise BenchError("bad-agent", message, "agent", hint)
+
+
+def jobs_failed(failures: Mapping[str, Failure], total: int, hint: str) -> BenchError:
+    """The error that names every failed job with its cause.
+
+    Args:
+        failures: by the title of the job.
+        total: number of jobs of the call.
+        hint: what to do.
+    """
+    jobs = "1 job" if total == 1 else f"{total} jobs"
+    lines = [
+        f"{len(failures)} of {jobs} failed.",
+        *(f"  {title}: {failures[title].cause}" for title in failures),
+    ]
+    return BenchError(JOBS_FAILED, "\n".join([*lines, ""]), hint=hint)
+
 
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 """Environment variables that libraries read when a process loads them."""
-POLL_SECONDS = 0.2
-LAST_EVENT_SECONDS = 0.5
 
 Result_co = TypeVar("Result_co", covariant=True)
 Result = TypeVar("Result")
@@ -86,7 +160,7 @@ class _ListenerFailed(BaseException):
 
 @dataclass(frozen=True)
 class Workers:
-    """Runs up to ``slots`` worker processes, which run one thing at a time: a killed worker fails one only.
+    """Runs up to ``slots`` worker processes, one for each thing: a killed worker fails one only.
 
     Workers are spawned, not forked, on every platform.
     """
@@ -98,88 +172,58 @@ class Workers:
     ) -> Iterator[tuple[int, Result | Failure]]:
         """Yields each index with its result or failure, in the order of finishing."""
         os.environ.update(dict.fromkeys(ONE_THREAD, "1"))
-        waiting = deque(range(len(pending)))
-        running: dict[Future[Result | Failure], tuple[int, _Worker]] = {}
-
-        def start(worker: _Worker) -> None:
-            index = waiting.popleft()
-            running[worker.submit(index, pending[index])] = (index, worker)
-
+        context, waiting = multiprocessing.get_context("spawn"), deque(enumerate(pending))
+        running: dict[Any, tuple[int, BaseProcess]] = {}  # by the connection to the process
+        process: BaseProcess
+        connection: Any
+        value: Any
         try:
-            while waiting and len(running) < self.slots:
-                start(_Worker())
-            while running:
-                done = wait(running, timeout=POLL_SECONDS, return_when=FIRST_COMPLETED).done
-                for future, (_, worker) in running.items():
-                    # A worker sends its last events from a separate thread, a moment after its result.
-                    worker.forward(listen, LAST_EVENT_SECONDS if future in done else 0.0)
-                for future in done:
-                    index, worker = running.pop(future)
-                    outcome = _outcome(future)
-                    if waiting:
-                        start(worker if future.exception() is None else _Worker())
+            while waiting or running:
+                while waiting and len(running) < self.slots:
+                    index, runnable = waiting.popleft()
+                    here, there = context.Pipe(duplex=False)
+                    process = context.Process(target=_work, args=(there, runnable))
+                    try:
+                        process.start()
+                    except Exception as error:  # noqa: BLE001  (it does not pickle)
+                        yield index, failure_of(error)
                     else:
-                        worker.pool.shutdown(wait=False)
-                    yield index, outcome
+                        running[here] = (index, process)
+                    there.close()
+                for connection in wait(list(running)) if running else ():
+                    index, process = running[connection]
+                    try:
+                        is_event, value = connection.recv()
+                    except EOFError:
+                        is_event, value = False, _died(process)
+                    if is_event:
+                        listen(value)
+                    else:
+                        del running[connection]
+                        process.join()
+                        yield index, value
         except BaseException:
-            for _, worker in running.values():
-                worker.stop()
+            for _, process in running.values():
+                process.terminate()
             raise
 
 
-class _Worker:
-    """A worker process and its queue of events. A killed worker could leave a shared queue locked."""
-
-    def __init__(self) -> None:
-        context = multiprocessing.get_context("spawn")
-        self._events = context.Queue()
-        self._index: int | None = None  # of the job whose events are still to come
-        self.pool = ProcessPoolExecutor(
-            1, mp_context=context, initializer=_initialize, initargs=(self._events,)
-        )
-        self._processes: list[BaseProcess] = []
-
-    def submit(self, index: int, runnable: Runnable[Result]) -> Future[Result | Failure]:
-        """Runs a job, whose index is not that of the job before; the first call starts the process."""
-        self._index, others = index, multiprocessing.active_children()
-        future = self.pool.submit(_run, index, runnable)
-        self._processes += [each for each in multiprocessing.active_children() if each not in others]
-        return future
-
-    def stop(self) -> None:
-        """Ends the process, whatever it runs."""
-        self.pool.shutdown(wait=False, cancel_futures=True)
-        for process in self._processes:
-            process.terminate()
-
-    def forward(self, listen: Listener, timeout: float) -> None:
-        """Passes on the events that have arrived; waits up to a timeout for the job's last one, None."""
-        while self._index is not None:
-            try:
-                index, event = self._events.get(timeout=timeout) if timeout else self._events.get_nowait()
-            except Empty:
-                return
-            if event is not None:
-                listen(event)
-            elif index == self._index:
-                self._index = None
+def _died(process: BaseProcess) -> Failure:
+    """Why a process ended without a result: a signal, or an error before its job began, which it printed."""
+    process.join()
+    is_killed = process.exitcode is not None and process.exitcode < 0
+    return Failure(WORKER_DIED if is_killed else NOT_STARTED)
 
 
-def _outcome(future: Future[Result | Failure]) -> Result | Failure:
-    error = future.exception()
-    if error is None:
-        return future.result()
-    return Failure(WORKER_DIED) if isinstance(error, BrokenProcessPool) else failure_of(error)
-
-
-_events: Any = None
-
-
-def _initialize(events: Any) -> None:
-    global _events  # noqa: PLW0603  (the only way to pass a pool's initializer arguments on)
-    _events = events
+def _work(connection: Connection, runnable: Runnable[Any]) -> None:
+    """Runs in a worker process, and sends events and, last, the result."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # on Ctrl-C, the parent process stops its workers
     threading.Thread(target=_exit_with_parent, daemon=True).start()
+    try:
+        outcome = runnable.run(lambda event: connection.send((True, event)))
+    except (Exception, SystemExit) as error:  # noqa: BLE001  (an agent may raise anything)
+        outcome = failure_of(error)
+    connection.send((False, outcome))
 
 
 def _exit_with_parent() -> None:
@@ -188,12 +232,3 @@ def _exit_with_parent() -> None:
     if parent is not None:
         parent.join()
         os._exit(1)
-
-
-def _run(index: int, runnable: Runnable[Any]) -> Any:
-    try:
-        return runnable.run(lambda event: _events.put((index, event)))
-    except (Exception, SystemExit) as error:  # noqa: BLE001  (an agent may raise anything)
-        return failure_of(error)
-    finally:
-        _events.put((index, None))

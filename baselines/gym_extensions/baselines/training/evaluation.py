@@ -1,103 +1,204 @@
-"""Evaluation of an agent on one task: one episode per environment, recorded for replay."""
+"""Evaluates agents on the tasks of a job with the prescribed seeds, and checks their policies."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+import inspect
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from statistics import fmean
 
 import numpy as np
 
-from gym_extensions.baselines.agent import Agent, Array, Context, VectorEnv
-from gym_extensions.baselines.context import TaskLabel
-from gym_extensions.baselines.context_checks import action_function
-from gym_extensions.baselines.training.actions import clip_actions
-from gym_extensions.catalog.bodies.success import IS_SUCCESS
-from gym_extensions.rollouts.traces import Trace, cut
+from gym_extensions.baselines.agent import Agent, Array, Context, Resumable, TaskLabel, VectorEnv
+from gym_extensions.baselines.agent_checks import action_function
+from gym_extensions.baselines.training.jobs import preserved_global_generators
+from gym_extensions.catalog.groups import TaskGroup
+from gym_extensions.catalog.protocol import EVALUATION_EPISODES, evaluation_seed
+from gym_extensions.catalog.tasks import Task
+from gym_extensions.envs import make_vec
+from gym_extensions.envs.rollout import Outcome, Watch, run_episodes
+from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.policy import Policy, mean_and_log_sigma, to_action
+from gym_extensions.rollouts.tables import Episode
 
+MeanReturns = Callable[[Agent, Sequence[Task], int], Iterator[float]]
+"""The mean return of an agent on each task, over a number of episodes per task."""
+TOLERANCE = 1e-4
+"""Largest difference between an agent's action and its policy's, in half widths of the action space.
 
-@runtime_checkable
-class BatchedStates(Protocol):
-    """A vector environment that returns the states of all environments in one call."""
-
-    def save_states(self) -> dict[str, Array]:
-        """Arrays (num_envs, …) by name."""
-
-
-@dataclass(frozen=True)
-class Rollout:
-    """One evaluation episode, with its trace if one was requested.
-
-    ``success`` is the ``is_success`` of its last step, or None where the task defines none.
-    """
-
-    length: int
-    return_: float
-    terminated: bool
-    success: bool | None
-    trace: Trace | None = None
-
-
-def saved_states(env: VectorEnv) -> dict[str, Array]:
-    """The states of all environments: arrays (num_envs, …) by name."""
-    if isinstance(env, BatchedStates):
-        return env.save_states()
-    states = env.call("save_state")  # type: ignore[attr-defined]
-    return {name: np.stack([state[name] for state in states]) for name in states[0]}
+Other batch sizes change the action of a policy by rounding.
+"""
+DEVIATIONS = 8.0
+"""An action that a Gaussian policy samples is within this many standard deviations of the mean."""
 
 
 def evaluate(
     agent: Agent,
     env: VectorEnv,
     seeds: Sequence[int],
-    segment_steps: int = 0,
     label: TaskLabel | None = None,
-) -> list[Rollout]:
+    watch: Watch | None = None,
+) -> list[Outcome]:
     """Runs the first episode of every environment.
-
-    An environment whose episode ended is stepped on, so that no action depends on when another episode ended.
 
     Args:
         agent: acts and does not learn.
         env: ``len(seeds)`` environments of one task.
         seeds: the reset seed of each environment.
-        segment_steps: steps per segment of a trace; 0 records no traces.
         label: the task, only for an agent that asked for ``task_in_evaluation``.
+        watch: called with the applied actions of every step.
 
     Returns:
-        One rollout per seed, in the order of ``seeds``.
+        One outcome per seed, in the order of ``seeds``.
     """
-    num_envs, act = len(seeds), action_function(agent)
+    act = action_function(agent)
+    return run_episodes(
+        env, seeds, lambda observations, starts, _: act(observations, Context(starts, label)), watch=watch
+    )
+
+
+@dataclass
+class Evaluator:
+    """Evaluates on the tasks of a group; creates the environments of a task on first use and keeps them.
+
+    ``observes_task`` says whether the agent asked for ``task_in_evaluation``.
+    """
+
+    group: TaskGroup
+    observes_task: bool = False
+    _envs: dict[tuple[str, int], VectorEnv] = field(default_factory=dict)
+
+    def envs(self, task: Task, episodes: int = EVALUATION_EPISODES) -> VectorEnv:
+        """One environment of the task per episode."""
+        if (task.id, episodes) not in self._envs:
+            self._envs[task.id, episodes] = make_vec(task, episodes)
+        return self._envs[task.id, episodes]
+
+    def evaluate(self, agent: Agent, stage: int, task: Task, policy: Policy | None) -> list[Episode]:
+        """The episodes of the agent on a task. Raises ``BenchError`` if its policy acts in another way."""
+        first: list[Array] = []
+
+        def remember(actions: Array | None) -> None:
+            if actions is not None and not first:
+                first.append(np.array(actions))
+
+        seeds, outcomes = self._outcomes(agent, task, EVALUATION_EPISODES, remember)
+        if policy is not None:
+            require_agreement(policy, self.envs(task), seeds, first[0], self.group.tasks.index(task))
+        return [
+            Episode(stage, task.id, episode, seed, *outcome)
+            for episode, (seed, outcome) in enumerate(zip(seeds, outcomes, strict=True))
+        ]
+
+    def mean_returns(self, agent: Agent, tasks: Sequence[Task], episodes: int) -> Iterator[float]:
+        """The mean return on each task over the first episodes."""
+        for task in tasks:
+            yield fmean(outcome.return_ for outcome in self._outcomes(agent, task, episodes)[1])
+
+    def _outcomes(
+        self, agent: Agent, task: Task, episodes: int, watch: Watch | None = None
+    ) -> tuple[list[int], list[Outcome]]:
+        seeds = [evaluation_seed(self.group.id, task.id, episode) for episode in range(episodes)]
+        label = TaskLabel(task.id, self.group.task_ids.index(task.id)) if self.observes_task else None
+        return seeds, evaluate(agent, self.envs(task, episodes), seeds, label, watch)
+
+    def close(self) -> None:
+        """Closes every environment."""
+        for env in self._envs.values():
+            env.close()
+
+
+def policy_of(agent: Agent) -> Policy | None:
+    """The agent's policy; None if it has no method ``policy`` or cannot express its policy.
+
+    An attribute ``policy`` that is not a method, such as a torch module, is something else.
+
+    Raises:
+        BenchError: the method returns neither a policy nor None.
+    """
+    method = getattr(agent, "policy", None)
+    if not inspect.isroutine(method):
+        return None
+    policy: object = method()
+    if policy is None or isinstance(policy, Policy):
+        return policy
+    message = f"Expected a Policy or None, got a value of type {type(policy).__name__}."
+    raise BenchError("bad-policy", message, "policy()", "Return a gym_extensions.rollouts.policy.Policy.")
+
+
+def require_agreement(
+    policy: Policy, env: VectorEnv, seeds: Sequence[int], actions: Array, task: int
+) -> None:
+    """Checks that the policy takes the first actions of evaluation episodes.
+
+    The action of a deterministic policy is known. For the others every action that they can sample agrees.
+
+    Args:
+        policy: the agent's policy.
+        env: the evaluation environments of a task; they are reset.
+        seeds: the reset seed of each environment.
+        actions: the first action of each episode, as applied (num_envs, …).
+        task: index of the task in the group.
+
+    Raises:
+        BenchError: an action differs, or the observations have another size than the policy's inputs.
+    """
     observations, _ = env.reset(seed=list(seeds))  # type: ignore[arg-type]
-    rewards, actions, states = [], [], []
-    lengths, is_terminated = np.zeros(num_envs, int), np.zeros(num_envs, bool)
-    successes: list[bool | None] = [None] * num_envs
-    starts, resetting = np.ones(num_envs, bool), np.zeros(num_envs, bool)
-    while not lengths.all():
-        applied = clip_actions(act(observations, Context(starts, label)), env, "act()")
-        observations, reward, terminated, truncated, infos = env.step(applied)
-        rewards.append(np.array(reward, np.float64))
-        starts, resetting = resetting, terminated | truncated
-        ended = resetting & (lengths == 0)
-        is_terminated[ended] = terminated[ended]
-        lengths[ended] = len(rewards)
-        if IS_SUCCESS in infos:
-            for index in np.flatnonzero(ended & infos[f"_{IS_SUCCESS}"]):
-                successes[index] = bool(infos[IS_SUCCESS][index])
-        if segment_steps:
-            actions.append(np.array(applied))
-            if (len(rewards) + 1) % segment_steps == 0 and not lengths.all():
-                states.append(saved_states(env))
-    all_rewards = np.stack(rewards)
-    all_actions = np.stack(actions) if actions else None
-    rollouts = []
-    for i in range(num_envs):
-        episode_rewards = all_rewards[: lengths[i], i]
-        trace = None
-        if all_actions is not None:
-            episode_states = [{name: values[i] for name, values in state.items()} for state in states]
-            trace = cut(all_actions[: lengths[i], i], episode_rewards, episode_states, segment_steps)
-        result = (int(lengths[i]), math.fsum(episode_rewards), bool(is_terminated[i]), successes[i])
-        rollouts.append(Rollout(*result, trace))
-    return rollouts
+    taken = actions.reshape(len(actions), -1)
+    if taken.shape[1] != len(policy.action_offset):
+        message = f"The actions have {taken.shape[1]} values; the policy has {len(policy.action_offset)}."
+        raise BenchError("bad-policy", message, "policy()", "Return the policy that act() uses.")
+    space = env.single_action_space
+    low, high = (
+        np.asarray(bound, np.float64).ravel()
+        for bound in (space.low, space.high)  # type: ignore[attr-defined]
+    )
+    with np.errstate(all="ignore"):
+        mean, log_sigma = mean_and_log_sigma(policy, observations, task)
+        width = {"deterministic": 0.0, "uniform": 1.0}.get(policy.head, DEVIATIONS * np.exp(log_sigma))
+        bounds = (to_action(policy, mean + sign * width).astype(np.float64) for sign in (-1, 1))
+        lower, upper = (np.clip(bound, low, high) for bound in bounds)
+        excess = np.maximum(lower - taken, taken - upper) / ((high - low) / 2)
+    difference = float(np.maximum(excess, 0).max())
+    if not difference <= TOLERANCE:
+        message = f"The policy's actions differ from those of act() by {difference:.3g} half widths."
+        hint = "Return the policy that act() uses, or None if it cannot be expressed as plain arrays."
+        raise BenchError("policy-differs", message, "policy()", hint)
+
+
+def isolated(
+    agent: Agent, create: Callable[[], Agent], path: Path, mean_returns: MeanReturns
+) -> Callable[[Sequence[Task], int], Iterator[float]]:
+    """The function ``mean_returns`` for this agent, without an effect on its training.
+
+    A copy of the agent acts if the agent can be saved, and global random generators are restored afterwards.
+    An agent that cannot be saved acts itself, so that its generator for acting moves on.
+
+    Args:
+        agent: the agent.
+        create: creates an agent of the same kind.
+        path: a file that is written and deleted.
+        mean_returns: evaluates an agent.
+    """
+
+    def of_agent(tasks: Sequence[Task], episodes: int) -> Iterator[float]:
+        with preserved_global_generators():
+            yield from mean_returns(copy_of(agent, create, path), tasks, episodes)
+
+    return of_agent
+
+
+def copy_of(agent: Agent, create: Callable[[], Agent], path: Path) -> Agent:
+    """A new agent that loads what the agent saves; an agent that cannot be saved is returned as is."""
+    if not isinstance(agent, Resumable):
+        return agent
+    copy = create()
+    if not isinstance(copy, Resumable):
+        return agent
+    try:
+        agent.save(path)
+        copy.load(path)
+    finally:
+        path.unlink(missing_ok=True)
+    return copy

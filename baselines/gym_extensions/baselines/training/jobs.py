@@ -1,17 +1,95 @@
-"""The independent jobs of a protocol. Each trains one agent and can run in its own process."""
+"""The independent jobs of a protocol, their seeds, and what their results depend on.
+
+Each job trains one agent and can run in its own process.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import copy
+import hashlib
+import random
+import sys
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
+from typing import Any
 
-from gym_extensions.baselines.context import Observes
+import gymnasium as gym
+import numpy as np
+
+from gym_extensions.baselines.agent import Observes
 from gym_extensions.baselines.training.events import JobPlan, StagePlan
-from gym_extensions.catalog.budgets import Budget, budget
 from gym_extensions.catalog.groups import TaskGroup
-from gym_extensions.catalog.protocol import EVALUATION_EPISODES
-from gym_extensions.catalog.task import Task
+from gym_extensions.catalog.protocol import EVALUATION_EPISODES, Budget, budget
+from gym_extensions.catalog.tasks import Task
 from gym_extensions.rollouts.manifest import Steps
+from gym_extensions.versions import version
+
+PACKAGES = ("gym_extensions", "gymnasium", "mujoco", "numpy")
+"""The packages on which the results of every job depend."""
+
+
+def training_seed(run: int, *purpose: str) -> int:
+    """A seed in [0, 2³²) for one purpose in one run: ``SeedSequence([run, …])`` with the purpose's sha256."""
+    digest = hashlib.sha256("/".join(purpose).encode()).digest()
+    words = [int.from_bytes(digest[start : start + 4], "little") for start in range(0, 16, 4)]
+    return int(np.random.SeedSequence([run, *words]).generate_state(1)[0])
+
+
+def spawn_seeds(seed: int, num_envs: int) -> list[int]:
+    """Spawns one seed per environment from one seed. Neighboring seeds share none of them."""
+    return [int(child.generate_state(1)[0]) for child in np.random.SeedSequence(seed).spawn(num_envs)]
+
+
+def seeded_copy(space: gym.Space[Any], seed: int) -> gym.Space[Any]:
+    """A copy of a space that samples from a seed of its own."""
+    own = copy.deepcopy(space)
+    own.seed(seed % 2**31)
+    return own
+
+
+@contextmanager
+def seeded_global_generators(seed: int) -> Iterator[None]:
+    """Seeds the global random generators of Python, numpy and (if it is loaded) torch; restores them after.
+
+    So an agent that draws from them repeats its run too.
+    """
+    with preserved_global_generators():
+        random.seed(seed)
+        np.random.seed(seed % 2**32)  # noqa: NPY002
+        if torch := sys.modules.get("torch"):
+            torch.manual_seed(seed)
+        yield
+
+
+@contextmanager
+def preserved_global_generators() -> Iterator[None]:
+    """Restores the global random generators of Python, numpy and (if it is loaded) torch."""
+    torch = sys.modules.get("torch")
+    python_state, numpy_state = random.getstate(), np.random.get_state()  # noqa: NPY002
+    torch_state = None if torch is None else torch.get_rng_state()
+    try:
+        yield
+    finally:
+        random.setstate(python_state)
+        np.random.set_state(numpy_state)  # noqa: NPY002
+        if torch is not None:
+            torch.set_rng_state(torch_state)
+
+
+def job_versions(packages: Iterable[str] = ()) -> dict[str, str]:
+    """The versions of the packages that every job uses, and of those that its agent uses besides them."""
+    return {name: version(name.replace("_", "-")) for name in (*PACKAGES, *packages)}
+
+
+def version_difference(stored: object, packages: Iterable[str] = ()) -> str:
+    """What differs between stored and installed versions; empty if nothing does."""
+    old = stored if isinstance(stored, dict) else {}
+    return ", ".join(
+        f"{name} {old.get(name, 'unknown')} (installed: {new})"
+        for name, new in job_versions(packages).items()
+        if old.get(name) != new
+    )
 
 
 @dataclass(frozen=True)
@@ -82,6 +160,11 @@ class TrainingJob:
     def run_key(self) -> tuple[str, str, int]:
         """The group's name, the protocol and the run: what the jobs of one run have in common."""
         return self.group.name, self.protocol, self.run
+
+    @property
+    def task_name(self) -> str | None:
+        """The name of the trained task in the single protocol, else None."""
+        return None if self.task is None else self.group.tasks[self.task].name
 
     @property
     def title(self) -> str:

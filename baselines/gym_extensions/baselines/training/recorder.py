@@ -1,20 +1,148 @@
-"""The training environment: clips actions, counts transitions and records the training curve."""
+"""The environment of ``learn``, and what is reported and stored while a stage trains.
+
+It clips actions, counts transitions, records the training curve, and gives the agent what it asked to
+observe.
+"""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
+import gymnasium as gym
 import numpy as np
+from numpy.typing import NDArray
 
-from gym_extensions.baselines.agent import Array, VectorEnv
-from gym_extensions.baselines.training.actions import clip_actions
-from gym_extensions.baselines.training.context_env import ContextEnv, TrainingContext
-from gym_extensions.baselines.training.seeding import spawn_seeds
+from gym_extensions.baselines.agent import Array, Observes, VectorEnv, not_requested
+from gym_extensions.baselines.training.events import BatchTrained, Listener, TaskEvaluated
+from gym_extensions.baselines.training.jobs import Interim, Stage, TrainingJob, seeded_copy, spawn_seeds
+from gym_extensions.catalog.tasks import Task
+from gym_extensions.envs.rollout import clip_actions
 from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.tables import CurvePoint, EvaluationPoint, append_curves
 
+CALLS = ("task", "np_random", "np_random_seed")
+"""Calls of the project's vector environments. Other vector environments could ``step`` by a call."""
+
+
+@dataclass(frozen=True)
+class TrainingContext:
+    """What a stage offers to agents that ask for it.
+
+    Args:
+        observes: what the agent asked for.
+        group_ids: the ids of the group's tasks in training order; the trained tasks if empty.
+        stage: the number of the stage, from 1.
+    """
+
+    observes: Observes = field(default_factory=Observes)
+    group_ids: tuple[str, ...] = ()
+    stage: int = 1
+
+
+class ContextEnv(gym.vector.VectorWrapper):
+    """A vector environment with the attributes of the training context.
+
+    ``batch_steps`` and ``budget_steps`` can always be read. The other attributes raise ``BenchError`` unless
+    the agent's ``observes`` has the field that they need. ``unwrapped`` is this environment, so that no
+    step is taken past it.
+
+    Args:
+        env: environment i runs ``task_ids[i % len(task_ids)]``.
+        task_ids: the tasks that are trained.
+        budget_steps: transitions that the agent may take.
+        batch_steps: the batch size of the reference agents.
+        context: of the stage.
+    """
+
+    def __init__(
+        self,
+        env: VectorEnv,
+        task_ids: Sequence[str],
+        *,
+        budget_steps: int,
+        batch_steps: int,
+        context: TrainingContext,
+    ) -> None:
+        super().__init__(env)
+        self.batch_steps, self.budget_steps = batch_steps, budget_steps
+        self._trained, self._context = tuple(task_ids), context
+        self._group_ids = context.group_ids or self._trained
+
+    @property
+    def task_ids(self) -> tuple[str, ...]:
+        """The ids of the tasks that are trained, in order. Needs ``task_in_training``."""
+        self._require("task_in_training", "task_ids")
+        return self._trained
+
+    @property
+    def env_task_ids(self) -> tuple[str, ...]:
+        """The id of each environment's task. Needs ``task_in_training``."""
+        self._require("task_in_training", "env_task_ids")
+        return self._of_each_env()
+
+    @property
+    def env_tasks(self) -> NDArray[np.int64]:
+        """The index of each environment's task in the training order of its group, (num_envs,).
+
+        Needs ``task_in_training``.
+        """
+        self._require("task_in_training", "env_tasks")
+        return np.array([self._group_ids.index(task) for task in self._of_each_env()], np.int64)
+
+    @property
+    def stage(self) -> int:
+        """The number of the stage, from 1. Needs ``boundaries``."""
+        self._require("boundaries", "stage")
+        return self._context.stage
+
+    @property
+    def num_tasks(self) -> int:
+        """The number of tasks in the group. Needs ``boundaries``."""
+        self._require("boundaries", "num_tasks")
+        return len(self._group_ids)
+
+    @property
+    def unwrapped(self) -> Any:
+        """This environment."""
+        return self
+
+    @property
+    def spec(self) -> Any:  # type: ignore[override]
+        """The wrapped environment's, which names the task; None unless ``task_in_training`` is set."""
+        return self.env.spec if self._context.observes.task_in_training else None
+
+    def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
+        """Same as the wrapped environment's ``call``. ``task`` needs ``task_in_training``.
+
+        Raises:
+            BenchError: the agent did not ask for the task, or another name.
+        """
+        if name == "task":
+            self._require("task_in_training", f"call({name!r})")
+        if name not in CALLS:
+            message, hint = f"The training environments have no {name!r}.", f"Call one of {', '.join(CALLS)}."
+            raise BenchError("unknown-call", message, "env.call() in learn()", hint)
+        environments: Any = self.env  # VectorEnv does not declare call, but its implementations have it
+        values: tuple[Any, ...] = environments.call(name, *args, **kwargs)
+        return values
+
+    def get_attr(self, name: str) -> tuple[Any, ...]:
+        """Same as ``call`` without arguments."""
+        return self.call(name)
+
+    def _of_each_env(self) -> tuple[str, ...]:
+        return tuple(self._trained[i % len(self._trained)] for i in range(self.num_envs))
+
+    def _require(self, field_name: str, name: str) -> None:
+        if not getattr(self._context.observes, field_name):
+            raise not_requested(f"env.{name}", field_name)
+
+
+SPACES = ("single_observation_space", "single_action_space", "observation_space", "action_space")
 EXCESS = 0.02
 """Fraction of the budget by which an agent's last batch may exceed it."""
 
@@ -55,7 +183,7 @@ class Recorder(ContextEnv):
         task_ids: the tasks that are trained.
         steps: the budget: transitions that the agent may take.
         batch_steps: the budget's batch size. It is also the interval between points of the curve.
-        seed: of the first reset; seeds that the agent passes are ignored.
+        seed: of the first reset, the spaces and ``np_random``; seeds that the agent passes are ignored.
         report: called after every batch, within ``step``; the agent has not yet received the observations.
         context: what the agent asked for, and the stage. By default it asked for nothing.
     """
@@ -76,11 +204,20 @@ class Recorder(ContextEnv):
         self.taken, self.points = 0, list[Point]()
         self._budget, self._report = steps, report
         self._seeds = np.random.SeedSequence(seed)
+        *space_seeds, generator_seed = spawn_seeds(spawn_seeds(seed, self.num_envs + 1)[-1], len(SPACES) + 1)
+        self._generator = np.random.default_rng(generator_seed)
+        for name, space_seed in zip(SPACES, space_seeds, strict=True):
+            setattr(self, name, seeded_copy(getattr(env, name), space_seed))
         self._resetting = np.ones(self.num_envs, bool)
         self._sums = np.zeros(self.num_envs)
         self._ended: dict[str, list[float]] = {task: [] for task in task_ids}
         self._next_point = batch_steps
         self._reported, self._since = 0, time.perf_counter()
+
+    @property  # type: ignore[misc]  # Gymnasium's has a setter
+    def np_random(self) -> np.random.Generator:
+        """A generator that the run's seed determines; the environments have their own."""
+        return self._generator
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
@@ -140,3 +277,64 @@ class Recorder(ContextEnv):
         self._reported = self.taken
         self._report(batch)
         self._since = time.perf_counter()
+
+
+class StageMonitor:
+    """Receives the recorder's batches of one stage.
+
+    Args:
+        job: the job.
+        stage: its stage.
+        job_step: training steps of the stages before.
+        curve: the file to which the points of the curve are appended.
+        listen: receives the events.
+        interim: when to evaluate during training; None evaluates at the end of the stage only.
+        evaluate: the mean return of each of several tasks, over a number of episodes per task.
+    """
+
+    def __init__(
+        self,
+        job: TrainingJob,
+        stage: Stage,
+        job_step: int,
+        *,
+        curve: Path,
+        listen: Listener,
+        interim: Interim | None,
+        evaluate: Callable[[Sequence[Task], int], Iterable[float]],
+    ) -> None:
+        self.curves, self.evaluations = list[CurvePoint](), list[EvaluationPoint]()
+        self._job, self._stage, self._job_step, self._curve = job, stage, job_step, curve
+        self._listen, self._interim, self._evaluate = listen, interim, evaluate
+        self._next = interim.every if interim else stage.steps
+
+    def __call__(self, batch: Batch) -> None:
+        """Appends the points to the curve, sends the events and evaluates if it is time to."""
+        job, stage = self._job, self._stage
+        points = [
+            CurvePoint(job.protocol, job.run, point.task, point.step, point.return_) for point in batch.points
+        ]
+        self.curves += points
+        append_curves(self._curve, points)
+        speed = batch.steps / max(batch.seconds, 1e-9)
+        step, job_step = batch.step, self._job_step + batch.step
+        self._listen(
+            BatchTrained(
+                job.title, stage.number, step, job_step, batch.mean_return, speed, seconds=batch.seconds
+            )
+        )
+        if self._interim is not None and self._next <= step < stage.steps:
+            self._next = self._interim.every * (1 + step // self._interim.every)
+            self._evaluate_all(step, self._interim.episodes)
+
+    def _evaluate_all(self, step: int, episodes: int) -> None:
+        job, stage = self._job, self._stage
+        start = time.perf_counter()
+        mean_returns = self._evaluate(stage.evaluated, episodes)
+        for task, mean_return in zip(stage.evaluated, mean_returns, strict=True):
+            self.evaluations.append(
+                EvaluationPoint(job.protocol, job.run, stage.number, task.id, step, episodes, mean_return)
+            )
+            seconds, start = time.perf_counter() - start, time.perf_counter()
+            where = (job.title, stage.number, step, self._job_step + step)
+            self._listen(TaskEvaluated(*where, task.id, episodes, mean_return, seconds, in_training=True))

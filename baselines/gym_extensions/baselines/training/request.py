@@ -10,16 +10,15 @@ from pathlib import Path
 from typing import Any
 
 from gym_extensions.baselines.training.jobs import Interim
-from gym_extensions.catalog.budgets import Budget
-from gym_extensions.catalog.budgets import budget as budget_named
-from gym_extensions.catalog.custom_groups import resolve_group, with_custom
-from gym_extensions.catalog.groups import TaskGroup
+from gym_extensions.catalog.groups import TaskGroup, resolve_group, with_custom
 from gym_extensions.catalog.protocol import (
     CURVE_POINTS,
     EVALUATION_EPISODES,
     FIRST_REFERENCE_RUN,
     PROTOCOLS,
+    Budget,
 )
+from gym_extensions.catalog.protocol import budget as budget_named
 from gym_extensions.envs import make_vec
 from gym_extensions.errors import BenchError, did_you_mean
 

@@ -3,33 +3,46 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from gym_extensions.baselines import algorithms
-from gym_extensions.baselines.agent import Agent, Factory, Observes
-from gym_extensions.baselines.agent_checks import card_of
-from gym_extensions.baselines.context_checks import observes_of
-from gym_extensions.baselines.training.context_env import TrainingContext
-from gym_extensions.baselines.training.evaluator import Evaluator
+from gym_extensions.baselines.agent import Agent, Factory, VectorEnv
+from gym_extensions.baselines.agent_checks import card_of, observes_of
+from gym_extensions.baselines.training.checkpoints import FinishedStage, Progress
+from gym_extensions.baselines.training.evaluation import Evaluator, isolated, policy_of
 from gym_extensions.baselines.training.events import JobFinished, Listener, StageStarted, TaskEvaluated
-from gym_extensions.baselines.training.isolation import isolated
-from gym_extensions.baselines.training.jobs import Interim, Settings, Stage, TrainingJob
-from gym_extensions.baselines.training.monitor import StageMonitor
-from gym_extensions.baselines.training.policies import policy_of, store_policy
-from gym_extensions.baselines.training.progress import FinishedStage, Progress
-from gym_extensions.baselines.training.recorder import Recorder
-from gym_extensions.baselines.training.seeding import training_seed
-from gym_extensions.catalog.budgets import budget
+from gym_extensions.baselines.training.jobs import (
+    Interim,
+    Settings,
+    Stage,
+    TrainingJob,
+    seeded_copy,
+    seeded_global_generators,
+    training_seed,
+)
+from gym_extensions.baselines.training.recorder import Recorder, StageMonitor, TrainingContext
+from gym_extensions.baselines.training.usage import Meter
+from gym_extensions.catalog.protocol import budget
 from gym_extensions.envs import make_vec
 from gym_extensions.envs.fingerprint import fingerprint_of
 from gym_extensions.errors import BenchError
-from gym_extensions.installed import blas_kernels
+from gym_extensions.rollouts.tables import Episode
 
 
 @dataclass(frozen=True)
 class PendingJob:
-    """A job with everything that a worker process needs to run it."""
+    """A job with everything that a worker process needs to run it.
+
+    Args:
+        job: the job.
+        agent: the name or the factory of the agent.
+        settings: how it runs.
+        out: the submission's folder.
+        interim: when to evaluate during training; None evaluates at the end of each stage only.
+        num_threads: threads that step the training environments. Results do not depend on it.
+    """
 
     job: TrainingJob
     agent: str | Factory
@@ -39,116 +52,110 @@ class PendingJob:
     num_threads: int = 1
 
     def run(self, listen: Listener) -> list[FinishedStage]:
-        """Runs the job; see :func:`run_job`."""
-        make = algorithms.factory(self.agent)
-        return run_job(
-            *(self.job, make, self.settings, self.out, listen),
-            interim=self.interim,
-            num_threads=self.num_threads,
+        """Runs every stage that an earlier attempt did not finish. Returns the records of all stages."""
+        job, settings = self.job, self.settings
+        stages = job.stages(budget(settings.budget))
+        progress = Progress.of(self.out, job)
+        progress.begin(
+            asdict(settings)
+            | {"group": job.group.id, "tasks": list(job.group.task_ids), "stages": len(stages)}
+            | {"fingerprints": [fingerprint_of(task) for task in job.group.tasks]}
         )
-
-
-def run_job(
-    job: TrainingJob,
-    make: Factory,
-    settings: Settings,
-    out: Path,
-    listen: Listener,
-    *,
-    interim: Interim | None = None,
-    num_threads: int = 1,
-) -> list[FinishedStage]:
-    """Runs every stage of the job that an earlier attempt did not finish.
-
-    Args:
-        job: the job.
-        make: creates its agent.
-        settings: how it runs.
-        out: the submission's folder.
-        listen: receives the events.
-        interim: when to evaluate during training; None evaluates at the end of each stage only.
-        num_threads: threads that step the training environments. Results do not depend on it.
-
-    Returns:
-        The records of all stages, those of earlier attempts included.
-    """
-    stages = job.stages(budget(settings.budget))
-    progress = Progress.of(out, job)
-    progress.begin(
-        asdict(settings)
-        | {"group": job.group.id, "tasks": list(job.group.task_ids), "stages": len(stages)}
-        | {"fingerprints": [fingerprint_of(task) for task in job.group.tasks]}
-    )
-    done = progress.finished()
-    if len(done) == len(stages):
+        done = progress.finished()
+        if len(done) < len(stages):
+            evaluator = Evaluator(job.group, settings.observes.task_in_evaluation)
+            spaces = evaluator.envs(stages[0].evaluated[0])
+            agent = self._create(spaces)
+            self._require_same_observes(agent)
+            card = card_of(agent, settings.agent)
+            first_parameters = done[0].parameters[0] if done else card.parameters
+            if done and not progress.resume(agent, done):
+                done = []
+            for stage in stages[len(done) :]:
+                record = self._run_stage(
+                    *(agent, stage, listen, progress, evaluator),
+                    job_step=sum(earlier.steps for earlier in stages if earlier.number < stage.number),
+                    first_parameters=first_parameters,
+                    create=lambda: self._create(spaces),
+                )
+                progress.finish(record, agent, last=stage is stages[-1])
+                done.append(record)
+            evaluator.close()
         listen(JobFinished(job.title))
         return done
-    evaluator = Evaluator(job, settings, out)
-    spaces = evaluator.envs(stages[0].evaluated[0])
-    seed = training_seed(job.run, job.group.id, "agent")
 
-    def create() -> Agent:
-        return make(spaces.single_observation_space, spaces.single_action_space, seed)
+    def _seed(self, *purpose: str) -> int:
+        return training_seed(self.job.run, self.job.group.id, *purpose)
 
-    agent = create()
-    _require_same(observes_of(agent, settings.agent), settings, job)
-    first_parameters = done[0].parameters[0] if done else card_of(agent, settings.agent).parameters
-    if done and not progress.resume(agent, done):
-        done = []
-    for stage in stages[len(done) :]:
-        ids = tuple(task.id for task in stage.trained)
-        listen(StageStarted(job.title, stage.number, ids, stage.steps))
-        job_step = sum(earlier.steps for earlier in stages[: len(done)])
+    def _create(self, env: VectorEnv) -> Agent:
+        make = algorithms.factory(self.agent)
+        observations = seeded_copy(env.single_observation_space, self._seed("observation space"))
+        actions = seeded_copy(env.single_action_space, self._seed("action space"))
+        with seeded_global_generators(self._seed("creation")):
+            return make(observations, actions, self._seed("agent"))
+
+    def _require_same_observes(self, agent: Agent) -> None:
+        observes, settings = observes_of(agent, self.settings.agent), self.settings
+        if observes != settings.observes:
+            message = (
+                f"The agent of {self.job.title} asks for {observes}, another agent for {settings.observes}."
+            )
+            hint = "Give all agents of a factory the same attribute observes."
+            raise BenchError("bad-agent", message, settings.agent, hint)
+
+    def _run_stage(
+        self,
+        agent: Agent,
+        stage: Stage,
+        listen: Listener,
+        progress: Progress,
+        evaluator: Evaluator,
+        *,
+        job_step: int,
+        first_parameters: int,
+        create: Callable[[], Agent],
+    ) -> FinishedStage:
+        job, meter = self.job, Meter()
+        listen(StageStarted(job.title, stage.number, tuple(task.id for task in stage.trained), stage.steps))
         monitor = StageMonitor(
             *(job, stage, job_step),
             curve=progress.new_curve(stage.number),
             listen=listen,
-            interim=interim,
+            interim=self.interim,
             evaluate=isolated(agent, create, progress.folder / "acting.npz", evaluator.mean_returns),
         )
-        if stage.steps:
-            env = _training_env(job, stage, settings, monitor, num_threads)
-            agent.learn(env, stage.steps)
-            env.flush()
-            env.close()
-        episodes, policy = [], policy_of(agent)
+        taken = self._train(stage, agent, monitor) if stage.steps else 0
+        episodes, policy = list[Episode](), policy_of(agent)
         for task in stage.evaluated:
             start = time.perf_counter()
-            rows = evaluator.evaluate(agent, stage.number, task, policy)
-            result = (task.id, len(rows), sum(row.return_ for row in rows) / len(rows))
+            with seeded_global_generators(self._seed(f"evaluation {stage.number}", task.id)):
+                new = evaluator.evaluate(agent, stage.number, task, policy)
+            result = (task.id, len(new), sum(episode.return_ for episode in new) / len(new))
             where = (job.title, stage.number, stage.steps, job_step + stage.steps)
             listen(TaskEvaluated(*where, *result, seconds=time.perf_counter() - start))
-            episodes += rows
-        store_policy(out, job, stage.number, policy)
-        card = card_of(agent, settings.agent)
+            episodes += new
+        progress.store_policy(stage.number, job.task_name, policy)
+        card = card_of(agent, self.settings.agent)
         parameters = (first_parameters, card.parameters)
-        record = FinishedStage(
-            *(stage.number, episodes, monitor.curves, card, parameters, monitor.evaluations, blas_kernels())
+        usage = meter.usage(taken)
+        return FinishedStage(
+            stage.number, episodes, monitor.curves, card, parameters, usage, monitor.evaluations
         )
-        progress.finish(record, agent, last=stage is stages[-1])
-        done.append(record)
-    evaluator.close()
-    listen(JobFinished(job.title))
-    return done
 
-
-def _require_same(observes: Observes, settings: Settings, job: TrainingJob) -> None:
-    if observes != settings.observes:
-        message = f"The agent of {job.title} asks for {observes}, another agent for {settings.observes}."
-        hint = "Give all agents of a factory the same attribute observes."
-        raise BenchError("bad-agent", message, settings.agent, hint)
-
-
-def _training_env(
-    job: TrainingJob, stage: Stage, settings: Settings, monitor: StageMonitor, num_threads: int
-) -> Recorder:
-    ids = [task.id for task in stage.trained]
-    return Recorder(
-        make_vec(stage.trained, settings.num_envs_for(len(ids)), num_threads),
-        ids,
-        steps=stage.steps,
-        batch_steps=budget(settings.budget).batch_steps,
-        seed=training_seed(job.run, job.group.id, *ids, "training"),
-        report=monitor,
-        context=TrainingContext(settings.observes, job.group.task_ids, stage.number),
-    )
+    def _train(self, stage: Stage, agent: Agent, monitor: StageMonitor) -> int:
+        """Trains a stage and returns the steps that the agent took."""
+        settings, ids = self.settings, [task.id for task in stage.trained]
+        env = Recorder(
+            make_vec(stage.trained, settings.num_envs_for(len(ids)), self.num_threads),
+            ids,
+            steps=stage.steps,
+            batch_steps=budget(settings.budget).batch_steps,
+            seed=self._seed(*ids, "training"),
+            report=monitor,
+            context=TrainingContext(settings.observes, self.job.group.task_ids, stage.number),
+        )
+        with seeded_global_generators(self._seed(*ids, "global generators")):
+            agent.learn(env, stage.steps)
+        env.flush()
+        env.close()
+        return env.taken

@@ -1,4 +1,1 @@
-"""What variations do while the simulation runs.
-
-One module per variation: its pure functions, and its effect on one environment and on many.
-"""
+"""What variations do while the simulation runs, on one environment and on many."""

@@ -1,59 +1,41 @@
-"""The moments at which an environment calls the effects of its run-time variations."""
+"""The moments at which environments call the effects of their run-time variations."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any, ClassVar, TypeVar
 
-import numpy as np
 from numpy.typing import NDArray
 
-from gym_extensions.catalog.task import Task
-from gym_extensions.envs.protocols import (
-    Array,
-    Generators,
-    Indices,
-    Physics,
-    Simulation,
-    States,
-    Steps,
-    Template,
-)
-from gym_extensions.envs.state import State
+from gym_extensions.catalog.tasks import Task
+from gym_extensions.envs.protocols import Array, Fields, Generators, Indices, Steps, Template
 
 Kind = TypeVar("Kind")
+NOISE_SEEDS = 2**32
+"""Seeds of the noise of an episode are below this."""
+CACHED_EPISODES = 256
+"""Number of episodes whose noise is cached, enough for this number of environments."""
 
 
 class Effect:
-    """The effect on one environment. The methods do nothing; an effect overrides those it needs."""
+    """The effect of a variation on environments with one model layout; a single environment is one of them.
 
-    def on_reset(self, simulation: Simulation) -> None:
-        """Draws and places after the body's own draws. Derived fields are recomputed afterwards."""
+    The methods do nothing; an effect overrides those it needs. ``steps`` counts environment steps since each
+    reset.
 
-    def pre_step(self, simulation: Simulation) -> None:
-        """Acts before the physics of a step."""
+    Args:
+        fields: the fields of the simulations.
+        templates: the template of each environment.
+    """
 
-    def control(self, simulation: Simulation, ctrl: NDArray[Any]) -> NDArray[Any]:
-        """Returns what the motors receive for a command."""
-        return ctrl
+    kept: ClassVar[tuple[str, ...]] = ()
+    """Attributes beside the physics on which later steps depend; copies have them too."""
 
-    def observation(self, simulation: Simulation) -> Array:
-        """Returns what the effect appends to the observation."""
-        return np.zeros(0)
+    def __init__(self, fields: Fields, templates: Sequence[Template]) -> None:
+        """Reads the parameters of the variation."""
 
-    def get_state(self) -> State:
-        """Returns a copy of the effect's own state, by name."""
-        return {}
-
-    def set_state(self, state: Mapping[str, Array]) -> None:
-        """Restores what ``get_state`` returned. Derived values may be absent."""
-
-
-class VectorEffect:
-    """The same effect on many environments. ``steps`` counts environment steps since each reset."""
-
-    def draw(self, indices: Indices, generators: Generators, rows: dict[str, Array]) -> None:
+    def draw(self, indices: Indices, generators: Generators, starts: dict[str, Array]) -> None:
         """Draws after the body, and adds to the rows of the states in which environments start."""
 
     def on_reset(self, indices: Indices) -> None:
@@ -70,22 +52,27 @@ class VectorEffect:
         """Returns what the effect appends to the observations, ``(num_envs, …)``."""
         return None
 
-    def get_state(self) -> dict[str, Array]:
-        """Returns copies of the effect's own state by name, one row per environment."""
-        return {}
 
-    def set_state(self, indices: Indices, state: States) -> None:
-        """Restores saved rows in some environments. Derived values may be absent."""
+class SeededNoise(Effect):
+    """An effect whose noise in an episode follows from one number, the seed that is drawn at reset."""
+
+    def fill_noise(self, index: int, seed: int) -> None:
+        """Computes the noise of an environment's episode."""
+        raise NotImplementedError
+
+    def draw(self, indices: Indices, generators: Generators, starts: dict[str, Array]) -> None:
+        """Draws the seeds of the episodes' noise."""
+        for index, generator in zip(indices.tolist(), generators, strict=True):
+            self.fill_noise(index, int(generator.integers(NOISE_SEEDS)))
 
 
 @dataclass(frozen=True)
 class EffectKind:
-    """One row of the registry of effects.
+    """An entry of the registry of effects.
 
     Args:
         variation: the class of the variation.
-        single: makes the effect on one environment of a task.
-        vector: makes the effect on many environments, given their physics and templates.
+        effect: makes the effect on environments, given their fields and templates.
         draw_order: effects draw from an environment's generator in this order. The numbers of published
             kinds never change; a new kind has a larger number.
         shard_key: environments share a shard only if this value of their variations is equal.
@@ -93,8 +80,7 @@ class EffectKind:
     """
 
     variation: type
-    single: Callable[[Task], Effect]
-    vector: Callable[[Physics, Sequence[Template]], VectorEffect]
+    effect: Callable[[Fields, Sequence[Template]], Effect]
     draw_order: int
     shard_key: Callable[[Any], object] = repr
     replaces: type | None = None

@@ -1,33 +1,21 @@
-"""The effects of a task's variations.
-
-Every module of this package is one effect and defines ``KIND``, except those of ``WITHOUT_KIND``.
-"""
+"""The effects of a task's variations."""
 
 from __future__ import annotations
 
-import importlib
-import pkgutil
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 from gym_extensions.catalog.bodies import BODIES
-from gym_extensions.catalog.task import Task
-from gym_extensions.catalog.variations.goals import MovingGoal, MovingStart
-from gym_extensions.envs import effects
-from gym_extensions.envs.effects.base import Effect, EffectKind, VectorEffect, variation_of
-from gym_extensions.envs.protocols import Physics, Template
+from gym_extensions.catalog.tasks import Task
+from gym_extensions.catalog.variations import MovingGoal, MovingStart, RuntimeVariation
+from gym_extensions.envs.effects import motors_and_goals, wall_and_sensor
+from gym_extensions.envs.effects.base import Effect, EffectKind, variation_of
+from gym_extensions.envs.protocols import Fields, Template
 from gym_extensions.errors import BenchError
 
-WITHOUT_KIND = ("base", "registry", "seeded_noise")
-
-
-def _discover() -> Iterator[EffectKind]:
-    for module in pkgutil.iter_modules(effects.__path__):
-        if module.name not in WITHOUT_KIND:
-            yield importlib.import_module(f"{effects.__name__}.{module.name}").KIND
-
-
-KINDS: tuple[EffectKind, ...] = tuple(sorted(_discover(), key=lambda kind: kind.draw_order))
+KINDS: tuple[EffectKind, ...] = tuple(
+    sorted((*wall_and_sensor.KINDS, *motors_and_goals.KINDS), key=lambda kind: kind.draw_order)
+)
 """Every kind of effect, in the order in which effects draw at reset."""
 
 RUNTIME_VARIATIONS = (*(kind.variation for kind in KINDS), MovingGoal, MovingStart)
@@ -41,19 +29,9 @@ def kinds_of(task: Task) -> list[EffectKind]:
     return [kind for kind in kinds if kind.variation not in replaced]
 
 
-def effects_of(task: Task) -> list[Effect]:
-    """Returns the effects of a task on one environment, in the order in which they draw.
-
-    Raises:
-        BenchError: a variation does not fit the base body, appears twice, or lacks the one it replaces.
-    """
-    check_variations(task)
-    return [kind.single(task) for kind in kinds_of(task)]
-
-
-def vector_effects_of(physics: Physics, templates: Sequence[Template]) -> list[VectorEffect]:
-    """Returns the effects on the environments of one shard, in the order in which they draw."""
-    return [kind.vector(physics, templates) for kind in kinds_of(templates[0].task)]
+def effects_of(fields: Fields, templates: Sequence[Template]) -> list[Effect]:
+    """Returns the effects on environments with one layout, in the order in which they draw."""
+    return [kind.effect(fields, templates) for kind in kinds_of(templates[0].task)]
 
 
 def shard_keys(task: Task) -> tuple[object, ...]:
@@ -66,9 +44,13 @@ def check_variations(task: Task) -> None:
     """Checks that the variations fit the base body and each other.
 
     Raises:
-        BenchError: a variation does not fit the base body, appears twice, or lacks the one it replaces.
+        BenchError: a variation does not fit the base body, has no effect, appears twice, or lacks the one it
+            replaces.
     """
     for variation in task.variations:
+        if isinstance(variation, RuntimeVariation) and not isinstance(variation, RUNTIME_VARIATIONS):
+            hint = "Add its effect to gym_extensions.envs.effects.registry.KINDS."
+            raise BenchError("no-effect", f"{type(variation).__name__} has no effect.", task.id, hint)
         fits = getattr(variation, "fits", None)
         if fits is not None and not fits(task.body):
             message = f"{type(variation).__name__} does not fit {task.base}."

@@ -1,24 +1,31 @@
-"""The single navigation environment."""
+"""The single and the vector environment of navigation."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
+from gymnasium.vector import AutoresetMode, VectorEnv
 from numpy.typing import NDArray
 
-from gym_extensions.catalog.bodies.success import IS_SUCCESS
-from gym_extensions.catalog.task import Task
-from gym_extensions.catalog.variations.maps import Course
-from gym_extensions.envs import state
-from gym_extensions.envs.actions import check_actions
-from gym_extensions.envs.lifecycle import IndependentCopies, require_reset
-from gym_extensions.envs.navigation.grid import Arena, arena
-from gym_extensions.envs.navigation.observations import action_space, observation_space
+from gym_extensions.catalog.bodies import IS_SUCCESS
+from gym_extensions.catalog.tasks import Task
+from gym_extensions.catalog.variations import Course
+from gym_extensions.envs.navigation.geometry import Arena, arena, map_bytes
 from gym_extensions.envs.navigation.rendering import background, with_agent
-from gym_extensions.envs.navigation.simulation import EXPECTED_STATE, World, whole_steps
+from gym_extensions.envs.navigation.sensors import action_space, observation_space
+from gym_extensions.envs.navigation.simulation import World
+from gym_extensions.envs.protocols import (
+    Array,
+    Flags,
+    IndependentCopies,
+    Indices,
+    check_actions,
+    require_reset,
+)
+from gym_extensions.envs.vector_env import WHERE, Part, TaskVectorEnv
 from gym_extensions.errors import BenchError
 
 RENDER_PIXEL = 1.0
@@ -57,49 +64,22 @@ class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], IndependentCopies):
     outermost ring of cells and everything outside are solid. There are ten maps with three goals each, in
     five families with different observations.
 
-    **Action**: ``Box(-5, 5, (2,), float32)``, clipped to it.
+    **Motion**: the action is a displacement in x and y, clipped to ±5. The agent moves along a straight
+    segment. If the segment touches an obstacle, the agent stays where it is; this is a collision. Cells are
+    closed sets: a segment that touches an edge or a corner of an obstacle collides, so the agent cannot pass
+    a diagonal gap.
 
-    =====  ======================  ====  =========
-    index  meaning                 unit  range
-    =====  ======================  ====  =========
-    0      displacement in x       unit  −5 to 5
-    1      displacement in y       unit  −5 to 5
-    =====  ======================  ====  =========
-
-    **Motion**: the agent moves along a straight segment. If the segment touches an obstacle, the agent stays
-    where it is; this is a collision. Cells are closed sets: a segment that touches an edge or a corner of an
-    obstacle collides, so the agent cannot pass a diagonal gap.
-
-    **Observation**, float32 except for the picture:
-
-    ===========  ======  ======================================================  ====  ==============
-    family       index   meaning                                                 unit  range
-    ===========  ======  ======================================================  ====  ==============
-    state        0, 1    x, y of the agent                                       unit  0–640, 0–480
-    ..           2       distance to the closest obstacle, exact to its edge     unit  0–230
-    ..           3       bearing to it, world frame; the least of several      rad   (−π, π]
-    state-goal   0–3     as state                                                ..    ..
-    ..           4, 5    x, y of the goal                                        unit  0–640, 0–480
-    range        0–15    exact range at 22.5°·index, world frame; no hit is 100  unit  0–100
-    range-known  0–15    as range                                                ..    ..
-    ..           16, 17  x, y of the agent                                       unit  0–640, 0–480
-    ..           18, 19  x, y of the goal                                        unit  0–640, 0–480
-    image        all     picture (120, 160, 3), uint8, see below                 ..    0–255
-    ===========  ======  ======================================================  ====  ==============
-
-    A pixel of the picture is 4 × 4 units and shows what is at its center. The first row is at the top
-    (largest y). Colors: free (255, 255, 255), obstacle (204, 153, 102), goal disc (255, 0, 0) of radius 20,
-    and over it the agent disc (0, 0, 0) of radius 5. A range without a hit is 100.
+    **Observation**: see ``sensors.FIELDS``; float32. A picture, uint8 (120, 160, 3), has pixels of 4 × 4
+    units that show what is at their center, the first row at the top: free (255, 255, 255), obstacle
+    (204, 153, 102), goal disc (255, 0, 0) of radius 20, and over it the agent disc (0, 0, 0) of radius 5.
 
     **Reward**: −1 per step, −5 more for a collision, +10 more for reaching the goal.
 
     **Start**: uniform over free space at least 100 units from the goal; ``reset(options={"start": (x, y)})``
     starts at any free point.
 
-    **End**: terminated when the new position is within 20 units of the goal (distance ≤ 20); truncated after
-    1000 steps by the time limit.
-
-    **Success**: the step ends at the goal; ``info["is_success"]`` equals ``terminated``.
+    **End**: terminated, with ``info["is_success"]``, when the new position is within 20 units of the goal;
+    truncated by the time limit.
 
     **Versions**: v0 follows the paper's text. The 2017 code differs from the paper: polar actions, obstacles
     without effect, a start outside the map, +20 at the goal.
@@ -117,13 +97,13 @@ class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], IndependentCopies):
 
     def __init__(self, task: Task, render_mode: str | None = None, custom_arena: Arena | None = None) -> None:
         check_render_mode(render_mode, task)
-        row = course(task)
+        found = course(task)
         self.task, self.render_mode = task, render_mode
-        self.arena = arena(row.map, row.goal) if custom_arena is None else custom_arena
-        self.observation_space = observation_space(row.family)
+        self.arena = arena(found.map, found.goal) if custom_arena is None else custom_arena
+        self.observation_space = observation_space(found.family)
         self.action_space: gym.spaces.Space[Any] = action_space()
-        self._world = World([self.arena], row.family)
-        self._steps, self._is_set = 0, False
+        self._world = World([self.arena], found.family)
+        self._is_set = False
         self._moving = np.zeros(1, dtype=np.bool_)
         self._background: NDArray[np.uint8] | None = None
 
@@ -147,7 +127,7 @@ class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], IndependentCopies):
             self._world.draw_start(0, self.np_random)
         else:
             self._world.positions[0] = start
-        self._steps, self._is_set = 0, True
+        self._is_set = True
         return self._world.observe()[0], {}
 
     def step(self, action: NDArray[np.float32]) -> tuple[NDArray[Any], float, bool, bool, dict[str, Any]]:
@@ -160,32 +140,15 @@ class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], IndependentCopies):
         require_reset(self._is_set, self.task.id)
         checked = check_actions(action, (2,), self.task.id)
         rewards, reached = self._world.advance(checked[None], self._moving)
-        self._steps += 1
         arrived = bool(reached[0])
         return self._world.observe()[0], float(rewards[0]), arrived, False, {IS_SUCCESS: arrived}
 
-    def save_state(self) -> state.State:
-        """Returns ``position`` (2,) in units and ``steps`` () since reset, as float64 arrays.
-
-        Raises:
-            ResetNeededError: the environment was never reset.
-        """
+    @property
+    def position(self) -> Array:
+        """A copy of the agent's position, (2,), in units. Raises ``ResetNeededError`` before a reset."""
         require_reset(self._is_set, self.task.id)
-        return {"position": self._world.positions[0].copy(), "steps": np.array(float(self._steps))}
-
-    def restore_state(self, saved: Mapping[str, NDArray[np.float64]]) -> None:
-        """Restores a saved state.
-
-        The continuation is bit for bit the same.
-
-        Raises:
-            BenchError: a value is missing, unknown, not finite, or has another shape, the position is not
-                free, or the steps are not a whole number. Nothing has changed then.
-        """
-        checked = state.check(saved, EXPECTED_STATE, self.task.id)
-        steps = whole_steps(checked["steps"], self.task.id)
-        self._world.place(0, checked["position"], self.task.id)
-        self._steps, self._is_set = steps, True
+        position: Array = self._world.positions[0].copy()
+        return position
 
     def render(self) -> NDArray[np.uint8] | None:
         """Returns a frame (480, 640, 3) with one pixel per unit, or None without a render mode."""
@@ -196,3 +159,60 @@ class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], IndependentCopies):
         if self._background is None:
             self._background = background(self.arena, RENDER_PIXEL)
         return with_agent(self._background, self._world.positions[0], RENDER_PIXEL)
+
+
+class NavigationVectorEnv(TaskVectorEnv, VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
+    """Navigation environments of one family, with many agents in one compiled world, each alone in its arena.
+
+    Args:
+        tasks: the task of each environment.
+        autoreset_mode: when environments whose episode ended are reset.
+
+    Raises:
+        BenchError: the tasks belong to several families, or one is not a navigation task.
+    """
+
+    def __init__(
+        self, tasks: Sequence[Task], autoreset_mode: AutoresetMode = AutoresetMode.NEXT_STEP
+    ) -> None:
+        courses = [course(task) for task in tasks]
+        families = sorted({each.family for each in courses})
+        if len(families) > 1:
+            message = f"The tasks have different observations: {', '.join(families)}."
+            raise BenchError("different-spaces", message, WHERE, "Give tasks of one navigation family.")
+        super().__init__(tasks, (observation_space(families[0]), action_space()), autoreset_mode)
+        self._world = World([arena(each.map, each.goal) for each in courses], families[0])
+        self._nobody = np.zeros(len(tasks), np.bool_)
+        self._arrivals = np.zeros(len(tasks), np.bool_)
+
+    def _check_options(self, options: Mapping[str, Any], indices: Indices) -> None:
+        if "start" in options:
+            for index in indices:
+                self._world.free_point(int(index), options["start"], self.tasks[index].id)
+
+    def _start(self, indices: Indices, options: Mapping[str, Any]) -> None:
+        if "start" in options:
+            self._world.positions[indices] = np.asarray(options["start"], np.float64)
+            return
+        for index in indices.tolist():
+            self._world.draw_start(index, self._generator(index))
+
+    def _advance(self, actions: NDArray[Any], resting: Flags | None) -> tuple[Array, Flags]:
+        rewards, self._arrivals = self._world.advance(actions, self._nobody if resting is None else resting)
+        return rewards, self._arrivals
+
+    def _observe(self) -> NDArray[Any]:
+        return self._world.observe()
+
+    def _step_infos(self) -> list[Part]:
+        return [(np.arange(self.num_envs), {IS_SUCCESS: self._arrivals.copy()})]
+
+    def _states(self) -> dict[str, Array]:
+        return {"position": self._world.positions.copy()}
+
+
+def base_bytes(task: Task) -> bytes:
+    """Returns the bytes of the task's map file, and a line with the center of its goal."""
+    found = course(task)
+    x, y = arena(found.map, found.goal).goal
+    return map_bytes(found.map) + f"goal {x:g} {y:g}\n".encode("ascii")

@@ -17,8 +17,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_extensions.envs.navigation import grid
-from gym_extensions.envs.navigation.grid import CELL, COLUMNS, GOALS, MAPS, ROWS
+from gym_extensions.envs.navigation import geometry as grid
+from gym_extensions.envs.navigation.geometry import CELL, COLUMNS, GOALS, MAPS, ROWS
 
 RECTANGLES = 92
 MOST_WIDE, MOST_HIGH = 3, 5

@@ -1,15 +1,29 @@
-"""The fewest steps to a goal, by a plan over a fine lattice, and the best move from any point."""
+"""The fewest steps to a goal, and an oracle that takes them."""
 
 from __future__ import annotations
 
+import functools
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from gym_extensions.envs.navigation.grid import CELL, GOAL_RADIUS
-from gym_extensions.envs.navigation.jit import compiled
-from gym_extensions.envs.navigation.motion import MAX_SPEED, crosses, touches
+from gym_extensions.catalog.tasks import Task
+from gym_extensions.envs.navigation.env import NavigationVectorEnv, course
+from gym_extensions.envs.navigation.geometry import (
+    CELL,
+    GOAL_RADIUS,
+    MAX_SPEED,
+    Arena,
+    compiled,
+    crosses,
+    touches,
+)
+from gym_extensions.envs.navigation.geometry import arena as published_arena
+from gym_extensions.envs.protocols import Flags
+from gym_extensions.envs.rollout import run_episodes
 
 FINENESS = 2
 """Lattice points per unit in x and in y; they lie between the grid lines, never on one."""
@@ -152,3 +166,56 @@ def choose(solid: Any, steps: Any, goal: Any, point: Any, action: Any) -> None:
             if after < best or (after == best and count > most):
                 best, most = after, count
                 action[0], action[1] = along_x, along_y
+
+
+class Oracle:
+    """The plan for one arena. It acts on the agent's position.
+
+    From every free point it reaches the goal without a collision in at most ``steps_from(point)`` steps. It
+    plans over points half a unit apart, so a path that rounds corners more tightly may be a step shorter.
+    """
+
+    def __init__(self, arena: Arena) -> None:
+        self.arena = arena
+        self._goal = np.array(arena.goal)
+        self.steps: NDArray[np.int16] = steps_to_go(arena.grid.solid, arena.goal[0], arena.goal[1])
+
+    @classmethod
+    @functools.cache
+    def of(cls, task: Task) -> Oracle:
+        """Returns the oracle of a navigation task. All families of one map and goal share it."""
+        found = course(task)
+        return cls.at(found.map, found.goal)
+
+    @classmethod
+    @functools.cache
+    def at(cls, map_number: int, goal_number: int) -> Oracle:
+        """Returns the oracle of a published map and goal, planned once per process."""
+        return cls(published_arena(map_number, goal_number))
+
+    def act(self, position: NDArray[np.float64]) -> NDArray[np.float32]:
+        """Returns the displacement from a free position (2,), in units."""
+        action = np.zeros(2, dtype=np.float32)
+        choose(self.arena.grid.solid, self.steps, self._goal, position, action)
+        return action
+
+    def steps_from(self, position: NDArray[np.float64]) -> int:
+        """Returns the number of steps within which the oracle reaches the goal from a free position (2,)."""
+        return int(look(self.arena.grid.solid, self.steps, self._goal, position[0], position[1], NEVER)[0])
+
+
+def oracle_returns(task: Task, seeds: Sequence[int]) -> NDArray[np.float64]:
+    """Returns the oracle's return in one episode per reset seed, (seeds,).
+
+    Tasks that differ only in their family have equal returns: the oracle reads the position.
+    """
+    oracle, env = Oracle.of(task), NavigationVectorEnv([task] * len(seeds))
+
+    def act(observations: NDArray[Any], starts: Flags, running: Flags) -> NDArray[np.float32]:
+        actions = np.zeros((len(seeds), 2), dtype=np.float32)
+        positions = env.states()["position"]
+        for index in np.flatnonzero(running):
+            actions[index] = oracle.act(positions[index])
+        return actions
+
+    return np.array([outcome.return_ for outcome in run_episodes(env, seeds, act)])

@@ -8,9 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_extensions.envs.navigation.grid import AGENT_RADIUS, GOAL_RADIUS, Arena
-from gym_extensions.envs.navigation.jit import compiled
-from gym_extensions.envs.navigation.motion import touches
+from gym_extensions.envs.navigation.geometry import AGENT_RADIUS, GOAL_RADIUS, Arena, compiled, touches
 
 FREE_COLOR, OBSTACLE_COLOR = (255, 255, 255), (204, 153, 102)
 GOAL_COLOR = (255, 0, 0)

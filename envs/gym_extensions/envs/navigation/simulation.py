@@ -8,29 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_extensions.envs.navigation.grid import Arena
-from gym_extensions.envs.navigation.motion import advance, touches
-from gym_extensions.envs.navigation.nearest_obstacle import find_nearest
-from gym_extensions.envs.navigation.observations import PIXEL
-from gym_extensions.envs.navigation.raycast import BEAMS, cast_ranges
+from gym_extensions.envs.navigation.geometry import Arena, advance, touches
 from gym_extensions.envs.navigation.rendering import background, move_agents
-from gym_extensions.envs.state import State
+from gym_extensions.envs.navigation.sensors import BEAMS, PIXEL, cast_ranges, find_nearest
 from gym_extensions.errors import BenchError
 
 START_CLEARANCE = 100.0
 """Smallest distance of a random start from the goal, in units."""
-EXPECTED_STATE: State = {"position": np.zeros(2), "steps": np.array(0.0)}
-"""Names and shapes of a saved state."""
-MAX_STEPS = 2.0**53
-"""Counts of steps in saved states are exact up to here."""
-
-
-def whole_steps(steps: Any, where: str) -> int:
-    """Returns a saved count of steps. Raises ``BenchError`` if it is not a whole number of at least 0."""
-    if not (0 <= steps <= MAX_STEPS and steps == np.floor(steps)):
-        message = f"The state's 'steps' is {float(steps):g}."
-        raise BenchError("bad-state", message, where, "It is a whole number of at least 0.")
-    return int(steps)
 
 
 class World:
@@ -115,10 +99,6 @@ class World:
             message = f"The start ({start[0]:g}, {start[1]:g}) is in an obstacle or outside the map."
             raise BenchError("bad-start", message, where, hint)
         return start
-
-    def place(self, agent: int, point: Any, where: str) -> None:
-        """Places an agent at a point, in units. Raises ``BenchError`` unless it is free."""
-        self.positions[agent] = self.free_point(agent, point, where)
 
     def _fixed_numbers(self) -> NDArray[np.float32]:
         """Returns the observations' array with the goals filled in. They never change."""

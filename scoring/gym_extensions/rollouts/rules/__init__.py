@@ -3,37 +3,7 @@
 ``RULES`` lists them all.
 """
 
-from gym_extensions.rollouts.rules import (
-    consistency,
-    csv,
-    curves,
-    episodes,
-    evaluations,
-    folder,
-    manifest,
-    measurements,
-    npz,
-    policies,
-    runs,
-    success,
-    unicode,
-)
-from gym_extensions.rollouts.rules.rule import RULES, problems
+from gym_extensions.rollouts.problem import RULES, problems
+from gym_extensions.rollouts.rules import document, folder, log, manifest, policies
 
-__all__ = [
-    "RULES",
-    "consistency",
-    "csv",
-    "curves",
-    "episodes",
-    "evaluations",
-    "folder",
-    "manifest",
-    "measurements",
-    "npz",
-    "policies",
-    "problems",
-    "runs",
-    "success",
-    "unicode",
-]
+__all__ = ["RULES", "document", "folder", "log", "manifest", "policies", "problems"]

@@ -1,37 +1,40 @@
-"""Rules about the folder: which files a submission may contain, their names and sizes."""
+"""Rules about the folder: which files a submission may contain, their names and sizes, and which runs."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import itertools
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from gym_extensions.catalog.groups import TaskGroup
+from gym_extensions.catalog.protocol import FIRST_REFERENCE_RUN, PROTOCOLS
 from gym_extensions.errors import did_you_mean
-from gym_extensions.rollouts.auditing.salt import salt_of
-from gym_extensions.rollouts.folder import ROOT, Folder, exists_readable
 from gym_extensions.rollouts.layout import (
-    ARRAY_FOLDERS,
-    CSV_FILES,
-    LOGS,
+    DOCUMENT,
+    LOG,
     MANIFEST,
-    MAX_CSV_BYTES,
     MAX_DEPTH,
     MAX_FILES,
+    MAX_RUNS,
     MAX_SUBMISSION_BYTES,
     NAME,
-    POLICIES,
-    POLICY,
+    POSES,
+    POSES_FILE,
     PROGRESS,
     README,
-    SALT_FILE,
-    TRACE,
-    TRACES,
+    REVIEW,
+    ROOT,
+    RUN_FILE,
+    Folder,
+    exists_readable,
+    is_of_old_form,
     is_reserved,
     max_bytes,
+    run_file,
+    run_key,
 )
-from gym_extensions.rollouts.problem import Finding
-from gym_extensions.rollouts.rules.rule import rule
+from gym_extensions.rollouts.problem import Finding, quote, rule
+from gym_extensions.rollouts.review import Review
 
 REPLACE = "Replace it by the file itself."
 READABLE = "Add read permission, or copy it again."
@@ -42,22 +45,25 @@ IRREGULAR = {
     "unreadable file": ("The file cannot be read.", READABLE),
 }
 """Message and hint by kind of item."""
+OLD_FILES = (*(f"{protocol}.csv" for protocol in PROTOCOLS), "curves.csv", "evaluations.csv")
+"""Files of a group before every run had its own."""
 
 
 @dataclass(frozen=True)
-class UnreadableFile:
-    """A file that could not be opened, and the operating system's reason."""
+class BrokenFile:
+    """A file that could not be read: its kind, its path (with a line), and the reason as a sentence."""
 
-    path: str
+    kind: str
+    where: str
     reason: str
 
 
 @dataclass(frozen=True)
-class SaltFile:
-    """The path and the bytes of a file ``salt.txt``."""
+class ReviewOfRuns:
+    """A folder, and its review."""
 
-    path: str
-    data: bytes
+    folder: Folder
+    review: Review
 
 
 @rule("folder")
@@ -102,32 +108,11 @@ def unknown_group(folder: Folder) -> Iterator[Finding]:
     """Each folder in a submission is named after a published group, without its version.
     (`score --groups` adds custom groups.)"""
     for item in folder.items:
-        if item.kind == "folder" and "/" not in item.path and item.path not in folder.groups:
+        if item.kind == "folder" and "/" not in item.path and item.path not in (*folder.groups, POSES):
             closest = did_you_mean(item.path, folder.groups)
             custom = "For a custom group, pass its TOML file with --groups, where the command has it."
             hint = f"{closest} {custom}".lstrip()
             yield Finding(item.path, f"Unknown group '{item.path}'.", hint)
-
-
-def _is_expected(path: str, groups: Mapping[str, TaskGroup]) -> bool:
-    parts = path.split("/")
-    if len(parts) == 1:
-        return path in (MANIFEST, README)
-    if parts[0] not in groups:
-        return True  # unknown_group reports it
-    if len(parts) == 2:
-        return parts[1] in CSV_FILES
-    if len(parts) != 3 or parts[1] not in ARRAY_FOLDERS:
-        return False
-    if parts[1] == POLICIES:
-        match = POLICY.fullmatch(parts[2])
-        if match is not None and match[1] != "single":
-            return match[4] is None
-    else:
-        match = TRACE.fullmatch(parts[2])
-    is_salt = parts[1:] == [TRACES, SALT_FILE]
-    names = [task.name for task in groups[parts[0]].tasks]
-    return is_salt or (match is not None and match[4] in names)
 
 
 @rule("folder")
@@ -135,58 +120,175 @@ def unexpected_name(folder: Folder) -> Iterator[Finding]:
     """A submission contains only the files and folders that docs/rollout-log.md lists."""
     for item in folder.items:
         parts = item.path.split("/")
-        if item.kind == "folder":
-            is_deep = len(parts) > 2 or (len(parts) == 2 and parts[1] not in ARRAY_FOLDERS)
-            if is_deep and len(parts) <= MAX_DEPTH and parts[0] in folder.groups:
-                yield Finding(item.path, "Unexpected folder.", "Remove it.")
-        elif item.kind == "file" and not _is_expected(item.path, folder.groups):
-            choices = (MANIFEST, README) if len(parts) == 1 else CSV_FILES
-            closest = did_you_mean(parts[-1], choices) if len(parts) <= 2 else ""
-            other = "Remove it, or rename it as described in docs/rollout-log.md."
-            yield Finding(item.path, "Unexpected file.", closest if closest.startswith("Did") else other)
+        is_known = parts[0] in folder.groups or parts[0] == POSES or len(parts) == 1
+        if not is_known or len(parts) > MAX_DEPTH:
+            continue  # unknown_group reports it
+        if item.kind == "folder" and not _is_expected_folder(parts):
+            hint = did_you_mean(parts[-1], PROTOCOLS) if len(parts) == 2 else ""
+            yield Finding(item.path, "Unexpected folder.", hint if hint.startswith("Did") else "Remove it.")
+        elif item.kind == "file" and not _is_expected_file(parts):
+            yield Finding(item.path, "Unexpected file.", _file_hint(parts))
+
+
+def _is_expected_folder(parts: list[str]) -> bool:
+    if len(parts) == 1:
+        return True
+    return (
+        parts[0] != POSES and len(parts) == 2 and (parts[1] in PROTOCOLS or is_of_old_form("/".join(parts)))
+    )
+
+
+def _is_expected_file(parts: list[str]) -> bool:
+    if len(parts) == 1:
+        return parts[0] in (MANIFEST, README, REVIEW)
+    if parts[0] == POSES:
+        return len(parts) == 2 and POSES_FILE.fullmatch(parts[1]) is not None
+    if len(parts) == 3 and is_of_old_form("/".join(parts)):
+        return True
+    return len(parts) == 3 and parts[1] in PROTOCOLS and RUN_FILE.fullmatch(parts[2]) is not None
+
+
+def _file_hint(parts: list[str]) -> str:
+    if len(parts) == 2 and parts[1] in OLD_FILES:
+        return "The folder has an old form. Run: python scoring/migrate_format_1.py FOLDER"
+    closest = did_you_mean(parts[-1], (MANIFEST, README)) if len(parts) == 1 else ""
+    other = "Remove it, or rename it as described in docs/rollout-log.md."
+    return closest if closest.startswith("Did") else other
 
 
 @rule("folder")
-def no_logs(folder: Folder) -> Iterator[Finding]:
-    """Each group folder contains at least one of sequential.csv, single.csv and joint.csv."""
-    paths = {item.path for item in folder.items if item.kind != "folder"}
+def no_runs(folder: Folder) -> Iterator[Finding]:
+    """Each group folder contains at least one run, in a folder sequential, single or joint."""
+    with_runs = {group for group, _ in folder.runs}
     for item in folder.items:
-        is_group = item.kind == "folder" and item.path in folder.groups
-        if is_group and not any(f"{item.path}/{log}" in paths for log in LOGS):
-            hint = f"Add one of {', '.join(LOGS)}, or remove the folder."
-            yield Finding(item.path, "The group folder contains no log.", hint)
+        if item.kind == "folder" and item.path in folder.groups and item.path not in with_runs:
+            hint = "Add the files of its runs, or remove the folder."
+            yield Finding(item.path, "The group folder contains no run.", hint)
+
+
+@rule("folder")
+def missing_file(folder: Folder) -> Iterator[Finding]:
+    """Every run has a log (run3.csv) and a document (run3.json)."""
+    paths = {item.path for item in folder.items}
+    for (group, protocol), runs in folder.runs.items():
+        for run, suffixes in runs.items():
+            for path in (run_file(group, protocol, run, suffix) for suffix in (LOG, DOCUMENT)):
+                if path not in paths:
+                    others = ", ".join(run_file(group, protocol, run, other) for other in sorted(suffixes))
+                    hint = "Add it, or remove all files of the run."
+                    yield Finding(path, f"The file is missing; the run has {others}.", hint)
+
+
+@rule("folder")
+def gaps_in_runs(folder: Folder) -> Iterator[Finding]:
+    """The runs of a group and protocol are 0 to N − 1 without gaps, so that no runs can be selected by their
+    results; at most 100. (Seeds from 1000 are reserved for the reference agents.)"""
+    for (group, protocol), found in folder.runs.items():
+        runs, where = list(found), f"{group}/{protocol}"
+        if runs != list(range(len(runs))):
+            candidates = (run for run in itertools.count() if run not in found)
+            count = max(0, min(MAX_RUNS, runs[-1] + 1 - len(runs)))
+            missing = list(itertools.islice(candidates, count))
+            message = f"The runs are {quote(runs)}; these are missing: {quote(missing)}."
+            hint = "Train the missing runs; no run may be left out."
+            if runs[-1] >= FIRST_REFERENCE_RUN:
+                hint = f"Train with seeds from 0; those from {FIRST_REFERENCE_RUN} are reserved."
+            yield Finding(where, message, hint)
+        elif len(runs) > MAX_RUNS:
+            message = f"There are {len(runs)} runs; the limit is {MAX_RUNS}."
+            yield Finding(where, message, f"Submit the runs 0 to {MAX_RUNS - 1}.")
+
+
+@rule("folder")
+def different_runs(folder: Folder) -> Iterator[Finding]:
+    """Sequential and single have the same runs: forward transfer pairs them by training seed."""
+    for group in dict.fromkeys(group for group, _ in folder.runs):
+        sequential, single = (folder.runs.get((group, name)) for name in ("sequential", "single"))
+        if sequential and single and list(sequential) != list(single):
+            message = (
+                f"The runs are {quote(list(single))}; those of sequential are {quote(list(sequential))}."
+            )
+            hint = "Add the missing runs to either folder, or leave them out of both."
+            yield Finding(f"{group}/single", message, hint)
 
 
 @rule("folder")
 def too_large(folder: Folder) -> Iterator[Finding]:
-    """A submission keeps to the limits on the size of a file, the total sizes and the number of files."""
+    """A submission keeps to the limits on the size of a file, the total size and the number of files."""
     for item in folder.files.values():
         limit = max_bytes(item.path)
         if item.size > limit:
             message = f"The file has {item.size} bytes; the limit is {limit}."
             yield Finding(item.path, message, "Leave out everything that the format does not need.")
-    size = folder.size
-    if size.files > MAX_FILES or size.total > MAX_SUBMISSION_BYTES:
+    if not folder.is_within_limits:
+        count, total = len(folder.files), sum(item.size for item in folder.files.values())
         limits = f"{MAX_FILES} files and {MAX_SUBMISSION_BYTES} bytes"
-        message = f"The submission has {size.files} files and {size.total} bytes; the limits are {limits}."
-        hint = "Include only the traces of the audit sample, and move the rest to an archive."
+        message = f"The submission has {count} files and {total} bytes; the limits are {limits}."
+        hint = "Submit fewer runs, or let the policies lie elsewhere (docs/rollout-log.md)."
         yield Finding(folder.name, message, hint)
-    if size.csv > MAX_CSV_BYTES:
-        message = f"The CSV files have {size.csv} bytes; the limit is {MAX_CSV_BYTES}."
-        yield Finding(folder.name, message, "Submit fewer runs or points of curves.")
 
 
-@rule("unreadable")
-def unreadable_file(file: UnreadableFile) -> Iterator[Finding]:
+@rule("file")
+def unreadable_file(file: BrokenFile) -> Iterator[Finding]:
     """Every file of a submission can be read."""
-    yield Finding(file.path, f"The file cannot be read: {file.reason}.", READABLE)
+    if file.kind == "unreadable":
+        yield Finding(file.where, file.reason, READABLE)
 
 
-@rule("salt")
-def malformed_salt(file: SaltFile) -> Iterator[Finding]:
-    """traces/salt.txt is 64 hexadecimal digits and a line end."""
-    if salt_of(file.data) is None:
-        hint = "Run gym-extensions trace with the salt, which writes the file."
-        yield Finding(
-            file.path, "The file is not 64 hexadecimal digits (0 to 9, a to f) and a line end.", hint
-        )
+@rule("file")
+def malformed_toml(file: BrokenFile) -> Iterator[Finding]:
+    """submission.toml is TOML in UTF-8, with at most 20,000 characters in a line."""
+    if file.kind == "toml":
+        hint = "Correct the syntax; the format is described at https://toml.io."
+        yield Finding(file.where, file.reason, hint)
+
+
+@rule("file")
+def malformed_document(file: BrokenFile) -> Iterator[Finding]:
+    """The document of a run is JSON with the keys that docs/rollout-log.md lists, and no others."""
+    if file.kind == "document":
+        hint = "Restore the file; gym_extensions.rollouts.run.write_run writes it."
+        yield Finding(file.where, file.reason, hint)
+
+
+@rule("file")
+def malformed_log(file: BrokenFile) -> Iterator[Finding]:
+    r"""The log of a run is a CSV file with the header
+    stage,task,episode,seed,length,return,terminated,success and at least one row; cells have letters, digits
+    and . / _ + - only, and are of their column's kind; lines end with \n. A file that breaks this rule is
+    reported once, with its first wrong line."""
+    if file.kind == "log":
+        hint = "Restore the file; gym_extensions.rollouts.tables.write_log writes it."
+        yield Finding(file.where, file.reason, hint)
+
+
+@rule("file")
+def malformed_review(file: BrokenFile) -> Iterator[Finding]:
+    """review.toml, which the base branch writes, has the tables of gym_extensions.rollouts.review."""
+    if file.kind == "review":
+        hint = "Restore the file: gym-extensions verify and maintain review write it, nobody else."
+        yield Finding(file.where, file.reason, hint)
+
+
+@rule("file")
+def malformed_policies(file: BrokenFile) -> Iterator[Finding]:
+    """The policies of a run are an .npz file as numpy writes it, without pickles, of at most 64 MiB and
+    unpacked 256 MiB."""
+    if file.kind == "policies":
+        hint = "Write the file with gym_extensions.rollouts.policy.write_policies."
+        yield Finding(file.where, file.reason, hint)
+
+
+@rule("review")
+def foreign_review(subject: ReviewOfRuns) -> Iterator[Finding]:
+    """review.toml names runs of the submission only. (Of runs that changed, it says nothing any more.)"""
+    keys = {
+        run_key(group, protocol, run)
+        for (group, protocol), runs in subject.folder.runs.items()
+        for run in runs
+    }
+    named = (key for part in subject.review.verifications for key in (*part.runs, *part.retrained))
+    foreign = list(dict.fromkeys(key for key in named if key not in keys))
+    if foreign:
+        message = f"The submission has no run {foreign[0]}; review.toml names {len(foreign)} such runs."
+        yield Finding(REVIEW, message, "Restore the runs, or the review that belongs to these files.")

@@ -1,158 +1,188 @@
-"""Rules about submission.toml."""
+"""Rules about submission.toml and README.md: their keys, values and characters."""
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable, Iterator
+import unicodedata
+from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any
 
-from gym_extensions.catalog import fingerprints
-from gym_extensions.catalog.published import TABLES
+from gym_extensions.catalog.protocol import REPORTS, TABLES
 from gym_extensions.errors import did_you_mean
-from gym_extensions.rollouts.layout import MANIFEST
-from gym_extensions.rollouts.manifest import (
-    FREE_SECTIONS,
-    HYPERPARAMETERS,
-    OPTIONAL_IF_REPORTED,
-    OPTIONAL_SECTIONS,
-    PACKAGES,
-    SECTIONS,
-)
-from gym_extensions.rollouts.manifest_values import (
-    HYPERPARAMETER,
-    TEXT,
-    Key,
-    hyperparameter_error,
-    value_error,
-)
-from gym_extensions.rollouts.problem import MAX_QUOTE, Finding, quote
-from gym_extensions.rollouts.reading.toml_text import MAX_NESTING, parse
-from gym_extensions.rollouts.rules.rule import rule
+from gym_extensions.rollouts.layout import MANIFEST, POSES, README, Folder
+from gym_extensions.rollouts.manifest import HYPERPARAMETERS, findings, where_of
+from gym_extensions.rollouts.problem import MAX_QUOTE, Finding, quote, rule
 
-Tables = dict[str, Any]
-BARE = re.compile(r"[A-Za-z0-9_-]{1,80}")
+INVISIBLE = ("Cc", "Cf", "Cs", "Zl", "Zp")
+"""Unicode categories of control, format and surrogate characters, and of line and paragraph separators."""
+JOINERS = frozenset("\u200c\u200d")
+"""Format characters that Persian, Hindi and emoji need."""
+BLANK = frozenset("\u034f\u115f\u1160\u17b4\u17b5\u2800\u3164\uffa0")
+"""Letters and marks without a glyph, with which one text can look like another."""
+MAX_MARKS = 5
+"""Most combining marks in a row: more leave the line and cover other texts."""
+MULTILINE = ("description", HYPERPARAMETERS)
+"""Keys whose strings may have line breaks and tabs."""
+LINES_LISTED = 3
 
 
-def bare(name: str) -> str:
-    """A key as in TOML, without quotes if possible."""
-    return name if BARE.fullmatch(name) else quote(name)
+@dataclass(frozen=True)
+class ManifestInFolder:
+    """A folder, and the tables of its submission.toml."""
 
-
-def key_path(section: str, name: str) -> str:
-    """Where a key is, for the ``where`` of a finding."""
-    return f"{MANIFEST}, {f'[{section}] ' if section else ''}{bare(name)}"
-
-
-def _closest(name: str, choices: Iterable[str]) -> str:
-    return did_you_mean(name[:MAX_QUOTE], choices)
-
-
-def _table(tables: Tables, section: str) -> object:
-    """The table of a section. ``""`` is the top level."""
-    return tables.get(section, {}) if section else tables
-
-
-@rule("manifest bytes")
-def malformed_toml(data: bytes) -> Iterator[Finding]:
-    """submission.toml is TOML in UTF-8, with at most 8 levels of nested tables and lists and 8 parts of a
-    dotted key."""
-    try:
-        parse(data)
-    except ValueError as error:
-        hint = "Correct the syntax; the format is described at https://toml.io."
-        yield Finding(MANIFEST, f"The file is not valid TOML: {str(error)[:200]}.", hint)
-    except RecursionError:
-        hint = f"Use at most {MAX_NESTING} levels."
-        yield Finding(MANIFEST, "Tables, lists or keys are nested too deeply.", hint)
+    folder: Folder
+    tables: dict[str, Any]
 
 
 @rule("manifest")
-def unknown_key(tables: Tables) -> Iterator[Finding]:
+def unknown_key(manifest: ManifestInFolder) -> Iterator[Finding]:
     """Every section and key of submission.toml is one that docs/rollout-log.md lists; only [hyperparameters]
-    and [packages] have free keys."""
-    for name in tables:
-        if name not in SECTIONS and name not in SECTIONS[""]:
-            hint = _closest(name, [*filter(None, SECTIONS), *SECTIONS[""]]) or "Remove it."
-            yield Finding(MANIFEST, f"Unknown key {quote(name)}.", hint)
-    for section, keys in SECTIONS.items():
-        table = tables.get(section) if section and section not in FREE_SECTIONS else None
-        for name in table if isinstance(table, dict) else ():
-            if name not in keys:
-                yield Finding(key_path(section, name), f"Unknown key {quote(name)}.", _closest(name, keys))
+    has free keys."""
+    yield from (finding for name, finding in findings(manifest.tables) if name == "unknown-key")
 
 
 @rule("manifest")
-def missing_key(tables: Tables) -> Iterator[Finding]:
+def missing_key(manifest: ManifestInFolder) -> Iterator[Finding]:
     """submission.toml has every required section and key."""
-    optional = (*OPTIONAL_SECTIONS, *(OPTIONAL_IF_REPORTED if "reported" in tables else ()))
-    for section, keys in SECTIONS.items():
-        if section in optional and section not in tables:
-            continue
-        table = _table(tables, section)
-        for name, key in keys.items():
-            if key.required and isinstance(table, dict) and name not in table:
-                hint = f"Add the key {name}: {key.kind}."
-                yield Finding(key_path(section, name), "The key is missing.", hint)
+    yield from (finding for name, finding in findings(manifest.tables) if name == "missing-key")
 
 
 @rule("manifest")
-def bad_value(tables: Tables) -> Iterator[Finding]:
+def bad_value(manifest: ManifestInFolder) -> Iterator[Finding]:
     """Every value of submission.toml is of its key's kind, within its length and among its choices; every
     section is a table."""
-    for section, keys in SECTIONS.items():
-        table = _table(tables, section)
-        if not isinstance(table, dict):
-            where, hint = f"{MANIFEST}, {section}", f"Write [{section}] and its keys."
-            yield Finding(where, f"{quote(table)} is not a section.", hint)
-            continue
-        for name, key in keys.items():
-            if name not in table:
-                continue
-            where, value = key_path(section, name), table[name]
-            if error := value_error(key, value):
-                yield Finding(where, error, f"Write {key.wanted}.")
-            elif key.choices and value not in key.choices:
-                hint = did_you_mean(str(value), [str(choice) for choice in key.choices])
-                yield Finding(where, f"The value is {quote(value)}.", hint)
+    yield from (finding for name, finding in findings(manifest.tables) if name == "bad-value")
 
 
 @rule("manifest")
-def foreign_version(tables: Tables) -> Iterator[Finding]:
-    """[versions] gymnasium and mujoco are the versions of the published tasks."""
-    table = tables.get("versions")
-    stated: Tables = table if isinstance(table, dict) else {}
-    for name, expected in fingerprints.table()["engine"].items():
-        version = stated.get(name)
-        if isinstance(version, str) and version != expected:
-            message = f"The version is {quote(version)}; the published tasks have {expected!r}."
-            hint = f"Record the episodes with {name} {expected}."
-            yield Finding(key_path("versions", name), message, hint)
+def unknown_report(manifest: ManifestInFolder) -> Iterator[Finding]:
+    """The key ``reported`` names a published table that the project includes; each table has one entry, with
+    a fixed folder name, budget and algorithm."""
+    name, protocol = manifest.tables.get("reported"), manifest.tables.get("protocol")
+    if not isinstance(name, str):
+        return
+    report = REPORTS.get(name)
+    if report is None:
+        hint = did_you_mean(name[:MAX_QUOTE], TABLES)
+        yield Finding(where_of("", "reported"), f"Unknown table {quote(name)}.", hint)
+        return
+    if manifest.folder.name != report.entry:
+        message = f"The table {name!r} belongs to the folder {report.entry!r}."
+        hint = "Remove the key 'reported', and submit the logs of your own runs."
+        yield Finding(manifest.folder.name, message, hint)
+    for key in ("budget", "algorithm"):
+        value = protocol.get(key) if isinstance(protocol, dict) else None
+        expected = getattr(report, key)
+        if isinstance(value, str) and value != expected:
+            message = f"The value is {quote(value)}; expected {expected!r} for the table {name!r}."
+            yield Finding(where_of("protocol", key), message, f"Write {expected!r}.")
 
 
 @rule("manifest")
-def unknown_report(tables: Tables) -> Iterator[Finding]:
-    """The key ``reported`` names a published table that the project includes."""
-    name = tables.get("reported")
-    if isinstance(name, str) and name not in TABLES:
-        yield Finding(key_path("", "reported"), f"Unknown table {quote(name)}.", _closest(name, TABLES))
+def no_groups(manifest: ManifestInFolder) -> Iterator[Finding]:
+    """A submission contains at least one group folder, unless it is a reported entry, which has none."""
+    is_reported = "reported" in manifest.tables
+    folders = [item.path for item in manifest.folder.items if item.kind == "folder" and "/" not in item.path]
+    folders = [path for path in folders if path != POSES]
+    if not is_reported and not folders:
+        hint = "Add group folders, as described in docs/rollout-log.md."
+        yield Finding(manifest.folder.name, "The submission contains no group folder.", hint)
+    for path in folders if is_reported else ():
+        hint = "Remove the key 'reported' from submission.toml, or remove the folder."
+        yield Finding(path, "A reported entry cannot contain a group folder.", hint)
+
+
+def _strings(value: object, where: str, multiline: bool = False) -> Iterator[tuple[str, str, bool]]:
+    """Every string, keys included, with its location and whether it may have line breaks."""
+    if isinstance(value, str):
+        yield where, value, multiline
+    elif isinstance(value, dict):
+        for name, inner in value.items():
+            yield where, name, False
+            yield from _strings(inner, f"{where}, {quote(name)[1:-1]}", multiline or name in MULTILINE)
+    elif isinstance(value, list):
+        for inner in value:
+            yield from _strings(inner, where, multiline)
+
+
+def _is_visible(char: str) -> bool:
+    """Whether a character has a glyph. Characters that this Python's Unicode does not know are visible."""
+    category = unicodedata.category(char)
+    return char not in BLANK and (category[0] not in "CMZ" or category == "Cn")
+
+
+def first_invisible(text: str) -> str:
+    """The first invisible character of a text, or nothing. A joiner counts only between ASCII characters."""
+    if text.isascii() and text.isprintable():
+        return ""
+    characters = zip(f" {text}", text, f"{text[1:]} ", strict=False)
+    return next((char for before, char, after in characters if _is_invisible(before, char, after)), "")
+
+
+def _is_invisible(before: str, char: str, after: str) -> bool:
+    if char in BLANK:
+        return True
+    return unicodedata.category(char) in INVISIBLE and (char not in JOINERS or (before + after).isascii())
+
+
+def _has_stacked_marks(text: str) -> bool:
+    """Whether combining marks are at the start of a text, or more than ``MAX_MARKS`` in a row."""
+    if text.isascii():
+        return False
+    count = MAX_MARKS
+    for char in text:
+        count = count + 1 if unicodedata.category(char)[0] == "M" else 0
+        if count > MAX_MARKS:
+            return True
+    return False
 
 
 @rule("manifest")
-def bad_package(tables: Tables) -> Iterator[Finding]:
-    """The version of a package in [packages] is a string, and no package of [versions] is repeated there."""
-    table = tables.get(PACKAGES)
-    for name, value in table.items() if isinstance(table, dict) else ():
-        if error := value_error(Key(TEXT), value):
-            yield Finding(key_path(PACKAGES, name), error, f"Write {TEXT}.")
-        elif name in SECTIONS["versions"]:
-            yield Finding(key_path(PACKAGES, name), f"{quote(name)} is a key of [versions].", "Remove it.")
+def empty_title(manifest: ManifestInFolder) -> Iterator[Finding]:
+    """The title contains at least one visible character."""
+    title = manifest.tables.get("title")
+    if isinstance(title, str) and not any(map(_is_visible, title)):
+        message = f"The title {quote(title)} has no visible character."
+        yield Finding(where_of("", "title"), message, "Name the entry.")
 
 
 @rule("manifest")
-def bad_hyperparameter(tables: Tables) -> Iterator[Finding]:
-    """A hyperparameter is a string, a finite number, true or false, or a list of them."""
-    table = tables.get(HYPERPARAMETERS)
-    for name, value in table.items() if isinstance(table, dict) else ():
-        if error := hyperparameter_error(value):
-            message = f"{quote(value)} {error}."
-            yield Finding(key_path(HYPERPARAMETERS, name), message, f"Write {HYPERPARAMETER}.")
+def stacked_marks(manifest: ManifestInFolder) -> Iterator[Finding]:
+    """No string starts with a combining mark or has more than five in a row: they would cover other texts."""
+    for where, value, _ in _strings(manifest.tables, MANIFEST):
+        if _has_stacked_marks(value):
+            message = f"{quote(value)} has combining marks that cover other texts."
+            yield Finding(where, message, "Remove them.")
+
+
+@rule("manifest")
+def control_character(manifest: ManifestInFolder) -> Iterator[Finding]:
+    """Strings contain no control, invisible or bidirectional-override characters. (The description and
+    hyperparameters may contain line breaks and tabs.)"""
+    for where, value, multiline in _strings(manifest.tables, MANIFEST):
+        text = value.replace("\n", "").replace("\t", "") if multiline else value
+        if first_invisible(text):
+            yield Finding(where, f"{quote(value)} contains a control or invisible character.", "Remove it.")
+
+
+@rule("readme")
+def readme_character(data: bytes) -> Iterator[Finding]:
+    """README.md is UTF-8 text without control, invisible or bidirectional-override characters except line
+    breaks and tabs, and without lines with stacked combining marks."""
+    try:
+        lines = data.decode("utf-8").replace("\r\n", "\n").split("\n")
+    except UnicodeDecodeError as error:
+        number = data.count(b"\n", 0, error.start) + 1
+        message = f"Byte {data[error.start]:#04x} is not UTF-8."
+        yield Finding(f"{README}, line {number}", message, "Save the file as UTF-8.")
+        return
+    wrong = []
+    for number, line in enumerate(lines, 1):
+        if char := first_invisible(line.replace("\t", "")):
+            wrong.append((number, f"The line contains the control or invisible character U+{ord(char):04X}."))
+        elif _has_stacked_marks(line):
+            wrong.append((number, "The line has combining marks that cover other texts."))
+    for at, message in wrong[:LINES_LISTED]:
+        yield Finding(f"{README}, line {at}", message, "Remove it.")
+    if more := len(wrong[LINES_LISTED:]):
+        yield Finding(README, f"The same is true of {more} more line{'s' if more > 1 else ''}.", "Remove it.")

@@ -2,39 +2,24 @@
    The state is in the fragment of the address, as #?q=trpo&sort=forgetting, so that it works from a file, too. */
 "use strict";
 
-const FILTERS = { trust: "Trust", label: "Task label", algorithm: "Algorithm" };
+const FILTERS = { level: "Level", label: "Task label", algorithm: "Algorithm" };
 const FULL_RUNS = 5;
 const SCREEN = 50; // Rows that are laid out at first: laying out a thousand takes longer than sorting them.
 const byText = new Intl.Collator("en").compare;
 
-/* Statistics: Student's t over runs, and Welch's interval of a difference. */
+/* The differences of the board's entries, as the scorer computed them; the page loads them when two are compared. */
 
-/* The .975 quantile of Student's t: with t = √df · tan θ, P(|T| < t) is an integral of cos^(df − 1). */
-function quantile(df) {
-  const area = (end) => {
-    const steps = 1000, width = end / steps;
-    let sum = 1 + Math.cos(end) ** (df - 1);
-    for (let at = 1; at < steps; at += 1) sum += (at % 2 ? 4 : 2) * Math.cos(at * width) ** (df - 1);
-    return sum * width / 3;
-  };
-  const whole = area(Math.PI / 2);
-  let low = 0, high = Math.PI / 2;
-  for (let step = 0; step < 50; step += 1) {
-    const middle = (low + high) / 2;
-    if (area(middle) < 0.95 * whole) low = middle; else high = middle;
-  }
-  return Math.sqrt(df) * Math.tan(low);
-}
+let pairs = null;
+function tablePairs(document) { pairs = document; }
 
-/* The difference a − b of two means with half of its interval; null where one has a single run.
-   Each has the mean v, half of its interval h and its runs. */
-function difference(a, b) {
-  const v = a.v - b.v;
-  if (a.h === null || b.h === null || a.runs < 2 || b.runs < 2) return { v, h: null };
-  const [p, q] = [a, b].map((side) => (side.h / quantile(side.runs - 1)) ** 2);
-  const below = p ** 2 / (a.runs - 1) + q ** 2 / (b.runs - 1);
-  const df = below > 0 ? (p + q) ** 2 / below : a.runs + b.runs - 2;
-  return { v, h: quantile(df) * Math.sqrt(p + q) };
+/* first − second in a column: mean, ends of the interval and p value; null where the scorer has none. */
+function difference(document, first, second, column) {
+  const [i, j, at] = [document.names.indexOf(first), document.names.indexOf(second), document.columns.indexOf(column)];
+  const found = document.pairs[`${Math.min(i, j)},${Math.max(i, j)}`]?.[at];
+  if (!found || i < 0 || j < 0) return null;
+  const [v, low, high, p] = found;
+  if (i < j) return { v, low, high, p };
+  return { v: -v, low: low === null ? null : -high, high: low === null ? null : -low, p };
 }
 
 /* Text of numbers, as the pages write them. */
@@ -52,7 +37,7 @@ const parsed = (text) => {
 /* Rows of the table as values. */
 
 function cellValue(cell, column) {
-  if (!column.number) return { text: plain((column.key === "trust" && cell.querySelector(".trust") || cell).textContent) };
+  if (!column.number) return { text: plain((column.key === "level" && cell.querySelector(".badge") || cell).textContent) };
   if ("v" in cell.dataset) return { v: Number(cell.dataset.v), h: "h" in cell.dataset ? Number(cell.dataset.h) : null };
   return cell.querySelector(".none") ? { v: null, h: null } : parsed(cell.textContent);
 }
@@ -248,6 +233,7 @@ function start(table) {
       if (column.head.hidden !== hidden) {
         column.head.hidden = hidden;
         for (const row of rows) row.element.cells[column.index].hidden = hidden;
+        for (const row of table.querySelectorAll(".floors tr")) if (row.cells[column.index]?.colSpan === 1) row.cells[column.index].hidden = hidden;
         const group = table.querySelectorAll("col")[column.index];
         if (group) group.hidden = hidden;
       }
@@ -275,17 +261,25 @@ function start(table) {
       return element;
     };
     const side = (value) => (value.v === null ? "\u2013" : fixed(value.v) + (value.h === null ? "" : ` \u00b1 ${fixed(value.h)}`));
-    const lines = columns.filter((column) => column.number && !["memory", "runs", "rank"].includes(column.key)).map((column) => {
-      const [p, q] = [a, b].map((row) => ({ ...row.values[column.key], runs: row.values.runs.v || 0 }));
-      const gap = p.v === null || q.v === null ? null : difference(p, q);
-      const suite = "suite" in table.dataset;
+    if (!pairs) {
+      if (!document.querySelector("script[data-pairs]")) {
+        const script = make("script", { src: table.dataset.pairs, onload: comparison });
+        script.dataset.pairs = "";
+        document.head.append(script);
+      }
+      return;
+    }
+    const lines = columns.filter((column) => pairs.columns.includes(column.key)).map((column) => {
+      const gap = difference(pairs, a.name, b.name, column.key);
+      const p = gap === null || gap.p === null ? "" : gap.p < 0.001 ? "< 0.001" : fixed(gap.p, 3);
       const text = gap === null ? "\u2013"
-        : gap.h === null || suite ? fixed(gap.v) : `${fixed(gap.v)} (${fixed(gap.v - gap.h)} to ${fixed(gap.v + gap.h)})`;
-      return make("tr", {}, cell("th", column.title, "row"), cell("td", side(p)), cell("td", side(q)), cell("td", text));
+        : gap.low === null ? fixed(gap.v) : `${fixed(gap.v)} (${fixed(gap.low)} to ${fixed(gap.high)})`;
+      const sides = [a, b].map((row) => cell("td", side(row.values[column.key])));
+      return make("tr", {}, cell("th", column.title, "row"), ...sides, cell("td", text), cell("td", p || "\u2013"));
     });
-    const heads = ["Metric", `${a.title} (${a.name})`, `${b.title} (${b.name})`, "Difference (95 % interval)"];
+    const heads = ["Metric", `${a.title} (${a.name})`, `${b.title} (${b.name})`, "Difference (95 % interval)", "p value"];
     panel.append(make("h2", { textContent: "Two entries side by side" }),
-      make("table", { className: "plain" }, make("caption", { textContent: "Mean \u00b1 half of the 95 % interval; the difference is first \u2212 second, by Welch for this pair alone, from the rounded numbers of this page." }),
+      make("table", { className: "plain" }, make("caption", { textContent: "Mean \u00b1 half of the 95 % interval; the difference is first \u2212 second, by Welch for this pair alone. Boards of many entries have differences of the first ones only." }),
         make("thead", {}, make("tr", {}, ...heads.map((text) => cell("th", text, "col")))), make("tbody", {}, ...lines)));
   }
 
@@ -302,4 +296,4 @@ function start(table) {
 }
 
 if (typeof document !== "undefined") for (const table of document.querySelectorAll("table[data-table]")) start(table);
-if (typeof module !== "undefined") module.exports = { quantile, difference, parsed, fixed, shownRows, readState, writeState, csvText, shownData };
+if (typeof module !== "undefined") module.exports = { difference, parsed, fixed, shownRows, readState, writeState, csvText, shownData };

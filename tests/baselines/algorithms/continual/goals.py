@@ -9,10 +9,9 @@ import gymnasium as gym
 import numpy as np
 
 from gym_extensions.baselines import algorithms
-from gym_extensions.baselines.agent import Array
-from gym_extensions.baselines.context import Context, TaskLabel
-from gym_extensions.baselines.trpo.settings import REFERENCE
-from gym_extensions.baselines.trpo.value_function import ValueFit
+from gym_extensions.baselines.agent import Array, Context, TaskLabel
+from gym_extensions.baselines.algorithms.trpo import REFERENCE
+from gym_extensions.baselines.trpo.values import ValueFit
 
 OBSERVATIONS = gym.spaces.Box(-10, 10, (3,), np.float32)
 ACTIONS = gym.spaces.Box(-1, 1, (2,), np.float32)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gym_extensions.baselines.algorithms.continual.clones import Clones, Divergence
-from gym_extensions.baselines.trpo.gaussian_policy import Architecture, mean_and_log_sigma
+from gym_extensions.baselines.algorithms.cloning import Clones, Divergence
+from gym_extensions.baselines.trpo.policy import Architecture, mean_and_log_sigma
 
 from ...trpo.policies import ARCHITECTURES, numeric_gradient, random_policy
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gym_extensions.baselines.agent import Array, Observes
-from gym_extensions.baselines.training.context_env import ContextEnv, TrainingContext
+from gym_extensions.baselines.training.recorder import ContextEnv, TrainingContext
 from gym_extensions.errors import BenchError
 
 from .goals import GOALS, Goals, in_task, learned, make

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gym_extensions.baselines.algorithms.continual.pruning import (
+from gym_extensions.baselines.algorithms.packnet import (
     claimed,
     no_owners,
     trainable,

@@ -5,12 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gym_extensions.baselines.algorithms.continual.fisher import diagonal_fisher
-from gym_extensions.baselines.algorithms.continual.quadratic import Quadratic
-from gym_extensions.baselines.algorithms.l2 import PreviousTask
-from gym_extensions.baselines.algorithms.l2_init import InitialWeights
-from gym_extensions.baselines.algorithms.online_ewc import OnlineEwc
-from gym_extensions.baselines.trpo.gaussian_policy import Architecture, log_density, mean_and_log_sigma
+from gym_extensions.baselines.algorithms.continual import Quadratic
+from gym_extensions.baselines.algorithms.l2 import InitialWeights, PreviousTask
+from gym_extensions.baselines.algorithms.online_ewc import OnlineEwc, diagonal_fisher
+from gym_extensions.baselines.trpo.policy import Architecture, log_density, mean_and_log_sigma
 
 from ...trpo.policies import ARCHITECTURES, numeric_gradient, random_policy
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gym_extensions.baselines.algorithms.continual.state_sample import StateSample
+from gym_extensions.baselines.algorithms.continual import StateSample
 
 
 def sampled(size: int, steps: int, batch: int) -> list[int]:

@@ -1,0 +1,384 @@
+"""Writes a submission: its manifest once, and every finished run as a log, a document and policies.
+
+Nothing belongs to two runs, so runs of several machines are joined by copying their files.
+"""
+
+from __future__ import annotations
+
+import datetime
+import errno
+import platform
+import shutil
+import tomllib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import tomli_w
+from filelock import FileLock, Timeout
+
+from gym_extensions.baselines.agent import Array, Card
+from gym_extensions.baselines.agent_checks import card_tables
+from gym_extensions.baselines.training.checkpoints import FinishedStage, Progress
+from gym_extensions.baselines.training.jobs import Settings, TrainingJob, job_versions, jobs_of
+from gym_extensions.baselines.training.usage import joined, machine
+from gym_extensions.catalog.groups import GROUPS, TaskGroup
+from gym_extensions.envs.fingerprint import fingerprint_of
+from gym_extensions.errors import BenchError
+from gym_extensions.files import write_bytes, write_text
+from gym_extensions.rollouts.layout import (
+    DOCUMENT,
+    LOG,
+    MANIFEST,
+    MAX_FILE_BYTES,
+    MAX_POLICY_BYTES,
+    NAME,
+    POLICIES,
+    POSES,
+    PROGRESS,
+    RUN_FILE,
+    run_file,
+)
+from gym_extensions.rollouts.manifest import RECORDED
+from gym_extensions.rollouts.policy import content_sha256, npz_bytes
+from gym_extensions.rollouts.run import (
+    Curve,
+    InterimEvaluation,
+    Memory,
+    PolicyFile,
+    RunDocument,
+    Versions,
+    file_sha256,
+    write_run,
+)
+from gym_extensions.rollouts.tables import CurvePoint, EvaluationPoint, write_log
+from gym_extensions.versions import version
+
+MANIFEST_KEYS = (
+    *("format", "title", "authors", "description", "code"),
+    *("protocol", "hyperparameters", "observes", "tuning"),
+)
+"""The order of the manifest."""
+SHARED_SECTIONS = ("protocol", "hyperparameters", "observes")
+"""Sections of the manifest that are the same in every run of a submission."""
+DEFAULTS = {"protocol": {"steps": "recorded"}}
+"""Values of keys that a manifest may leave out."""
+ANOTHER = "Choose another --out."
+ONE_SETTING = (
+    "A submission has one algorithm, one budget and one set of hyperparameters; choose another --out."
+)
+DERIVED = "This section follows from the agent's attribute observes. Change that, or choose another --out."
+
+Tables = Mapping[str, Any]
+
+
+def validate(out: Path, groups: Iterable[TaskGroup] = ()) -> None:
+    """Checks that ``out`` is, or can become, the folder of a submission. Changes nothing.
+
+    Args:
+        out: the folder.
+        groups: the groups that will be trained, which may be custom groups.
+
+    Raises:
+        BenchError: the name is not allowed, ``out`` is a file or not accessible, it contains folders that are
+            not groups, or it contains runs without a manifest.
+    """
+    names = {*GROUPS, *(group.name for group in groups)}
+    with _reports_access(out):
+        name = out.resolve().name
+        if not NAME.fullmatch(name):
+            hint = (
+                "Use at most 64 letters, digits, dots, dashes and underscores; start with a letter or digit."
+            )
+            raise BenchError("bad-out", f"{name!r} is not a valid submission name.", str(out), hint)
+        if not out.exists():
+            return
+        if not out.is_dir():
+            raise BenchError("bad-out", "A submission is a folder, and this is a file.", str(out), ANOTHER)
+        folders = sorted(path.name for path in out.iterdir() if path.is_dir())
+        unexpected = [folder for folder in folders if folder not in (*names, PROGRESS, POSES)]
+        if unexpected:
+            message = f"Unexpected folder {unexpected[0]!r}: a submission contains only group folders."
+            hint = f"Use a folder for this submission alone, such as {out / 'mine'}."
+            raise BenchError("bad-out", message, str(out), hint)
+        runs = [path for folder in folders if folder in names for path in (out / folder).glob(f"*/*{LOG}")]
+        if runs and not (out / MANIFEST).exists():
+            message = f"The folder contains {runs[0].relative_to(out)} but no {MANIFEST}."
+            raise BenchError(
+                "manifest-lost", message, str(out), f"Restore {MANIFEST}, or choose another --out."
+            )
+
+
+def prepare(out: Path) -> None:
+    """Creates the folder and that of unfinished runs. Raises ``BenchError`` if they are not writable."""
+    with _reports_access(out):
+        for folder in (out, out / PROGRESS):
+            folder.mkdir(parents=True, exist_ok=True)
+            probe = folder / ".probe"
+            probe.touch()
+            probe.unlink(missing_ok=True)
+
+
+@contextmanager
+def _reports_access(out: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        message = f"The folder is not writable: {error.strerror or error}."
+        raise BenchError("bad-out", message, str(out), ANOTHER) from error
+
+
+@contextmanager
+def lock_runs(out: Path, titles: Iterable[str], seconds: float = 0.0) -> Iterator[None]:
+    """Holds the locks of several runs, so that one process at a time trains and writes a run.
+
+    The operating system releases a lock when its process ends, so that a lock is never stale.
+
+    Args:
+        out: the submission's folder; its ``.progress/locks`` contains the files of the locks.
+        titles: of the runs.
+        seconds: how long to wait for another process.
+
+    Raises:
+        BenchError: another process holds a lock, or this process has too many open files.
+    """
+    with ExitStack() as locks:
+        for title in titles:
+            path = out / PROGRESS / "locks" / f"{title}.lock"
+            path.parent.mkdir(parents=True, exist_ok=True)
+            try:
+                locks.enter_context(FileLock(path, timeout=seconds))
+            except Timeout as busy:
+                message = f"{title!r} is being trained by another process."
+                hint = "Wait until it has finished or end it, choose other runs, or choose another --out."
+                raise BenchError("two-writers", message, str(out), hint) from busy
+            except OSError as error:
+                if error.errno != errno.EMFILE:
+                    raise
+                hint = "Train fewer groups or runs in one call, or raise the limit (ulimit -n)."
+                raise BenchError("too-many-runs", f"{error.strerror}.", str(path), hint) from error
+        yield
+
+
+def finished_runs(out: Path, group: TaskGroup, protocol: str) -> set[int]:
+    """The runs that have a log."""
+    matches = (RUN_FILE.fullmatch(path.name) for path in (out / group.name / protocol).glob(f"run*{LOG}"))
+    return {int(match[1]) for match in matches if match}
+
+
+def missing_runs(out: Path, group: TaskGroup, protocol: str) -> list[int]:
+    """The numbers below the highest run that have no log; scoring accepts no gaps."""
+    runs = finished_runs(out, group, protocol)
+    return sorted(set(range(max(runs, default=0))) - runs)
+
+
+def missing_jobs(out: Path, group: TaskGroup, protocol: str, runs: Sequence[int]) -> list[TrainingJob]:
+    """The jobs of the runs that have no log. Folders of jobs whose run has one are deleted."""
+    finished = finished_runs(out, group, protocol)
+    for job in jobs_of(group, protocol, sorted(finished)):
+        Progress.of(out, job).remove()
+    return jobs_of(group, protocol, [run for run in runs if run not in finished])
+
+
+def read_manifest(path: Path) -> dict[str, Any]:
+    """The manifest's tables, empty if the file does not exist. Raises ``BenchError`` if it is not TOML."""
+    if not path.exists():
+        return {}
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        hint = "Correct the file, or choose another --out."
+        raise BenchError("bad-manifest", f"The file is not valid TOML: {error}.", str(path), hint) from error
+
+
+def manifest_tables(card: Card, settings: Settings) -> dict[str, Any]:
+    """The manifest of a new submission, with values as TOML reads them back."""
+    tables = card_tables(card)
+    tables["protocol"] |= {"budget": settings.budget, "steps": settings.steps}
+    if settings.num_envs is not None:
+        tables["hyperparameters"] |= {"num_envs": settings.num_envs}
+    tables |= {"code": {"url": "", "commit": ""}, "observes": asdict(settings.observes)}
+    return tomllib.loads(tomli_w.dumps({key: tables[key] for key in MANIFEST_KEYS}))
+
+
+def require_same(path: Path, existing: Tables, new: Tables) -> None:
+    """Raises ``BenchError`` if the existing manifest differs in what must be the same in every run."""
+    for section in SHARED_SECTIONS:
+        if (stated := existing.get(section)) is None:
+            continue
+        old, default = stated, DEFAULTS.get(section, {})
+        for key in sorted(old.keys() | new[section].keys()):
+            previous, current = old.get(key, default.get(key)), new[section].get(key)
+            if previous != current:
+                first, second = ("not stated" if each is None else repr(each) for each in (previous, current))
+                message = f"{section}.{key} is {first} in this submission and {second} in the new run."
+                hint = DERIVED if section == "observes" else ONE_SETTING
+                raise BenchError("mixed-submission", message, str(path), hint)
+
+
+def write_run_files(
+    out: Path,
+    finished: Mapping[TrainingJob, Sequence[FinishedStage]],
+    settings: Settings,
+    *,
+    command: str = "",
+    commit: str = "",
+) -> None:
+    """Writes a finished run, creates the manifest if there is none, and deletes the folders of the jobs.
+
+    All files are written to a temporary folder and then renamed, the log last, so that a full disk leaves the
+    submission as it was and an interrupted call can be repeated.
+
+    Args:
+        out: the submission's folder.
+        finished: the stages of all jobs of the run.
+        settings: how they ran.
+        command: what trains the run.
+        commit: of the code.
+
+    Raises:
+        BenchError: another process has made the folder the submission of another agent.
+    """
+    job, records = next(iter(finished)), [record for stages in finished.values() for record in stages]
+    group, protocol, run = job.group, job.protocol, job.run
+    card = max((record.card for record in records), key=lambda card: card.stored_steps)
+    existing, tables = read_manifest(out / MANIFEST), manifest_tables(card, settings)
+    require_same(out / MANIFEST, existing, tables)
+    policies = _policies([Progress.of(out, job) for job in finished])
+    staged = out / PROGRESS / f"staged-{group.name}-{protocol}-{run}"
+    shutil.rmtree(staged, ignore_errors=True)
+    names = {suffix: run_file(group.name, protocol, run, suffix) for suffix in (POLICIES, DOCUMENT, LOG)}
+    try:
+        episodes = [episode for record in records for episode in record.episodes]
+        write_log(staged / names[LOG], episodes, group.task_ids)
+        if policies:
+            write_bytes(staged / names[POLICIES], npz_bytes(policies))
+        document = _document(staged, names, finished, policies)
+        if settings.steps != RECORDED:
+            document = msgspec.structs.replace(document, machine=None, cpu_seconds=None, peak_memory_mb=None)
+        write_run(
+            staged / names[DOCUMENT],
+            msgspec.structs.replace(document, command=command, commit=commit),
+        )
+        if not existing:
+            write_text(out / MANIFEST, tomli_w.dumps(tables))
+        move_into_place(staged, out, list(names.values()))
+    finally:
+        shutil.rmtree(staged, ignore_errors=True)
+    for job in finished:
+        Progress.of(out, job).remove()
+
+
+def move_into_place(staged: Path, out: Path, names: Sequence[str]) -> None:
+    """Moves files to the same paths in ``out``, in this order; a missing one is deleted there.
+
+    If ``staged`` is on another file system, each file is copied beside its target and then renamed.
+    """
+    for name in names:
+        source, target = staged / name, out / name
+        target.parent.mkdir(parents=True, exist_ok=True)
+        if not source.exists():
+            target.unlink(missing_ok=True)
+            continue
+        try:
+            source.replace(target)
+        except OSError as error:
+            if error.errno != errno.EXDEV:
+                raise
+            write_bytes(target, source.read_bytes())
+
+
+def _policies(jobs: Sequence[Progress]) -> dict[str, Array]:
+    """The arrays of the policies of all jobs; empty if one is missing, or if they exceed the limit."""
+    arrays: dict[str, Array] = {}
+    for job in jobs:
+        part = job.policies()
+        if part is None:
+            return {}
+        arrays |= part
+    is_small = sum(array.nbytes for array in arrays.values()) <= MAX_POLICY_BYTES
+    return arrays if is_small and len(npz_bytes(arrays)) <= MAX_FILE_BYTES[POLICIES] else {}
+
+
+def _document(
+    staged: Path,
+    names: Mapping[str, str],
+    finished: Mapping[TrainingJob, Sequence[FinishedStage]],
+    policies: Mapping[str, Array],
+) -> RunDocument:
+    job, records = next(iter(finished)), [record for stages in finished.values() for record in stages]
+    group, usages = job.group, [record.usage for record in records]
+    packages = dict.fromkeys(package for record in records for package in record.card.packages)
+    peak = max(usage.peak_memory_mb for usage in usages)
+    return RunDocument(
+        group=group.id,
+        protocol=job.protocol,  # type: ignore[arg-type]
+        run=job.run,
+        date=datetime.datetime.now(datetime.UTC).date().isoformat(),
+        versions=run_versions([usage.kernels for usage in usages]),
+        packages={package: version(package) for package in packages},
+        machine=machine(usages),
+        steps=sum(usage.steps for usage in usages),
+        cpu_seconds=round(sum(usage.cpu_seconds for usage in usages), 3),
+        peak_memory_mb=peak or None,
+        memory=Memory(
+            stored_steps=max(record.card.stored_steps for record in records),
+            parameters_first=max(record.parameters[0] for record in records),
+            parameters_last=max(record.parameters[1] for record in records),
+        ),
+        fingerprints={task.id: fingerprint_of(task) for task in group.tasks},
+        curves=_curves(group, records),
+        evaluations=_evaluations(group, [point for record in records for point in record.evaluations]),
+        log=file_sha256(staged / names[LOG]),
+        policies=PolicyFile(sha256=content_sha256(policies), size=(staged / names[POLICIES]).stat().st_size)
+        if policies
+        else None,
+    )
+
+
+def run_versions(kernels: Sequence[str]) -> Versions:
+    """The versions of the packages, of Python and of the platform, with the BLAS kernels of the stages."""
+    return Versions(
+        **job_versions(),
+        python=platform.python_version(),
+        platform=f"{platform.system()}-{platform.machine()}",
+        blas=joined(kernels),
+    )
+
+
+def _curves(group: TaskGroup, records: Sequence[FinishedStage]) -> list[Curve]:
+    """A curve per stage and trained task, in training order."""
+    points: dict[tuple[int, int], list[CurvePoint]] = {}
+    for record in records:
+        for point in record.curves:
+            points.setdefault((record.stage, group.task_ids.index(point.task)), []).append(point)
+    return [
+        Curve(
+            stage=stage,
+            task=group.task_ids[task],
+            steps=[point.step for point in points[stage, task]],
+            returns=[point.return_ for point in points[stage, task]],
+        )
+        for stage, task in sorted(points)
+    ]
+
+
+def _evaluations(group: TaskGroup, points: Sequence[EvaluationPoint]) -> list[InterimEvaluation]:
+    """A list of interim evaluations per stage and evaluated task, in training order."""
+    found: dict[tuple[int, int, int], list[EvaluationPoint]] = {}
+    for point in points:
+        key = (point.stage, group.task_ids.index(point.task), point.episodes)
+        found.setdefault(key, []).append(point)
+    return [
+        InterimEvaluation(
+            stage=stage,
+            task=group.task_ids[task],
+            episodes=episodes,
+            steps=[point.step for point in found[stage, task, episodes]],
+            returns=[point.return_ for point in found[stage, task, episodes]],
+        )
+        for stage, task, episodes in sorted(found)
+    ]

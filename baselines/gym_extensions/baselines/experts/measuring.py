@@ -1,0 +1,412 @@
+"""Candidates for the experts: their episodes, the choice among them, cards and the documentation's tables."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import re
+import time
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gym_extensions import experts
+from gym_extensions.baselines.experts.recipes import FAMILIES, meant
+from gym_extensions.catalog import fingerprints
+from gym_extensions.catalog.groups import GROUPS
+from gym_extensions.catalog.tasks import TASKS, Task
+from gym_extensions.catalog.tasks import task as published_task
+from gym_extensions.envs import make_vec
+from gym_extensions.experts import Card, Measurement, Step, seed
+from gym_extensions.rollouts.policy import Policy
+
+LANES = 100
+"""Episodes that are stepped together. A matrix product may depend on it in the last bit, so it is fixed."""
+SCREENING = 20
+"""Episodes that a candidate is first seen with."""
+BEAM_SCALE = 0.25
+"""What a policy without range sensor divides the beams by when it gets one; its weights for them are 0."""
+STORED = "stored:"
+STAGE_STEPS = 300_000
+"""Environment steps per task in the protocol of the entries."""
+QUICK = 100
+"""Selection episodes that a published policy needs, and the episodes of a quick check."""
+ENTRIES = ("trpo", "sac-fresh-buffer", "sac", "ppo", "reset", "cloning", "online-ewc", "l2", "l2-init")
+"""Entries whose policies have no axis of tasks."""
+
+
+def mujoco_tasks() -> dict[str, Task]:
+    """Every MuJoCo task by its bare name."""
+    return {row.name: row for row in TASKS.values() if row.body.family != "navigation"}
+
+
+def episodes(policy: Policy, task: Task, seeds: Sequence[int]) -> tuple[list[float], list[bool | None]]:
+    """Returns and successes of one episode per seed, ``LANES`` of them at a time."""
+    returns: list[float] = []
+    successes: list[bool | None] = []
+    for start in range(0, len(seeds), LANES):
+        for total, success in _together(policy, task, seeds[start : start + LANES]):
+            returns.append(total)
+            successes.append(success)
+    return returns, successes
+
+
+def _together(policy: Policy, task: Task, seeds: Sequence[int]) -> Iterator[tuple[float, bool | None]]:
+    env: Any = make_vec(task, len(seeds))
+    space = env.single_action_space
+    observations, _ = env.reset(seed=list(seeds))
+    totals = np.zeros(len(seeds))
+    running = np.ones(len(seeds), bool)
+    successes: list[bool | None] = [None] * len(seeds)
+    while running.any():
+        actions = np.clip(policy.act(observations), space.low, space.high).astype(space.dtype)
+        observations, rewards, terminated, truncated, infos = env.step(actions)
+        totals[running] += rewards[running]
+        for index in np.flatnonzero(running & (terminated | truncated)):
+            if "is_success" in infos and infos["_is_success"][index]:
+                successes[index] = bool(infos["is_success"][index])
+        running &= ~(terminated | truncated)
+    env.close()
+    return zip(totals.tolist(), successes, strict=True)
+
+
+def num_observations(task: Task) -> int:
+    """The number of the task's observations."""
+    env: Any = make_vec(task, 1)
+    size = int(math.prod(env.single_observation_space.shape))
+    env.close()
+    return size
+
+
+def fitted(policy: Policy, inputs: int) -> Policy:
+    """The policy for a task with range beams where it had none, or without them where it had some.
+
+    New beams have weight 0, so that its actions stay the same. Beams that are missing read 0, as in front of
+    a parked wall, and become part of the bias.
+    """
+    known, first = int(policy.num_inputs or 0), policy.weights[0]
+    mean, scale = policy.observation_mean, policy.observation_scale
+    if inputs == known:
+        return policy
+    if inputs > known:
+        new = inputs - known
+        weights = np.concatenate([first, np.zeros((new, first.shape[1]), first.dtype)])
+        biases = policy.biases
+        if mean is not None and scale is not None:
+            mean = np.concatenate([mean, np.zeros(new, mean.dtype)])
+            scale = np.concatenate([scale, np.full(new, BEAM_SCALE, scale.dtype)])
+    else:
+        weights, beams = first[:inputs], np.zeros(known - inputs)
+        if mean is not None and scale is not None:
+            beams = -mean[inputs:] / scale[inputs:]
+            mean, scale = mean[:inputs], scale[:inputs]
+        clip = policy.observation_clip or math.inf
+        constant = np.clip(beams, -clip, clip).astype(first.dtype) @ first[inputs:]
+        biases = (policy.biases[0] + constant, *policy.biases[1:])
+    return replace(
+        policy,
+        weights=(weights, *policy.weights[1:]),
+        biases=biases,
+        observation_mean=mean,
+        observation_scale=scale,
+    )
+
+
+class Workplace:
+    """The folder in which candidates and their returns are kept between commands.
+
+    ``policies/<run>/<steps>.npz`` are the checkpoints of the training runs, ``policies/<run>/run.json`` says
+    how they came about, and ``returns/<purpose>/<task>/<candidate>.json`` has the returns on the seeds of a
+    purpose, in their order.
+
+    Args:
+        folder: the folder.
+        submissions: the folder of the entries.
+    """
+
+    def __init__(self, folder: Path, submissions: Path = Path("submissions")) -> None:
+        self.folder, self._submissions = folder, submissions
+        self._sizes: dict[str, int] = {}
+
+    def policy(self, candidate: str, task: Task) -> Policy:
+        """The policy of a candidate, fitted to the task's observations."""
+        if candidate.startswith(STORED):
+            path = stored_path(self._submissions, candidate)
+        else:
+            run, steps = candidate.rsplit("@", 1)
+            path = self.folder / "policies" / run / f"{steps}.npz"
+        if task.name not in self._sizes:
+            self._sizes[task.name] = num_observations(task)
+        policy = fitted(experts.read_policy(path), self._sizes[task.name])
+        return replace(policy, head="deterministic")
+
+    def returns(self, candidate: str, task: Task, purpose: str) -> dict[str, Any]:
+        """What is known of a candidate: ``returns``, ``success`` and ``cpu_seconds``."""
+        path = self._path(candidate, task, purpose)
+        empty: dict[str, Any] = {"candidate": candidate, "returns": [], "success": [], "cpu_seconds": 0.0}
+        return json.loads(path.read_text()) if path.exists() else empty
+
+    def evaluate(self, candidate: str, task: Task, purpose: Any, count: int) -> Measurement:
+        """Evaluates a candidate on the first ``count`` seeds of a purpose, as far as it was not yet."""
+        known = self.returns(candidate, task, purpose)
+        done = len(known["returns"])
+        if done < count:
+            began = time.process_time()
+            seeds = [seed(task, purpose, index) for index in range(done, count)]
+            returns, successes = episodes(self.policy(candidate, task), task, seeds)
+            known["returns"] += returns
+            known["success"] += successes
+            known["cpu_seconds"] += time.process_time() - began
+            path = self._path(candidate, task, purpose)
+            path.parent.mkdir(parents=True, exist_ok=True)
+            partial = path.with_name(f".{path.name}.partial")
+            partial.write_text(json.dumps(known))
+            partial.replace(path)
+        return summary(known, max(count, done))
+
+    def candidates(self, task: Task) -> dict[str, Measurement]:
+        """Every candidate of a task that was seen, with all its selection episodes."""
+        rows = (
+            json.loads(path.read_text())
+            for path in sorted((self.folder / "returns" / "select" / task.name).glob("*.json"))
+        )
+        return {row["candidate"]: summary(row, len(row["returns"])) for row in rows}
+
+    def select(self, task: Task, count: int) -> str | None:
+        """The candidate with the best mean over ``count`` selection seeds; None without candidates.
+
+        The best by the episodes so far gets the missing ones, until the best has all of them; then the second
+        does if it could still be better, its mean within two standard errors of the difference.
+        """
+        while found := sorted(self.candidates(task).items(), key=lambda item: -item[1].mean):
+            (name, best), *others = found
+            if best.episodes < count:
+                self.evaluate(name, task, "select", count)
+                continue
+            rivals = [
+                other
+                for other, seen in others[:2]
+                if seen.episodes < count
+                and best.mean - seen.mean < 2 * math.hypot(best.standard_error, seen.standard_error)
+            ]
+            if not rivals:
+                return name
+            self.evaluate(rivals[0], task, "select", count)
+        return None
+
+    def best(self, task: Task) -> str | None:
+        """The best candidate among those with the most selection episodes."""
+        found = self.candidates(task)
+        most = max((seen.episodes for seen in found.values()), default=0)
+        full = {name: seen for name, seen in found.items() if seen.episodes >= min(most, 100)}
+        return max(full, key=lambda name: full[name].mean, default=None)
+
+    def resolved(self, parent: str | None) -> str | None:
+        """The candidate that ``best:<task>`` or ``last:<run>`` means now; any other name as it is."""
+        kind, _, name = (parent or "").partition(":")
+        if kind == "best":
+            return self.best(published_task(name))
+        if kind == "last":
+            return f"{name}@{self.run(name)['checkpoints'][-1]['steps']}"
+        return parent
+
+    def run(self, name: str) -> dict[str, Any]:
+        """What is known of a training run, finished or not."""
+        paths = (self.folder / "policies" / name / file for file in ("run.json", "running.json"))
+        found: dict[str, Any] = json.loads(next(path for path in paths if path.exists()).read_text())
+        return found
+
+    def runs(self) -> list[dict[str, Any]]:
+        """Every training run with a checkpoint."""
+        paths = sorted((self.folder / "policies").glob("*/run*.json"))
+        return [self.run(path.parent.name) for path in paths]
+
+    def steps_tried(self, task: Task) -> int:
+        """Environment steps of all runs whose checkpoints are candidates of a task."""
+        return sum(row["checkpoints"][-1]["steps"] for row in self.runs() if task.name in row["targets"])
+
+    def _path(self, candidate: str, task: Task, purpose: str) -> Path:
+        name = re.sub(r"[^\w@.-]+", "+", candidate)
+        return self.folder / "returns" / purpose / task.name / f"{name}.json"
+
+
+def summary(row: dict[str, Any], count: int) -> Measurement:
+    """The first ``count`` episodes of a row of :meth:`Workplace.returns`."""
+    returns = np.array(row["returns"][:count])
+    known = [float(value) for value in row["success"][:count] if value is not None]
+    return Measurement(
+        episodes=len(returns),
+        mean=float(returns.mean()),
+        deviation=float(returns.std(ddof=1)),
+        success=float(np.mean(known)) if known else None,
+        cpu_seconds=round(row["cpu_seconds"], 1),
+    )
+
+
+def stored_path(submissions: Path, candidate: str) -> Path:
+    """The file of a stored policy."""
+    entry, group, file = candidate.removeprefix(STORED).split("/")
+    return submissions / entry / group / "policies" / f"{file}.npz"
+
+
+def stored_candidates(submissions: Path) -> dict[str, list[tuple[float, str]]]:
+    """Per task the stored policies with their mean return in the logs of the entries, the best first."""
+    found: dict[str, dict[str, list[float]]] = defaultdict(lambda: defaultdict(list))
+    for path in sorted(submissions.glob("*/*/*.csv")):
+        entry, group, protocol = path.parts[-3], path.parts[-2], path.stem
+        if entry not in ENTRIES or protocol not in ("sequential", "single", "joint"):
+            continue
+        with path.open(newline="") as file:
+            for row in csv.DictReader(file):
+                name = row["task"].removeprefix("gym_extensions/").removesuffix("-v0")
+                stage = f"{protocol}-run{row['run']}-stage{row['stage']}"
+                stage += f"-{name}" if protocol == "single" else ""
+                found[name][f"{STORED}{entry}/{group}/{stage}"].append(float(row["return"]))
+    ranked = {}
+    for name, policies in found.items():
+        means = sorted(((float(np.mean(values)), key) for key, values in policies.items()), reverse=True)
+        ranked[name] = [(mean, key) for mean, key in means if stored_path(submissions, key).exists()]
+    return ranked
+
+
+def harvest(work: Workplace, submissions: Path, family: str, own: int = 3, general: int = 4) -> Iterator[str]:
+    """Screens stored policies on all tasks of the bodies whose names begin with ``family``.
+
+    Every task sees the best ``own`` by its logs, and the ``general`` policies of the bodies with the highest
+    return in a log of any of the tasks.
+    """
+    ranked = stored_candidates(submissions)
+    tasks = [row for row in mujoco_tasks().values() if FAMILIES[row.base] == family]
+    pool: dict[str, float] = {}
+    for row in tasks:
+        for mean, candidate in ranked.get(row.name, [])[:own]:
+            pool[candidate] = max(pool.get(candidate, -math.inf), mean)
+    generalists = sorted(pool, key=lambda name: -pool[name])[:general]
+    pairs = []
+    for row in tasks:
+        candidates = [candidate for _, candidate in ranked.get(row.name, [])[:own]]
+        pairs += [(row, candidate) for candidate in dict.fromkeys([*candidates, *generalists])]
+    return screen(work, pairs)
+
+
+def screen(work: Workplace, pairs: Sequence[tuple[Task, str]]) -> Iterator[str]:
+    """Sees candidates on the first selection seeds of tasks; yields a line for each."""
+    for row, candidate in pairs:
+        seen = work.evaluate(candidate, row, "select", SCREENING)
+        yield f"{row.name} {candidate} {seen.mean:.0f} ± {seen.deviation:.0f}"
+
+
+def select(work: Workplace, tasks: Sequence[Task], count: int) -> Iterator[str]:
+    """Selects the expert of each task; yields a line for each."""
+    for row in tasks:
+        best = work.select(row, count)
+        seen = work.candidates(row).get(best or "")
+        yield f"{row.name} {best} {seen.mean:.1f} ± {seen.deviation:.1f}" if seen else f"{row.name} none"
+
+
+def history(work: Workplace, candidate: str) -> tuple[Step, ...]:
+    """The training runs behind a candidate, the first one first."""
+    if candidate.startswith(STORED):
+        entry, group, file = candidate.removeprefix(STORED).split("/")
+        protocol, stage = file.split("-")[0], int(file.split("-stage")[1].split("-")[0])
+        tasks = {"sequential": stage, "joint": len(GROUPS[group].tasks)}.get(protocol, 1)
+        return (Step(candidate, entry, tasks * STAGE_STEPS),)
+    name, steps_text = candidate.rsplit("@", 1)
+    run = work.run(name)
+    steps = int(steps_text)
+    seconds = next(row["cpu_seconds"] for row in run["checkpoints"] if row["steps"] == steps)
+    last = Step(f"{name}@{steps}", run["agent"], steps, seconds, run["command"], tuple(run["tasks"]))
+    return (*(history(work, run["parent"]) if run["parent"] else ()), last)
+
+
+def described(work: Workplace, task: Task, candidate: str, count: int) -> Card:
+    """The card of a selected candidate, which is measured on ``count`` seeds as far as it was not yet."""
+    selection = work.candidates(task)
+    measurement = work.evaluate(candidate, task, "measure", count)
+    row = work.returns(candidate, task, "measure")
+    steps = history(work, candidate)
+    return Card(
+        task=task.id,
+        fingerprint=fingerprints.published(task.id),
+        policy=experts.digest(work.policy(candidate, task)),
+        history=steps,
+        from_entry=any(step.name.startswith(STORED) for step in steps),
+        candidates=len(selection),
+        steps_tried=work.steps_tried(task),
+        selection=selection[candidate],
+        measurement=measurement,
+        first_hundred=summary(row, QUICK).mean,
+        provisional=meant(task, np.array(row["returns"])),
+    )
+
+
+def publish(work: Workplace, task: Task, count: int, folder: Path) -> Card | None:
+    """Writes policy and card of the task's selected candidate; None if none has 100 selection episodes."""
+    candidate = work.best(task)
+    if candidate is None or work.candidates(task)[candidate].episodes < QUICK:
+        return None
+    card = described(work, task, candidate, count)
+    experts.write(work.policy(candidate, task), card, folder)
+    return card
+
+
+def floors(references: Path) -> dict[str, tuple[float, float]]:
+    """Mean and standard deviation of the floor agent's episodes by task id, from a file of references."""
+    rows = json.loads(references.read_text())["tasks"]
+    found = {}
+    for name, row in rows.items():
+        floor = row["floor"]
+        spread = floor["agents"][floor["agent"]]["std"] if "agents" in floor else 0.0
+        found[name] = (float(floor["mean"]), float(spread))
+    return found
+
+
+def tables(folder: Path, references: Path) -> Iterator[str]:
+    """The lines of the documentation's tables, one per body, and the sums."""
+    known, total, anchors, provisional = floors(references), 0.0, 0, 0
+    counted: set[str] = set()
+    for family in dict.fromkeys(FAMILIES.values()):
+        yield f"\n### {family}\n"
+        yield "| task | floor | expert | standard error | episodes | steps | CPU minutes | state |"
+        yield "|---|---:|---:|---:|---:|---:|---:|---|"
+        for task in mujoco_tasks().values():
+            if FAMILIES[task.base] != family:
+                continue
+            floor, spread = known.get(task.id, (math.nan, math.nan))
+            if task.name not in experts.names(folder):
+                yield f"| {task.name} | {floor:,.0f} | | | | | | open: no expert |"
+                continue
+            card = experts.card(task, folder)
+            for step in card.history:
+                total += (step.cpu_seconds or 0.0) if step.name not in counted else 0.0
+                counted.add(step.name)
+            anchor = experts.anchor(card, floor, spread)
+            anchors += anchor is not None
+            provisional += anchor is not None and anchor.provisional
+            yield _row(task, card, floor, anchor)
+    yield (
+        f"\n{anchors} tasks have an anchor, {provisional} of them provisional. "
+        f"The training runs in the histories took {total / 60:,.0f} CPU minutes.\n"
+    )
+
+
+def _row(task: Task, card: Card, floor: float, anchor: Any) -> str:
+    measured = card.measurement
+    digits = 1 if abs(measured.mean) < 1000 else 0
+    floor = 0.0 if round(floor, digits) == 0 else floor  # no minus before a zero
+    steps = sum(step.steps or 0 for step in card.history) / 1e6
+    seconds = sum(step.cpu_seconds or 0.0 for step in card.history)
+    state = "no floor" if math.isnan(floor) else "open" if anchor is None else card.provisional or "anchor"
+    if card.provisional and anchor is not None:
+        state = f"provisional: {card.provisional}"
+    state += ", from an entry" if card.from_entry else ""
+    return (
+        f"| {task.name} | {floor:,.{digits}f} | {measured.mean:,.{digits}f} | "
+        f"{measured.standard_error:,.{digits}f} | {measured.episodes} | {steps:.1f}M | "
+        f"{seconds / 60:.1f} | {state} |"
+    )

@@ -1,0 +1,268 @@
+"""The training runs as tables."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gym_extensions.catalog.tasks import Task, customize
+from gym_extensions.catalog.tasks import task as published_task
+from gym_extensions.catalog.variations import RangeSensor, Wall
+
+FAMILIES = {
+    "HumanoidStandup": "Standup",
+    "HumanoidStandupAndRun": "Standup",
+    **{body: body for body in ("Hopper", "Walker2d", "HalfCheetah", "Humanoid", "Striker", "Pusher")},
+}
+"""The name of the bodies whose policies fit each other, by body."""
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """One training run.
+
+    Args:
+        name: of the run.
+        tasks: trained together, one after the other over the environments; ``HopperWall:0.12`` is the wall
+            with its top at .12 m.
+        parent: the candidate to start from, ``best:<task>`` for the best so far of a task,
+            ``last:<run>`` for the last checkpoint of a run, or None.
+        learner: ``trpo`` or ``sac``.
+        steps: environment steps.
+        batch_steps: transitions per batch of TRPO.
+        num_envs: environments.
+        checkpoint: environment steps between checkpoints.
+        value_batches: batches in which TRPO learns only the value function, after a start from a policy.
+        targets: tasks that the checkpoints are candidates for; the last of ``tasks`` if empty.
+        bonus: weights of reward terms that are added to the reward in training.
+        max_kl: of TRPO's trust region.
+        least_log_sigma: lower bound of TRPO's exploration noise.
+        initial_log_sigma: TRPO's exploration noise at the start.
+        discount: γ of TRPO.
+        buffer: transitions in SAC's replay buffer.
+        keep_models: whether the checkpoints of SAC can be trained further.
+    """
+
+    name: str
+    tasks: tuple[str, ...]
+    parent: str | None = None
+    learner: str = "trpo"
+    steps: int = 500_000
+    batch_steps: int = 2_000
+    num_envs: int = 25
+    checkpoint: int = 100_000
+    value_batches: int = 5
+    targets: tuple[str, ...] = ()
+    bonus: tuple[tuple[str, float], ...] = ()
+    max_kl: float = 0.04
+    least_log_sigma: float = -1.0
+    initial_log_sigma: float = -1.0
+    discount: float = 0.995
+    buffer: int = 100_000
+    keep_models: bool = False
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "targets", self.targets or (self.tasks[-1],))
+
+    @property
+    def target(self) -> str:
+        """The first target."""
+        return self.targets[0]
+
+
+@dataclass(frozen=True)
+class Meant:
+    """What an expert of some tasks must do: a share of its episodes reaches a return.
+
+    Args:
+        tasks: the beginnings of the tasks' names.
+        level: the return.
+        share: of the episodes.
+        otherwise: what an expert does that falls short.
+    """
+
+    tasks: tuple[str, ...]
+    level: float
+    share: float
+    otherwise: str
+
+
+MEANT = (
+    Meant(("HumanoidStandup",), 270_000.0, 0.5, "it sits; standing at 1 m gives 333 a step"),
+    Meant(("HumanoidWall", "HumanoidNoisyWall"), 5_000.0, 0.25, "it falls at the wall"),
+    Meant(("Humanoid",), 5_750.0, 0.5, "it stands and shuffles, or falls; 5,000 is for standing"),
+    Meant(("HopperWall", "HopperNoisyWall"), 2_000.0, 0.25, "it rarely passes the wall"),
+    Meant(("Walker2dWall", "Walker2dNoisyWall"), 2_500.0, 0.25, "it rarely passes the wall"),
+    Meant(("HalfCheetahWall", "HalfCheetahNoisyWall"), 2_000.0, 0.5, "it rarely passes the wall"),
+)
+"""The first match holds; tasks without one have no condition."""
+
+
+def meant(task: Task, returns: NDArray[Any]) -> str:
+    """Why the episodes of an expert are not what its task is for; empty if they are."""
+    for row in MEANT:
+        if task.name.startswith(row.tasks):
+            return row.otherwise if float(np.mean(returns >= row.level)) < row.share else ""
+    return ""
+
+
+def training_task(name: str) -> Task:
+    """The task of a name in ``Recipe.tasks``."""
+    base, _, top = name.partition(":")
+    row = published_task(base)
+    if not top:
+        return row
+    width = next(each.width for each in row.variations if isinstance(each, Wall))
+    wall = Wall(width, centre_height=float(top) - Wall(width).height / 2)
+    return customize(row.base, (RangeSensor(), wall))
+
+
+def _large(name: str, tasks: tuple[str, ...], parent: str | None, steps: int, **others: Any) -> Recipe:
+    """A run with large batches, which follow fewer noisy gradients."""
+    size = {"batch_steps": 10_000, "num_envs": 100, "value_batches": 2, "checkpoint": 200_000}
+    return Recipe(name, tasks, parent, steps=steps, **(size | others))
+
+
+def _wall(body: str) -> tuple[str, str]:
+    return f"{body}WithSensor", f"{body}Wall"
+
+
+HUMANOID_BODIES = (
+    "HumanoidMotorNoise",
+    "HumanoidGravityThreeQuarters",
+    *(
+        f"Humanoid{size}{part}"
+        for part in ("Foot", "Leg", "Thigh", "Torso", "Head", "Arm", "Hand")
+        for size in ("Small", "Big")
+    ),
+)
+HUMANOID_HARD = (
+    *(f"Humanoid{part}" for part in ("SmallThigh", "BigThigh", "SmallFoot", "BigFoot", "SmallLeg")),
+    *(f"HumanoidGravity{factor}" for factor in ("Half", "OneAndQuarter", "OneAndHalf")),
+    "HumanoidMotorNoise",
+    "HumanoidSmallTorso",
+)
+"""Those on which the policy of all bodies still falls."""
+WALK = (("reward_forward", 3.0), ("reward_survive", -0.6))
+"""Makes Humanoid's speed count four times as much, and standing less than half."""
+FASTER = (("reward_forward", 9.0), ("reward_survive", -0.6))
+"""The same with a speed that counts ten times as much."""
+TABLE = (
+    Recipe("sac-HalfCheetah", ("HalfCheetah",), learner="sac", steps=800_000, num_envs=16, keep_models=True),
+    Recipe("trpo-Hopper", ("Hopper",), steps=2_000_000),
+    Recipe("trpo-Walker2d", ("Walker2d",), steps=2_500_000),
+    _large(
+        "trpo-Humanoid-run",
+        ("Humanoid",),
+        "stored:trpo/humanoid-body/sequential-run0-stage14",
+        2_000_000,
+        bonus=WALK,
+    ),
+    _large(
+        "trpo-Humanoid-fast",
+        ("Humanoid",),
+        "last:trpo-Humanoid-run-seed0",
+        2_000_000,
+        bonus=FASTER,
+    ),
+    _large(
+        "trpo-Humanoid-bodies",
+        HUMANOID_BODIES,
+        "best:Humanoid",
+        2_000_000,
+        batch_steps=20_000,
+        num_envs=96,
+        checkpoint=1_000_000,
+        targets=HUMANOID_BODIES,
+        bonus=WALK,
+    ),
+    _large(
+        "trpo-Humanoid-hard",
+        HUMANOID_HARD,
+        "last:trpo-Humanoid-bodies-seed0",
+        1_200_000,
+        batch_steps=20_000,
+        num_envs=100,
+        checkpoint=600_000,
+        targets=HUMANOID_HARD,
+        bonus=WALK,
+    ),
+    _large(
+        "trpo-HumanoidWall-joint",
+        _wall("Humanoid"),
+        "best:HumanoidWall",
+        600_000,
+        targets=("HumanoidWall", "HumanoidNoisyWall"),
+    ),
+    _large(
+        "trpo-HalfCheetahWall-joint",
+        _wall("HalfCheetah"),
+        "best:HalfCheetahWall",
+        4_000_000,
+        batch_steps=20_000,
+        targets=("HalfCheetahWall", "HalfCheetahNoisyWall"),
+    ),
+    _large(
+        "trpo-HopperWall-low",
+        ("HopperWithSensor", "HopperWall:0.1", "HopperWall:0.17", "HopperWall:0.24"),
+        "best:Hopper",
+        1_500_000,
+        targets=("HopperWall",),
+    ),
+    _large(
+        "trpo-HopperWall-high",
+        ("HopperWithSensor", "HopperWall:0.24", "HopperWall:0.31", "HopperWall"),
+        "last:trpo-HopperWall-low-seed0",
+        2_000_000,
+        targets=("HopperWall", "HopperNoisyWall"),
+    ),
+    _large(
+        "trpo-Walker2dWall-low",
+        ("Walker2dWithSensor", "Walker2dWall:0.1", "Walker2dWall:0.17", "Walker2dWall:0.24"),
+        "best:Walker2d",
+        1_500_000,
+        targets=("Walker2dWall",),
+    ),
+    _large(
+        "trpo-Walker2dWall-high",
+        ("Walker2dWithSensor", "Walker2dWall:0.24", "Walker2dWall:0.31", "Walker2dWall"),
+        "last:trpo-Walker2dWall-low-seed0",
+        2_000_000,
+        targets=("Walker2dWall", "Walker2dNoisyWall"),
+    ),
+)
+"""Bases, and ways over the walls."""
+FURTHER = {
+    "Hopper": 500_000,
+    "Walker2d": 600_000,
+    "HalfCheetah": 600_000,
+    "Humanoid": 400_000,
+    "Standup": 600_000,
+    "Pusher": 1_500_000,
+    "Striker": 1_000_000,
+}
+"""Steps of ``trpo-<task>``, which trains the task's best candidate further on the task, by family."""
+RECIPES = {row.name: row for row in TABLE}
+"""The named runs."""
+
+
+def recipe(name: str) -> Recipe:
+    """A run of the table, or ``trpo-<task>``, which continues from the best candidate of the task.
+
+    Raises:
+        BenchError: there is no such run.
+    """
+    if name in RECIPES:
+        return RECIPES[name]
+    learner, _, task = name.partition("-")
+    row = published_task(task.removesuffix("-walk"))
+    steps = FURTHER[FAMILIES[row.base]]
+    if learner == "sac":
+        return Recipe(
+            name, (row.name,), learner="sac", steps=200_000, num_envs=16, checkpoint=50_000, buffer=100_000
+        )
+    bonus = WALK if task.endswith("-walk") else ()
+    return _large(name, (row.name,), f"best:{row.name}", steps, checkpoint=100_000, bonus=bonus)

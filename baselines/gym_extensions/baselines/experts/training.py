@@ -1,0 +1,211 @@
+"""Trains the runs of the table: TRPO from a policy, or SAC, with a checkpoint every so many steps."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+
+from gym_extensions.baselines.agent import Array
+from gym_extensions.baselines.algorithms.trpo import REFERENCE, Trpo
+from gym_extensions.baselines.experts.measuring import SCREENING, Workplace
+from gym_extensions.baselines.experts.recipes import Recipe, training_task
+from gym_extensions.baselines.trpo.policy import EPSILON, Moments
+from gym_extensions.baselines.trpo.values import Collector, Transitions
+from gym_extensions.catalog.tasks import task as published_task
+from gym_extensions.envs import make_vec
+from gym_extensions.experts import seed as seed_of
+from gym_extensions.experts import write_policy
+from gym_extensions.rollouts.policy import Policy
+
+MOMENTS_COUNT = 1e6
+"""Observations that the moments of a policy count as when it is trained further."""
+SAC_SETTINGS: dict[str, Any] = {
+    "learning_rate": 1e-3,
+    "batch_size": 128,
+    "tau": 0.005,
+    "gamma": 0.99,
+    "train_freq": 4,
+    "learning_starts": 1_000,
+    "policy_kwargs": {"net_arch": [64, 64]},
+}
+"""Those of the entry ``sac``, whose sources stand there; the buffer is the recipe's."""
+SAC_WARM_UP = 2_000
+"""Steps of the old policy before the first update, where a run continues another one with an empty buffer."""
+
+
+class TrainingEnv(gym.vector.VectorWrapper[Any, Any, Any]):
+    """Seeded training environments, whose rewards may have terms of the infos added to them.
+
+    Args:
+        env: the environments.
+        seeds: of their first episodes.
+        bonus: weight of each further reward term by its name in the infos.
+    """
+
+    def __init__(self, env: Any, seeds: list[int], bonus: dict[str, float]) -> None:
+        super().__init__(env)
+        self._seeds, self._bonus = seeds, bonus
+
+    def reset(self, *, seed: Any = None, options: Any = None) -> Any:
+        """The first reset has the seeds."""
+        first, self._seeds = self._seeds, []
+        env: Any = self.env  # seeds may be a list
+        return env.reset(seed=first or None, options=options)
+
+    def step(self, actions: Array) -> Any:
+        """A step, with the clipped actions."""
+        space: Any = self.env.single_action_space
+        clipped = np.clip(actions, space.low, space.high).astype(space.dtype)
+        observations, rewards, terminated, truncated, infos = self.env.step(clipped)
+        for name, weight in self._bonus.items():
+            rewards = rewards + weight * np.where(infos[f"_{name}"], infos[name], 0.0)
+        return observations, rewards, terminated, truncated, infos
+
+
+class FurtherTrpo(Trpo):
+    """TRPO that starts from a policy; the value function alone learns in the first batches."""
+
+    value_batches = 0
+
+    def start_from(self, policy: Policy) -> None:
+        """Takes over the network, log σ and the moments of a policy of the same shapes."""
+        parts = [part.ravel() for pair in zip(policy.weights, policy.biases, strict=True) for part in pair]
+        least = self._settings.trust_region.least_log_sigma
+        actions = len(policy.action_offset)
+        sigma = np.full(actions, -1.0, np.float32)
+        if policy.log_sigma is not None and policy.log_sigma_weight is None:
+            sigma = np.maximum(policy.log_sigma, least)
+        self._theta = np.concatenate([*parts, sigma]).astype(np.float32)
+        if policy.observation_mean is not None and policy.observation_scale is not None:
+            squares = np.square(policy.observation_scale - EPSILON) * MOMENTS_COUNT
+            self._moments = Moments(MOMENTS_COUNT, policy.observation_mean.astype(float), squares)
+
+    def train(self, collector: Collector, steps: int, batch_steps: int) -> int:
+        """Takes ``steps`` transitions in batches."""
+        self._batch_steps = batch_steps
+        return self._train(collector, steps)
+
+    def _update(self, transitions: Transitions) -> None:
+        kept = self._theta
+        super()._update(transitions)
+        if self.value_batches > 0:
+            self.value_batches -= 1
+            self._theta = kept
+
+
+def trpo_settings(recipe: Recipe, start: Policy | None) -> Any:
+    """The reference settings with the recipe's changes, and the architecture of the policy to start from."""
+    region = replace(REFERENCE.trust_region, max_kl=recipe.max_kl, least_log_sigma=recipe.least_log_sigma)
+    settings = replace(
+        REFERENCE, trust_region=region, discount=recipe.discount, initial_log_sigma=recipe.initial_log_sigma
+    )
+    if start is None:
+        return settings
+    return replace(
+        settings,
+        hidden=tuple(weights.shape[1] for weights in start.weights[:-1]),
+        activation=start.activation,
+        tanh_mean="tanh" in (start.squash, start.output_activation),
+        normalize_observations=start.observation_mean is not None,
+    )
+
+
+def environments(recipe: Recipe, seed: int) -> TrainingEnv:
+    """The training environments of a recipe."""
+    rows = [training_task(name) for name in recipe.tasks]
+    first = published_task(recipe.target)
+    seeds = [seed_of(first, "train", 100_000 * seed + index) for index in range(recipe.num_envs)]
+    return TrainingEnv(make_vec(rows, recipe.num_envs), seeds, dict(recipe.bonus))
+
+
+def train(work: Workplace, recipe: Recipe, seed: int, parent: str | None, command: str) -> Iterator[str]:
+    """Trains a run, unless it is finished, and screens each checkpoint on the targets; yields lines."""
+    name = f"{recipe.name}-seed{seed}"
+    folder = work.folder / "policies" / name
+    if (folder / "run.json").exists():
+        return
+    folder.mkdir(parents=True, exist_ok=True)
+    env = environments(recipe, seed)
+    advance = (_trpo if recipe.learner == "trpo" else _sac)(work, recipe, seed, parent, env)
+    checkpoints: list[dict[str, Any]] = []
+    steps, seconds = 0, 0.0
+    while steps < recipe.steps:
+        began = time.process_time()
+        taken, policy = advance(min(recipe.checkpoint, recipe.steps - steps))
+        steps, seconds = steps + taken, seconds + time.process_time() - began
+        write_policy(folder / f"{steps}.npz", policy)
+        row: dict[str, Any] = {"steps": steps, "cpu_seconds": round(seconds, 1)}
+        for target in recipe.targets:
+            seen = work.evaluate(f"{name}@{steps}", published_task(target), "select", SCREENING)
+            row[target] = round(seen.mean, 1)
+        yield f"{name} {row}"
+        checkpoints.append(row)
+        document = {
+            "recipe": recipe.name,
+            "seed": seed,
+            "agent": recipe.learner,
+            "parent": parent,
+            "command": command,
+            "tasks": list(recipe.tasks),
+            "targets": list(recipe.targets),
+            "checkpoints": checkpoints,
+        }
+        place = folder / ("run.json" if steps >= recipe.steps else "running.json")
+        place.write_text(json.dumps(document, indent=1))
+    (folder / "running.json").unlink(missing_ok=True)
+    env.close()
+
+
+def _trpo(work: Workplace, recipe: Recipe, seed: int, parent: str | None, env: TrainingEnv) -> Any:
+    start = None if parent is None else work.policy(parent, training_task(recipe.tasks[-1]))
+    spaces: Any = (env.single_observation_space, env.single_action_space)
+    agent = FurtherTrpo(spaces[0], spaces[1], seed, trpo_settings(recipe, start))
+    if start is not None:
+        agent.start_from(start)
+        agent.value_batches = recipe.value_batches
+    collector = Collector(env)
+
+    def advance(steps: int) -> tuple[int, Policy]:
+        taken = agent.train(collector, steps, recipe.batch_steps)
+        return taken, agent.policy()
+
+    return advance
+
+
+def _sac(work: Workplace, recipe: Recipe, seed: int, parent: str | None, env: TrainingEnv) -> Any:
+    from sbx import SAC
+
+    import gym_extensions.baselines.algorithms.sac  # noqa: F401  (sets JAX to one thread)
+    from gym_extensions.baselines.adapters.sb3_policy import exported
+    from gym_extensions.baselines.adapters.sb3_vec_env import BatchVecEnv
+
+    batch = BatchVecEnv(env)
+    folder = work.folder / "policies" / f"{recipe.name}-seed{seed}"
+    settings = SAC_SETTINGS | {"buffer_size": recipe.buffer, "gradient_steps": recipe.num_envs}
+    if parent is None:
+        model = SAC("MlpPolicy", batch, seed=seed, **settings)
+    else:
+        run, steps_before = parent.rsplit("@", 1)
+        model = SAC.load(work.folder / "policies" / run / f"{steps_before}.zip", env=batch)
+        model.set_random_seed(seed)
+        model.learning_starts = model.num_timesteps + SAC_WARM_UP
+        model._sample_action = lambda _starts, noise, count: SAC._sample_action(model, 0, noise, count)
+    done = 0
+
+    def advance(steps: int) -> tuple[int, Policy]:
+        nonlocal done
+        before = model.num_timesteps
+        model.learn(steps, reset_num_timesteps=False)
+        taken = model.num_timesteps - before
+        done += taken
+        if recipe.keep_models:
+            model.save(folder / f"{done}.zip")
+        return taken, exported(model)
+
+    return advance

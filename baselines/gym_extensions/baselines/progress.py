@@ -1,0 +1,413 @@
+"""Shows and logs the progress of training, as events arrive."""
+
+from __future__ import annotations
+
+import csv
+import time
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    Progress,
+    TaskID,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
+
+from gym_extensions.baselines.training.checkpoints import next_step
+from gym_extensions.baselines.training.events import (
+    BatchTrained,
+    Event,
+    JobFailed,
+    JobFinished,
+    JobPlan,
+    Listener,
+    StageStarted,
+    TaskEvaluated,
+    TrainingStarted,
+)
+from gym_extensions.errors import BenchError, did_you_mean
+from gym_extensions.files import write_text
+from gym_extensions.rollouts.layout import PROGRESS
+
+FIRST_INTERVAL, LONGEST_INTERVAL = 1.0, 60.0
+"""Seconds between two lines about training; each interval is twice the one before, up to the longest."""
+EPISODE_WORK = 100
+"""An episode of evaluation counts as this many training steps, for the time left."""
+SPEED_SECONDS = 600.0
+"""The time left is estimated from the speed in this time."""
+TRAIN_LOG, EVENTS_CSV = "train.log", "events.csv"
+EVENT_COLUMNS = ("event", "job", "stage", "step", "job_step", "task", "mean_return", "steps_per_second")
+LOGS = ("csv", "tensorboard")
+"""The logs that a user can choose."""
+
+
+class Bars:
+    """One bar per running job and one for all, which measure training steps and evaluation episodes.
+
+    Work that an earlier call finished, or that an agent does not need, leaves the total of all jobs, so that
+    it does not count as speed.
+    """
+
+    def __init__(self, progress: Progress) -> None:
+        self._progress = progress
+        self._plans: dict[str, JobPlan] = {}
+        self._rows: dict[str, TaskID] = {}
+        self._done: dict[str, int] = {}
+        self._episodes: dict[tuple[str, int], int] = {}
+        self._total = progress.add_task("all jobs", total=0, text="")
+
+    def show(self, event: Event) -> None:
+        """Moves the bars."""
+        if isinstance(event, TrainingStarted):
+            self._plans = {plan.title: plan for plan in event.jobs}
+            self._done = dict.fromkeys(self._plans, 0)
+            total = sum(_work(plan) for plan in event.jobs)
+            self._progress.reset(self._total, total=total, visible=bool(event.jobs))
+        elif event.job not in self._plans:
+            return
+        elif isinstance(event, JobFinished | JobFailed):
+            self._move(event.job, _work(self._plans[event.job]), is_new=False)
+            if event.job in self._rows:
+                self._progress.remove_task(self._rows.pop(event.job))
+        else:
+            self._show_job(event)
+
+    def time_left(self) -> str:
+        """Until all jobs are finished, such as ``1:02:03``; ``unknown`` before it can be estimated."""
+        total = self._progress.tasks[self._progress.task_ids.index(self._total)]
+        return clock_time(total.time_remaining)
+
+    def _show_job(self, event: StageStarted | BatchTrained | TaskEvaluated) -> None:
+        plan = self._plans[event.job]
+        if event.job not in self._rows:
+            self._rows[event.job] = self._progress.add_task(event.job, total=_work(plan), text="")
+        done, text = _work(plan, before=event.stage), None
+        if isinstance(event, StageStarted):
+            text = ""
+        else:
+            key = (event.job, event.stage)
+            if isinstance(event, TaskEvaluated):
+                self._episodes[key] = self._episodes.get(key, 0) + event.episodes
+                text = f"{event.task.rpartition('/')[2]} {event.mean_return:.1f}"
+            else:
+                mean_return = "" if event.mean_return is None else f"return {event.mean_return:.1f}, "
+                text = f"{mean_return}{event.steps_per_second:,.0f} steps/s"
+            done += event.step + EPISODE_WORK * self._episodes.get(key, 0)
+        self._move(event.job, done, is_new=not isinstance(event, StageStarted))
+        self._progress.update(
+            self._rows[event.job], description=f"{event.job} stage {event.stage}", text=text
+        )
+
+    def _move(self, job: str, done: int, *, is_new: bool) -> None:
+        step, self._done[job] = done - self._done[job], done
+        if is_new:
+            self._progress.advance(self._total, step)
+        else:
+            total = self._progress.tasks[self._progress.task_ids.index(self._total)].total or 0
+            self._progress.update(self._total, total=total - step)
+        if job in self._rows:
+            self._progress.update(self._rows[job], completed=done)
+
+
+def _work(plan: JobPlan, before: int | None = None) -> int:
+    """The work of the stages of a job, or of those before a stage."""
+    stages = [stage for stage in plan.stages if before is None or stage.number < before]
+    return sum(stage.steps + EPISODE_WORK * stage.episodes for stage in stages)
+
+
+class Lines:
+    """Prints lines: the end of every stage, and training at growing intervals."""
+
+    def __init__(
+        self,
+        write: Callable[[str], object],
+        time_left: Callable[[], str],
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._write, self._time_left, self._clock = write, time_left, clock
+        self._interval, self._next = FIRST_INTERVAL, 0.0
+
+    def show(self, event: Event) -> None:
+        """Prints a line, unless the event is about training and the last such line is too recent."""
+        if isinstance(event, StageStarted | JobFinished):
+            return
+        if isinstance(event, BatchTrained) or (isinstance(event, TaskEvaluated) and event.in_training):
+            now = self._clock()
+            if now < self._next:
+                return
+            self._next = now + self._interval
+            self._interval = min(2 * self._interval, LONGEST_INTERVAL)
+        self._write(line(event, self._time_left()))
+
+
+def line(event: Event, time_left: str) -> str:
+    """One line about an event."""
+    if isinstance(event, TrainingStarted):
+        return _plan_line(event)
+    if isinstance(event, JobFinished):
+        return f"{event.job}: finished"
+    if isinstance(event, JobFailed):
+        return f"{event.job}: failed: {event.cause}"
+    where = f"{event.job} stage {event.stage}"
+    if isinstance(event, StageStarted):
+        tasks = ", ".join(event.tasks) if event.tasks else "no task"
+        return f"{where}: trains {event.steps:,} steps on {tasks}"
+    if isinstance(event, BatchTrained):
+        result = "no episode ended" if event.mean_return is None else f"mean return {event.mean_return:.1f}"
+        speed = f"{event.steps_per_second:,.0f} steps per second"
+        return f"{where}: {event.step:,} steps, {result}, {speed}, time left {time_left}"
+    during = f" after {event.step:,} steps" if event.in_training else ""
+    return f"{where}{during}: {event.task} mean return {event.mean_return:.1f}"
+
+
+def _plan_line(event: TrainingStarted) -> str:
+    if not event.jobs:
+        return "Nothing to train: all runs are finished."
+    stages = [stage for job in event.jobs for stage in job.stages]
+    steps, episodes = sum(stage.steps for stage in stages), sum(stage.episodes for stage in stages)
+    jobs = "1 job" if len(event.jobs) == 1 else f"{len(event.jobs)} jobs"
+    return f"{jobs}: {steps:,} training steps, {episodes:,} evaluation episodes"
+
+
+def clock_time(seconds: float | None) -> str:
+    """Hours, minutes and seconds, such as ``1:02:03``; ``unknown`` without a number."""
+    if seconds is None:
+        return "unknown"
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes // 60}:{minutes % 60:02}:{rest:02}"
+
+
+def log_file(folder: Path, time_left: Callable[[], str], now: Callable[[], float] = time.time) -> Listener:
+    """Appends a line per event with date and local time, and tracebacks of failed jobs, to ``train.log``."""
+    path = folder / TRAIN_LOG
+
+    def listen(event: Event) -> None:
+        if isinstance(event, TrainingStarted):
+            if not event.jobs:
+                return
+            folder.mkdir(parents=True, exist_ok=True)
+        stamp = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(now()))
+        with path.open("a", encoding="utf-8", newline="\n") as file:
+            file.write(f"{stamp} {line(event, time_left())}\n")
+            if isinstance(event, JobFailed):
+                file.write(event.traceback)
+
+    return listen
+
+
+def csv_file(folder: Path) -> Listener:
+    """Appends a row per batch (event ``batch``) and evaluated task (``evaluation``) to ``events.csv``.
+
+    Steps are counted since the stage began (``step``) and since the job began (``job_step``). ``mean_return``
+    is empty if no training episode ended.
+    """
+    path = folder / EVENTS_CSV
+
+    def listen(event: Event) -> None:
+        if not isinstance(event, BatchTrained | TaskEvaluated):
+            return
+        where = (event.job, event.stage, event.step, event.job_step)
+        row: tuple[object, ...]
+        if isinstance(event, BatchTrained):
+            mean_return = "" if event.mean_return is None else event.mean_return
+            row = ("batch", *where, "", mean_return, round(event.steps_per_second, 1))
+        else:
+            row = ("evaluation", *where, event.task, event.mean_return, "")
+        if not path.exists():
+            write_text(path, ",".join(EVENT_COLUMNS) + "\n")
+        with path.open("a", encoding="utf-8", newline="") as file:
+            csv.writer(file, lineterminator="\n").writerow(row)
+
+    return listen
+
+
+FOLDER = "tensorboard"
+LOG_HINT = "Install it with: pip install 'gym-extensions[log]'"
+
+
+def require_tensorboard() -> None:
+    """Raises ``BenchError`` if the package tensorboard is missing."""
+    try:
+        import tensorboard.summary.writer.event_file_writer  # noqa: F401
+    except ModuleNotFoundError as missing:
+        message = f"The log 'tensorboard' needs {missing.name}."
+        raise BenchError("missing-extra", message, "log", LOG_HINT) from missing
+
+
+class TensorBoard:
+    """One folder of scalars per job, ``tensorboard/<group>/<job>``, over the training steps of the job.
+
+    The scalars are ``train/mean_return``, ``train/steps_per_second`` and, per task,
+    ``evaluation/<task name>``.
+    """
+
+    def __init__(self, folder: Path, now: Callable[[], float] = time.time) -> None:
+        require_tensorboard()
+        self._folder, self._now = folder / FOLDER, now
+        self._writers: dict[str, Any] = {}
+
+    def __call__(self, event: Event) -> None:
+        """Adds the scalars of a batch or an evaluated task."""
+        if isinstance(event, BatchTrained):
+            scalars = {"train/steps_per_second": event.steps_per_second}
+            if event.mean_return is not None:
+                scalars["train/mean_return"] = event.mean_return
+            self._add(event.job, event.job_step, scalars)
+        elif isinstance(event, TaskEvaluated):
+            name = event.task.rpartition("/")[2]
+            self._add(event.job, event.job_step, {f"evaluation/{name}": event.mean_return})
+        elif isinstance(event, JobFinished | JobFailed) and event.job in self._writers:
+            self._writers.pop(event.job).close()
+
+    def close(self) -> None:
+        """Writes what is not yet written."""
+        for writer in self._writers.values():
+            writer.close()
+        self._writers.clear()
+
+    def _add(self, job: str, step: int, scalars: dict[str, float]) -> None:
+        from tensorboard.compat.proto import event_pb2, summary_pb2
+        from tensorboard.summary.writer.event_file_writer import EventFileWriter
+
+        if job not in self._writers:
+            self._writers[job] = EventFileWriter(str(self._folder.joinpath(*job.split())), flush_secs=10)
+        values = [summary_pb2.Summary.Value(tag=tag, simple_value=value) for tag, value in scalars.items()]
+        summary = summary_pb2.Summary(value=values)
+        self._writers[job].add_event(event_pb2.Event(wall_time=self._now(), step=step, summary=summary))
+
+
+def parse_logs(log: str | Iterable[str] | None) -> tuple[str, ...]:
+    """The chosen logs without duplicates.
+
+    Raises:
+        BenchError: an unknown name, or a package that a log needs is missing.
+    """
+    names: object = () if log is None else [log] if isinstance(log, str) else log
+    chosen = tuple(dict.fromkeys(names)) if isinstance(names, Iterable) else (names,)
+    for name in chosen:
+        if name not in LOGS:
+            hint = did_you_mean(str(name), LOGS)
+            raise BenchError("unknown-log", f"There is no log {name!r}.", "log", hint)
+    if "tensorboard" in chosen:
+        require_tensorboard()
+    return tuple(map(str, chosen))
+
+
+def check_callback(callback: object) -> None:
+    """Raises ``BenchError`` if the callback is not callable."""
+    if callback is not None and not callable(callback):
+        message = f"Expected a function, got a value of type {type(callback).__name__}."
+        hint = "Pass a function with one argument, the event."
+        raise BenchError("bad-callback", message, "callback", hint)
+
+
+@contextmanager
+def open_bars(*, is_shown: bool = True) -> Iterator[tuple[Bars, Listener]]:
+    """Bars, which are shown in a terminal, and a listener that moves them; elsewhere it prints lines.
+
+    Elsewhere is a file, a pipe or a notebook.
+    """
+    console = Console()
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(bar_width=10),
+        TextColumn("{task.percentage:>3.0f}%"),
+        TextColumn("{task.fields[text]}"),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+    )
+    is_live = is_shown and console.is_terminal
+    progress = Progress(*columns, console=console, disable=not is_live, speed_estimate_period=SPEED_SECONDS)
+
+    def write(text: str) -> None:
+        console.print(text, highlight=False, soft_wrap=True, markup=False)
+
+    with ExitStack() as stack:
+        if is_live:
+            stack.enter_context(progress)
+        bars = Bars(progress)
+        lines = Lines(write, bars.time_left)
+
+        def show(event: Event) -> None:
+            bars.show(event)
+            if is_live and isinstance(event, JobFailed):
+                write(line(event, ""))
+            elif is_shown and not is_live:
+                lines.show(event)
+
+        yield bars, show
+
+
+@contextmanager
+def open_listeners(
+    out: Path, *, progress: bool, logs: Sequence[str], callback: Listener | None
+) -> Iterator[Listener]:
+    """One listener for one call of ``train``.
+
+    Args:
+        out: the submission's folder. Log files are in its folder ``.progress``.
+        progress: whether the screen shows the progress.
+        logs: names of ``LOGS``.
+        callback: the user's.
+    """
+    folder = out / PROGRESS
+    with ExitStack() as stack:
+        bars, show = stack.enter_context(open_bars(is_shown=progress))
+        files = [log_file(folder, bars.time_left)]
+        if "csv" in logs:
+            files.append(csv_file(folder))
+        if "tensorboard" in logs:
+            board = TensorBoard(folder)
+            stack.callback(board.close)
+            files.append(board)
+        listeners = [show, *map(tolerant, files)]
+        if callback is not None:
+            listeners.append(guarded(callback, out))
+
+        def listen(event: Event) -> None:
+            for each in listeners:
+                each(event)
+
+        yield listen
+
+
+def tolerant(write: Listener) -> Listener:
+    """A listener that writes a log. If it cannot, it warns once, and the training goes on."""
+    has_warned = False
+
+    def listen(event: Event) -> None:
+        nonlocal has_warned
+        try:
+            write(event)
+        except OSError as error:
+            if not has_warned:
+                has_warned = True
+                reason = error.strerror or type(error).__name__
+                message = f"A log of the training cannot be written: {reason}. The training continues."
+                warnings.warn(message, RuntimeWarning, stacklevel=2)
+
+    return listen
+
+
+def guarded(callback: Listener, out: Path) -> Listener:
+    """The callback, whose exceptions become a ``BenchError`` that says how to continue."""
+    titles = list[str]()
+
+    def listen(event: Event) -> None:
+        if isinstance(event, TrainingStarted):
+            titles.extend(job.title for job in event.jobs)
+        try:
+            callback(event)
+        except Exception as error:
+            message = f"The callback raised {type(error).__name__}: {error}".rstrip(".") + "."
+            hint = f"Correct the callback. {next_step(out, titles)}"
+            raise BenchError("callback-failed", message, "callback", hint) from error
+
+    return listen

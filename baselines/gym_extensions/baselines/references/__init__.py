@@ -1,1 +1,0 @@
-"""Measures the floors and ceilings that normalize scores, and writes a version of the references."""

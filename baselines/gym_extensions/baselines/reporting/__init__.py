@@ -1,1 +1,0 @@
-"""Shows and logs the progress of training, as events arrive."""

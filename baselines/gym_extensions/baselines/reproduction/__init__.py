@@ -1,1 +1,0 @@
-"""Retrains a run of a submission and compares it with the log."""

@@ -1,1 +1,0 @@
-"""Writes a submission with its logs, curves, audit sample and manifest."""

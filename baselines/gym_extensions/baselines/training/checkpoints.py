@@ -1,0 +1,214 @@
+"""The state of unfinished jobs on disk: finished stages with their policies, and the agent after the last."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from gym_extensions.baselines.agent import Agent, Array, Card, Resumable
+from gym_extensions.baselines.training.jobs import TrainingJob, job_versions, version_difference
+from gym_extensions.baselines.training.usage import Usage
+from gym_extensions.errors import BenchError
+from gym_extensions.files import write_text
+from gym_extensions.rollouts.layout import PROGRESS, UNFINISHED_CURVES
+from gym_extensions.rollouts.policy import Policy, npz_arrays, write_policies
+from gym_extensions.rollouts.tables import CurvePoint, Episode, EvaluationPoint
+
+SETTINGS = "settings.json"
+
+
+@dataclass(frozen=True)
+class FinishedStage:
+    """The record of a stage.
+
+    ``parameters`` are the agent's numbers before the job and after the stage; ``usage`` is what the stage
+    took, its evaluation included.
+    """
+
+    stage: int
+    episodes: list[Episode]
+    curves: list[CurvePoint]
+    card: Card
+    parameters: tuple[int, int]
+    usage: Usage
+    evaluations: list[EvaluationPoint] = field(default_factory=list)
+
+
+class Progress:
+    """The folder of one unfinished job. A stage is finished once its record exists; it is written last."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
+    @classmethod
+    def of(cls, out: Path, job: TrainingJob) -> Progress:
+        """The progress of a job in the submission folder ``out``."""
+        return cls(out / PROGRESS / job.group.name / job.name)
+
+    def begin(self, settings: Mapping[str, Any]) -> None:
+        """Stores what the job's results depend on: its settings, and the versions of the packages.
+
+        Raises:
+            BenchError: the folder belongs to other settings or versions.
+        """
+        path = self.folder / SETTINGS
+        packages = settings.get("packages", ())
+        settings = dict(settings) | {"versions": job_versions(packages)}
+        text = json.dumps(settings, indent=1, sort_keys=True) + "\n"
+        if not path.exists():
+            write_text(path, text)
+            return
+        stored = path.read_text(encoding="utf-8")
+        if difference := version_difference(json.loads(stored).get("versions"), packages):
+            raise BenchError(
+                "other-version",
+                f"The unfinished run was started with {difference}.",
+                where=str(self.folder),
+                hint="Install these versions, or delete the folder to start the run again.",
+            )
+        if stored != text:
+            raise BenchError(
+                "other-run-unfinished",
+                f"The unfinished run has other settings: {_changes(json.loads(stored), json.loads(text))}.",
+                where=str(self.folder),
+                hint="Finish it with its settings, delete the folder, or choose another --out.",
+            )
+
+    def finished(self) -> list[FinishedStage]:
+        """The records of the finished stages, in order."""
+        return [_read(path) for path in self._records()]
+
+    def reusable(self) -> int:
+        """Number of finished stages that the same command would not repeat.
+
+        An agent that cannot be saved repeats its job, unless every stage is finished.
+        """
+        records = self._records()
+        if not records:
+            return 0
+        settings: dict[str, Any] = json.loads((self.folder / SETTINGS).read_text(encoding="utf-8"))
+        complete = len(records) == settings["stages"]
+        return len(records) if complete or self._checkpoint(_number(records[-1])).exists() else 0
+
+    def resume(self, agent: Agent, done: list[FinishedStage]) -> bool:
+        """Restores the agent after the last finished stage; False if the job must start again.
+
+        Raises:
+            BenchError: the agent cannot load what it saved.
+        """
+        checkpoint = self._checkpoint(done[-1].stage)
+        if not (isinstance(agent, Resumable) and checkpoint.exists()):
+            self.forget()
+            return False
+        try:
+            agent.load(checkpoint)
+        except Exception as error:
+            message = f"The agent cannot load its checkpoint: {type(error).__name__}: {error}."
+            hint = "Restore the agent's code, or delete the folder to start the run again."
+            raise BenchError("bad-checkpoint", message, str(checkpoint), hint) from error
+        return True
+
+    def finish(self, record: FinishedStage, agent: Agent, last: bool) -> None:
+        """Saves the agent, writes the record, then deletes the agent of the stage before."""
+        checkpoint = self._checkpoint(record.stage)
+        if isinstance(agent, Resumable) and not last:
+            partial = checkpoint.with_name(f".{checkpoint.stem}.partial.npz")
+            agent.save(partial)
+            partial.replace(checkpoint)
+        write_text(self.folder / f"stage{record.stage}.json", json.dumps(asdict(record)) + "\n")
+        for older in self.folder.glob("agent*.npz"):
+            if older != checkpoint:
+                older.unlink()
+
+    def new_curve(self, stage: int) -> Path:
+        """The file of a stage's curve, which an earlier attempt may have left; that one is deleted."""
+        path = self.folder / f"curve-stage{stage}.csv"
+        path.unlink(missing_ok=True)
+        return path
+
+    def store_policy(self, stage: int, task_name: str | None, policy: Policy | None) -> None:
+        """Writes the policy after a stage, and removes that of an earlier attempt if there is none.
+
+        ``task_name`` is the trained task in the single protocol, else None.
+        """
+        path = self.folder / f"policy{stage}.npz"
+        if policy is None:
+            path.unlink(missing_ok=True)
+        else:
+            write_policies(path, {(stage, task_name): policy})
+
+    def policies(self) -> dict[str, Array] | None:
+        """The arrays of the policies after all finished stages by full name; None if one is missing."""
+        paths = [self.folder / f"policy{_number(record)}.npz" for record in self._records()]
+        if not all(path.exists() for path in paths):
+            return None
+        return {name: array for path in paths for name, array in npz_arrays(path.read_bytes()).items()}
+
+    def forget(self) -> None:
+        """Deletes every finished stage, the records first."""
+        curves = self.folder.glob(Path(UNFINISHED_CURVES).name)
+        for path in [*reversed(self._records()), *self.folder.glob("*.npz"), *curves]:
+            path.unlink()
+
+    def remove(self) -> None:
+        """Deletes the folder."""
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    def _records(self) -> list[Path]:
+        return sorted(self.folder.glob("stage*.json"), key=_number)
+
+    def _checkpoint(self, stage: int) -> Path:
+        return self.folder / f"agent{stage}.npz"
+
+
+def reusable_stages(out: Path, titles: Iterable[str]) -> int:
+    """Finished stages that the same command would not repeat, summed over jobs with these titles."""
+    return sum(Progress(out.joinpath(PROGRESS, *title.split())).reusable() for title in titles)
+
+
+def next_step(out: Path, titles: Iterable[str]) -> str:
+    """What the same command will do after an interruption of the jobs with these titles.
+
+    Without titles the command stopped before it knew its jobs, or had none left.
+    """
+    titles = list(titles)
+    if not titles:
+        return "No job was running; repeat the same command."
+    stages = reusable_stages(out, titles)
+    if not stages:
+        return "No finished stage can be reused; the same command starts the unfinished runs again."
+    finished = "1 finished stage" if stages == 1 else f"{stages} finished stages"
+    return f"The same command continues; it reuses {finished}."
+
+
+def _changes(old: Mapping[str, Any], new: Mapping[str, Any]) -> str:
+    """What differs, in words: ``hyperparameters.rate is 0.1, and 0.2 in this command``."""
+    pairs = []
+    for key in sorted({*old, *new}):
+        first, second = old.get(key), new.get(key)
+        if isinstance(first, dict) and isinstance(second, dict):
+            pairs += [f"{key}.{part}" for part in [_changes(first, second)] if part]
+        elif first != second:
+            pairs.append(f"{key} is {first!r}, and {second!r} in this command")
+    return "; ".join(pairs)
+
+
+def _number(record: Path) -> int:
+    return int(record.stem.removeprefix("stage"))
+
+
+def _read(path: Path) -> FinishedStage:
+    content = json.loads(path.read_text(encoding="utf-8"))
+    return FinishedStage(
+        content["stage"],
+        [Episode(**each) for each in content["episodes"]],
+        [CurvePoint(**each) for each in content["curves"]],
+        Card(**content["card"]),
+        (content["parameters"][0], content["parameters"][1]),
+        Usage(**content["usage"]),
+        [EvaluationPoint(**each) for each in content["evaluations"]],
+    )

@@ -1,0 +1,97 @@
+"""What training takes: steps, processor time and memory, and on which machine, measured by the recorder."""
+
+from __future__ import annotations
+
+import os
+import platform
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from gym_extensions.rollouts.run import Machine
+from gym_extensions.versions import blas_kernels
+
+CPU_INFO = Path("/proc/cpuinfo")
+LONGEST = 200
+"""Most characters of a text in the document of a run."""
+
+
+@dataclass(frozen=True)
+class Usage:
+    """What a stage took in the process that trained it.
+
+    Args:
+        steps: environment steps in training.
+        cpu_seconds: processor time of the process, all threads together.
+        peak_memory_mb: largest memory of the process since it started, in MB; 0 if unknown.
+        kernels: the BLAS kernels.
+        processor: the name of the processor.
+        cores: logical processors of the machine.
+    """
+
+    steps: int
+    cpu_seconds: float
+    peak_memory_mb: float
+    kernels: str
+    processor: str
+    cores: int
+
+
+class Meter:
+    """Measures from its creation on."""
+
+    def __init__(self) -> None:
+        self._start = time.process_time()
+
+    def usage(self, steps: int) -> Usage:
+        """What was used since the creation, for a number of training steps."""
+        seconds = round(time.process_time() - self._start, 3)
+        return Usage(steps, seconds, peak_memory_mb(), blas_kernels(), processor(), os.cpu_count() or 1)
+
+
+def peak_memory_mb() -> float:
+    """The largest memory of this process since it started, in MB; 0 where the system does not tell."""
+    try:
+        import resource
+    except ModuleNotFoundError:  # Windows
+        return 0.0
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return round(peak / (1e6 if sys.platform == "darwin" else 1e3), 1)
+
+
+def processor() -> str:
+    """The name of the processor, such as ``Intel(R) Xeon(R) CPU``; the architecture if it has no other."""
+    try:
+        lines = CPU_INFO.read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError:
+        lines = []
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return (names or [platform.processor()])[0] or platform.machine() or "unknown"
+
+
+def joined(texts: Sequence[str]) -> str:
+    """The distinct texts, as one of at most ``LONGEST`` characters; ``others`` stands for the first ones."""
+    distinct = list(dict.fromkeys(text for text in texts if text))
+    while len(", ".join(distinct)) > LONGEST and len(distinct) > 1:
+        distinct[:2] = ["others"]
+    return ", ".join(distinct)[:LONGEST]
+
+
+def machine(usages: Sequence[Usage]) -> Machine:
+    """The machine of a run; several processors are joined."""
+    return Machine(
+        processor=joined([usage.processor for usage in usages]), cores=max(usage.cores for usage in usages)
+    )
+
+
+def commit_of(folder: Path) -> str:
+    """The commit of the folder's git repository; empty without one, with ``-dirty`` if there are changes."""
+    command = ["git", "-C", str(folder), "describe", "--always", "--abbrev=40", "--dirty", "--exclude=*"]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=10, check=False)
+    except (OSError, subprocess.TimeoutExpired):
+        return ""
+    return done.stdout.strip() if done.returncode == 0 else ""

@@ -1,0 +1,208 @@
+"""Batches of transitions, their advantages, and the value function."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from gym_extensions.baselines.agent import Array, VectorEnv
+from gym_extensions.baselines.trpo.policy import (
+    ACTIVATIONS,
+    Layers,
+    Moments,
+    Sizes,
+    forward,
+    gradient,
+    initial,
+    layers,
+    merge,
+    no_moments,
+    slopes,
+    standardize,
+)
+
+
+@dataclass(frozen=True)
+class Transitions:
+    """T vector steps: observations (T + 1, num_envs, o); the rest (T, num_envs, …).
+
+    ``valid`` is False in the rows in which an environment was being reset.
+    """
+
+    observations: Array
+    actions: Array
+    rewards: Array
+    terminated: Array
+    truncated: Array
+    valid: Array
+
+
+class Collector:
+    """A vector environment between two batches: episodes continue across batches."""
+
+    def __init__(self, env: VectorEnv) -> None:
+        observations, _ = env.reset()
+        self._env = env
+        self._observations: Array = np.array(observations, np.float32)
+        self._resetting = np.zeros(env.num_envs, bool)
+
+    def collect(
+        self, sample: Callable[[Array], Array], to_env: Callable[[Array], Array], transitions: int
+    ) -> Transitions:
+        """Steps until at least ``transitions`` are taken; fewer than ``num_envs`` are taken beyond that.
+
+        Args:
+            sample: the policy's actions (num_envs, a) for observations (num_envs, o).
+            to_env: maps these actions to the environment's action box.
+            transitions: transitions to take; the steps that reset an environment do not count.
+        """
+        observations, actions, rewards = [self._observations], [], []
+        terminated, truncated, valid = [], [], []
+        count = 0
+        while count < transitions:
+            action = sample(observations[-1])
+            next_observations, reward, ends, cuts, _ = self._env.step(to_env(action))
+            stepped = ~self._resetting
+            self._resetting = (ends | cuts) & stepped
+            count += int(stepped.sum())
+            observations.append(np.array(next_observations, np.float32))
+            actions.append(action)
+            rewards.append(np.array(reward, np.float64))
+            terminated.append(np.array(ends))
+            truncated.append(np.array(cuts))
+            valid.append(stepped)
+        self._observations = observations[-1]
+        columns = (observations, actions, rewards, terminated, truncated, valid)
+        return Transitions(*map(np.stack, columns))
+
+
+def advantages(
+    rewards: Array, values: Array, terminated: Array, truncated: Array, *, discount: float, gae_lambda: float
+) -> Array:
+    """Advantages (T, num_envs) for rewards (T, num_envs) and values (T + 1, num_envs).
+
+    Row t + 1 of ``values`` belongs to the state after step t. A terminated step has no value after it. A
+    truncated step (time limit) is bootstrapped with the value of the state it leads to, as is the last row.
+    The rows of a reset, which follow an episode's end, are meaningless; the caller drops them.
+    """
+    estimates = np.empty(rewards.shape, np.float64)
+    running = np.zeros(rewards.shape[1])
+    ended = terminated | truncated
+    for t in range(len(rewards) - 1, -1, -1):
+        residual = rewards[t] + discount * values[t + 1] * ~terminated[t] - values[t]
+        running = residual + discount * gae_lambda * ~ended[t] * running
+        estimates[t] = running
+    return estimates
+
+
+FIRST_DECAY, SECOND_DECAY, EPSILON = 0.9, 0.999, 1e-8
+"""Adam's constants (Kingma and Ba 2015)."""
+
+
+@dataclass(frozen=True)
+class ValueFit:
+    """The value network and its regression on discounted returns.
+
+    Args:
+        hidden: widths of the hidden layers.
+        activation: name of the hidden activation.
+        learning_rate: Adam's step size.
+        minibatches: minibatches per epoch, as far as the two limits on their size allow.
+        smallest_minibatch: fewest samples per minibatch.
+        largest_minibatch: most samples per minibatch.
+        epochs: passes over a batch.
+        samples: batches on which ``epochs`` passes exceed this number of samples get fewer, at least two.
+    """
+
+    hidden: tuple[int, ...] = (64, 64)
+    activation: str = "relu"
+    learning_rate: float = 1e-3
+    minibatches: int = 16
+    smallest_minibatch: int = 128
+    largest_minibatch: int = 512
+    epochs: int = 10
+    samples: int = 100_000
+
+
+class ValueFunction:
+    """Predicts discounted returns; its whole state is the arrays in ``state``."""
+
+    def __init__(self, observations: int, rng: np.random.Generator, fit: ValueFit) -> None:
+        self._fit, self._activation = fit, ACTIVATIONS[fit.activation]
+        self._sizes: Sizes = (observations, *fit.hidden, 1)
+        theta = initial(self._sizes, rng)
+        self.state: dict[str, Array] = {
+            "theta": theta,
+            "first": np.zeros_like(theta),
+            "second": np.zeros_like(theta),
+            "updates": np.zeros(1),
+            "level": np.array([0.0, 1.0]),
+        }
+        self._store(no_moments(observations))
+
+    @property
+    def parameters(self) -> int:
+        """Number of weights and biases."""
+        return int(self.state["theta"].size)
+
+    def predict(self, observations: Array) -> Array:
+        """Values (n,) float64 of observations (n, o).
+
+        Before the first ``fit`` no moments are known, so that all inputs are at the bounds of the clip and
+        the advantages of the first batch are noisy. Zeros would be better, but give other runs.
+        """
+        inputs = standardize(self._moments(), observations, least=0.0)
+        mean, deviation = self.state["level"]
+        output = forward(layers(self._sizes, self.state["theta"]), inputs, self._activation)[-1][:, 0]
+        values: Array = output.astype(np.float64) * deviation + mean
+        return values
+
+    def fit(self, observations: Array, targets: Array, rng: np.random.Generator) -> None:
+        """Moves the predictions towards the targets (n,) by a few epochs of Adam on the squared error."""
+        self._store(merge(self._moments(), observations))
+        self._rescale(targets)
+        mean, deviation = self.state["level"]
+        inputs = standardize(self._moments(), observations, least=0.0)
+        scaled = ((targets - mean) / deviation).astype(np.float32)
+        fit, count = self._fit, len(inputs)
+        size = min(fit.largest_minibatch, max(fit.smallest_minibatch, -(-count // fit.minibatches)))
+        views = layers(self._sizes, self.state["theta"])
+        for _ in range(max(2, min(fit.epochs, fit.samples // count))):
+            order = rng.permutation(count)
+            shuffled, goals = inputs[order], scaled[order, None]
+            for start in range(0, count, size):
+                self._descend(views, shuffled[start : start + size], goals[start : start + size])
+
+    def _descend(self, views: Layers, inputs: Array, targets: Array) -> None:
+        """One step of Adam on the parameters, whose views are ``views``; all arrays are changed in place."""
+        state = self.state
+        values = forward(views, inputs, self._activation)
+        upstream = (values[-1] - targets) * np.float32(2 / len(inputs))
+        slope = gradient(views, values, slopes(values, self._activation), upstream)
+        state["updates"] += 1
+        count = float(state["updates"][0])
+        state["first"] += np.float32(1 - FIRST_DECAY) * (slope - state["first"])
+        state["second"] += np.float32(1 - SECOND_DECAY) * (slope * slope - state["second"])
+        rate = self._fit.learning_rate * np.sqrt(1 - SECOND_DECAY**count) / (1 - FIRST_DECAY**count)
+        state["theta"] -= np.float32(rate) * state["first"] / (np.sqrt(state["second"]) + np.float32(EPSILON))
+
+    def _moments(self) -> Moments:
+        return Moments(float(self.state["count"][0]), self.state["mean"], self.state["squares"])
+
+    def _store(self, moments: Moments) -> None:
+        count = np.array([moments.count])
+        self.state |= {"count": count, "mean": moments.mean, "squares": moments.squares}
+
+    def _rescale(self, targets: Array) -> None:
+        """Adopts the targets' mean and deviation; the last layer is changed to keep every prediction.
+
+        This is Pop-Art (van Hasselt et al. 2016) with the statistics of the present batch.
+        """
+        mean, deviation = self.state["level"]
+        new_mean, new_deviation = float(targets.mean()), max(float(targets.std()), 1e-6)
+        weights, bias = layers(self._sizes, self.state["theta"])[-1]
+        weights *= np.float32(deviation / new_deviation)
+        bias[:] = (bias * deviation + mean - new_mean) / new_deviation
+        self.state["level"] = np.array([new_mean, new_deviation])

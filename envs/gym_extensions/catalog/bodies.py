@@ -1,0 +1,437 @@
+"""The base bodies: all differences between them, as data."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal, TypeAlias
+
+from gym_extensions.errors import BenchError, did_you_mean
+
+IS_SUCCESS = "is_success"
+"""The key of a step's info. In vector infos, ``_is_success`` marks the environments that report it."""
+
+
+@dataclass(frozen=True)
+class Arrival:
+    """The step terminates the episode."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class Distance:
+    """The centers of two bodies of the model are at most ``limit`` m apart in the x–y plane."""
+
+    bodies: tuple[str, str]
+    limit: float
+    text: str
+
+
+@dataclass(frozen=True)
+class Height:
+    """The height of the free root is between ``low`` and ``high`` m, exclusive."""
+
+    low: float
+    high: float
+    text: str
+
+
+Success: TypeAlias = Arrival | Distance | Height
+"""When ``info["is_success"]`` is true after a step. An episode is a success if its last step is.
+
+``text`` is the sentence in the documentation. A body's success is part of its tasks: a change needs a new
+version of each of them, although fingerprints do not contain it.
+"""
+
+
+Family = Literal["planar", "humanoid", "arm", "navigation"]
+"""Bodies of one family share the layout of their observations."""
+Frame = Literal["pitch", "torso", "world"]
+"""The frame in which range beams are fixed: the planar root, the free torso, or the world."""
+DEFAULT_MAX_STEPS = 1000
+
+
+@dataclass(frozen=True)
+class RewardBounds:
+    """Lowest and highest reward per step.
+
+    ``terminates`` is False if only the time limit ends an episode. ``end`` is added once, by the step that
+    terminates the episode.
+    """
+
+    low: float
+    high: float
+    terminates: bool = True
+    end: float = 0.0
+
+
+UNBOUNDED = RewardBounds(-1e6, 1e6)
+"""Bounds for a task that is not known."""
+
+
+@dataclass(frozen=True)
+class Prose:
+    """The text about a body in the documentation."""
+
+    summary: str
+    reward: str
+    start: str
+    end: str
+    source: str
+
+
+@dataclass(frozen=True)
+class Camera:
+    """The camera of a body's picture.
+
+    It looks at the point (x, 0, z), in m, from ``distance`` m; azimuth and elevation are in degrees. A body
+    is shown in its rest pose, or after a reset with seed 0 if ``after_reset``.
+    """
+
+    x: float
+    z: float
+    distance: float
+    azimuth: float
+    elevation: float
+    after_reset: bool = False
+
+
+@dataclass(frozen=True)
+class Feet:
+    """Two feet that would touch in the rest pose if they were bigger.
+
+    ``distance`` is between their centers, in m.
+    """
+
+    names: tuple[str, str]
+    distance: float
+
+
+@dataclass(frozen=True)
+class Rectangle:
+    """An axis-aligned rectangle, lower and upper corner in m."""
+
+    low: tuple[float, float]
+    high: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Body:
+    """One base body.
+
+    Args:
+        name: the name in tasks, for example ``HalfCheetah``.
+        family: bodies of one family share the layout of their observations.
+        asset: file name of the model among Gymnasium's MuJoCo assets; empty without a model.
+        model_name: the name that the model file gives the model; empty without a model.
+        prose: what the documentation says.
+        rewards: bounds of the reward.
+        camera: the camera of the documentation's picture; None without a picture.
+        max_steps: default time limit in environment steps.
+        parts: the geoms of every part that ``LimbScale`` can change, by part.
+        feet: feet whose contact is excluded when ``LimbScale`` makes them overlap.
+        has_gravity: whether the model has gravity.
+        beams: the frame of the range beams; None if the body has no torso to carry them.
+        wall_width: width of the published wall in m; None without a wall task.
+        velocity_limit: Gymnasium clips observed velocities to this magnitude; None for no limit.
+        goal_area: the rectangle within which a moving goal stays; None without a goal.
+        success: when an episode is a success; None if its tasks define no success.
+    """
+
+    name: str
+    family: Family
+    asset: str
+    model_name: str
+    prose: Prose
+    rewards: RewardBounds
+    camera: Camera | None = None
+    max_steps: int = DEFAULT_MAX_STEPS
+    parts: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    feet: Feet | None = None
+    has_gravity: bool = True
+    beams: Frame | None = None
+    wall_width: float | None = None
+    velocity_limit: float | None = None
+    goal_area: Rectangle | None = None
+    success: Success | None = None
+
+
+def gymnasium_source(file: str) -> str:
+    """The sentence that names the Gymnasium class a body comes from."""
+    return f"Gymnasium 1.4, `gymnasium/envs/mujoco/{file}.py`, default arguments."
+
+
+def uniform_start(model: str, noise: str) -> str:
+    """The sentence for a start at the rest pose with uniform noise."""
+    return f"{model}'s rest pose. Noise from U(−{noise}, {noise}) is added to every position and velocity."
+
+
+TIME_LIMIT_ONLY = "Only at the time limit."
+
+
+PLANAR = (
+    Body(
+        name="Hopper",
+        family="planar",
+        asset="hopper.xml",
+        model_name="hopper",
+        prose=Prose(
+            "A one-legged body in the x–z plane that hops forward.",
+            "Δx/dt + 1 while healthy − 0.001·Σ a², with dt = 0.008 s.",
+            uniform_start("Hopper", "0.005"),
+            "Unhealthy: height ≤ 0.7 m, or |pitch| ≥ 0.2 rad, or another coordinate or velocity beyond ±100.",
+            gymnasium_source("hopper_v5"),
+        ),
+        rewards=RewardBounds(-20.0, 20.0),  # 1 for health, plus the forward speed in m/s
+        camera=Camera(0.0, 0.65, 2.6, 90, -8),
+        parts={
+            "Torso": ("torso_geom",),
+            "Thigh": ("thigh_geom",),
+            "Leg": ("leg_geom",),
+            "Foot": ("foot_geom",),
+        },
+        beams="pitch",
+        wall_width=0.8,
+        velocity_limit=10.0,
+    ),
+    Body(
+        name="Walker2d",
+        family="planar",
+        asset="walker2d_v5.xml",
+        model_name="walker2d",
+        prose=Prose(
+            "A two-legged body in the x–z plane that walks forward.",
+            "Δx/dt + 1 while healthy − 0.001·Σ a², with dt = 0.008 s.",
+            uniform_start("Walker2d", "0.005"),
+            "Unhealthy: height outside (0.8, 2) m or |pitch| ≥ 1 rad.",
+            gymnasium_source("walker2d_v5"),
+        ),
+        rewards=RewardBounds(-25.0, 25.0),  # as Hopper
+        camera=Camera(0.0, 0.65, 2.6, 90, -8),
+        parts={
+            "Torso": ("torso_geom",),
+            "Thigh": ("thigh_geom", "thigh_left_geom"),
+            "Leg": ("leg_geom", "leg_left_geom"),
+            "Foot": ("foot_geom", "foot_left_geom"),
+        },
+        beams="pitch",
+        wall_width=0.8,
+        velocity_limit=10.0,
+    ),
+    Body(
+        name="HalfCheetah",
+        family="planar",
+        asset="half_cheetah.xml",
+        model_name="cheetah",
+        prose=Prose(
+            "A two-legged running body in the x–z plane. Its height is measured from 0.7 m.",
+            "Δx/dt − 0.1·Σ a², with dt = 0.05 s.",
+            "HalfCheetah's rest pose. Noise from U(−0.1, 0.1) is added to positions, from N(0, 0.1²) to "
+            "velocities.",
+            TIME_LIMIT_ONLY,
+            gymnasium_source("half_cheetah_v5"),
+        ),
+        rewards=RewardBounds(-50.0, 50.0, terminates=False),  # the forward speed in m/s
+        camera=Camera(0.0, 0.45, 2.8, 90, -8),
+        parts={
+            "Torso": ("torso",),
+            "Thigh": ("fthigh", "bthigh"),
+            "Leg": ("fshin", "bshin"),
+            "Foot": ("ffoot", "bfoot"),
+            "Head": ("head",),
+        },
+        beams="pitch",
+        wall_width=0.8,
+    ),
+)
+
+
+COSTS = "0.1·Σ ctrl² − min(5e-7·Σ cfrc_ext², 10)"
+WALL_WIDTH = 10.0
+"""In m: a humanoid would walk around a narrower wall."""
+LYING_CAMERA = Camera(0.4, 0.2, 3.0, 110, -20)
+STANDING = Height(
+    1.0,
+    2.0,
+    "At the last step, the height of the torso is in (1, 2) m, where Humanoid counts as healthy.",
+)
+FEET = Feet(("right_foot", "left_foot"), distance=0.18)
+PARTS = {
+    "Torso": ("torso1", "uwaist", "lwaist"),
+    "Thigh": ("right_thigh1", "left_thigh1", "butt"),
+    "Leg": ("right_shin1", "left_shin1"),
+    "Foot": FEET.names,
+    "Head": ("head",),
+    "Arm": ("right_uarm1", "right_larm", "left_uarm1", "left_larm"),
+    "Hand": ("right_hand", "left_hand"),
+}
+
+HUMANOIDS = (
+    Body(
+        name="Humanoid",
+        family="humanoid",
+        asset="humanoid.xml",
+        model_name="humanoid",
+        prose=Prose(
+            "A three-dimensional two-legged body with arms that walks forward.",
+            f"1.25·Δx/dt + 5 while healthy − {COSTS}. Δx is that of the center of mass, dt = 0.015 s.",
+            uniform_start("Humanoid", "0.01"),
+            "Unhealthy: height of the torso outside (1, 2) m.",
+            gymnasium_source("humanoid_v5"),
+        ),
+        rewards=RewardBounds(-50.0, 50.0),  # 5 for health, 1.25 × speed in m/s, contact cost at most 10
+        camera=Camera(0.0, 0.85, 3.0, 120, -8),
+        parts=PARTS,
+        feet=FEET,
+        beams="torso",
+        wall_width=WALL_WIDTH,
+    ),
+    Body(
+        name="HumanoidStandup",
+        family="humanoid",
+        asset="humanoidstandup.xml",
+        model_name="humanoidstandup",
+        prose=Prose(
+            "A humanoid lying on its back that stands up.",
+            f"z/0.003 + 1 − {COSTS}. z is the height of the torso.",
+            uniform_start("HumanoidStandup", "0.01"),
+            TIME_LIMIT_ONLY,
+            gymnasium_source("humanoidstandup_v5"),
+        ),
+        rewards=RewardBounds(-100.0, 1500.0, terminates=False),  # height / 0.003 s: 1 m gives 333
+        camera=LYING_CAMERA,
+        success=STANDING,
+        parts=PARTS,
+        feet=FEET,
+        beams="world",
+        wall_width=WALL_WIDTH,
+    ),
+    Body(
+        name="HumanoidStandupAndRun",
+        family="humanoid",
+        asset="humanoidstandup.xml",
+        model_name="humanoidstandup",
+        prose=Prose(
+            "A humanoid lying on its back that stands up and runs.",
+            f"1.25·Δx/dt + z/0.003 + (5 if 1 < z < 2, else 1) − {COSTS}. Δx is that of the center of mass, "
+            "z the height of the torso, dt = 0.015 s.",
+            uniform_start("HumanoidStandup", "0.01"),
+            TIME_LIMIT_ONLY,
+            "The paper's task, on Gymnasium's `humanoidstandup.xml` with Humanoid-v5's observation.",
+        ),
+        rewards=RewardBounds(-200.0, 1600.0, terminates=False),  # the sum of the two above
+        camera=LYING_CAMERA,
+        success=STANDING,
+        parts=PARTS,
+        feet=FEET,
+        beams="world",
+        wall_width=WALL_WIDTH,
+    ),
+)
+
+
+ARM_CAMERA = Camera(0.4, -0.35, 2.6, 100, -62, after_reset=True)
+"""From above, so that arm, object and goal do not hide each other."""
+MAX_STEPS = 100
+SUCCESS_DISTANCE = 0.05
+"""In m: the ``distance_threshold`` of Gymnasium-Robotics' FetchPush, and the radius of object and ball."""
+
+ARMS = (
+    Body(
+        name="Pusher",
+        family="arm",
+        asset="pusher_v5.xml",
+        model_name="arm3d",
+        prose=Prose(
+            "A seven-joint arm with a fork that pushes an object to a goal on a table.",
+            "−|object − goal| − 0.1·Σ a² − 0.5·|object − tip|.",
+            "Arm stretched, joint velocities from U(−0.005, 0.005) rad/s. The goal is at (0.45, −0.05). The "
+            "object's offsets from the goal are y ~ U(−0.3, 0) and x ~ U(−0.2, 0.2), drawn until their "
+            "distance exceeds 0.17 m.",
+            TIME_LIMIT_ONLY,
+            gymnasium_source("pusher_v5"),
+        ),
+        rewards=RewardBounds(-30.0, 0.0, terminates=False),  # minus distances in m, minus squared actions
+        camera=ARM_CAMERA,
+        max_steps=MAX_STEPS,
+        has_gravity=False,
+        goal_area=Rectangle((-0.2, -0.1), (0.0, 0.3)),  # slide offsets (y, x)
+        success=Distance(
+            ("object", "goal"),
+            SUCCESS_DISTANCE,
+            "At the last step, the centers of object and goal are at most 0.05 m apart on the table.",
+        ),
+    ),
+    Body(
+        name="Striker",
+        family="arm",
+        asset="pusher_v5.xml",
+        model_name="arm3d",
+        prose=Prose(
+            "A seven-joint arm with a paddle that strikes a ball into a cup on a table.",
+            "−3·d − 0.1·Σ a² − 0.5·n. d is the smallest distance between ball and goal so far in the "
+            "episode, including the start. n is the distance between ball and tip until the tip first comes "
+            "within 0.1 m of the ball, and afterwards the distance from the ball to the point where the tip "
+            "was last within 0.1 m.",
+            "Arm stretched, joint velocities from U(−0.1, 0.1) rad/s. The ball is at (0.5, −0.175), the goal "
+            "at x ~ U(0.15, 0.7), y ~ U(0.1, 1), turned so that its open side faces the ball.",
+            TIME_LIMIT_ONLY,
+            "Gym's Striker-v0 (removed in 2022), rebuilt on Gymnasium's `pusher_v5.xml`.",
+        ),
+        rewards=RewardBounds(-200.0, 0.0, terminates=False),  # as Pusher; the ball may fly off the table
+        camera=ARM_CAMERA,
+        max_steps=MAX_STEPS,
+        has_gravity=False,
+        goal_area=Rectangle((0.15, 0.1), (0.7, 1.0)),  # world (x, y)
+        success=Distance(
+            ("object", "goal"),
+            SUCCESS_DISTANCE,
+            "At the last step, the centers of ball and goal are at most 0.05 m apart on the table.",
+        ),
+    ),
+)
+
+
+NAVIGATION = (
+    Body(
+        name="Navigation",
+        family="navigation",
+        asset="",
+        model_name="",
+        prose=Prose(
+            "A point that finds its way to a goal on a map of 640 × 480 units.",
+            "−1 per step, −5 more for a collision, +10 more for reaching the goal.",
+            'Uniform over free space at least 100 units from the goal. `options={"start": (x, y)}` sets it.',
+            "At the goal: within 20 units of its center after a step.",
+            "The paper, section on 2-D navigation.",
+        ),
+        rewards=RewardBounds(-6.0, -1.0, end=10.0),  # −1 per step, −5 per collision, +10 at the goal
+        has_gravity=False,
+        success=Arrival("The episode ends at the goal."),
+    ),
+)
+
+
+BODIES: dict[str, Body] = {each.name: each for each in (*PLANAR, *HUMANOIDS, *ARMS, *NAVIGATION)}
+"""Every base body by its name."""
+
+
+def body(name: str, where: str = "") -> Body:
+    """Returns the base body with that name.
+
+    Raises:
+        BenchError: no base body has that name; the hint names the closest.
+    """
+    if name not in BODIES:
+        hint = did_you_mean(name, BODIES)
+        raise BenchError("unknown-base", f"There is no base body {name!r}.", where, hint)
+    return BODIES[name]
+
+
+def body_of_model(model_name: str) -> Body | None:
+    """Returns the first base body whose MuJoCo model has that name, or None.
+
+    Bodies that share a model also share its parts.
+    """
+    return next((each for each in BODIES.values() if each.model_name == model_name), None)

@@ -1,0 +1,304 @@
+"""Tasks: one environment each, as data. Published ones are tables; customize makes others."""
+
+from __future__ import annotations
+
+import operator
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import MISSING, astuple, dataclass, fields, is_dataclass, replace
+from typing import Any
+
+from gym_extensions.catalog.bodies import BODIES, DEFAULT_MAX_STEPS, Body
+from gym_extensions.catalog.bodies import body as body_named
+from gym_extensions.catalog.variations import (
+    KINDS,
+    Course,
+    Gravity,
+    LimbScale,
+    MotorNoise,
+    MovingGoal,
+    MovingStart,
+    RangeSensor,
+    SensorNoise,
+    TrackingGoal,
+    Variation,
+    Wall,
+)
+from gym_extensions.errors import BenchError, did_you_mean
+
+NAMESPACE = "gym_extensions"
+
+
+@dataclass(frozen=True)
+class Task:
+    """One environment as data.
+
+    Args:
+        name: the id without namespace and version, for example ``HopperGravityHalf``.
+        base: the name of the base body.
+        variations: what differs from the base body.
+        version: increases whenever the task changes.
+        max_steps: the time limit in environment steps.
+    """
+
+    name: str
+    base: str
+    variations: tuple[Variation, ...] = ()
+    version: int = 0
+    max_steps: int = DEFAULT_MAX_STEPS
+
+    @property
+    def id(self) -> str:
+        """The Gymnasium id, for example ``gym_extensions/HopperGravityHalf-v0``."""
+        return f"{NAMESPACE}/{self.name}-v{self.version}"
+
+    @property
+    def body(self) -> Body:
+        """The base body. Raises ``BenchError`` if no body has that name."""
+        return body_named(self.base, self.id)
+
+    @property
+    def return_bounds(self) -> tuple[float, float]:
+        """The lowest and the highest return of an episode of any length up to the time limit."""
+        rewards = self.body.rewards
+        lengths = (1, self.max_steps)
+        highest = max(rewards.high * steps for steps in lengths) + rewards.end
+        return min(rewards.low * steps for steps in lengths), highest
+
+
+PLANAR_BODIES = ("Hopper", "Walker2d", "HalfCheetah")
+RUNNING_BODIES = (*PLANAR_BODIES, "Humanoid")
+STANDING_UP_BODIES = ("HumanoidStandup", "HumanoidStandupAndRun")
+
+GRAVITIES = {
+    "GravityHalf": 0.5,
+    "GravityThreeQuarters": 0.75,
+    "GravityOneAndQuarter": 1.25,
+    "GravityOneAndHalf": 1.5,
+}
+SIZES = {"Small": 0.75, "Big": 1.25}
+LIMBS = ("Foot", "Leg", "Thigh", "Torso")
+FURTHER_LIMBS = {"HalfCheetah": ("Head",), "Humanoid": ("Head", "Arm", "Hand")}
+"""Parts beyond the four that every running body has. HalfCheetah's head is not in the paper's groups."""
+WITHOUT_WALL = ("HumanoidStandup",)
+"""Bodies with a wall width whose only published task has the wall parked."""
+
+
+def _task(suffix: str, base: str, *variations: Variation) -> Task:
+    return Task(f"{base}{suffix}", base, variations, max_steps=BODIES[base].max_steps)
+
+
+def mujoco_tasks() -> list[Task]:
+    """Every MuJoCo task. A body that no table names has one task, without variations."""
+    walls: dict[str, tuple[Variation, ...]] = {
+        body.name: (RangeSensor(), Wall(body.wall_width)) for body in BODIES.values() if body.wall_width
+    }
+    tasks = [_task("", body) for body in RUNNING_BODIES]
+    tasks += [_task(name, body, Gravity(g)) for body in RUNNING_BODIES for name, g in GRAVITIES.items()]
+    tasks += [
+        _task(f"{size}{part}", body, LimbScale(part, factor))
+        for body in RUNNING_BODIES
+        for part in (*LIMBS, *FURTHER_LIMBS.get(body, ()))
+        for size, factor in SIZES.items()
+    ]
+    tasks += [_task("", body) for body in STANDING_UP_BODIES]
+    for body, variations in walls.items():
+        parked = Wall(BODIES[body].wall_width or 0.0, parked=True)
+        tasks.append(_task("WithSensor", body, RangeSensor(), parked))
+        if body not in WITHOUT_WALL:
+            tasks.append(_task("Wall", body, *variations))
+    tasks += [_task("", "Striker"), _task("MovingStart", "Striker", MovingStart())]
+    tasks += [_task("", "Pusher"), _task("MovingGoal", "Pusher", MovingGoal())]
+    # The paper announced motor noise, noisy sensors and moving goals for future releases.
+    tasks += [_task("MotorNoise", body, MotorNoise()) for body in RUNNING_BODIES]
+    tasks += [_task("NoisyWall", body, *walls[body], SensorNoise()) for body in RUNNING_BODIES]
+    tasks.append(_task("TrackingGoal", "Pusher", MovingGoal(), TrackingGoal()))
+    tasks.append(_task("TrackingGoal", "Striker", TrackingGoal()))
+    bases = {task.base for task in tasks}
+    return tasks + [_task("", name) for name, body in BODIES.items() if body.asset and name not in bases]
+
+
+BASE = "Navigation"
+MAPS, GOALS = range(10), range(3)
+
+FAMILIES = {
+    "state": "State-Based-Navigation-2d-Map{map}-Goal{goal}",
+    "state-goal": "State-Based-Navigation-2d-Map{map}-Goal{goal}-KnownGoalPosition",
+    "range": "Limited-Range-Based-Navigation-2d-Map{map}-Goal{goal}",
+    "range-known": "Limited-Range-Based-Navigation-2d-Map{map}-Goal{goal}-KnownPositions",
+    "image": "Image-Based-Navigation-2d-Map{map}-Goal{goal}",
+}
+"""The paper's task names by family. The tasks of one family have the same kind of observation."""
+
+
+def navigation_tasks() -> list[Task]:
+    """Every navigation task, family by family, then map by map, then goal by goal."""
+    return [
+        Task(pattern.format(map=number, goal=goal), BASE, (Course(family, number, goal),))
+        for family, pattern in FAMILIES.items()
+        for number in MAPS
+        for goal in GOALS
+    ]
+
+
+TASKS: dict[str, Task] = {each.id: each for each in (*mujoco_tasks(), *navigation_tasks())}
+"""Every published task by its id."""
+
+VERSIONS = {0: "first published version"}
+"""What changed with each version number of a task."""
+
+
+def task(name: str) -> Task:
+    """Returns the published task with that id or bare name (``HopperGravityHalf``).
+
+    Raises:
+        BenchError: no task has that name; the hint names the closest.
+    """
+    by_name = {each.name: each for each in TASKS.values()}
+    found = TASKS.get(name) or by_name.get(name)
+    if found is None:
+        choices = TASKS if "/" in name else by_name
+        raise BenchError("unknown-task", f"There is no task {name!r}.", hint=did_you_mean(name, choices))
+    return found
+
+
+_published = task
+"""``task``, where a parameter has that name."""
+
+KEYS = ("name", "version", "base", "max_steps", "variations")
+
+
+def definition(task: Task) -> dict[str, Any]:
+    """Returns the task as plain data, with the kind and the values of every variation."""
+    return {
+        "name": task.name,
+        "version": task.version,
+        "base": task.base,
+        "max_steps": task.max_steps,
+        "variations": [_plain(variation) for variation in task.variations],
+    }
+
+
+def is_definable(task: Task) -> bool:
+    """Returns whether ``from_definition`` can make the task: all its variations are of this package."""
+    return all(KINDS.get(type(variation).__name__) is type(variation) for variation in task.variations)
+
+
+def from_definition(content: Mapping[str, Any], where: str = "task") -> Task:
+    """Returns the task that ``definition`` describes.
+
+    Raises:
+        BenchError: a key, kind of variation or parameter is missing or unknown, or a value is invalid.
+    """
+    check_keys(content, KEYS, KEYS, where)
+    variations = tuple(make_variation(each, where) for each in content["variations"])
+    return Task(content["name"], content["base"], variations, content["version"], content["max_steps"])
+
+
+def make_variation(table: Any, where: str) -> Variation:
+    """Returns the variation of a table such as ``{"kind": "Gravity", "factor": 0.5}``.
+
+    Raises:
+        BenchError: the kind or a parameter is unknown, or a value is invalid.
+    """
+    if not isinstance(table, Mapping):
+        hint = 'Write {kind = "Gravity", factor = 0.5}.'
+        raise BenchError("malformed-group", f"The variation {table!r} is not a table.", where, hint)
+    if "kind" not in table:
+        raise BenchError("missing-key", "The key 'kind' is missing.", where, "Add kind.")
+    kind = KINDS.get(str(table["kind"]))
+    if kind is None:
+        hint = did_you_mean(str(table["kind"]), KINDS)
+        raise BenchError("unknown-variation", f"There is no variation {table['kind']!r}.", where, hint)
+    parameters = {name: value for name, value in table.items() if name != "kind"}
+    names = [field.name for field in fields(kind)]
+    required = [field.name for field in fields(kind) if field.default is MISSING]
+    check_keys(parameters, names, required, f"{where}, {table['kind']}")
+    try:
+        variation: Variation = kind(**parameters)
+    except TypeError as error:
+        raise BenchError("bad-variation", f"{error}.", f"{where}, {table['kind']}") from error
+    return variation
+
+
+def check_keys(table: Mapping[str, Any], names: Iterable[str], required: Iterable[str], where: str) -> None:
+    """Raises ``BenchError`` for an unknown key, or a required key that is missing."""
+    for key in table:
+        if key not in names:
+            raise BenchError("unknown-key", f"There is no key {key!r}.", where, did_you_mean(key, names))
+    for key in required:
+        if key not in table:
+            raise BenchError("missing-key", f"The key {key!r} is missing.", where, f"Add {key}.")
+
+
+def _plain(value: Any) -> Any:
+    if is_dataclass(value):
+        values = {field.name: _plain(getattr(value, field.name)) for field in fields(value)}
+        return {"kind": type(value).__name__} | values
+    return [_plain(entry) for entry in value] if isinstance(value, tuple | list) else value
+
+
+def customize(
+    task: str | Task, variations: Sequence[Variation] = (), *, max_steps: int | None = None
+) -> Task:
+    """Returns the task with more variations, another time limit, or both.
+
+    If the result equals a published task, that published task is returned. Any other result has its
+    parameters in its name (``Hopper.Gravity-0.8``), so it never carries the id of a published task.
+
+    Args:
+        task: an id (``gym_extensions/HopperGravityHalf-v0``), a bare name (``HopperGravityHalf``), or a Task.
+        variations: added after the task's own variations.
+        max_steps: the time limit in environment steps; None keeps the task's.
+
+    Raises:
+        BenchError: the task is unknown, the time limit is below 1, or a value is not a variation.
+    """
+    base = task if isinstance(task, Task) else _published(task)
+    limit = _limit(max_steps)
+    added = _checked(variations)
+    steps = base.max_steps if limit is None else limit
+    if not added and steps == base.max_steps:
+        return base
+    combined = (*base.variations, *added)
+    for candidate in TASKS.values():
+        same_base = (candidate.base, candidate.max_steps) == (base.base, steps)
+        if same_base and _same(candidate.variations, combined):
+            return candidate
+    words = [base.name, *map(label, added), *([f"steps-{steps}"] if steps != base.max_steps else [])]
+    return replace(base, name=".".join(words), variations=combined, max_steps=steps)
+
+
+def label(variation: Variation) -> str:
+    """The variation as a part of a task's name: its kind and values (``Gravity-0.8``), with m for a minus."""
+    values: tuple[object, ...] = astuple(variation) if is_dataclass(variation) else ()
+    words = (str(value).replace("-", "m") if isinstance(value, float) else str(value) for value in values)
+    return re.sub(r"[^\w.]+", "-", "-".join([type(variation).__name__, *words])).strip("-")
+
+
+def _limit(max_steps: Any) -> int | None:
+    if max_steps is None:
+        return None
+    try:
+        limit = 0 if isinstance(max_steps, bool) else operator.index(max_steps)
+    except TypeError:
+        limit = 0
+    if limit < 1:
+        raise BenchError("bad-limit", f"max_steps is {max_steps!r}.", hint="Give a whole number above 0.")
+    return limit
+
+
+def _checked(variations: Any) -> tuple[Variation, ...]:
+    if not isinstance(variations, Iterable):
+        hint = "Give a list, even for one variation."
+        raise BenchError("no-list", f"variations is {variations!r}.", hint=hint)
+    added = tuple(variations)
+    for variation in added:
+        if not callable(getattr(variation, "apply", None)) or isinstance(variation, type):
+            message = f"{variation!r} is not a variation."
+            raise BenchError("no-variation", message, hint="Give values such as Gravity(0.8).")
+    return added
+
+
+def _same(first: tuple[Variation, ...], second: tuple[Variation, ...]) -> bool:
+    return sorted(map(repr, first)) == sorted(map(repr, second))

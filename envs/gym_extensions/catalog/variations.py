@@ -1,0 +1,435 @@
+"""What can differ between a task and its base body."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, is_dataclass
+from decimal import Decimal
+from typing import TYPE_CHECKING, ClassVar, Protocol, SupportsFloat
+
+from gym_extensions.catalog.bodies import body_of_model
+from gym_extensions.errors import BenchError, did_you_mean
+
+if TYPE_CHECKING:
+    import mujoco
+
+    from gym_extensions.catalog.bodies import Body, Feet
+
+
+class Variation(Protocol):
+    """A difference between a task and its base body, as a frozen value.
+
+    Variations of different parts give the same model in any order.
+    """
+
+    def apply(self, spec: mujoco.MjSpec) -> None:
+        """Edits the model's specification in place, before it is compiled."""
+
+
+class BaseVariation:
+    """A variation that changes nothing, fits every body, and describes itself by its values."""
+
+    def apply(self, spec: mujoco.MjSpec) -> None:
+        """Leaves the model as it is."""
+
+    @classmethod
+    def fits(cls, body: Body) -> bool:
+        """Returns whether the variation can be applied to the base body."""
+        return True
+
+    sentence: ClassVar[str] = ""
+    """The documentation's sentence, with the variation's values in braces."""
+
+    def describe(self, body: Body, spec: mujoco.MjSpec) -> str:
+        """Returns the documentation's sentence about the variation.
+
+        Args:
+            body: the base body.
+            spec: the body's specification without variations; the method may edit it.
+        """
+        return self.sentence.format(**vars(self)) or f"{self!r}."
+
+
+class RuntimeVariation(BaseVariation):
+    """A variation that acts while the simulation runs and leaves the model of the base body unchanged."""
+
+
+def set_positive(variation: BaseVariation, *names: str) -> None:
+    """Stores fields of a frozen variation as floats, so that equal numbers of any type give one task.
+
+    Raises:
+        BenchError: a value is not a finite number above 0.
+    """
+    for name in names:
+        value = getattr(variation, name)
+        number = finite(value)
+        if number is None or number <= 0:
+            message = f"{type(variation).__name__}'s {name} is {value!r}."
+            raise BenchError("bad-factor", message, hint="Give a finite number above 0.")
+        object.__setattr__(variation, name, number)
+
+
+def finite(value: object) -> float | None:
+    """The value as a float; None if it is not a finite number."""
+    number = float(value) if isinstance(value, SupportsFloat) and not isinstance(value, bool) else math.nan
+    return number if math.isfinite(number) else None
+
+
+@dataclass(frozen=True)
+class Gravity(BaseVariation):
+    """Multiplies gravity, 9.81 m/s² straight down, by a factor (the paper's gravity tasks)."""
+
+    factor: float
+
+    def __post_init__(self) -> None:
+        set_positive(self, "factor")
+
+    @classmethod
+    def fits(cls, body: Body) -> bool:
+        """Returns whether the body's model has gravity."""
+        return body.has_gravity
+
+    def apply(self, spec: mujoco.MjSpec) -> None:
+        """Multiplies the model's z-gravity in decimal arithmetic.
+
+        9.81 × 1.25 is the float nearest 12.2625.
+        """
+        x, y, z = spec.option.gravity
+        spec.option.gravity = [x, y, float(Decimal(repr(float(z))) * Decimal(repr(float(self.factor))))]
+
+    def describe(self, body: Body, spec: mujoco.MjSpec) -> str:
+        """Returns the documentation's sentence."""
+        before = spec.option.gravity[2]
+        self.apply(spec)
+        return f"Gravity {spec.option.gravity[2]:g} m/s² ({self.factor:g} × {before:g})."
+
+
+@dataclass(frozen=True)
+class LimbScale(BaseVariation):
+    """Multiplies the width and the mass of a body part by a factor (the paper: Big 1.25, Small 0.75).
+
+    Width is the radius of a capsule or sphere. A capsule's length and end points stay. Inertia follows from
+    the new shape and mass. Every other geom keeps its mass.
+    """
+
+    part: str
+    factor: float
+
+    def __post_init__(self) -> None:
+        set_positive(self, "factor")
+
+    @classmethod
+    def fits(cls, body: Body) -> bool:
+        """Returns whether the body has parts that can be scaled."""
+        return bool(body.parts)
+
+    def apply(self, spec: mujoco.MjSpec) -> None:
+        """Scales radius and mass of the part's geoms. Raises ``BenchError`` for an unknown part."""
+        body = body_of_model(spec.modelname)
+        geoms = [spec.geom(name) for name in self._geom_names(spec.modelname, body)]
+        before = {geom.name: mass(geom) for geom in geoms}
+        _raise_total(spec, (self.factor - 1) * sum(before.values()))
+        for geom in geoms:
+            geom.size[0] *= self.factor
+            geom.mass = self.factor * before[geom.name]
+        if body is not None and body.feet is not None and _overlap(spec, body.feet):
+            first, second = body.feet.names
+            spec.add_exclude(bodyname1=first, bodyname2=second)
+
+    def describe(self, body: Body, spec: mujoco.MjSpec) -> str:
+        """Returns the documentation's sentence."""
+        geoms = [spec.geom(name) for name in body.parts[self.part]]
+        total = sum(mass(geom) for geom in spec.geoms)
+        scale = spec.compiler.settotalmass / total if spec.compiler.settotalmass > 0 else 1.0
+        before = sum(mass(geom) for geom in geoms) * scale
+        radii = ", ".join(
+            f"{geom.name} {geom.size[0]:g} → {geom.size[0] * self.factor:.6g} m" for geom in geoms
+        )
+        return (
+            f"{self.part}: radius and mass × {self.factor:g} "
+            f"(radius: {radii}; mass {before:.4g} → {before * self.factor:.4g} kg)."
+        )
+
+    def _geom_names(self, model: str, body: Body | None) -> tuple[str, ...]:
+        parts = body.parts if body is not None else {}
+        if self.part not in parts:
+            name = body.name if body is not None else model
+            message = f"{name} has no part {self.part!r}."
+            raise BenchError("unknown-part", message, hint=did_you_mean(str(self.part), parts))
+        return parts[self.part]
+
+
+def mass(geom: mujoco.MjsGeom) -> float:
+    """The geom's mass before compilation, in kg.
+
+    If it is not set, it is density × volume of a capsule or sphere.
+    """
+    if not math.isnan(geom.mass):
+        return float(geom.mass)
+    radius, half_length = float(geom.size[0]), float(geom.size[1])
+    if not math.isnan(geom.fromto[0]):
+        half_length = math.dist(geom.fromto[:3], geom.fromto[3:]) / 2
+    if geom.type.name == "mjGEOM_SPHERE":
+        half_length = 0.0
+    elif geom.type.name != "mjGEOM_CAPSULE":
+        return 0.0  # the floor; the base bodies have no other shapes
+    return float(geom.density) * math.pi * radius**2 * (2 * half_length + 4 / 3 * radius)
+
+
+def _raise_total(spec: mujoco.MjSpec, increase: float) -> None:
+    """Raises the total to which HalfCheetah's compiler scales all masses, so that no other mass moves."""
+    total = float(spec.compiler.settotalmass)
+    if total > 0:
+        spec.compiler.settotalmass = total + increase * total / math.fsum(mass(geom) for geom in spec.geoms)
+
+
+def _overlap(spec: mujoco.MjSpec, feet: Feet) -> bool:
+    """Whether the feet touch in the rest pose and may collide, so that an episode would start with a kick."""
+    radii = [float(spec.geom(name).size[0]) for name in feet.names]
+    return not spec.excludes and sum(radii) > feet.distance
+
+
+WALL = "wall"
+"""Name of the wall's body and geom in the model."""
+PARKED_HEIGHT = -100.0
+"""z of a parked wall's center, in m: no body and no beam reaches that far below the floor."""
+BOX = 6
+"""MuJoCo's mjGEOM_BOX; the catalog loads no simulator."""
+
+
+@dataclass(frozen=True)
+class Wall(BaseVariation):
+    """A box across the way, its center at y = 0 and at x drawn from U(nearest, farthest) at every reset.
+
+    The box is a mocap body, added last to the world, without mass and friction. Lengths are in m. A parked
+    wall is out of reach under the floor, so that its task shares the model layout of the task with the wall.
+    """
+
+    width: float = 0.8
+    depth: float = 0.4
+    height: float = 0.5
+    centre_height: float = 0.125
+    nearest: float = 1.8
+    farthest: float = 3.8
+    parked: bool = False
+
+    def __post_init__(self) -> None:
+        set_positive(self, "width", "depth", "height", "nearest", "farthest")
+        height = finite(self.centre_height)
+        if height is None:
+            message = f"Wall's centre_height is {self.centre_height!r}."
+            raise BenchError("bad-height", message, hint="Give a finite number.")
+        object.__setattr__(self, "centre_height", height)
+        if not isinstance(self.parked, bool):
+            raise BenchError("bad-value", f"Wall's parked is {self.parked!r}.", hint="Give true or false.")
+        if not self.farthest >= self.nearest:
+            message = f"Wall's farthest is {self.farthest!r} and its nearest {self.nearest!r}."
+            raise BenchError("bad-range", message, hint="Give farthest at least as large as nearest.")
+
+    @classmethod
+    def fits(cls, body: Body) -> bool:
+        """Returns whether the body moves along x."""
+        return body.beams is not None
+
+    @property
+    def half_sizes(self) -> tuple[float, float, float]:
+        """Half of the box's depth (x), width (y) and height (z), m."""
+        return self.depth / 2, self.width / 2, self.height / 2
+
+    @property
+    def rest(self) -> tuple[float, float, float]:
+        """The center in the model, in m, before a reset draws its x."""
+        if self.parked:
+            return 0.0, 0.0, PARKED_HEIGHT
+        return (self.nearest + self.farthest) / 2, 0.0, self.centre_height
+
+    def apply(self, spec: mujoco.MjSpec) -> None:
+        """Adds the box and keeps the model's extent and center, or the renderer would clip the agent.
+
+        A contact takes the larger condim of its two geoms. Priority 1 gives the wall's condim 1, that is, no
+        friction.
+        """
+        before = spec.copy().compile().stat
+        spec.stat.extent, spec.stat.center = before.extent, before.center
+        body = spec.worldbody.add_body(name=WALL, mocap=True, pos=self.rest)
+        body.add_geom(
+            name=WALL,
+            type=BOX,
+            size=self.half_sizes,
+            mass=0,
+            contype=1,
+            conaffinity=1,
+            condim=1,
+            priority=1,
+            material="",
+            rgba=(0.75, 0.25, 0.55, 1),
+        )
+
+    def describe(self, body: Body, spec: mujoco.MjSpec) -> str:
+        """Returns the documentation's sentence."""
+        size = f"{self.depth:g} × {self.width:g} × {self.height:g} m (depth × width × height)"
+        if self.parked:
+            return f"A wall of {size} is parked out of reach, so every beam reads 0."
+        top = self.centre_height + self.height / 2
+        return (
+            f"A wall of {size}, without friction, its top at {top:g} m, "
+            f"its center at x ~ U({self.nearest:g}, {self.farthest:g}) m, y 0, drawn at reset."
+        )
+
+
+class _OnTorso(RuntimeVariation):
+    """A run-time variation of bodies with a torso that carries range beams."""
+
+    @classmethod
+    def fits(cls, body: Body) -> bool:
+        """Returns whether the body can carry range beams."""
+        return body.beams is not None
+
+
+@dataclass(frozen=True)
+class RangeSensor(_OnTorso):
+    """Appends ten range beams from the torso to the observation.
+
+    A beam is distance to the wall / 10 m, or 0.
+    """
+
+    def describe(self, body: Body, spec: mujoco.MjSpec) -> str:
+        """Returns the documentation's sentence."""
+        plane = "the world's x–z plane" if body.beams == "world" else "the torso's x–z plane"
+        return f"Ten range beams in {plane}, −45° to +45°, up to 10 m, are appended to the observation."
+
+
+@dataclass(frozen=True)
+class SensorNoise(_OnTorso):
+    """Delays the range sensor by one step, drops beams and adds normal noise.
+
+    ``dropout`` is the probability that a beam reads 0, per beam and step. ``noise`` is the standard deviation
+    of the noise on beams that hit, in units of 10 m.
+    """
+
+    sentence: ClassVar[str] = (
+        "The sensor is one step late. Each beam drops to 0 with probability {dropout:g}, "
+        "and N(0, {noise:g}²) is added to beams that hit."
+    )
+
+    dropout: float = 0.05
+    noise: float = 0.02
+
+    def __post_init__(self) -> None:
+        set_positive(self, "dropout", "noise")
+        if self.dropout > 1:
+            raise BenchError(
+                "bad-factor", f"SensorNoise's dropout is {self.dropout!r}.", hint="Give at most 1."
+            )
+
+
+@dataclass(frozen=True)
+class MotorNoise(RuntimeVariation):
+    """Adds normal noise to the command of every motor and clips the sum to the motor's range.
+
+    ``scale`` is the standard deviation of the noise as a fraction of the motor's range. Reward terms that
+    use the action in Gymnasium use the command; terms that use ``ctrl`` use the noisy command.
+    """
+
+    sentence: ClassVar[str] = (
+        "Noise from N(0, ({scale:g} × range)²) is added to every motor's command, and the sum is "
+        "clipped to the motor's range. All noise of an episode is drawn at reset."
+    )
+
+    scale: float = 0.1
+
+    def __post_init__(self) -> None:
+        set_positive(self, "scale")
+
+    @classmethod
+    def fits(cls, body: Body) -> bool:
+        """Returns whether the body has motors."""
+        return body.family != "navigation"
+
+
+MAX_SPEED = 4.0
+"""Largest speed of a moving goal, in m/s: 0.2 m, the shortest side of a rectangle, per step of 0.05 s."""
+
+
+@dataclass(frozen=True)
+class MovingGoal(RuntimeVariation):
+    """Draws Pusher's goal at every reset, then the object away from it (the paper's PusherMovingGoal)."""
+
+    sentence: ClassVar[str] = (
+        "The goal is drawn at reset, at offsets y ~ U(−0.2, 0), x ~ U(−0.1, 0.3) from (0.45, −0.05). "
+        "The object is then drawn until its distance from the goal exceeds 0.17 m."
+    )
+
+    @classmethod
+    def fits(cls, body: Body) -> bool:
+        """Returns whether the body is Pusher."""
+        return body.name == "Pusher"
+
+
+@dataclass(frozen=True)
+class MovingStart(RuntimeVariation):
+    """Draws Striker's ball at every reset, then the goal away from it (the paper's StrikerMovingStart)."""
+
+    sentence: ClassVar[str] = (
+        "The ball is drawn at reset, x ~ U(0.43, 0.55), y ~ U(−0.3, −0.05). The goal is drawn again "
+        "while it is within 0.17 m of the ball."
+    )
+
+    @classmethod
+    def fits(cls, body: Body) -> bool:
+        """Returns whether the body is Striker."""
+        return body.name == "Striker"
+
+
+@dataclass(frozen=True)
+class TrackingGoal(RuntimeVariation):
+    """Moves the goal during the episode, at a velocity drawn at reset, inside a rectangle.
+
+    The goal is reflected at the edges of the rectangle from which its start is drawn. ``speed`` bounds each
+    component of the velocity, in m/s.
+    """
+
+    sentence: ClassVar[str] = (
+        "The goal moves during the episode. Its velocity components are drawn at reset from "
+        "U(−{speed:g}, {speed:g}) m/s, and it is reflected at the edges of the rectangle from "
+        "which its start is drawn."
+    )
+
+    speed: float = 0.2
+
+    def __post_init__(self) -> None:
+        set_positive(self, "speed")
+        if self.speed > MAX_SPEED:
+            hint = f"Give at most {MAX_SPEED:g}, with which a goal crosses its rectangle in one step."
+            raise BenchError("bad-factor", f"TrackingGoal's speed is {self.speed!r}.", hint=hint)
+
+    @classmethod
+    def fits(cls, body: Body) -> bool:
+        """Returns whether the body has a goal that can move."""
+        return body.goal_area is not None
+
+
+@dataclass(frozen=True)
+class Course(BaseVariation):
+    """One navigation task, with the observation family and the numbers of the map and the goal."""
+
+    family: str
+    map: int
+    goal: int
+
+    @classmethod
+    def fits(cls, body: Body) -> bool:
+        """Returns whether the body is the point of navigation."""
+        return body.family == "navigation"
+
+    def apply(self, spec: mujoco.MjSpec) -> None:
+        """Raises ``BenchError``, because a course does not change a model."""
+        hint = "Make a navigation task by its name."
+        message = "A navigation course cannot be added to a MuJoCo body."
+        raise BenchError("not-a-body-variation", message, str(self), hint)
+
+
+KINDS: dict[str, type] = {
+    name: kind for name, kind in list(globals().items()) if isinstance(kind, type) and is_dataclass(kind)
+}
+"""The variation classes by name, for example ``Gravity``."""

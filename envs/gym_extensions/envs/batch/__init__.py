@@ -1,1 +1,0 @@
-"""What vector environments of all bodies share: seeds, time limits, autoreset, infos, saved states."""

@@ -1,0 +1,228 @@
+"""The pictures of tasks, which MuJoCo renders, and of maps."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from gym_extensions.catalog.bodies import Camera, Rectangle
+from gym_extensions.catalog.sheets import large_picture
+from gym_extensions.catalog.tasks import GOALS, MAPS, TASKS, Task
+from gym_extensions.catalog.variations import (
+    LimbScale,
+    MovingGoal,
+    RangeSensor,
+    SensorNoise,
+    TrackingGoal,
+    Wall,
+)
+from gym_extensions.envs.effects.wall_and_sensor import fan_of, readings
+from gym_extensions.envs.make import construct_mujoco
+from gym_extensions.errors import BenchError
+
+SIZE, LARGE_SIZE = (240, 200), (640, 480)
+"""Width and height in pixels of the pictures in the documentation, and of those of the site."""
+LINE_RADIUS = 0.01
+"""Radius of a line in the scene, m."""
+Color = tuple[float, float, float, float]
+Line = tuple[NDArray[np.float64], NDArray[np.float64], Color]
+"""Start, end and color (red, green, blue, alpha) of a line in the scene."""
+MAP_PIXEL = 2.0
+"""Units per pixel of a map's picture."""
+
+WALL_CAMERA = Camera(1.4, 0.5, 5.0, 100, -12)
+"""The camera of tasks with a wall, which needs more room."""
+
+
+def pictured(task: Task) -> bool:
+    """Returns whether a task has a picture, because it is its base body or looks different from it."""
+    if task.body.camera is None:
+        return False
+    kinds = {type(variation) for variation in task.variations}
+    standing = any(isinstance(variation, Wall) and not variation.parked for variation in task.variations)
+    return not kinds or LimbScale in kinds or (standing and SensorNoise not in kinds)
+
+
+def task_picture(task: Task) -> str:
+    """Returns the file name of a task's picture."""
+    return f"{task.name.lower()}.png"
+
+
+def map_picture(number: int) -> str:
+    """Returns the file name of a map's picture."""
+    return f"map{number}.png"
+
+
+def pictures() -> dict[str, bytes]:
+    """Renders every picture and returns PNG files by name.
+
+    Raises:
+        BenchError: MuJoCo cannot render on this machine.
+    """
+    bodies = {task_picture(each): _png(_body(each)) for each in TASKS.values() if pictured(each)}
+    return bodies | {map_picture(number): _png(_map(number)) for number in MAPS}
+
+
+def _body(task: Task) -> NDArray[np.uint8]:
+    env = construct_mujoco(task)
+    model, data = env.model, env.data
+    has_wall = any(isinstance(variation, Wall) for variation in task.variations)
+    view = WALL_CAMERA if has_wall or task.body.camera is None else task.body.camera
+    if view.after_reset:
+        env.reset(seed=0)
+    return render(model, data, view, SIZE)
+
+
+def render(
+    model: Any, data: Any, view: Camera, size: tuple[int, int], lines: Sequence[Line] | None = None
+) -> NDArray[np.uint8]:
+    """Renders a frame (height, width, 3). With ``lines``, these are drawn into the scene, without shadows.
+
+    Raises:
+        BenchError: MuJoCo cannot render on this machine.
+    """
+    mujoco.mj_forward(model, data)
+    camera = mujoco.MjvCamera()
+    camera.type = mujoco.mjtCamera.mjCAMERA_FREE
+    camera.lookat[:] = (view.x, 0.0, view.z)
+    camera.distance, camera.azimuth, camera.elevation = view.distance, view.azimuth, view.elevation
+    model.vis.global_.offwidth, model.vis.global_.offheight = size
+    try:
+        with mujoco.Renderer(model, size[1], size[0]) as renderer:
+            renderer.update_scene(data, camera)
+            if lines is not None:
+                renderer.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = 0
+            for start, end, color in lines or ():
+                _draw_line(renderer.scene, start, end, color)
+            frame: NDArray[np.uint8] = renderer.render()
+            return frame
+    except (AttributeError, ImportError, RuntimeError, mujoco.FatalError) as failure:
+        message = f"MuJoCo cannot render on this machine: {failure}."
+        hint = "Set MUJOCO_GL=egl or MUJOCO_GL=osmesa and install that library."
+        raise BenchError("no-rendering", message, hint=hint) from failure
+
+
+def _draw_line(scene: Any, start: NDArray[np.float64], end: NDArray[np.float64], color: Color) -> None:
+    geom = scene.geoms[scene.ngeom]
+    kind = mujoco.mjtGeom.mjGEOM_CAPSULE
+    mujoco.mjv_initGeom(geom, kind, np.zeros(3), np.zeros(3), np.zeros(9), np.array(color, np.float32))
+    mujoco.mjv_connector(geom, kind, LINE_RADIUS, start, end)
+    scene.ngeom += 1
+
+
+def _map(number: int) -> NDArray[np.uint8]:
+    from gym_extensions.envs.navigation.geometry import arena
+    from gym_extensions.envs.navigation.rendering import background
+
+    frames = np.stack([background(arena(number, goal), MAP_PIXEL) for goal in GOALS])
+    # Red is darker than free space in green and blue, so the minimum shows all three goals.
+    darkest: NDArray[np.uint8] = frames.min(axis=0)
+    return darkest
+
+
+def _png(frame: NDArray[np.uint8]) -> bytes:
+    from PIL import Image
+
+    buffer = io.BytesIO()
+    Image.fromarray(frame).quantize(64).save(buffer, "PNG", optimize=True)
+    return buffer.getvalue()
+
+
+QUALITY = 70
+FLOOR: Color = (0.62, 0.66, 0.64, 1.0)
+CHANGED: Color = (0.80, 0.16, 0.12, 1.0)
+BEAM: Color = (0.95, 0.65, 0.05, 0.9)
+AREA: Color = (0.10, 0.55, 0.25, 1.0)
+FREE_BEAM = 2.5
+"""Drawn length of a beam that hits nothing, m."""
+TABLE = -0.318
+"""Height at which areas on the table are drawn, m."""
+PUSHER_GOAL = (0.45, -0.05)
+"""Position that Pusher's goal area is relative to (x, y)."""
+
+
+def large_pictures() -> dict[str, bytes]:
+    """Renders every large picture and returns WebP files by name.
+
+    Raises:
+        BenchError: MuJoCo cannot render on this machine.
+    """
+    shown: dict[str, Task] = {}
+    for task in TASKS.values():
+        if name := large_picture(task):
+            shown.setdefault(name, task)
+    return {name: _webp(_frame(task)) for name, task in shown.items()}
+
+
+def _frame(task: Task) -> NDArray[np.uint8]:
+    env = construct_mujoco(task)
+    _plain_floor(env.model)
+    _color_changes(task, env.model)
+    view = _camera(task)
+    if view.after_reset:
+        env.reset(seed=0)
+    lines = [*_beams(task, env), *_goal_area(task)]
+    return render(env.model, env.data, view, LARGE_SIZE, lines)
+
+
+def _camera(task: Task) -> Camera:
+    if any(isinstance(variation, Wall | RangeSensor) for variation in task.variations):
+        return WALL_CAMERA
+    return task.body.camera or WALL_CAMERA
+
+
+def _plain_floor(model: Any) -> None:
+    """Removes the texture and the reflection of the floor, so that lines are seen and files are small."""
+    for geom in range(model.ngeom):
+        if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE:
+            model.geom_matid[geom] = -1
+            model.geom_rgba[geom] = FLOOR
+
+
+def _color_changes(task: Task, model: Any) -> None:
+    for variation in task.variations:
+        if isinstance(variation, LimbScale):
+            for name in task.body.parts[variation.part]:
+                geom = model.geom(name).id
+                model.geom_matid[geom] = -1
+                model.geom_rgba[geom] = CHANGED
+
+
+def _beams(task: Task, env: Any) -> list[Line]:
+    if not any(isinstance(variation, RangeSensor) for variation in task.variations):
+        return []
+    mujoco.mj_forward(env.model, env.data)
+    origin, directions = fan_of(task.body)(env.data.qpos, env.template().root_lift)
+    wall = next(variation for variation in task.variations if isinstance(variation, Wall))
+    hits = readings(origin, directions, env.data.mocap_pos[0], np.array(wall.half_sizes)) * 10
+    to_floor = np.where(directions[:, 2] < 0, origin[2] / -np.minimum(directions[:, 2], -1e-9), np.inf)
+    lengths = np.where(hits > 0, hits, np.minimum(FREE_BEAM, to_floor))
+    return [
+        (origin, origin + length * along, BEAM) for length, along in zip(lengths, directions, strict=True)
+    ]
+
+
+def _goal_area(task: Task) -> list[Line]:
+    if not any(isinstance(variation, MovingGoal | TrackingGoal) for variation in task.variations):
+        return []
+    area = task.body.goal_area or Rectangle((0.0, 0.0), (0.0, 0.0))
+    low, high = area.low, area.high
+    if task.base == "Pusher":  # slide offsets (y, x)
+        low = (PUSHER_GOAL[0] + area.low[1], PUSHER_GOAL[1] + area.low[0])
+        high = (PUSHER_GOAL[0] + area.high[1], PUSHER_GOAL[1] + area.high[0])
+    corners = [(low[0], low[1]), (high[0], low[1]), (high[0], high[1]), (low[0], high[1])]
+    points = [np.array([*corner, TABLE]) for corner in corners]
+    return [(points[index], points[index - 1], AREA) for index in range(4)]
+
+
+def _webp(frame: NDArray[np.uint8]) -> bytes:
+    from PIL import Image
+
+    buffer = io.BytesIO()
+    Image.fromarray(frame).save(buffer, "WEBP", quality=QUALITY, method=6)
+    return buffer.getvalue()

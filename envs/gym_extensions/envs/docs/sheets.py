@@ -1,0 +1,327 @@
+"""Makes the description of every task, from its model."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from gym_extensions.catalog.bodies import Body
+from gym_extensions.catalog.sheets import HINGE, SLIDE, Field, Joint, Link, Role, Shape, Skeleton
+from gym_extensions.catalog.tasks import MAPS, TASKS, Task
+from gym_extensions.catalog.variations import WALL, BaseVariation, Course, LimbScale, RangeSensor, Wall
+from gym_extensions.envs.effects.wall_and_sensor import ANGLES, REACH, fan_of
+from gym_extensions.envs.make import template
+from gym_extensions.envs.mujoco_model import base_spec, compile_model
+
+FREE_POSITIONS = ("quaternion w", "quaternion x", "quaternion y", "quaternion z")
+
+
+def observation_fields(task: Task) -> list[Field]:
+    """Returns the entries of the task's observation, in order. A picture has none."""
+    if task.body.family == "navigation":
+        return _navigation(task)
+    fields = LAYOUTS[task.body.family](compile_model(task), task.body)
+    if any(isinstance(variation, RangeSensor) for variation in task.variations):
+        fields += [_beam(angle) for angle in ANGLES]
+    return fields
+
+
+def action_fields(task: Task) -> list[Field]:
+    """Returns the entries of the task's action, in order."""
+    if task.body.family == "navigation":
+        return [Field(f"displacement in {axis}, clipped to the range", "unit", -5.0, 5.0) for axis in "xy"]
+    model = compile_model(task)
+    fields = []
+    for motor in range(model.nu):
+        joint = model.joint(model.actuator_trnid[motor, 0]).name
+        gear = model.actuator_gear[motor, 0]
+        low, high = model.actuator_ctrlrange[motor]
+        fields.append(Field(f"motor of {joint}", f"{gear:g} N·m", float(low), float(high)))
+    return fields
+
+
+def indexed(fields: Iterable[Field]) -> list[tuple[str, Field]]:
+    """Returns each field with its index, or its first and last index."""
+    rows, first = [], 0
+    for field in fields:
+        last = first + field.count - 1
+        rows.append((str(first) if last == first else f"{first}–{last}", field))
+        first = last + 1
+    return rows
+
+
+def _joint_fields(model: mujoco.MjModel, joints: Iterable[int]) -> list[Field]:
+    fields = []
+    for joint in joints:
+        name, hinge = model.joint(joint).name, model.jnt_type[joint] == HINGE
+        low, high = model.jnt_range[joint] if model.jnt_limited[joint] else (-np.inf, np.inf)
+        quantity, unit = ("angle", "rad") if hinge else ("position", "m")
+        fields.append(Field(f"{quantity} of {name}", unit, float(low), float(high)))
+    return fields
+
+
+def _speed_fields(model: mujoco.MjModel, joints: Iterable[int], limit: float = math.inf) -> list[Field]:
+    fields = []
+    for joint in joints:
+        unit = "rad/s" if model.jnt_type[joint] == HINGE else "m/s"
+        fields.append(Field(f"velocity of {model.joint(joint).name}", unit, -limit, limit))
+    return fields
+
+
+def _planar(model: mujoco.MjModel, body: Body) -> list[Field]:
+    """Positions without x, then velocities."""
+    limit = math.inf if body.velocity_limit is None else body.velocity_limit
+    return _joint_fields(model, range(1, model.njnt)) + _speed_fields(model, range(model.njnt), limit)
+
+
+def _humanoid(model: mujoco.MjModel, body: Body) -> list[Field]:
+    """Positions without x and y, velocities, then the quantities of the bodies' dynamics."""
+    joints = range(1, model.njnt)
+    names = [model.body(index).name for index in range(1, model.nbody - model.nmocap)]
+    return [
+        Field("height of the torso", "m"),
+        *(Field(f"attitude of the torso, {entry}", "1") for entry in FREE_POSITIONS),
+        *_joint_fields(model, joints),
+        *(Field(f"velocity of the torso, {axis}", "m/s") for axis in "xyz"),
+        *(Field(f"angular velocity of the torso, {axis}", "rad/s") for axis in "xyz"),
+        *_speed_fields(model, joints),
+        *(
+            Field(f"inertia and mass of {name} about the center of mass", "kg·m², kg·m, kg", count=10)
+            for name in names
+        ),
+        *(Field(f"angular, then linear velocity of {name}", "rad/s, m/s", count=6) for name in names),
+        *(Field(f"torque of the motor of {model.joint(joint).name}", "N·m") for joint in joints),
+        *(Field(f"contact torque, then force on {name}", "N·m, N", count=6) for name in names),
+    ]
+
+
+def _arm(model: mujoco.MjModel, body: Body) -> list[Field]:
+    points = ("tip of the arm", "ball" if body.name == "Striker" else "object", "goal")
+    return [
+        *_joint_fields(model, range(7)),
+        *_speed_fields(model, range(7)),
+        *(Field(f"{axis} of the {point}", "m") for point in points for axis in "xyz"),
+    ]
+
+
+LAYOUTS: dict[str, Callable[[mujoco.MjModel, Body], list[Field]]] = {
+    "planar": _planar,
+    "humanoid": _humanoid,
+    "arm": _arm,
+}
+"""The layout of the observation of each family of MuJoCo bodies."""
+
+
+def _beam(angle: float) -> Field:
+    degrees = round(math.degrees(angle))
+    return Field(f"range beam at {degrees:+d}°: distance to the wall / 10 m, 0 without a hit", "10 m", 0, 1)
+
+
+def _navigation(task: Task) -> list[Field]:
+    from gym_extensions.envs.navigation.env import course
+    from gym_extensions.envs.navigation.sensors import FIELDS
+
+    return list(FIELDS.get(course(task).family, ()))
+
+
+def differences(task: Task) -> list[str]:
+    """Returns one sentence per variation of a task."""
+    if task.body.family == "navigation":
+        found, (x, y) = _course_and_goal(task)
+        return [f"Map {found.map}, goal {found.goal} at ({x:g}, {y:g})."]
+    return [
+        variation.describe(task.body, base_spec(task.body))
+        if isinstance(variation, BaseVariation)
+        else f"{variation!r}."
+        for variation in task.variations
+    ]
+
+
+def _course_and_goal(task: Task) -> tuple[Course, tuple[float, float]]:
+    from gym_extensions.envs.navigation.env import course
+    from gym_extensions.envs.navigation.geometry import arena
+
+    found = course(task)
+    return found, arena(found.map, found.goal).goal
+
+
+SIDE_VIEW = (90.0, 0.0)
+"""Along y, so that x points to the right."""
+DIGITS = 4
+GEOM = mujoco.mjtGeom
+
+
+def skeleton(task: Task) -> Skeleton:
+    """Returns the skeleton of a MuJoCo task.
+
+    The x and y of a mocap body are coordinates after those of ``qpos``.
+    """
+    model = compile_model(task)
+    camera = task.body.camera
+    is_arm = task.body.family == "arm" and camera is not None
+    view = (camera.azimuth, camera.elevation) if is_arm and camera else SIDE_VIEW
+    links = [_link(task, model, index) for index in range(1, model.nbody)]
+    links[0] = links[0]._replace(shapes=(*links[0].shapes, *_beams(task, model)))
+    return Skeleton(view, tuple(links))
+
+
+def _beams(task: Task, model: Any) -> Iterator[Shape]:
+    """The range beams, at full length, in the frame of the torso."""
+    if not any(isinstance(each, RangeSensor) for each in task.variations):
+        return
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    origin, directions = fan_of(task.body)(data.qpos, template(task).root_lift)
+    role: Role = "world-beam" if task.body.beams == "world" else "beam"
+    turn = np.eye(3) if role == "world-beam" else data.xmat[1].reshape(3, 3).T
+    start = turn @ (origin - data.xpos[1])
+    for direction in directions:
+        yield Shape(role, 0.0, _vector(start), _vector(start + REACH * turn @ direction))
+
+
+def _link(task: Task, model: Any, index: int) -> Link:
+    is_mocap = model.body_mocapid[index] >= 0
+    first, count = model.body_jntadr[index], model.body_jntnum[index]
+    joints = tuple(_joint(model, number) for number in range(first, first + count))
+    position = _vector(model.body_pos[index])
+    if is_mocap:
+        x, y, z = position
+        origin = (0.0, 0.0, 0.0)
+        joints = (
+            Joint(SLIDE, model.nq, (1.0, 0.0, 0.0), origin, x),
+            Joint(SLIDE, model.nq + 1, (0.0, 1.0, 0.0), origin, y),
+        )
+    parent = int(model.body_parentid[index]) - 1
+    w, x, y, z = _vector(model.body_quat[index])
+    return Link(parent, position, (w, x, y, z), joints, tuple(_shapes(task, model, index, is_mocap)))
+
+
+def _joint(model: Any, number: int) -> Joint:
+    kind, coordinate = int(model.jnt_type[number]), int(model.jnt_qposadr[number])
+    rest = float(model.qpos0[coordinate]) if kind in (SLIDE, HINGE) else 0.0
+    return Joint(
+        kind, coordinate, _vector(model.jnt_axis[number]), _vector(model.jnt_pos[number]), round(rest, DIGITS)
+    )
+
+
+def _shapes(task: Task, model: Any, index: int, is_mocap: bool) -> Iterator[Shape]:
+    changed = [
+        name for each in task.variations if isinstance(each, LimbScale) for name in task.body.parts[each.part]
+    ]
+    for geom in np.flatnonzero(model.geom_bodyid == index):
+        name, kind = model.geom(geom).name, GEOM(int(model.geom_type[geom]))
+        center, size = model.geom_pos[geom], model.geom_size[geom]
+        if name == WALL:
+            if any(isinstance(each, Wall) and not each.parked for each in task.variations):
+                yield Shape("wall", 0.0, _vector(center), _vector(size))
+            continue
+        if is_mocap and kind == GEOM.mjGEOM_BOX:
+            continue  # the plates of Striker's cup, which turn with it
+        axis = np.zeros(9)
+        mujoco.mju_quat2Mat(axis, model.geom_quat[geom])
+        columns = axis.reshape(3, 3).T
+        half, radius = columns[2] * size[1], size[0]
+        if kind == GEOM.mjGEOM_SPHERE:
+            half = np.zeros(3)
+        elif kind == GEOM.mjGEOM_BOX:
+            longest = int(np.argmax(size))
+            radius = float(np.median(size))
+            half = columns[longest] * (size[longest] - radius)
+        elif kind == GEOM.mjGEOM_CYLINDER:
+            half = columns[2] * max(size[1] - radius, 0.0)
+        yield Shape(
+            _role(model, index, name, name in changed),
+            round(float(radius), DIGITS),
+            _vector(center - half),
+            _vector(center + half),
+        )
+
+
+def _role(model: Any, index: int, name: str, is_changed: bool) -> Role:
+    body = model.body(index).name
+    if is_changed:
+        return "changed"
+    if "goal" in body:
+        return "goal"
+    if "object" in body or "ball" in body:
+        return "object"
+    return "far" if "left" in name else "body"
+
+
+def _vector(values: Any) -> Any:
+    return tuple(round(float(value), DIGITS) + 0.0 for value in values)
+
+
+def sheets() -> str:
+    """Returns the text of ``sheets.json``: every task, and the tables, skeletons and maps they share."""
+    from gym_extensions.envs.navigation.geometry import HEIGHT
+
+    tables, skeletons = _Shared(), _Shared()
+    tasks = {}
+    for task in TASKS.values():
+        facts: dict[str, Any] = {
+            "differences": differences(task),
+            "actions": tables.index(_table(action_fields(task))),
+            "observations": tables.index(_table(observation_fields(task))),
+        }
+        if task.body.family == "navigation":
+            found, (x, y) = _course_and_goal(task)
+            facts |= {"map": found.map, "goal": [x, HEIGHT - y]}
+        else:
+            facts["skeleton"] = skeletons.index(skeleton(task))
+        tasks[task.id] = facts
+    maps = [_map(number) for number in MAPS]
+    parts = {"maps": maps, "skeletons": skeletons.values, "tables": tables.values}
+    lines = [f'"{name}": [\n{_lines(rows)}\n]' for name, rows in parts.items()]
+    rows = ",\n".join(f"{json.dumps(key)}: {_compact(value)}" for key, value in tasks.items())
+    return "{\n" + ",\n".join([*lines, f'"tasks": {{\n{rows}\n}}']) + "\n}\n"
+
+
+class _Shared:
+    """Different values in the order of their first use."""
+
+    def __init__(self) -> None:
+        self.values: list[Any] = []
+
+    def index(self, value: Any) -> int:
+        if value not in self.values:
+            self.values.append(value)
+        return self.values.index(value)
+
+
+def _table(fields: Iterable[Field]) -> list[tuple[str, str, str, str]]:
+    return [(index, field.meaning, field.unit, field.range) for index, field in indexed(fields)]
+
+
+def _compact(value: Any) -> str:
+    return json.dumps(value, ensure_ascii=False, separators=(",", ":"))
+
+
+def _lines(values: Iterable[Any]) -> str:
+    return ",\n".join(map(_compact, values))
+
+
+def _map(number: int) -> list[list[int]]:
+    from gym_extensions.envs.navigation.geometry import CELL, load
+
+    return [[int(value * CELL) for value in row] for row in rectangles(load(number).cells[::-1])]
+
+
+def rectangles(cells: NDArray[np.bool_]) -> list[tuple[int, int, int, int]]:
+    """Returns rectangles (x, y, width, height) that cover the true cells, row 0 first, each cell once."""
+    left, covered = cells.copy(), []
+    for y, x in zip(*np.nonzero(cells), strict=True):
+        if not left[y, x]:
+            continue
+        width = int(np.argmin(np.append(left[y, x:], False)))
+        below = np.append(left[y:, x : x + width].all(axis=1), False)
+        height = int(np.argmin(below))
+        left[y : y + height, x : x + width] = False
+        covered.append((int(x), int(y), width, height))
+    return covered

@@ -1,0 +1,103 @@
+"""Noise on the motors, and goals that move."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gym_extensions.catalog.bodies import Body, Rectangle
+from gym_extensions.catalog.variations import MotorNoise, TrackingGoal
+from gym_extensions.envs.effects.base import CACHED_EPISODES, Effect, EffectKind, SeededNoise, required
+from gym_extensions.envs.protocols import Array, Fields, Generators, Indices, Steps, Template
+
+
+@functools.lru_cache(maxsize=CACHED_EPISODES)
+def motor_noise(seed: int, steps: int, motors: int) -> Array:
+    """The standard normal noise of an episode, (steps, motors), read-only. It follows from the seed."""
+    noise = np.random.Generator(np.random.PCG64(seed)).standard_normal((steps, motors))
+    noise.flags.writeable = False
+    return noise
+
+
+def noisy_control(commands: NDArray[Any], noise: Array, ranges: Array, scale: float) -> Array:
+    """Commands (…, motors) plus noise of ``scale`` × the motors' range, clipped to that range.
+
+    ``ranges`` is (motors, 2), low and high; ``noise`` is standard normal, shaped as the commands.
+    """
+    low, high = ranges[:, 0], ranges[:, 1]
+    return np.clip(commands + scale * (high - low) * noise, low, high)
+
+
+class MotorNoiseEffect(SeededNoise):
+    """Adds the episodes' noise to every command."""
+
+    kept = ("_noise",)
+
+    def __init__(self, fields: Fields, templates: Sequence[Template]) -> None:
+        self._max_steps = templates[0].task.max_steps
+        self._scale = required(templates[0].task, MotorNoise).scale
+        self._ranges = templates[0].model.actuator_ctrlrange
+        self._noise = np.zeros((len(templates), self._max_steps, len(self._ranges)))
+
+    def fill_noise(self, index: int, seed: int) -> None:
+        """Computes the noise of an environment's episode."""
+        self._noise[index] = motor_noise(seed, self._max_steps, len(self._ranges))
+
+    def control(self, ctrl: NDArray[Any], steps: Steps) -> NDArray[Any]:
+        """The commands plus the noise of the step."""
+        noise = self._noise[np.arange(len(ctrl)), steps % self._max_steps]
+        return noisy_control(ctrl, noise, self._ranges, self._scale)
+
+
+def goal_area(body: Body) -> Rectangle:
+    """Returns the rectangle of a body's goal. Raises ``ValueError`` for a body without a goal."""
+    if body.goal_area is None:
+        raise ValueError(f"{body.name} has no goal")
+    return body.goal_area
+
+
+def draw_velocity(generator: np.random.Generator, speed: float) -> Array:
+    """Draws a goal's velocity, (2,), each component in [−speed, speed], m/s."""
+    return generator.uniform(-speed, speed, 2)
+
+
+def move(position: Array, velocity: Array, area: Rectangle, seconds: float) -> tuple[Array, Array]:
+    """Returns position and velocity (…, 2) of a goal that moves straight and is reflected at the edges."""
+    low, high = np.array(area.low), np.array(area.high)
+    ahead = position + velocity * seconds
+    below, above = ahead < low, ahead > high
+    reflected = np.where(below, 2 * low - ahead, np.where(above, 2 * high - ahead, ahead))
+    return reflected, np.where(below | above, -velocity, velocity)
+
+
+class TrackingGoalEffect(Effect):
+    """Moves the goals before the physics of every step."""
+
+    kept = ("_velocity",)
+
+    def __init__(self, fields: Fields, templates: Sequence[Template]) -> None:
+        task = templates[0].task
+        self._area, self._dt = goal_area(task.body), templates[0].dt
+        self._speed = required(task, TrackingGoal).speed
+        self._velocity = np.zeros((len(templates), 2))
+        mocap = templates[0].model.nmocap > 0  # Striker's goal is a mocap body, Pusher's is on slides
+        self._position = fields.field("mocap_pos")[:, 0, :2] if mocap else fields.field("qpos")[:, -2:]
+
+    def draw(self, indices: Indices, generators: Generators, starts: dict[str, Array]) -> None:
+        """Draws the velocities."""
+        self._velocity[indices] = [draw_velocity(generator, self._speed) for generator in generators]
+
+    def pre_step(self, steps: Steps) -> None:
+        """Moves the goals to their positions at the end of the step."""
+        self._position[...], self._velocity = move(self._position, self._velocity, self._area, self._dt)
+
+
+KINDS = (
+    EffectKind(MotorNoise, MotorNoiseEffect, draw_order=4),
+    EffectKind(TrackingGoal, TrackingGoalEffect, draw_order=5),
+)
+"""The effects of this module."""

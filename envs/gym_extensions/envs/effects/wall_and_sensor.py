@@ -1,0 +1,215 @@
+"""The wall, the range sensor that sees it, and noise on that sensor."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from gym_extensions.catalog.bodies import Body
+from gym_extensions.catalog.variations import RangeSensor, SensorNoise, Wall
+from gym_extensions.envs.effects.base import (
+    CACHED_EPISODES,
+    Effect,
+    EffectKind,
+    SeededNoise,
+    required,
+    variation_of,
+)
+from gym_extensions.envs.protocols import Array, Fields, Flags, Generators, Indices, Steps, Template
+
+
+class WallEffect(Effect):
+    """Places the walls."""
+
+    def __init__(self, fields: Fields, templates: Sequence[Template]) -> None:
+        self._walls = [required(template.task, Wall) for template in templates]
+
+    def draw(self, indices: Indices, generators: Generators, starts: dict[str, Array]) -> None:
+        """Adds ``mocap_pos``, the walls' centers."""
+        centers = np.zeros((len(indices), 1, 3))
+        for row, (index, generator) in enumerate(zip(indices, generators, strict=True)):
+            wall = self._walls[index]
+            centers[row, 0] = wall.rest
+            if not wall.parked:
+                centers[row, 0, 0] = generator.uniform(wall.nearest, wall.farthest)
+        starts["mocap_pos"] = centers
+
+
+BEAMS = 10
+REACH = 10.0
+"""Longest distance that a beam measures, m; a reading is distance / reach."""
+ANGLES = tuple(math.radians(-45 + 10 * beam) for beam in range(BEAMS))
+"""Beam angles about the forward axis, rad: beam 0 looks down, beam 9 up."""
+
+_COS = np.array([math.cos(angle) for angle in ANGLES])
+_SIN = np.array([math.sin(angle) for angle in ANGLES])
+
+Fan = Callable[[Array, float], tuple[Array, Array]]
+"""(root qpos (…, nq), height of the torso at root z = 0) -> origins (…, 3), directions (…, 10, 3)."""
+
+
+def planar_fan(qpos: Array, lift: float) -> tuple[Array, Array]:
+    """Beams of a body on slides x, z and hinge y, which turn with its pitch."""
+    origins, directions = np.zeros((*qpos.shape[:-1], 3)), np.zeros((*qpos.shape[:-1], BEAMS, 3))
+    origins[..., 0], origins[..., 2] = qpos[..., 0], lift + qpos[..., 1]
+    cos, sin = np.cos(qpos[..., 2])[..., None], np.sin(qpos[..., 2])[..., None]
+    directions[..., 0], directions[..., 2] = _COS * cos + _SIN * sin, _SIN * cos - _COS * sin
+    return origins, directions
+
+
+def torso_fan(qpos: Array, lift: float) -> tuple[Array, Array]:
+    """Beams in the x–z plane of a free torso, which turn with its quaternion (of any length except 0)."""
+    w, x, y, z = (qpos[..., index] for index in (3, 4, 5, 6))
+    square = w * w + x * x + y * y + z * z
+    forward = np.stack([w * w + x * x - y * y - z * z, 2 * (x * y + w * z), 2 * (x * z - w * y)], axis=-1)
+    up = np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), w * w - x * x - y * y + z * z], axis=-1)
+    forward, up = forward / square[..., None], up / square[..., None]
+    return _lifted(qpos, lift), _COS[:, None] * forward[..., None, :] + _SIN[:, None] * up[..., None, :]
+
+
+def world_fan(qpos: Array, lift: float) -> tuple[Array, Array]:
+    """Beams in the world's x–z plane about +x at any attitude of the torso, for bodies that start lying."""
+    directions = np.stack([_COS, np.zeros(BEAMS), _SIN], axis=-1)
+    return _lifted(qpos, lift), np.broadcast_to(directions, (*qpos.shape[:-1], BEAMS, 3))
+
+
+def _lifted(qpos: Array, lift: float) -> Array:
+    return np.stack([qpos[..., 0], qpos[..., 1], lift + qpos[..., 2]], axis=-1)
+
+
+FANS: dict[str, Fan] = {"pitch": planar_fan, "torso": torso_fan, "world": world_fan}
+"""The fan of every frame in which a body's beams can be fixed."""
+
+
+def fan_of(body: Body) -> Fan:
+    """Returns the fan of a body that has beams. Raises ``ValueError`` for another body."""
+    if body.beams is None:
+        raise ValueError(f"{body.name} carries no range beams")
+    return FANS[body.beams]
+
+
+def _slab(offset: Array, along: Array, half_size: float) -> tuple[Array, Array]:
+    """Distances at which beams enter and leave the space between two faces (±∞ for parallel beams)."""
+    moving = np.count_nonzero(along)
+    if moving == 0:
+        between = np.abs(offset) <= half_size
+        return np.where(between, -np.inf, np.inf), np.where(between, np.inf, -np.inf)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        near, far = (offset - half_size) / along, (offset + half_size) / along
+    first, last = np.minimum(near, far), np.maximum(near, far)
+    if moving == along.size:
+        return first, last
+    between, parallel = np.abs(offset) <= half_size, along == 0
+    return (
+        np.where(parallel, np.where(between, -np.inf, np.inf), first),
+        np.where(parallel, np.where(between, np.inf, -np.inf), last),
+    )
+
+
+def readings(origins: Array, directions: Array, center: Array, half_sizes: Array) -> Array:
+    """Returns the distance to an axis-aligned box along each beam / 10 m, in [0, 1].
+
+    A beam that misses, or starts inside the box, reads 0.
+
+    Args:
+        origins: (…, 3), m.
+        directions: (…, 10, 3), of length 1.
+        center: (…, 3) of the box, m.
+        half_sizes: (3,) of the box, m.
+    """
+    enters, leaves = np.full(directions.shape[:-1], -np.inf), np.full(directions.shape[:-1], np.inf)
+    # Axis by axis: reducing over a last axis of three costs more than the arithmetic.
+    for axis in range(3):
+        along = directions[..., axis]
+        offset = (center[..., axis] - origins[..., axis])[..., None]
+        first, last = _slab(offset, along, half_sizes[axis])
+        np.maximum(enters, first, out=enters)
+        np.minimum(leaves, last, out=leaves)
+    hits = (enters >= 0) & (enters <= leaves) & (enters <= REACH)
+    return np.where(hits, enters, 0.0) / REACH
+
+
+class RangeSensorEffect(Effect):
+    """Appends the 10 beams, in [0, 1]. Their walls have one size."""
+
+    def __init__(self, fields: Fields, templates: Sequence[Template]) -> None:
+        self._num_envs = len(templates)
+        self._fan = fan_of(templates[0].task.body)
+        self._lift = templates[0].root_lift
+        self._qpos = fields.field("qpos")
+        wall = variation_of(templates[0].task, Wall)
+        self._center = fields.field("mocap_pos")[:, 0] if wall is not None else None
+        self._half_sizes = np.array(wall.half_sizes) if wall is not None else np.zeros(3)
+
+    def reading(self) -> Array:
+        """The present readings, (num_envs, 10)."""
+        if self._center is None:
+            return np.zeros((self._num_envs, BEAMS))
+        origins, directions = self._fan(self._qpos, self._lift)
+        return readings(origins, directions, self._center, self._half_sizes)
+
+    def observation(self) -> Array:
+        """The present readings."""
+        return self.reading()
+
+
+@functools.lru_cache(maxsize=CACHED_EPISODES)
+def beam_noise(seed: int, steps: int, dropout: float, noise: float) -> tuple[Flags, Array]:
+    """The noise of an episode, with one row per step from 0 for the working beams and the noise on hits.
+
+    Both arrays are (steps + 1, 10), follow from the seed, and are read-only.
+    """
+    generator = np.random.Generator(np.random.PCG64(seed))
+    shape = (steps + 1, BEAMS)
+    working, shift = generator.random(shape) >= dropout, noise * generator.standard_normal(shape)
+    working.flags.writeable = shift.flags.writeable = False
+    return working, shift
+
+
+def disturb(readings: Array, working: Flags, shift: Array) -> Array:
+    """Adds noise to beams that hit, clipped to [0, 1]. Beams that miss or drop out read 0."""
+    return np.where((readings > 0) & working, np.clip(readings + shift, 0.0, 1.0), 0.0)
+
+
+class SensorNoiseEffect(SeededNoise, RangeSensorEffect):
+    """Appends the noisy readings of the step before."""
+
+    kept = ("_working", "_shift", "_latched")
+
+    def __init__(self, fields: Fields, templates: Sequence[Template]) -> None:
+        super().__init__(fields, templates)
+        self._noise = required(templates[0].task, SensorNoise)
+        self._max_steps = templates[0].task.max_steps
+        shape = (len(templates), self._max_steps + 1, BEAMS)
+        self._working, self._shift = np.zeros(shape, np.bool_), np.zeros(shape)
+        self._latched = np.zeros((len(templates), BEAMS))
+
+    def fill_noise(self, index: int, seed: int) -> None:
+        """Computes the noise of an environment's episode."""
+        noise = beam_noise(seed, self._max_steps, self._noise.dropout, self._noise.noise)
+        self._working[index], self._shift[index] = noise
+
+    def on_reset(self, indices: Indices) -> None:
+        """The first observation has the present reading."""
+        readings = self.reading()[indices]
+        self._latched[indices] = disturb(readings, self._working[indices, 0], self._shift[indices, 0])
+
+    def pre_step(self, steps: Steps) -> None:
+        """Latches the readings before the step, which the next observations show."""
+        row = np.arange(len(steps)), (steps + 1) % (self._max_steps + 1)
+        self._latched = disturb(self.reading(), self._working[row], self._shift[row])
+
+    def observation(self) -> Array:
+        """The latched readings."""
+        return self._latched
+
+
+KINDS = (
+    EffectKind(Wall, WallEffect, draw_order=1, shard_key=lambda wall: wall.half_sizes),
+    EffectKind(RangeSensor, RangeSensorEffect, draw_order=2),
+    EffectKind(SensorNoise, SensorNoiseEffect, draw_order=3, replaces=RangeSensor),
+)
+"""The effects of this module."""

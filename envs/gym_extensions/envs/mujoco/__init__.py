@@ -1,1 +1,0 @@
-"""The base bodies, as Gymnasium's MuJoCo classes with the models of our tasks."""

@@ -1,0 +1,186 @@
+"""Pusher, as in Gymnasium's pusher_v5, and Striker: Gym's Striker-v0 on a model rebuilt from Pusher's."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, ClassVar
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from gym_extensions.catalog.bodies import Rectangle, body
+from gym_extensions.catalog.variations import MovingGoal, MovingStart
+from gym_extensions.envs.effects.base import variation_of
+from gym_extensions.envs.effects.motors_and_goals import goal_area
+from gym_extensions.envs.protocols import Array, Fields, Flags, Generators, Indices, Template
+from gym_extensions.envs.rules import Rules
+
+APART = 0.17
+"""Least distance between object and goal at reset, m (the arm tasks of 2017 and of Gymnasium)."""
+PUSHER_GOAL = goal_area(body("Pusher"))
+"""Slide offsets (y, x) of PusherMovingGoal's goal."""
+PUSHER_OBJECT = Rectangle((-0.3, -0.2), (0.0, 0.2))
+"""Slide offsets (y, x) of Pusher's object."""
+STRIKER_GOAL = goal_area(body("Striker"))
+"""World (x, y) of Striker's goal."""
+STRIKER_BALL = Rectangle((0.43, -0.3), (0.55, -0.05))
+"""World (x, y) of StrikerMovingStart's ball."""
+STRIKER_BALL_FIXED = (0.5, -0.175)
+"""World (x, y) of Striker's ball."""
+
+
+def draw_point(area: Rectangle, generator: np.random.Generator) -> Array:
+    """Draws a point, (2,), uniformly from a rectangle, one coordinate after the other."""
+    return np.array([generator.uniform(area.low[axis], area.high[axis]) for axis in (0, 1)])
+
+
+PUSHER_ARM_SPEED = 0.005
+"""Largest speed of an arm joint at reset, rad/s (Gymnasium's pusher_v5)."""
+
+
+STRIKER_ARM_SPEED = 0.1
+"""Largest speed of an arm joint at reset, rad/s."""
+STRIKE = 0.1
+"""The tip strikes the ball when their distance is below this, m."""
+DISTANCE_WEIGHT, CTRL_WEIGHT, NEAR_WEIGHT = 3.0, 0.1, 0.5
+
+
+def facing(ball: Array, goal: Array) -> Array:
+    """The quaternion of a goal at (x, y) whose open side, −y at rest, faces a ball at (x, y)."""
+    turn = math.atan2(ball[0] - goal[0], goal[1] - ball[1])
+    return np.array([math.cos(turn / 2), 0.0, 0.0, math.sin(turn / 2)])
+
+
+ARM = 7
+"""Joints of the arm, before those of the object."""
+PUSH_NEAR, PUSH_CTRL = 0.5, 0.1
+
+
+def distance(difference: Array) -> Array:
+    """Length of each row in m.
+
+    It is rounded as ``numpy.linalg.norm`` of one vector, which is also a dot product.
+    """
+    lengths: Array = np.sqrt(np.vecdot(difference, difference))
+    return lengths
+
+
+class ArmRules(Rules):
+    """The observation, with positions as the last evaluation left them."""
+
+    fields: ClassVar[tuple[str, ...]] = ("xpos",)
+
+    def __init__(self, physics: Fields, templates: Sequence[Template]) -> None:
+        super().__init__(physics, templates)
+        self._qpos, self._qvel = physics.field("qpos"), physics.field("qvel")
+        positions, model = physics.field("xpos"), templates[0].model
+        self._terms: dict[str, NDArray[Any]] = {}
+        self._tip, self._object, self._goal = (
+            positions[:, model.body(name).id] for name in ("tips_arm", "object", "goal")
+        )
+
+    def _reward(self, far: Array, cost: NDArray[Any], near: Array) -> Array:
+        self._terms = {"reward_dist": far, "reward_ctrl": cost, "reward_near": near}
+        reward: Array = far + cost + near
+        return reward
+
+    def step_infos(self) -> dict[str, NDArray[Any]]:
+        """The terms of the reward."""
+        return self._terms
+
+    def observe(self) -> Array:
+        """The arm's positions and velocities, then the positions of tip, object and goal."""
+        arm = self._qpos[:, :ARM], self._qvel[:, :ARM]
+        return np.concatenate((*arm, self._tip, self._object, self._goal), axis=1)
+
+
+class PusherRules(ArmRules):
+    """Pusher's reward, from the distances object to goal and tip to object and a cost on the action.
+
+    Episodes never terminate.
+    """
+
+    def __init__(self, physics: Fields, templates: Sequence[Template]) -> None:
+        super().__init__(physics, templates)
+        self._moving = [variation_of(template.task, MovingGoal) is not None for template in templates]
+
+    def draw(self, indices: Indices, generators: Generators) -> dict[str, Array]:
+        """The goal if it moves, the object away from it, arm velocities."""
+        drawn = [self._draw(int(index), rng) for index, rng in zip(indices, generators, strict=True)]
+        return {name: np.array([row[name] for row in drawn]) for name in ("qpos", "qvel")}
+
+    def _draw(self, index: int, generator: np.random.Generator) -> dict[str, Array]:
+        template = self._templates[index]
+        goal = draw_point(PUSHER_GOAL, generator) if self._moving[index] else np.zeros(2)
+        position = draw_point(PUSHER_OBJECT, generator)
+        while not np.linalg.norm(position - goal) > APART:
+            position = draw_point(PUSHER_OBJECT, generator)
+        speed = PUSHER_ARM_SPEED
+        qvel = template.init_qvel + generator.uniform(-speed, speed, template.model.nv)
+        qvel[-4:] = 0
+        return {"qpos": np.concatenate((template.init_qpos[:-4], position, goal)), "qvel": qvel}
+
+    def reward_and_termination(self, actions: NDArray[Any], ctrl: NDArray[Any]) -> tuple[Array, Flags]:
+        """−distance of object and goal − .1·Σ action² − .5 × distance of tip and object."""
+        near = -distance(self._object - self._tip) * PUSH_NEAR
+        far = -distance(self._object - self._goal)
+        cost = -np.square(actions).sum(axis=1) * PUSH_CTRL
+        return self._reward(far, cost, near), np.zeros(len(near), np.bool_)
+
+
+class StrikerRules(ArmRules):
+    """Striker's reward, from the smallest distance of ball and goal so far and of tip to ball until struck.
+
+    Episodes never terminate.
+    """
+
+    kept: ClassVar[tuple[str, ...]] = ("_best", "_struck", "_strike_place")
+
+    def __init__(self, physics: Fields, templates: Sequence[Template]) -> None:
+        super().__init__(physics, templates)
+        self._moving = [variation_of(template.task, MovingStart) is not None for template in templates]
+        self._height = mujoco.MjData(templates[0].model).mocap_pos[0, 2]
+        self._best = np.full(len(templates), np.inf)
+        self._struck = np.zeros(len(templates), np.bool_)
+        self._strike_place = np.zeros((len(templates), 3))
+
+    def draw(self, indices: Indices, generators: Generators) -> dict[str, Array]:
+        """The ball if it moves, the goal away from it and facing it, arm velocities."""
+        drawn = [self._draw(int(index), rng) for index, rng in zip(indices, generators, strict=True)]
+        return {name: np.array([row[name] for row in drawn]) for name in drawn[0]}
+
+    def _draw(self, index: int, generator: np.random.Generator) -> dict[str, Array]:
+        template = self._templates[index]
+        ball = draw_point(STRIKER_BALL, generator) if self._moving[index] else np.array(STRIKER_BALL_FIXED)
+        goal = draw_point(STRIKER_GOAL, generator)
+        while not np.linalg.norm(ball - goal) >= APART:
+            goal = draw_point(STRIKER_GOAL, generator)
+        qvel = template.init_qvel.copy()
+        qvel[:ARM] = generator.uniform(-STRIKER_ARM_SPEED, STRIKER_ARM_SPEED, ARM)
+        return {
+            "qpos": np.concatenate((template.init_qpos[:ARM], ball[::-1])),
+            "qvel": qvel,
+            "mocap_pos": np.array([[*goal, self._height]]),
+            "mocap_quat": facing(ball, goal)[None],
+        }
+
+    def on_reset(self, indices: Indices) -> None:
+        """Clears the record of the episode. The distance at reset counts."""
+        self._struck[indices], self._strike_place[indices] = False, 0.0
+        self._best[indices] = self._ball_to_goal()[indices]
+
+    def _ball_to_goal(self) -> Array:
+        return distance(self._object - self._goal)
+
+    def reward_and_termination(self, actions: NDArray[Any], ctrl: NDArray[Any]) -> tuple[Array, Flags]:
+        """−3 × best distance − .1·Σ action² − .5 × distance of ball and tip (where it struck, if it has)."""
+        self._best = np.minimum(self._best, self._ball_to_goal())
+        within = distance(self._tip - self._object) < STRIKE
+        self._struck |= within
+        self._strike_place[within] = self._tip[within]
+        near = distance(self._object - np.where(self._struck[:, None], self._strike_place, self._tip))
+        cost = -CTRL_WEIGHT * np.square(actions).sum(axis=1)
+        far, near = -DISTANCE_WEIGHT * self._best, -NEAR_WEIGHT * near
+        return self._reward(far, cost, near), np.zeros(len(near), np.bool_)

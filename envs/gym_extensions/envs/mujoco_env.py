@@ -1,0 +1,195 @@
+"""The single environment of a MuJoCo task, and the table of bodies that have one."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import mujoco
+import numpy as np
+from gymnasium.envs.mujoco import (
+    MujocoEnv,
+    half_cheetah_v5,
+    hopper_v5,
+    humanoid_v5,
+    humanoidstandup_v5,
+    pusher_v5,
+    walker2d_v5,
+)
+from gymnasium.spaces import Box
+from numpy.typing import NDArray
+
+from gym_extensions.catalog.bodies import IS_SUCCESS
+from gym_extensions.catalog.tasks import Task
+from gym_extensions.envs import mujoco_arms, mujoco_humanoid, mujoco_planar
+from gym_extensions.envs.effects.base import Effect
+from gym_extensions.envs.effects.registry import check_variations, effects_of
+from gym_extensions.envs.mujoco_model import asset, compile_model
+from gym_extensions.envs.protocols import (
+    Array,
+    IndependentCopies,
+    Template,
+    check_actions,
+    require_reset,
+    success_test,
+)
+from gym_extensions.envs.rules import Rules
+
+
+class Implementation(NamedTuple):
+    """What makes the environments of a body: its rules, physics steps per environment step, and camera."""
+
+    rules: type[Rules]
+    frame_skip: int
+    camera: Mapping[str, Any]
+
+
+_LYING = humanoidstandup_v5.DEFAULT_CAMERA_CONFIG
+_ARM = pusher_v5.DEFAULT_CAMERA_CONFIG
+IMPLEMENTATIONS: dict[str, Implementation] = {
+    "Hopper": Implementation(mujoco_planar.HopperRules, 4, hopper_v5.DEFAULT_CAMERA_CONFIG),
+    "Walker2d": Implementation(mujoco_planar.Walker2dRules, 4, walker2d_v5.DEFAULT_CAMERA_CONFIG),
+    "HalfCheetah": Implementation(mujoco_planar.HalfCheetahRules, 5, half_cheetah_v5.DEFAULT_CAMERA_CONFIG),
+    "Humanoid": Implementation(mujoco_humanoid.HumanoidRules, 5, humanoid_v5.DEFAULT_CAMERA_CONFIG),
+    "HumanoidStandup": Implementation(mujoco_humanoid.HumanoidStandupRules, 5, _LYING),
+    "HumanoidStandupAndRun": Implementation(mujoco_humanoid.HumanoidStandupAndRunRules, 5, _LYING),
+    "Pusher": Implementation(mujoco_arms.PusherRules, 5, _ARM),
+    "Striker": Implementation(mujoco_arms.StrikerRules, 5, _ARM),
+}
+"""One entry per body of the catalog that has a MuJoCo model."""
+
+ONLY = np.zeros(1, np.intp)
+"""The index of the one environment, for rules and effects, which act on many."""
+SKIPPED = ("model", "data", "mujoco_renderer", "_rules", "_effects", "_success")
+"""Attributes that a copy makes again."""
+
+
+class TaskEnv(IndependentCopies, MujocoEnv):
+    """The environment of a MuJoCo task: Gymnasium's simulation and rendering with the rules of its body.
+
+    Tasks without variations equal Gymnasium's v5 environments bit for bit. Copies and pickles continue
+    exactly where the original is, with their own generator.
+
+    Args:
+        task: the task.
+        rendering: ``render_mode``, and Gymnasium's sizes and camera arguments.
+
+    Raises:
+        BenchError: a variation does not fit the body.
+    """
+
+    metadata = {"render_modes": ["human", "rgb_array", "depth_array", "rgbd_tuple"]}  # noqa: RUF012
+    observation_space: Box
+    action_space: Box
+
+    def __init__(self, task: Task, **rendering: Any) -> None:
+        self.task, self._rendering, self._is_set = task, rendering, False
+        check_variations(task)
+        body = IMPLEMENTATIONS[task.base]
+        camera = {"default_camera_config": body.camera}
+        super().__init__(str(asset(task.body)), body.frame_skip, None, **(camera | rendering))
+        self.metadata = self.metadata | {"render_fps": round(1 / self.dt)}
+        self._success = success_test(task.body.success, self.model)
+        self.observation_space = Box(-np.inf, np.inf, (0,))  # until the size is known
+        self._rules = body.rules(self, [self.template()])
+        self._effects: list[Effect] = effects_of(self, [self.template()])
+        size = self._rules.observe().shape[1]
+        low, high = np.full(self._get_obs().size, -np.inf), np.full(self._get_obs().size, np.inf)
+        low[size:], high[size:] = 0.0, 1.0
+        self.observation_space = Box(low, high, dtype=np.float64)
+
+    def _initialize_simulation(self) -> tuple[mujoco.MjModel, mujoco.MjData]:
+        model = compile_model(self.task)
+        size = model.vis.global_
+        size.offwidth, size.offheight = max(size.offwidth, self.width), max(size.offheight, self.height)
+        return model, mujoco.MjData(model)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Returns a copy of the whole simulation and the other attributes."""
+        others = {name: value for name, value in self.__dict__.items() if name not in SKIPPED}
+        parts: list[Rules | Effect] = [self._rules, *self._effects]
+        kept = [{name: getattr(part, name) for name in part.kept} for part in parts]
+        return {"attributes": others, "data": copy.copy(self.data), "kept": kept}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Makes the environment again and continues where the copied one was."""
+        attributes = state["attributes"]
+        new = type(self)(attributes["task"], **attributes["_rendering"])
+        self.__dict__.update(new.__dict__ | attributes)
+        mujoco.mj_copyData(self.data, self.model, state["data"])
+        for part, kept in zip((self._rules, *self._effects), state["kept"], strict=True):
+            for name, value in kept.items():
+                setattr(part, name, value)
+
+    def template(self) -> Template:
+        """Returns what copies of the task share."""
+        start = self.init_qpos.copy(), self.init_qvel.copy()
+        spaces = self.observation_space, self.action_space
+        lift = self._root_lift() if self.task.body.beams is not None else 0.0
+        return Template(self.task, self.model, self.frame_skip, *start, *spaces, lift)
+
+    def _root_lift(self) -> float:
+        torso = self.model.body("torso").id
+        joint = self.model.body_jntadr[torso]
+        free = self.model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE
+        return 0.0 if free else float(self.model.body_pos[torso, 2] - self.model.qpos0[joint + 1])
+
+    def field(self, name: str) -> Array:
+        """A live field of ``mjData`` with a leading axis, as rules and effects use it."""
+        field: Array = getattr(self.data, name)[None]
+        return field
+
+    def reset_model(self) -> Array:
+        """Returns the first observation, after the draws of the body and of the effects."""
+        starts = self._rules.draw(ONLY, [self.np_random])
+        for effect in self._effects:
+            effect.draw(ONLY, [self.np_random], starts)
+        for name, rows in starts.items():
+            getattr(self.data, name)[...] = rows[0]
+        mujoco.mj_forward(self.model, self.data)
+        self._rules.on_reset(ONLY)
+        for effect in self._effects:
+            effect.on_reset(ONLY)
+        self._is_set = True
+        return self._get_obs()
+
+    def _get_reset_info(self) -> dict[str, Any]:
+        return {name: rows[0] for name, rows in self._rules.reset_infos().items()}
+
+    def set_state(self, qpos: Array, qvel: Array) -> None:
+        """Sets positions (nq,) and velocities (nv,) and recomputes derived fields."""
+        super().set_state(qpos, qvel)  # type: ignore[no-untyped-call]
+        self._is_set = True
+
+    def step(self, action: Any) -> tuple[Array, Any, bool, bool, dict[str, Any]]:
+        """Returns observation, reward, whether the body ended the episode, False, and infos.
+
+        The info has ``is_success``, a bool, if the task defines success.
+
+        Raises:
+            BenchError: the action's shape differs, or a value is not a finite number.
+            ResetNeededError: the environment was never reset.
+        """
+        require_reset(self._is_set, self.task.id)
+        actions: NDArray[Any] = check_actions(action, (self.model.nu,), self.task.id)[None]
+        self._rules.pre_step()
+        ctrl = actions
+        if self._effects:
+            steps = np.array([round(float(self.data.time) / self.dt)])
+            for effect in self._effects:
+                effect.pre_step(steps)
+                ctrl = effect.control(ctrl, steps)
+        self.do_simulation(ctrl[0], self.frame_skip)
+        rewards, ended = self._rules.reward_and_termination(actions, ctrl)
+        infos = {name: rows[0] for name, rows in self._rules.step_infos().items()}
+        if self._success is not None:
+            infos[IS_SUCCESS] = bool(self._success.test(getattr(self.data, self._success.field)))
+        if self.render_mode == "human":
+            self.render()  # type: ignore[no-untyped-call]
+        return self._get_obs(), rewards[0], bool(ended[0]), False, infos
+
+    def _get_obs(self) -> Array:
+        seen = [effect.observation() for effect in self._effects]
+        body: Array = self._rules.observe()[0]
+        return np.concatenate([body, *(values[0] for values in seen if values is not None)])

@@ -1,0 +1,180 @@
+"""The humanoids that run, stand up, or both, as in Gymnasium's humanoid_v5 and humanoidstandup_v5."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gym_extensions.envs.protocols import Array, Fields, Flags, Generators, Indices, Template
+from gym_extensions.envs.rules import Rules, uniform_state
+
+CONTACT_WEIGHT, MAX_CONTACT_COST = 5e-7, 10.0
+
+
+def contact_cost(forces: Array) -> Array:
+    """The cost of contact forces (…, bodies, 6), in [0, 10] (Gymnasium's humanoid_v5)."""
+    flat = forces.reshape(*forces.shape[:-2], -1)
+    cost: Array = np.minimum(CONTACT_WEIGHT * np.square(flat).sum(axis=-1), MAX_CONTACT_COST)
+    return cost
+
+
+NOISE = 1e-2
+FORWARD_WEIGHT, CTRL_COST = 1.25, 0.1
+HEALTHY_REWARD, FALLEN_REWARD = 5.0, 1.0
+HEALTHY_HEIGHT = (1.0, 2.0)
+
+
+class HumanoidStandupRules(Rules):
+    """HumanoidStandup's reward on height, with costs of control and contact.
+
+    Episodes never terminate. A wall is not part of the agent.
+    """
+
+    needs_contact_forces: ClassVar[bool] = True
+    fields: ClassVar[tuple[str, ...]] = (
+        *("xipos", "cinert", "cvel", "qfrc_actuator", "cfrc_ext"),
+        *("ten_length", "ten_velocity"),
+    )
+
+    def __init__(self, physics: Fields, templates: Sequence[Template]) -> None:
+        self._field = {name: physics.field(name) for name in ("qpos", "qvel", *self.fields)}
+        self._qpos = np.array([template.init_qpos for template in templates])
+        self._qvel = np.array([template.init_qvel for template in templates])
+        self._bodies = int(templates[0].model.nbody - templates[0].model.nmocap)
+        self._timestep = float(templates[0].model.opt.timestep)
+        self._terms: dict[str, NDArray[Any]] = {}
+
+    def draw(self, indices: Indices, generators: Generators) -> dict[str, Array]:
+        """Positions, then velocities, around the rest pose."""
+        qpos, qvel = uniform_state(generators, NOISE, self._qpos.shape[1], self._qvel.shape[1])
+        return {"qpos": self._qpos[indices] + qpos, "qvel": self._qvel[indices] + qvel}
+
+    def reward_and_termination(self, actions: NDArray[Any], ctrl: NDArray[Any]) -> tuple[Array, Flags]:
+        """z / timestep − costs + 1."""
+        upward = self._field["qpos"][:, 2] / self._timestep
+        control, impact = control_cost(ctrl), self._contact_cost()
+        self._terms = {"reward_linup": upward, "reward_quadctrl": -control, "reward_impact": -impact}
+        return upward - control - impact + 1, np.zeros(len(upward), np.bool_)
+
+    def step_infos(self) -> dict[str, NDArray[Any]]:
+        """Positions, tendons and the terms of the reward."""
+        return self.reset_infos() | self._terms
+
+    def reset_infos(self) -> dict[str, NDArray[Any]]:
+        """Position of the torso and height above the rest pose, m; lengths and velocities of tendons."""
+        height = self._field["qpos"][:, 2] - self._qpos[:, 2]
+        return self._placement() | {"z_distance_from_origin": height}
+
+    def _placement(self) -> dict[str, NDArray[Any]]:
+        field = self._field
+        return {
+            "x_position": field["qpos"][:, 0].copy(),
+            "y_position": field["qpos"][:, 1].copy(),
+            "tendon_length": field["ten_length"].copy(),
+            "tendon_velocity": field["ten_velocity"].copy(),
+        }
+
+    def _contact_cost(self) -> Array:
+        return contact_cost(self._field["cfrc_ext"][:, : self._bodies])
+
+    def observe(self) -> Array:
+        """Positions without x and y, velocities, then inertias, velocities and forces of bodies."""
+        field = self._field
+        num_envs, agent = len(field["qpos"]), slice(1, self._bodies)
+        return np.concatenate(
+            (
+                field["qpos"][:, 2:],
+                field["qvel"],
+                field["cinert"][:, agent].reshape(num_envs, -1),
+                field["cvel"][:, agent].reshape(num_envs, -1),
+                field["qfrc_actuator"][:, 6:],
+                field["cfrc_ext"][:, agent].reshape(num_envs, -1),
+            ),
+            axis=1,
+        )
+
+
+class HumanoidRules(HumanoidStandupRules):
+    """Humanoid's reward on the speed of the center of mass, with a bonus while upright.
+
+    A fall ends the episode.
+
+    Speed starts from the center of mass that the previous step left, which is one evaluation old.
+    """
+
+    def __init__(self, physics: Fields, templates: Sequence[Template]) -> None:
+        super().__init__(physics, templates)
+        self._masses = np.array([template.model.body_mass for template in templates])
+        self._total_mass = np.array([template.model.body_mass.sum() for template in templates])
+        self._dt = templates[0].dt
+        self._before = np.zeros((2, len(templates)))
+        self._velocity = np.zeros((2, len(templates)))
+
+    def pre_step(self) -> None:
+        """Stores the center of mass."""
+        self._before = self._center()
+
+    def _center(self) -> Array:
+        """x and y of the center of mass in every environment, m, (2, num_envs)."""
+        positions = self._field["xipos"]
+        weighted = [np.einsum("lb,lb->l", self._masses, positions[:, :, axis]) for axis in (0, 1)]
+        center: Array = np.array(weighted) / self._total_mass
+        return center
+
+    def _healthy(self) -> Flags:
+        height = self._field["qpos"][:, 2]
+        healthy: Flags = (height > HEALTHY_HEIGHT[0]) & (height < HEALTHY_HEIGHT[1])
+        return healthy
+
+    def _start_terms(self, survive: Array, ctrl: NDArray[Any]) -> dict[str, Array]:
+        """Stores and returns the terms of the reward that all humanoids on their feet have."""
+        self._velocity = (self._center() - self._before) / self._dt
+        self._terms = {
+            "reward_survive": survive,
+            "reward_forward": FORWARD_WEIGHT * self._velocity[0],
+            "reward_ctrl": -control_cost(ctrl),
+            "reward_contact": -self._contact_cost(),
+        }
+        return self._terms
+
+    def reward_and_termination(self, actions: NDArray[Any], ctrl: NDArray[Any]) -> tuple[Array, Flags]:
+        """1.25 × speed + 5 while upright − costs."""
+        healthy = self._healthy()
+        terms = self._start_terms(np.where(healthy, HEALTHY_REWARD, 0.0), ctrl)
+        gains = terms["reward_forward"] + terms["reward_survive"]
+        return gains + (terms["reward_ctrl"] + terms["reward_contact"]), ~healthy
+
+    def step_infos(self) -> dict[str, NDArray[Any]]:
+        """Positions, velocities of the center of mass, tendons and the terms of the reward."""
+        x_velocity, y_velocity = self._velocity
+        return self.reset_infos() | {"x_velocity": x_velocity, "y_velocity": y_velocity} | self._terms
+
+    def reset_infos(self) -> dict[str, NDArray[Any]]:
+        """Position of the torso and distance from the origin, m; lengths and velocities of tendons."""
+        position = self._field["qpos"][:, :2]
+        # A dot product, as numpy.linalg.norm of one vector is.
+        return self._placement() | {"distance_from_origin": np.sqrt(np.vecdot(position, position))}
+
+
+class HumanoidStandupAndRunRules(HumanoidRules):
+    """HumanoidStandupAndRun's reward on speed and height, with a smaller bonus at unhealthy heights.
+
+    Episodes never terminate.
+    """
+
+    def reward_and_termination(self, actions: NDArray[Any], ctrl: NDArray[Any]) -> tuple[Array, Flags]:
+        """1.25 × speed + z / timestep + (5 if healthy else 1) − costs."""
+        bonus = np.where(self._healthy(), HEALTHY_REWARD, FALLEN_REWARD)
+        terms = self._start_terms(bonus, ctrl)
+        terms["reward_linup"] = self._field["qpos"][:, 2] / self._timestep
+        gains = terms["reward_forward"] + terms["reward_linup"] + terms["reward_survive"]
+        return gains + terms["reward_ctrl"] + terms["reward_contact"], np.zeros(len(gains), np.bool_)
+
+
+def control_cost(ctrl: NDArray[Any]) -> Array:
+    """0.1 × Σ ctrl², squared in float64 as in mjData."""
+    squares: Array = np.square(ctrl.astype(np.float64)).sum(axis=1)
+    return CTRL_COST * squares

@@ -1,0 +1,143 @@
+"""Compiles a task's MuJoCo model from Gymnasium's asset, edited as an MjSpec by the task's variations."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+
+import gymnasium
+import mujoco
+
+from gym_extensions.catalog.bodies import Body
+from gym_extensions.catalog.tasks import Task
+from gym_extensions.catalog.variations import Variation, Wall
+
+ASSETS = Path(gymnasium.__file__).parent / "envs" / "mujoco" / "assets"
+
+
+def asset(body: Body) -> Path:
+    """The file of a base body's model among Gymnasium's installed assets."""
+    return ASSETS / body.asset
+
+
+def base_spec(body: Body) -> mujoco.MjSpec:
+    """The specification of a base body without variations."""
+    with _quiet():
+        spec = mujoco.MjSpec.from_file(str(asset(body)))
+    if body.name == "Striker":
+        rebuild_striker(spec)
+    return spec
+
+
+def compile_model(task: Task) -> mujoco.MjModel:
+    """Compiles the task's model directly from the edited specification.
+
+    Writing XML would round numbers. Without it, the model of a task without variations equals Gymnasium's in
+    every array. Variations are applied in a fixed order, so their order in the task does not matter.
+    """
+    spec = base_spec(task.body)
+    with _quiet():
+        for variation in sorted(task.variations, key=_order):
+            variation.apply(spec)
+        return spec.compile()
+
+
+def _order(variation: Variation) -> tuple[bool, str]:
+    """Sorts the wall last, because it keeps the extent of the model to which it is added."""
+    return isinstance(variation, Wall), repr(variation)
+
+
+@contextlib.contextmanager
+def _quiet() -> Iterator[None]:
+    """Silences the deprecation warning of ``settotalmass``, which defines HalfCheetah's masses."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message=".*settotalmass.*")
+        yield
+
+
+CTRL_RANGE = 3.0
+PRONGS = 2
+PLATE_HALF_SIZES = (0.032, 0.001, 0.04)
+PLATE_POSITION = (0.0, 0.075, 0.04)
+PLATE_TURNS = (0.0, 0.785, -0.785)
+"""Angles by which the cup's three plates are turned about its axis, rad: it opens towards −y."""
+GOAL_HEIGHT = -0.323
+BALL_HEIGHT = -0.270
+WHITE = (1.0, 1.0, 1.0, 1.0)
+
+
+def rebuild_striker(spec: mujoco.MjSpec) -> None:
+    """Edits the pusher's specification into Striker's, with a paddle, a ball on slides, and a cup as goal.
+
+    Gym removed Striker-v0 in 2022. The numbers are those of its model file, except for the goal. Gym's goal
+    is a cup of 40 kg on a free joint, which tumbles when hit off-center; ours is a mocap body, which nothing
+    moves.
+    """
+    for motor in spec.actuators:
+        motor.ctrlrange = (-CTRL_RANGE, CTRL_RANGE)
+    _paddle(spec)
+    _ball(spec)
+    _goal(spec)
+    for geom in spec.geoms:
+        geom.friction = (0, 0, 0)
+
+
+def _paddle(spec: mujoco.MjSpec) -> None:
+    tips = spec.body("tips_arm")
+    # The cross-bar is the first of the fork's three capsules, the prongs follow.
+    for geom in [*tips.geoms, *spec.body("r_wrist_roll_link").geoms[-PRONGS:]]:
+        spec.delete(geom)
+    size = (0.003, 0.12, 0.05)
+    tips.add_geom(
+        name="paddle", type=mujoco.mjtGeom.mjGEOM_BOX, pos=(0.017, 0, 0), size=size, contype=1, conaffinity=1
+    )
+
+
+def _ball(spec: mujoco.MjSpec) -> None:
+    ball = spec.body("object")
+    ball.pos = (0, 0, BALL_HEIGHT)
+    for geom in ball.geoms:
+        spec.delete(geom)
+    ball.add_geom(
+        name="ball",
+        type=mujoco.mjtGeom.mjGEOM_SPHERE,
+        size=(0.05, 0, 0),
+        contype=1,
+        conaffinity=0,
+        rgba=WHITE,
+    )
+    for joint in ball.joints:
+        joint.range = (-10.3, 10.3)
+        joint.damping[0] = 0.5
+        joint.armature = 0.1
+
+
+def _goal(spec: mujoco.MjSpec) -> None:
+    spec.delete(spec.body("goal"))
+    goal = spec.worldbody.add_body(name="goal", mocap=True, pos=(0, 0, GOAL_HEIGHT))
+    goal.add_geom(
+        name="coaster",
+        type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+        size=(0.08, 0.001, 0),
+        mass=0,
+        contype=0,
+        conaffinity=0,
+        rgba=(1, 0, 0, 1),
+    )
+    x, y, z = PLATE_POSITION
+    for index, turn in enumerate(PLATE_TURNS):
+        sin, cos = math.sin(turn), math.cos(turn)
+        goal.add_geom(
+            name=f"plate{index}",
+            type=mujoco.mjtGeom.mjGEOM_BOX,
+            size=PLATE_HALF_SIZES,
+            pos=(cos * x - sin * y, sin * x + cos * y, z),
+            quat=(math.cos(turn / 2), 0, 0, math.sin(turn / 2)),
+            mass=0,
+            contype=0,
+            conaffinity=1,
+            rgba=WHITE,
+        )

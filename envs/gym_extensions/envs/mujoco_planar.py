@@ -1,0 +1,129 @@
+"""Hopper, Walker2d and HalfCheetah, as in Gymnasium's hopper_v5, walker2d_v5 and half_cheetah_v5."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gym_extensions.envs.protocols import Array, Fields, Flags, Generators, Indices, Template
+from gym_extensions.envs.rules import Rules, uniform_rows, uniform_state
+
+
+@dataclass(frozen=True)
+class Health:
+    """Open intervals outside which an episode ends. ``state`` bounds the size of all other coordinates."""
+
+    height: tuple[float, float]
+    angle: tuple[float, float]
+    state: float | None = None
+
+
+class PlanarRules(Rules):
+    """Forward speed, a bonus while healthy, and a cost on the agent's action."""
+
+    ctrl_cost: ClassVar[float] = 1e-3
+    noise: ClassVar[float] = 5e-3
+    health: ClassVar[Health | None] = None
+    """None never ends an episode."""
+
+    def __init__(self, physics: Fields, templates: Sequence[Template]) -> None:
+        self._velocity_limit = templates[0].task.body.velocity_limit
+        self._rest_qpos = np.array([template.init_qpos for template in templates])
+        self._rest_qvel = np.array([template.init_qvel for template in templates])
+        self._qpos, self._qvel = physics.field("qpos"), physics.field("qvel")
+        self._x, self._z, self._rest_z = self._qpos[:, 0], self._qpos[:, 1], self._rest_qpos[:, 1]
+        self._dt = templates[0].dt
+        self._x_before = self._x.copy()
+        self._terms: dict[str, NDArray[Any]] = {}
+
+    def draw(self, indices: Indices, generators: Generators) -> dict[str, Array]:
+        """Positions, then velocities, around the rest pose."""
+        qpos, qvel = self._draw_noise(generators, self._qpos.shape[1], self._qvel.shape[1])
+        return {"qpos": self._rest_qpos[indices] + qpos, "qvel": self._rest_qvel[indices] + qvel}
+
+    def _draw_noise(self, generators: Generators, nq: int, nv: int) -> tuple[Array, Array]:
+        return uniform_state(generators, self.noise, nq, nv)
+
+    def pre_step(self) -> None:
+        """Stores the root's x."""
+        self._x_before[:] = self._x
+
+    def reward_and_termination(self, actions: NDArray[Any], ctrl: NDArray[Any]) -> tuple[Array, Flags]:
+        """Speed + 1 while healthy − cost. The cost keeps the action's own precision, as Gymnasium's does."""
+        speed = (self._x - self._x_before) / self._dt
+        cost = self.ctrl_cost * np.square(actions).sum(axis=1)
+        # The weight of speed is 1: speed and its reward are one array.
+        self._terms = {"x_velocity": speed, "reward_forward": speed, "reward_ctrl": -cost}
+        if self.health is None:
+            return speed - cost, np.zeros(len(speed), np.bool_)
+        healthy = self._is_healthy(self.health)
+        self._terms["reward_survive"] = healthy.astype(np.float64)
+        reward = speed + healthy
+        reward -= cost
+        return reward, ~healthy
+
+    def step_infos(self) -> dict[str, NDArray[Any]]:
+        """Position, speed and the terms of the reward."""
+        infos = self.reset_infos()
+        infos.update(self._terms)
+        return infos
+
+    def reset_infos(self) -> dict[str, NDArray[Any]]:
+        """x of the root, and the height above the rest pose if episodes end by it, m."""
+        infos: dict[str, NDArray[Any]] = {"x_position": self._x.copy()}
+        if self.health is not None:
+            infos["z_distance_from_origin"] = self._z - self._rest_z
+        return infos
+
+    def _is_healthy(self, health: Health) -> Flags:
+        height, angle = self._z, self._qpos[:, 2]
+        healthy: Flags = (height > health.height[0]) & (height < health.height[1])
+        healthy &= (angle > health.angle[0]) & (angle < health.angle[1])
+        if health.state is not None:
+            for values in (self._qpos[:, 2:], self._qvel):
+                # One test of the whole array is enough as long as every environment is healthy.
+                if not np.abs(values).max() < health.state:
+                    healthy &= (np.abs(values) < health.state).all(axis=1)
+        return healthy
+
+    def observe(self) -> Array:
+        """Positions without x, then velocities, clipped to the body's limit."""
+        positions = self._qpos.shape[1] - 1
+        observations = np.empty((len(self._qpos), positions + self._qvel.shape[1]))
+        observations[:, :positions] = self._qpos[:, 1:]
+        if self._velocity_limit is None:
+            observations[:, positions:] = self._qvel
+        else:
+            velocities = np.maximum(self._qvel, -self._velocity_limit)
+            np.minimum(velocities, self._velocity_limit, out=observations[:, positions:])
+        return observations
+
+
+class HopperRules(PlanarRules):
+    """Hopper-v5."""
+
+    health: ClassVar[Health | None] = Health((0.7, np.inf), (-0.2, 0.2), 100.0)
+
+
+class Walker2dRules(PlanarRules):
+    """Walker2d-v5."""
+
+    health: ClassVar[Health | None] = Health((0.8, 2.0), (-1.0, 1.0))
+
+
+class HalfCheetahRules(PlanarRules):
+    """HalfCheetah-v5, with uniform noise on positions and normal noise on velocities.
+
+    Episodes never terminate.
+    """
+
+    ctrl_cost: ClassVar[float] = 0.1
+    noise: ClassVar[float] = 0.1
+
+    def _draw_noise(self, generators: Generators, nq: int, nv: int) -> tuple[Array, Array]:
+        qpos = uniform_rows(generators, self.noise, nq)
+        return qpos, self.noise * np.array([generator.standard_normal(nv) for generator in generators])

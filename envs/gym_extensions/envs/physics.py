@@ -1,0 +1,221 @@
+"""Physics of many environments: in mujoco.batch, or one MjData each for rules that read contact forces."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import weakref
+from collections import deque
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import mujoco
+import numpy as np
+from mujoco.batch import Batch
+from numpy.typing import NDArray
+
+from gym_extensions.envs.protocols import MOCAP, Array, Indices, Starts
+
+_THREADED: weakref.WeakSet[BatchPhysics | PooledPhysics] = weakref.WeakSet()
+"""All simulations with threads of their own."""
+
+
+def _lose_threads() -> None:
+    """Marks simulations in a forked process, where their threads do not exist.
+
+    The engine would wait for its threads for ever when it steps and when it is freed, so it is never freed.
+    """
+    for physics in _THREADED:
+        physics.lost_threads = True
+        if isinstance(physics, BatchPhysics):
+            ctypes.pythonapi.Py_IncRef(ctypes.py_object(physics.batch))
+
+
+if hasattr(os, "register_at_fork"):  # not on Windows, which does not fork
+    os.register_at_fork(after_in_child=_lose_threads)
+
+
+def _state_fields(model: mujoco.MjModel) -> tuple[str, ...]:
+    return ("qpos", "qvel", "time", *(MOCAP if model.nmocap else ()))
+
+
+class BatchPhysics:
+    """Simulations in mujoco.batch. Derived fields are bit for bit those that mj_step leaves."""
+
+    lost_threads = False
+    """Whether the process was forked, so that copies can be made and nothing else."""
+
+    def __init__(
+        self, models: Sequence[mujoco.MjModel], frame_skip: int, num_threads: int, fields: Sequence[str]
+    ) -> None:
+        self.batch = Batch(models[0], len(models), num_threads)
+        if any(model is not models[0] for model in models):
+            self.batch.set_models(models)
+        if num_threads > 1:
+            _THREADED.add(self)
+        self._frame_skip = frame_skip
+        self._state_fields = _state_fields(models[0])
+        self._fields: dict[str, Array] = {name: self.batch.bind(name) for name in self._state_fields}
+        # The engine's outputs are read-only. A copy of them can be written when a copy of all this is made.
+        self._outputs = [(self.batch.bind(name), np.zeros_like(self.batch.bind(name))) for name in fields]
+        self._fields |= {name: copy for name, (_, copy) in zip(fields, self._outputs, strict=True)}
+        self._ctrl = self.batch.bind("ctrl")
+        self.batch.reset(stage=mujoco.mjtStage.mjSTAGE_NONE.value)
+        self._defaults = self.batch.state.copy()
+
+    def field(self, name: str) -> Array:
+        """Returns a live field, ``(num_envs, …)``."""
+        return self._fields[name]
+
+    def reset(self, indices: Indices, starts: Starts) -> None:
+        """Writes defaults, then the given rows, then runs mj_forward if derived fields are read."""
+        self.batch.state[indices] = self._defaults[indices]
+        for name, rows in starts.items():
+            self._fields[name][indices] = rows
+        if self._outputs:
+            self.batch.forward(indices)
+            self._refresh(indices)
+
+    def step(self, ctrl: NDArray[Any], indices: Indices | None) -> None:
+        """Runs one environment step in some environments, or in all."""
+        self._ctrl[...] = ctrl
+        self.batch.step(indices, self._frame_skip)
+        if self._outputs:
+            self._refresh(slice(None) if indices is None else indices)
+
+    def _refresh(self, rows: Indices | slice) -> None:
+        for output, copy in self._outputs:
+            copy[rows] = output[rows]
+
+    def states(self) -> dict[str, Array]:
+        """Returns copies of positions, velocities, time and mocap poses of every environment."""
+        return {name: np.array(self._fields[name]) for name in self._state_fields}
+
+    def dump(self) -> dict[str, Array]:
+        """Returns copies of the engine's state and of the derived fields."""
+        names = self._fields.keys() - set(self._state_fields)
+        return {name: self._fields[name].copy() for name in sorted(names)} | {"": self.batch.state.copy()}
+
+    def undump(self, dumped: dict[str, Array]) -> None:
+        """Writes what ``dump`` returned."""
+        for name, rows in dumped.items():
+            (self._fields[name] if name else self.batch.state)[...] = rows
+
+    def close(self) -> None:
+        """Frees the batch."""
+        self._fields.clear()
+        self._outputs.clear()
+        del self.batch, self._ctrl
+
+
+STATE = mujoco.mjtState.mjSTATE_INTEGRATION.value
+"""The parts of MjData that determine its later steps."""
+
+
+class PooledPhysics:
+    """One MjData per environment.
+
+    mj_step and mj_rnePostConstraint release the interpreter's lock.
+
+    mujoco.batch runs mj_rnePostConstraint only for sensors, which Humanoid's Runge–Kutta integrator
+    evaluates at a different stage than Gymnasium does (ADR 0026).
+    """
+
+    lost_threads = False
+    """Whether the process was forked, so that copies can be made and nothing else."""
+
+    def __init__(
+        self, models: Sequence[mujoco.MjModel], frame_skip: int, num_threads: int, fields: Sequence[str]
+    ) -> None:
+        self._models = list(models)
+        self._data = [mujoco.MjData(model) for model in models]
+        self._frame_skip = frame_skip
+        self._threads = min(num_threads, len(self._data))
+        self._executor = ThreadPoolExecutor(self._threads - 1) if self._threads > 1 else None
+        if self._executor is not None:
+            _THREADED.add(self)
+        self._state_fields = _state_fields(models[0])
+        gathered = dict.fromkeys(("qpos", "qvel", *(MOCAP if models[0].nmocap else ()), *fields))
+        self._fields: dict[str, Array] = {
+            name: np.zeros((len(models), *np.shape(getattr(self._data[0], name)))) for name in gathered
+        }
+        self._controls = [data.ctrl for data in self._data]
+        self._copies = [
+            [(rows[index], getattr(data, name)) for name, rows in self._fields.items()]
+            for index, data in enumerate(self._data)
+        ]
+
+    def field(self, name: str) -> Array:
+        """Returns a gathered field, ``(num_envs, …)``."""
+        return self._fields[name]
+
+    def reset(self, indices: Indices, starts: Starts) -> None:
+        """Writes defaults, then the given rows, and runs mj_forward."""
+        for row, index in enumerate(indices):
+            model, data = self._models[index], self._data[index]
+            mujoco.mj_resetData(model, data)
+            for name, rows in starts.items():
+                getattr(data, name)[...] = rows[row]
+            mujoco.mj_forward(model, data)
+            self._gather(index)
+
+    def step(self, ctrl: NDArray[Any], indices: Indices | None) -> None:
+        """Runs one environment step in some environments, or in all."""
+        models, datas, controls, frame_skip = self._models, self._data, self._controls, self._frame_skip
+
+        def advance(index: int) -> None:
+            model, data = models[index], datas[index]
+            controls[index][:] = ctrl[index]
+            mujoco.mj_step(model, data, frame_skip)
+            mujoco.mj_rnePostConstraint(model, data)
+            self._gather(index)
+
+        self._spread(advance, range(len(datas)) if indices is None else indices.tolist())
+
+    def _gather(self, index: int) -> None:
+        for row, source in self._copies[index]:
+            row[...] = source
+
+    def _spread(self, work: Callable[[int], None], indices: Iterable[int]) -> None:
+        """Calls ``work`` on every index. Threads take the next index, so uneven work balances out."""
+        waiting = deque(indices)
+
+        def drain() -> None:
+            while True:
+                try:
+                    index = waiting.popleft()
+                except IndexError:
+                    return
+                work(index)
+
+        if self._executor is None:
+            drain()
+            return
+        others = [self._executor.submit(drain) for _ in range(self._threads - 1)]
+        drain()
+        for other in others:
+            other.result()
+
+    def states(self) -> dict[str, Array]:
+        """Returns copies of positions, velocities, time and mocap poses of every environment."""
+        return {name: np.array([getattr(data, name) for data in self._data]) for name in self._state_fields}
+
+    def dump(self) -> dict[str, Array]:
+        """Returns copies of the state of every MjData and of the gathered fields."""
+        states = np.empty((len(self._data), mujoco.mj_stateSize(self._models[0], STATE)))
+        for model, data, row in zip(self._models, self._data, states, strict=True):
+            mujoco.mj_getState(model, data, row, STATE)
+        return {name: rows.copy() for name, rows in self._fields.items()} | {"": states}
+
+    def undump(self, dumped: dict[str, Array]) -> None:
+        """Writes what ``dump`` returned."""
+        for model, data, row in zip(self._models, self._data, dumped[""], strict=True):
+            mujoco.mj_setState(model, data, row, STATE)
+        for name, rows in self._fields.items():
+            rows[...] = dumped[name]
+
+    def close(self) -> None:
+        """Ends the threads."""
+        if self._executor is not None:
+            self._executor.shutdown()

@@ -1,0 +1,143 @@
+"""The loop that runs a policy or an agent on given seeds, one episode per environment."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from gymnasium.vector import VectorEnv
+from numpy.typing import NDArray
+
+from gym_extensions.catalog.bodies import IS_SUCCESS
+from gym_extensions.errors import BenchError
+
+Flags = NDArray[np.bool_]
+Act = Callable[[NDArray[Any], Flags, Flags], Any]
+"""``act(observations, starts, running)`` gives actions (num_envs, …), which need not be clipped.
+
+``starts`` (num_envs,) marks observations that are the first of an episode. ``running`` (num_envs,) marks the
+environments whose first episode has not ended; the actions of the others have no effect on any result.
+"""
+Watch = Callable[[NDArray[Any] | None], None]
+"""Called after the reset with None, and after every step with the applied actions (num_envs, …)."""
+
+
+class Outcome(NamedTuple):
+    """The end of an episode, as a row of a log states it.
+
+    ``return_`` is the sum of all rewards (``math.fsum``). ``success`` is the ``is_success`` of the last step,
+    None where the task defines none.
+    """
+
+    length: int
+    return_: float
+    terminated: bool
+    success: bool | None
+
+
+def run_episodes(
+    env: VectorEnv[Any, Any, Any],
+    seeds: Sequence[int],
+    act: Act,
+    *,
+    watch: Watch | None = None,
+    where: str = "act()",
+) -> list[Outcome]:
+    """Runs the first episode of every environment.
+
+    An environment whose episode ended is stepped on until the last of these episodes ends, so that no action
+    depends on when another episode ended. A deterministic policy then repeats logged episodes bit for bit, if
+    the versions and the BLAS kernels are those of the log.
+
+    Args:
+        env: ``len(seeds)`` environments of one task, with autoreset mode NEXT_STEP.
+        seeds: the reset seed of each environment.
+        act: gives the actions. They are checked, clipped to the action space and cast to its dtype.
+        watch: called after the reset and after every step, for example to save states.
+        where: what to name in an error about actions.
+
+    Returns:
+        One outcome per seed, in the order of ``seeds``.
+
+    Raises:
+        BenchError: the actions are not an array of numbers of shape (num_envs, …), or an action of a running
+            episode is not finite.
+    """
+    observations, _ = env.reset(seed=list(seeds))  # type: ignore[arg-type]
+    if watch is not None:
+        watch(None)
+    rewards: list[list[float]] = [[] for _ in seeds]
+    outcomes: dict[int, Outcome] = {}
+    running, starts = np.ones(len(seeds), np.bool_), np.ones(len(seeds), np.bool_)
+    resetting = np.zeros(len(seeds), np.bool_)
+    while running.any():
+        actions = clip_actions(act(observations, starts, running.copy()), env, where, running)
+        observations, reward, terminated, truncated, infos = env.step(actions)
+        if watch is not None:
+            watch(actions)
+        starts, resetting = resetting, terminated | truncated
+        for index in np.flatnonzero(running).tolist():
+            rewards[index].append(float(reward[index]))
+            if resetting[index]:
+                result = len(rewards[index]), math.fsum(rewards[index]), bool(terminated[index])
+                outcomes[index] = Outcome(*result, _success(infos, index))
+                running[index] = False
+    return [outcomes[index] for index in range(len(seeds))]
+
+
+def _success(infos: dict[str, Any], index: int) -> bool | None:
+    is_defined = IS_SUCCESS in infos and infos[f"_{IS_SUCCESS}"][index]
+    return bool(infos[IS_SUCCESS][index]) if is_defined else None
+
+
+def clip_actions(
+    actions: object, env: VectorEnv[Any, Any, Any], where: str, running: Flags | None = None
+) -> NDArray[Any]:
+    """Clips actions to the action space and casts them to its dtype (float32).
+
+    Args:
+        actions: the agent's actions.
+        env: the vector environment that receives them.
+        where: the call that they come from, for error messages.
+        running: (num_envs,) environments whose actions must be finite; None for all.
+
+    Returns:
+        Actions (num_envs, …).
+
+    Raises:
+        BenchError: the actions are not an array of numbers of shape (num_envs, …), or one is not finite.
+    """
+    space: Any = env.single_action_space
+    shape = (env.num_envs, *(space.shape or ()))
+    array = _to_array(actions)
+    if array is None or array.dtype.kind not in "biuf" or array.shape != shape:
+        message = f"The agent returned {_describe(actions, array)} as actions."
+        hint = f"Return an array of numbers of shape {shape}, one row per environment."
+        raise BenchError("bad-actions", message, where, hint)
+    is_finite = np.isfinite(array)
+    if not is_finite.all():
+        required = np.ones(env.num_envs, np.bool_) if running is None else running
+        for index in map(tuple, np.argwhere(~is_finite).tolist()):
+            if required[index[0]]:
+                message = (
+                    f"The agent returned {array[index]} as an action, in the row of environment {index[0]}."
+                )
+                raise BenchError("bad-actions", message, where, "Return finite numbers.")
+        array = np.nan_to_num(array)
+    low, high = getattr(space, "low", None), getattr(space, "high", None)
+    return array if low is None else np.clip(array, low, high).astype(space.dtype, copy=False)
+
+
+def _to_array(actions: Any) -> NDArray[Any] | None:
+    try:
+        return np.asarray(actions)
+    except (TypeError, ValueError, RuntimeError):  # a ragged list, or a tensor on another device
+        return None
+
+
+def _describe(actions: object, array: NDArray[Any] | None) -> str:
+    if array is not None and array.shape:
+        return f"an array of shape {array.shape} and dtype {array.dtype}"
+    return f"a value of type {type(actions).__name__}"

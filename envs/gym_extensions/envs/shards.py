@@ -1,0 +1,207 @@
+"""MuJoCo environments of a vector environment, in groups that share a model layout, rules and effects."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import mujoco
+import numpy as np
+from gymnasium.vector import AutoresetMode, VectorEnv
+from numpy.typing import NDArray
+
+from gym_extensions.catalog.bodies import IS_SUCCESS
+from gym_extensions.envs.effects.base import Effect
+from gym_extensions.envs.effects.registry import effects_of, shard_keys
+from gym_extensions.envs.mujoco_env import IMPLEMENTATIONS
+from gym_extensions.envs.physics import BatchPhysics, PooledPhysics
+from gym_extensions.envs.protocols import Array, Flags, Generators, Indices, Template, success_test
+from gym_extensions.envs.rules import Rules
+from gym_extensions.envs.vector_env import Part, TaskVectorEnv
+
+LAYOUT = (
+    *("nq", "nv", "nu", "na", "nbody", "njnt", "ngeom", "nsite", "ncam", "nlight", "nmesh", "nmocap"),
+    *("neq", "ntendon", "nsensor", "nsensordata", "nuserdata", "nplugin"),
+)
+"""Sizes of MjModel that the simulations of one batch have in common."""
+
+
+def layout(template: Template) -> tuple[object, ...]:
+    """Returns the rules, effects and model sizes that the environments of a shard share."""
+    task, model = template.task, template.model
+    sizes = tuple(int(getattr(model, name)) for name in LAYOUT)
+    return task.base, task.max_steps, template.frame_skip, model.opt.timestep, sizes, shard_keys(task)
+
+
+class Shard:
+    """Environments of one layout. ``members`` are their indices in the vector environment."""
+
+    def __init__(self, members: Indices, templates: Sequence[Template], num_threads: int) -> None:
+        self.members = members
+        self._arguments = members, templates, num_threads
+        rules = IMPLEMENTATIONS[templates[0].task.base].rules
+        self._steps = np.zeros(len(templates), np.int64)
+        models: list[mujoco.MjModel] = [template.model for template in templates]
+        engine = PooledPhysics if rules.needs_contact_forces else BatchPhysics
+        self._physics: BatchPhysics | PooledPhysics = engine(
+            models, templates[0].frame_skip, num_threads, rules.fields
+        )
+        self._rules = rules(self._physics, templates)
+        self._effects = effects_of(self._physics, templates)
+        self._success = success_test(templates[0].task.body.success, templates[0].model)
+        self._success_field = None if self._success is None else self._physics.field(self._success.field)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Returns the arguments, and copies of everything that changes from step to step."""
+        parts: list[Rules | Effect] = [self._rules, *self._effects]
+        kept = [{name: getattr(part, name) for name in part.kept} for part in parts]
+        return {
+            "arguments": self._arguments,
+            "steps": self._steps,
+            "physics": self._physics.dump(),
+            "kept": kept,
+        }
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Makes the shard again and continues where the copied one was."""
+        Shard.__init__(self, *state["arguments"])
+        for part, kept in zip((self._rules, *self._effects), state["kept"], strict=True):
+            for name, value in kept.items():
+                setattr(part, name, value)
+        self._physics.undump(state["physics"])
+        self._steps[:] = state["steps"]
+
+    def _renew_threads(self) -> None:
+        """In a forked process, which has no threads but this one, goes on with new ones."""
+        if self._physics.lost_threads:
+            self.__setstate__(self.__getstate__())
+
+    def reset(self, indices: Indices, generators: Generators) -> None:
+        """Starts episodes in some environments.
+
+        Each one draws from its own generator, the body before the effects.
+        """
+        self._renew_threads()
+        rows = self._rules.draw(indices, generators)
+        for effect in self._effects:
+            effect.draw(indices, generators, rows)
+        self._physics.reset(indices, rows)
+        self._steps[indices] = 0
+        self._rules.on_reset(indices)
+        for effect in self._effects:
+            effect.on_reset(indices)
+
+    def step(self, actions: NDArray[Any], indices: Indices | None) -> tuple[Array, Flags]:
+        """Returns rewards and terminations of one step in some environments, or in all."""
+        self._renew_threads()
+        self._rules.pre_step()
+        ctrl = actions
+        for effect in self._effects:
+            effect.pre_step(self._steps)
+            ctrl = effect.control(ctrl, self._steps)
+        self._physics.step(ctrl, indices)
+        self._steps += 1
+        return self._rules.reward_and_termination(actions, ctrl)
+
+    def step_infos(self) -> Part:
+        """Returns the infos of the last step, with ``is_success`` if the tasks define success."""
+        infos = self._rules.step_infos()
+        if self._success is not None and self._success_field is not None:
+            infos = infos | {IS_SUCCESS: self._success.test(self._success_field)}
+        return self.members, infos
+
+    def reset_infos(self) -> Part:
+        """Returns the infos of the present states, for environments that have just been reset."""
+        return self.members, self._rules.reset_infos()
+
+    def observe(self) -> Array:
+        """Returns a new array of observations."""
+        seen = [effect.observation() for effect in self._effects]
+        appended = [values for values in seen if values is not None]
+        observations = self._rules.observe()
+        return np.concatenate((observations, *appended), axis=1) if appended else observations
+
+    def states(self) -> dict[str, Array]:
+        """Returns copies of positions, velocities, time and mocap poses, one row per environment."""
+        return self._physics.states()
+
+    def close(self) -> None:
+        """Frees threads and memory."""
+        self._physics.close()
+
+
+class MujocoVectorEnv(TaskVectorEnv, VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
+    """MuJoCo environments stepped together, in shards in the order of each one's first environment.
+
+    Results of the shards are put together in the order of the environments; a single shard's are passed on.
+
+    Args:
+        templates: the task of each environment, with its compiled model.
+        num_threads: threads that step physics.
+        autoreset_mode: when environments whose episode ended are reset.
+    """
+
+    def __init__(
+        self,
+        templates: Sequence[Template],
+        num_threads: int,
+        autoreset_mode: AutoresetMode,
+    ) -> None:
+        spaces = templates[0].observation_space, templates[0].action_space
+        super().__init__([template.task for template in templates], spaces, autoreset_mode)
+        members: dict[tuple[object, ...], list[int]] = {}
+        for index, template in enumerate(templates):
+            members.setdefault(layout(template), []).append(index)
+        self._shards = [
+            Shard(
+                np.array(indices),
+                [templates[index] for index in indices],
+                num_threads,
+            )
+            for indices in members.values()
+        ]
+
+    def _start(self, indices: Indices, options: Mapping[str, Any]) -> None:
+        """Starts episodes. All options are accepted and ignored, as by Gymnasium's bodies."""
+        starting = np.zeros(self.num_envs, np.bool_)
+        starting[indices] = True
+        for shard in self._shards:
+            rows = np.flatnonzero(starting[shard.members])
+            if len(rows):
+                shard.reset(rows, [self._generator(int(index)) for index in shard.members[rows]])
+
+    def _advance(self, actions: NDArray[Any], resting: Flags | None) -> tuple[Array, Flags]:
+        if len(self._shards) == 1:
+            return self._shards[0].step(actions, None if resting is None else np.flatnonzero(~resting))
+        rewards, terminations = np.empty(self.num_envs), np.empty(self.num_envs, np.bool_)
+        for shard in self._shards:
+            rows = None if resting is None else np.flatnonzero(~resting[shard.members])
+            rewards[shard.members], terminations[shard.members] = shard.step(actions[shard.members], rows)
+        return rewards, terminations
+
+    def _observe(self) -> Array:
+        if len(self._shards) == 1:
+            return self._shards[0].observe()
+        observations: Array = np.empty(self.observation_space.shape or ())
+        for shard in self._shards:
+            observations[shard.members] = shard.observe()
+        return observations
+
+    def _step_infos(self) -> list[Part]:
+        return [shard.step_infos() for shard in self._shards]
+
+    def _reset_infos(self) -> list[Part]:
+        return [shard.reset_infos() for shard in self._shards]
+
+    def _states(self) -> dict[str, Array]:
+        states: dict[str, Array] = {}
+        for shard in self._shards:
+            for name, rows in shard.states().items():
+                blank = np.full((self.num_envs, *rows.shape[1:]), np.nan)
+                states.setdefault(name, blank)[shard.members] = rows
+        return states
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """Frees threads and memory."""
+        for shard in self._shards:
+            shard.close()

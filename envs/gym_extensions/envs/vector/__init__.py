@@ -1,1 +1,0 @@
-"""Steps many MuJoCo environments as arrays, in shards of one model layout."""

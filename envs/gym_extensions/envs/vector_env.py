@@ -1,0 +1,342 @@
+"""Vector environments: seeds, time limits, autoreset and infos of environments that are stepped together."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from gymnasium.spaces import Box
+from gymnasium.utils import seeding
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+from numpy.typing import NDArray
+
+from gym_extensions.catalog.tasks import Task
+from gym_extensions.envs.protocols import (
+    Array,
+    Flags,
+    IndependentCopies,
+    Indices,
+    ResetNeededError,
+    check_actions,
+    require_open,
+    require_reset,
+)
+from gym_extensions.errors import BenchError
+
+WHERE = "make_vec"
+"""Where errors of vector environments are located."""
+
+
+def check_count(name: str, count: Any, limit: int) -> int:
+    """Returns a count as an int.
+
+    Raises:
+        BenchError: it is not a whole number from 1 to the limit.
+    """
+    try:
+        number = operator.index(count)
+    except TypeError:
+        number = 0
+    if isinstance(count, bool) or not 1 <= number <= limit:
+        hint = f"Give a whole number from 1 to {limit}."
+        raise BenchError("bad-count", f"{name} is {count!r}.", WHERE, hint)
+    return number
+
+
+def seed_of_each(seed: Any, num_envs: int) -> Sequence[int | None]:
+    """Returns the seed of every environment.
+
+    None continues with the environment's generator. An int gives environment i the seed ``seed + i``, as in
+    Gymnasium. A list is returned as it is.
+
+    Raises:
+        BenchError: the list does not have one seed per environment, or a seed is not a whole number of at
+            least 0.
+    """
+    if seed is None:
+        return [None] * num_envs
+    if isinstance(seed, int | np.integer) and not isinstance(seed, bool):
+        seeds: list[Any] = [int(seed) + index for index in range(num_envs)]
+    elif isinstance(seed, Sequence | np.ndarray) and not isinstance(seed, str):
+        seeds = list(seed)
+    else:
+        raise BenchError("bad-seeds", f"seed is {seed!r}.", WHERE, "Give an int or one seed per environment.")
+    if len(seeds) != num_envs:
+        message = f"There are {len(seeds)} seeds for {num_envs} environments."
+        raise BenchError("bad-seeds", message, WHERE, "Give one seed per environment, or one int.")
+    for value in seeds:
+        if value is not None and not (isinstance(value, int | np.integer) and value >= 0):
+            raise BenchError("bad-seeds", f"A seed is {value!r}.", WHERE, "Give whole numbers of at least 0.")
+    return [None if value is None else int(value) for value in seeds]
+
+
+def reset_mask(options: dict[str, Any] | None, num_envs: int) -> NDArray[np.bool_]:
+    """Returns which environments to reset, ``(num_envs,)``, from the option ``reset_mask``, or all.
+
+    Raises:
+        BenchError: the mask does not have one boolean per environment, or is all false.
+    """
+    mask = (options or {}).get("reset_mask")
+    if mask is None:
+        return np.ones(num_envs, np.bool_)
+    chosen = np.asarray(mask)
+    if chosen.shape != (num_envs,) or chosen.dtype != np.bool_ or not chosen.any():
+        hint = f"Give {num_envs} booleans, at least one of them true."
+        raise BenchError("bad-reset-mask", f"reset_mask is {mask!r}.", WHERE, hint)
+    return chosen
+
+
+Part = tuple[Indices, dict[str, NDArray[Any]]]
+"""Environments with the same keys, in order, and their values by key, one row per environment."""
+
+
+def gather(parts: Sequence[Part], everyone: Flags) -> dict[str, Any]:
+    """Returns the infos of all environments.
+
+    Args:
+        parts: the environments and their values.
+        everyone: ``(num_envs,)``, all true; it is every mask if there is one part.
+    """
+    if len(parts) != 1:
+        return combine(parts, len(everyone))
+    infos: dict[str, Any] = {}
+    for key, rows in parts[0][1].items():
+        infos[key] = rows
+        infos["_" + key] = everyone
+    return infos
+
+
+def select(parts: Iterable[Part], chosen: Flags) -> list[Part]:
+    """Returns the parts without the environments that are not chosen, ``(num_envs,)``."""
+    selected: list[Part] = []
+    for members, values in parts:
+        keep = chosen[members]
+        if keep.any():
+            selected.append((members[keep], {key: rows[keep] for key, rows in values.items()}))
+    return selected
+
+
+def combine(parts: Iterable[Part], num_envs: int) -> dict[str, Any]:
+    """Returns the infos of parts of the environments, with zeros where an environment lacks a key."""
+    infos: dict[str, Any] = {}
+    for members, values in parts:
+        for key, rows in values.items():
+            if key not in infos:
+                infos[key] = np.zeros((num_envs, *rows.shape[1:]), rows.dtype)
+                infos[f"_{key}"] = np.zeros(num_envs, np.bool_)
+            infos[key][members] = rows
+            infos[f"_{key}"][members] = True
+    return infos
+
+
+class TaskVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]], IndependentCopies):
+    """Environments of tasks, stepped together. Every number is bit for bit the single environment's.
+
+    Infos are those of the single environments in the form of Gymnasium's vector environments. An environment
+    whose episode ended is reset as ``autoreset_mode`` says:
+
+    * ``NEXT_STEP``: by the next step, which ignores its action and returns reward 0;
+    * ``SAME_STEP``: by the same step, which returns the first observation of the new episode, and the last
+      one of the old episode in ``infos["final_obs"]``, its infos in ``infos["final_info"]``;
+    * ``DISABLED``: by ``reset`` with the option ``reset_mask``, before the next step.
+
+    ``np_random`` is a generator for the user's own draws, which ``reset(seed=…)`` seeds; environments do not
+    use it. Copies and pickles continue exactly where the original is. Subclasses have the simulations.
+
+    Args:
+        tasks: the task of each environment.
+        spaces: the observation and action space of one environment.
+        autoreset_mode: when environments whose episode ended are reset.
+    """
+
+    def __init__(
+        self,
+        tasks: Sequence[Task],
+        spaces: tuple[Box, Box],
+        autoreset_mode: AutoresetMode = AutoresetMode.NEXT_STEP,
+    ) -> None:
+        self.tasks = tuple(tasks)
+        self.num_envs = len(self.tasks)
+        self.autoreset_mode = autoreset_mode
+        self.metadata = {"autoreset_mode": autoreset_mode}
+        self.single_observation_space, self.single_action_space = spaces
+        self.observation_space = batch_space(spaces[0], self.num_envs)
+        self.action_space = batch_space(spaces[1], self.num_envs)
+        self._actions_shape = (self.num_envs, *spaces[1].shape)
+        self._is_set = False
+        self._limits = np.array([task.max_steps for task in self.tasks])
+        self._elapsed = np.zeros(self.num_envs, np.int64)
+        self._ended = np.zeros(self.num_envs, np.bool_)
+        self._everyone = np.ones(self.num_envs, np.bool_)
+        self._everyone.flags.writeable = False
+        self._generators: list[np.random.Generator | None] = [None] * self.num_envs
+        self._seeds: list[int | None] = [None] * self.num_envs
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Returns the attributes. Raises ``ClosedError`` after ``close``."""
+        require_open(self.closed, WHERE)
+        return self.__dict__.copy()
+
+    def reset(
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[NDArray[Any], dict[str, Any]]:
+        """Returns the observations, ``(num_envs, …)``, and the infos of the reset environments.
+
+        Args:
+            seed: an int gives environment i the seed ``seed + i``, as in Gymnasium; a list has one seed per
+                environment (None continues with its generator).
+            options: ``reset_mask``, ``(num_envs,)`` booleans: only these environments are reset. Navigation
+                accepts ``start``, a point (x, y) in units that is free in every environment.
+
+        Raises:
+            BenchError: seeds, mask or start are invalid. Nothing has changed then.
+            ResetNeededError: the first reset leaves out environments.
+        """
+        require_open(self.closed, WHERE)
+        mask = reset_mask(options, self.num_envs)
+        require_reset(self._is_set or bool(mask.all()), WHERE)
+        seeds, indices = seed_of_each(seed, self.num_envs), np.flatnonzero(mask)
+        self._check_options(options or {}, indices)
+        for index in indices.tolist():
+            if seeds[index] is not None:
+                self._generators[index], self._seeds[index] = seeding.np_random(seeds[index])
+        if (given := next((value for value in seeds if value is not None), None)) is not None:
+            self._np_random, self._np_random_seed = seeding.np_random(given)
+        self._begin(indices, options or {})
+        self._ended, self._is_set = self._ended & ~mask, True
+        parts = self._reset_infos()
+        infos = gather(parts, self._everyone) if mask.all() else combine(select(parts, mask), self.num_envs)
+        return self._observe(), infos
+
+    def step(self, actions: NDArray[Any]) -> tuple[NDArray[Any], Array, Flags, Flags, dict[str, Any]]:
+        """Returns observations, rewards, terminations, truncations and infos of one step.
+
+        Args:
+            actions: ``(num_envs, act)``. MuJoCo bodies do not clip them and compute action costs in their
+                precision; navigation clips them to ±5.
+
+        Raises:
+            BenchError: the shape differs, or a value is not a finite number.
+            ResetNeededError: the environments were never reset, or an episode ended in mode DISABLED and its
+                environment was not reset.
+        """
+        if self.closed or not self._is_set:
+            self._require_state()
+        checked = np.ascontiguousarray(check_actions(actions, self._actions_shape, WHERE))
+        starting = self._ended if self._ended.any() else None
+        if starting is not None and self.autoreset_mode is AutoresetMode.DISABLED:
+            message = f"The episode of environment {np.flatnonzero(starting)[0]} has ended."
+            hint = 'Call reset(options={"reset_mask": ...}) first.'
+            raise ResetNeededError("reset-needed", message, WHERE, hint)
+        rewards, terminations = self._advance(checked, starting)
+        parts = self._step_infos()
+        self._elapsed += 1
+        if starting is None:
+            infos = gather(parts, self._everyone)
+        else:
+            self._begin(np.flatnonzero(starting), {})
+            rewards[starting] = 0.0
+            terminations[starting] = False
+            parts = [*select(parts, ~starting), *select(self._reset_infos(), starting)]
+            infos = combine(parts, self.num_envs)
+        truncations = self._elapsed >= self._limits
+        self._ended = terminations | truncations
+        if self.autoreset_mode is AutoresetMode.SAME_STEP and self._ended.any():
+            infos = self._restart(parts)
+        return self._observe(), rewards, terminations, truncations, infos
+
+    def _restart(self, parts: Sequence[Part]) -> dict[str, Any]:
+        """Starts new episodes where episodes have ended, and returns the infos of the step."""
+        ended, last = self._ended, self._observe()
+        final = combine(select(parts, ended), self.num_envs)
+        final_obs = np.full(self.num_envs, None, dtype=object)
+        for index in np.flatnonzero(ended).tolist():
+            final_obs[index] = last[index]
+        self._begin(np.flatnonzero(ended), {})
+        self._ended = np.zeros(self.num_envs, np.bool_)
+        infos = combine([*select(parts, ~ended), *select(self._reset_infos(), ended)], self.num_envs)
+        return infos | {
+            "final_obs": final_obs,
+            "_final_obs": ended,
+            "final_info": final,
+            "_final_info": ended,
+        }
+
+    def _require_state(self) -> None:
+        require_open(self.closed, WHERE)
+        require_reset(self._is_set, WHERE)
+
+    def _begin(self, indices: Indices, options: Mapping[str, Any]) -> None:
+        self._start(indices, options)
+        self._elapsed[indices] = 0
+
+    def _check_options(self, options: Mapping[str, Any], indices: Indices) -> None:
+        """Raises ``BenchError`` for reset options with which these environments cannot start."""
+
+    def _start(self, indices: Indices, options: Mapping[str, Any]) -> None:
+        """Starts episodes in some environments, with checked options, from their generators."""
+        raise NotImplementedError
+
+    def _advance(self, actions: NDArray[Any], resting: Flags | None) -> tuple[Array, Flags]:
+        """Returns new arrays of rewards and terminations of one step. Rows of resting ones are ignored."""
+        raise NotImplementedError
+
+    def _observe(self) -> NDArray[Any]:
+        """Returns a new array of observations, ``(num_envs, …)``."""
+        raise NotImplementedError
+
+    def _step_infos(self) -> list[Part]:
+        """Returns the infos of the last step as new arrays. Rows of resting environments are ignored."""
+        raise NotImplementedError
+
+    def _reset_infos(self) -> list[Part]:
+        """Returns the infos of a reset as new arrays. Rows of other environments are ignored."""
+        return []
+
+    def _states(self) -> dict[str, Array]:
+        """Returns copies of the states by name, ``(num_envs, …)``."""
+        raise NotImplementedError
+
+    def _generator(self, index: int) -> np.random.Generator:
+        generator = self._generators[index]
+        if generator is None:
+            generator, self._seeds[index] = seeding.np_random()
+            self._generators[index] = generator
+        return generator
+
+    def states(self) -> dict[str, Array]:
+        """Returns copies of the states, ``(num_envs, …)`` by name.
+
+        Of MuJoCo bodies ``qpos``, ``qvel``, ``time``, and ``mocap_pos`` and ``mocap_quat`` where a model has
+        them (NaN in other rows); in navigation ``position``, in units.
+
+        Raises:
+            ResetNeededError: the environments were never reset.
+        """
+        self._require_state()
+        return self._states()
+
+    def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
+        """Returns one value of ``task``, ``np_random`` or ``np_random_seed`` per environment.
+
+        Raises:
+            BenchError: another name, or arguments.
+            ClosedError: the environments are closed.
+        """
+        answers: dict[str, Callable[[], Iterable[Any]]] = {
+            "task": lambda: self.tasks,
+            "np_random": lambda: map(self._generator, range(self.num_envs)),
+            "np_random_seed": lambda: self._seeds,
+        }
+        if name not in answers or args or kwargs:
+            hint = f"Call one of {', '.join(answers)}, without arguments."
+            raise BenchError("unknown-call", f"The environments have no {name!r}.", WHERE, hint)
+        require_open(self.closed, WHERE)
+        return tuple(answers[name]())
+
+    def get_attr(self, name: str) -> tuple[Any, ...]:
+        """Same as ``call`` without arguments."""
+        return self.call(name)

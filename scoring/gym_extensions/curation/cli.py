@@ -1,0 +1,173 @@
+"""``gym-extensions check-pr``, and ``gym-extensions maintain`` with what only maintainers do."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import get_args
+
+from gym_extensions.curation.gate import Request, check_pull_request
+from gym_extensions.curation.git import Repository
+from gym_extensions.curation.pull_request import RULES
+from gym_extensions.curation.report import GateReport, comment, read_report
+from gym_extensions.curation.review import decide, merge_commit, take, undecided_runs
+from gym_extensions.errors import BenchError, reports_mistakes
+from gym_extensions.files import write_text
+from gym_extensions.rollouts.layout import DOCUMENT, submission_folders
+from gym_extensions.rollouts.review import Action, Review, review_text
+from gym_extensions.rollouts.run import read_run
+from gym_extensions.scoring.documents import json_schema
+from gym_extensions.verification.cli import add_options, is_verified, lines_of, verified, write_poses
+from gym_extensions.verification.fetch import Fetcher
+from gym_extensions.verification.new_seeds import require_value
+from gym_extensions.verification.verify import record
+
+
+def gate_parser() -> argparse.ArgumentParser:
+    """The arguments of ``check-pr``."""
+    command = argparse.ArgumentParser(
+        prog="gym-extensions check-pr",
+        description="Check a pull request with a submission. Its files are read from git and never executed.",
+        epilog="Exit status: 0 passed or code alone, 1 refused, 2 wrong usage.",
+    )
+    add = command.add_argument
+    add("--base", default="main", metavar="BRANCH", help="branch that it is for (default: main)")
+    add("--head", default="HEAD", metavar="COMMIT", help="its last commit (default: HEAD)")
+    add("--repository", type=Path, default=Path(), metavar="DIR", help="a clone (default: this folder)")
+    add("--number", type=int, metavar="N", help="number of the pull request, for the report")
+    output = command.add_mutually_exclusive_group()
+    output.add_argument("--json", action="store_true", help="print the report as JSON")
+    output.add_argument("--schema", action="store_true", help="print the JSON Schema of reports")
+    output.add_argument("--rules", action="store_true", help="print the rules")
+    output.add_argument("--comment", type=Path, metavar="REPORT", help="print a report as Markdown")
+    output.add_argument("--labels", type=Path, metavar="REPORT", help="print the labels of a report")
+    return command
+
+
+def _read(path: Path) -> GateReport:
+    try:
+        return read_report(path.read_bytes())
+    except OSError as error:
+        raise BenchError("no-report", f"{error.strerror}.", str(path), "Name a file.") from None
+
+
+def _print(text: str) -> None:
+    sys.stdout.flush()
+    sys.stdout.buffer.write(text.encode())
+    sys.stdout.buffer.flush()
+
+
+def _document(options: argparse.Namespace) -> str | None:
+    """What the options that check nothing print; None for the others."""
+    if options.schema:
+        return json.dumps(json_schema(GateReport), indent=1, sort_keys=True) + "\n"
+    if options.rules:
+        return "".join(f"{name}: {' '.join((each.__doc__ or '').split())}\n" for name, each in RULES.items())
+    if options.comment:
+        return comment(_read(options.comment))
+    if options.labels:
+        return "".join(f"{label}\n" for label in _read(options.labels).labels)
+    return None
+
+
+@reports_mistakes
+def check_pr(argv: Sequence[str] | None = None) -> int:
+    """Checks a pull request, prints the report, and returns the exit status."""
+    options = gate_parser().parse_args(argv)
+    if (document := _document(options)) is not None:
+        _print(document)
+        return 0
+    if sys.platform == "win32":
+        message = "Windows has no limits on memory and processor time."
+        raise BenchError("no-limits", message, "check-pr", "Run it on Linux or macOS.")
+    request = Request(Repository(options.repository), options.base, options.head, options.number)
+    report = check_pull_request(request)
+    _print(report.to_json() if options.json else comment(report))
+    return 1 if report.verdict == "refused" else 0
+
+
+def maintain_parser() -> argparse.ArgumentParser:
+    """The arguments of ``maintain``."""
+    command = argparse.ArgumentParser(prog="gym-extensions maintain", description="What maintainers do.")
+    parts = command.add_subparsers(dest="command", required=True)
+    review = parts.add_parser(
+        "review",
+        help="verify what was merged, or record a decision",
+        description="Verify the runs of entries that no verification has decided about, with seeds from the "
+        "commit that merged them, and record the result in review.toml. With --decision, record a decision.",
+        epilog="Exit status: 0 verified or recorded, 1 an entry is not verified, 2 wrong usage.",
+    )
+    add = review.add_argument
+    add("entries", nargs="+", type=Path, metavar="ENTRY", help="a submission's folder, or a folder of them")
+    add_options(review)
+    add("--record", type=Path, metavar="DIR", help="write DIR/ENTRY.toml instead of the entry's review.toml")
+    add("--take", type=Path, metavar="FILE", help="check such a file, and add it to the entry's review.toml")
+    add("--fetch", action="store_true", help="only fetch policies that lie elsewhere into the cache")
+    add("--decision", choices=get_args(Action), help="the decision")
+    add("--by", default="", metavar="NAME", help="who decides")
+    add("--reason", default="", metavar="TEXT", help="why")
+    parts.add_parser("references", help="measure the references", add_help=False)
+    return command
+
+
+@reports_mistakes
+def maintain(argv: Sequence[str] | None = None) -> int:
+    """Runs a command of maintainers and returns the exit status."""
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    if arguments[:1] == ["references"]:
+        from gym_extensions.baselines.references import main as references  # loads the agents
+
+        return references(arguments[1:])
+    command = maintain_parser()
+    options = command.parse_args(arguments)
+    entries = submission_folders(options.entries)
+    if (options.decision or options.take) and len(entries) != 1:
+        command.error("--decision and --take are about one entry")
+    if options.decision:
+        decide(entries[0], options.decision, options.by, options.reason)
+        return 0
+    if options.take:
+        take(entries[0], options.take)
+        return 0
+    status = 0
+    for entry in entries:
+        try:
+            status |= review_entry(entry, options)
+        except BenchError as error:
+            print(f"error: {error}", file=sys.stderr)
+            status = 2
+    return status
+
+
+def review_entry(entry: Path, options: argparse.Namespace) -> int:
+    """Verifies the undecided runs of an entry, records the result, and returns the exit status.
+
+    Raises:
+        BenchError: the entry has problems, or cannot be verified at the moment. Nothing is recorded then.
+    """
+    runs = undecided_runs(entry)
+    if not runs:
+        print(f"{entry.name}: nothing is left to verify; a new draw needs new files.")
+        return 0
+    if options.fetch:
+        fetcher = Fetcher(options.cache / "policies", options.public_only)
+        for name in runs:
+            policies = read_run(entry / f"{name}{DOCUMENT}").policies
+            if policies is not None and policies.url:
+                fetcher.fetch(policies, name)
+        return 0
+    value = require_value(options.seeds) if options.seeds else merge_commit(entry, runs)
+    report = verified(entry, value, options, only_new=True)
+    print("\n".join(lines_of(report)))
+    if report.verification is None:
+        return int(not is_verified(report))
+    if options.record:
+        review = Review(verifications=[report.verification])
+        write_text(options.record / f"{entry.name}.toml", review_text(review))
+    else:
+        record(entry, report.verification)
+        write_poses(entry, report)
+    return int(not is_verified(report))

@@ -1,0 +1,242 @@
+"""Checks a pull request: what kind it is, which rules it breaks, and a sample of its logged episodes."""
+
+from __future__ import annotations
+
+import json
+import re
+import tempfile
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from hashlib import sha256
+from itertools import groupby
+from pathlib import Path
+from typing import Any
+
+from gym_extensions.curation.git import MACHINE_ERRORS, Repository, TreeEntry
+from gym_extensions.curation.pull_request import SUBMISSIONS, PullRequest, broken_rules, is_data
+from gym_extensions.curation.report import (
+    MAX_PROBLEMS,
+    OWNER,
+    GateReport,
+    GateScore,
+    Judgement,
+    Kind,
+    Label,
+    cut,
+)
+from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.layout import NAME
+from gym_extensions.rollouts.problem import Problem
+from gym_extensions.rollouts.reader import read
+from gym_extensions.rollouts.review import CLAIMED, REPORTED
+from gym_extensions.rollouts.submission import Submission
+from gym_extensions.scoring.metrics import METRICS
+from gym_extensions.scoring.references import load_references
+from gym_extensions.scoring.scorecard import Scorecard
+from gym_extensions.scoring.scorer import score
+from gym_extensions.verification.episodes import Cell, Player, played
+from gym_extensions.verification.limits import Limits, answers
+from gym_extensions.verification.new_seeds import files_digest
+from gym_extensions.verification.repeat import other_machine, repetition, this_machine
+from gym_extensions.verification.verify import SAMPLED, Run, request_of_run, runs_of
+
+CODEOWNERS = ".github/CODEOWNERS"
+KIND_LABELS: dict[Kind, Label] = {"submission": "submission", "edit": "edits-entry"}
+LIMITS = Limits(cpu_seconds=600, wall_seconds=600)
+"""Of the process that reads the files of an entry."""
+JOB = "gym_extensions.curation.gate:judge"
+SAMPLE = 20
+"""Cells of 20 episodes that are repeated."""
+SAMPLE_SECONDS = 240.0
+"""No further cell is started after this time."""
+NOT_REPEATED = "not-repeated"
+
+
+@dataclass(frozen=True)
+class Request:
+    """What to check: a repository, two branches or commits, and the number of the pull request."""
+
+    repository: Repository
+    base: str
+    head: str = "HEAD"
+    number: int | None = None
+    limits: Limits = LIMITS
+
+
+def check_pull_request(request: Request) -> GateReport:
+    """The report on a pull request. Its files are read from git and never checked out or executed.
+
+    Raises:
+        BenchError: a branch does not exist, the folder is not in git, or the clone cannot be read.
+    """
+    repository = Repository(request.repository.top)
+    base, head = repository.commit(request.base), repository.commit(request.head)
+    report = GateReport(pull_request=request.number, base=base, head=head, kind="none", verdict="refused")
+    try:
+        pull_request = opened(repository, base, head)
+        if not any(map(is_data, pull_request.paths)):
+            return replace(report, kind="code", verdict="not-judged")
+        report = _with_entry(report, pull_request)
+        problems = broken_rules(pull_request)
+        return _closed(report, problems) if problems else _judged(report, pull_request, request.limits)
+    except BenchError as error:
+        if error.code in MACHINE_ERRORS:
+            raise
+        return _closed(report, [Problem(error.code, error.where, error.message, error.hint)])
+
+
+def opened(repository: Repository, base: str, head: str) -> PullRequest:
+    """The pull request from one commit to another. Raises BenchError if it is none."""
+    starts = repository.merge_bases(base, head)
+    if not starts:
+        message = "The two commits have no common ancestor."
+        raise BenchError("unrelated-history", message, hint="Start from the base's branch.")
+    if len(starts) > 1:
+        # A merge uses all of them, so that the difference to one of them is not what the merge changes.
+        message = f"The two commits have {len(starts)} common ancestors."
+        raise BenchError("crossed-history", message, hint="Rebase the branch on the base's branch.")
+    pull_request = PullRequest(repository, starts[0], base, head)
+    if not pull_request.changes:
+        raise BenchError("no-change", "It changes nothing.", head, "Commit the submission on a branch.")
+    return pull_request
+
+
+def _with_entry(report: GateReport, pull_request: PullRequest) -> GateReport:
+    """The report with the kind of the pull request, and with the name and the owners of its entry."""
+    if not pull_request.entries:
+        return report
+    entry = pull_request.entries[0]
+    kind: Kind = "edit" if entry in pull_request.base_entries else "submission"
+    name = entry if NAME.fullmatch(entry) else ""
+    return replace(report, kind=kind, entry=name, owners=_owners(pull_request, entry))
+
+
+def _owners(pull_request: PullRequest, entry: str) -> tuple[str, ...]:
+    data = pull_request.repository.file(pull_request.base, CODEOWNERS) or b""
+    rules = [line.split() for line in data.decode(errors="replace").splitlines()]
+    owners = [parts[1:] for parts in rules if parts and parts[0] == f"/{SUBMISSIONS}/{entry}/"]
+    return tuple(name for name in (owners[-1] if owners else []) if re.fullmatch(OWNER, name))
+
+
+def _closed(report: GateReport, problems: Sequence[Problem]) -> GateReport:
+    """The report with its problems, verdict and labels."""
+    labels: list[Label] = [KIND_LABELS[report.kind]] if report.kind in KIND_LABELS else []
+    if problems:
+        labels.append("refused")
+    elif report.level == CLAIMED:
+        labels.append("claimed")
+    return replace(
+        report,
+        verdict="refused" if problems else "review" if report.kind == "edit" else "passed",
+        level=None if problems else report.level,
+        problems=tuple(problems[:MAX_PROBLEMS]),
+        more_problems=max(0, len(problems) - MAX_PROBLEMS),
+        labels=tuple(sorted(labels)),
+    )
+
+
+def _judged(report: GateReport, pull_request: PullRequest, limits: Limits) -> GateReport:
+    """The report with what the files of the entry are worth, found out in a process with limits."""
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = Path(scratch) / report.entry
+        extract(pull_request.repository, pull_request.files_of(report.entry), report.entry, folder)
+        (answer,) = answers(JOB, {"folder": str(folder)}, limits)
+    judgement = Judgement.from_json(json.dumps(answer))
+    judged = replace(
+        report,
+        level=judgement.level,
+        repeated=judgement.repeated,
+        episodes=judgement.episodes,
+        scores=judgement.scores,
+        notes=tuple(map(cut, judgement.notes[:MAX_PROBLEMS])),
+    )
+    return _closed(judged, judgement.problems)
+
+
+def extract(repository: Repository, files: Sequence[TreeEntry], entry: str, target: Path) -> None:
+    """Writes the files of an entry of a commit into a folder. Their paths and sizes keep to the rules."""
+    contents = repository.blobs(file.object_id for file in files)
+    for file, content in zip(files, contents, strict=True):
+        path = target / file.path.removeprefix(f"{SUBMISSIONS}/{entry}/")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content)
+
+
+def judge(call: Mapping[str, Any]) -> Iterator[Any]:
+    """The job of the process with limits: reads and scores an entry, and repeats a sample of its episodes."""
+    folder = Path(call["folder"])
+    submission = read(folder, policies=True)
+    card = score(submission, load_references())
+    if card.problems:
+        found = Judgement(problems=card.problems)
+    elif card.level == REPORTED:
+        found = Judgement(level="reported", notes=(*card.notes, *card.signs))
+    else:
+        found = repeated_sample(read(folder, merge_runs=False), folder)
+        notes = (*found.notes, *card.notes, *card.signs)
+        found = replace(found, level="claimed", scores=_scores(card), notes=notes)
+    yield json.loads(found.to_json())
+
+
+def _scores(card: Scorecard) -> tuple[GateScore, ...]:
+    scores = []
+    for group, protocols in card.groups.items():
+        for protocol, each in protocols.items():
+            metric = METRICS[protocol][0].name
+            value = each.metrics[metric]
+            interval = (value.mean, value.low, value.high)
+            scores.append(GateScore(group, protocol, each.budget, len(each.runs), metric, *interval))
+    return tuple(scores)
+
+
+def sampled_cells(runs: Sequence[Run], count: int = SAMPLE) -> dict[str, list[Cell]]:
+    """The cells that are repeated, by run: those whose SHA-256 with the digest of all files is lowest."""
+    digest = files_digest({run.name: run.document.digest for run in runs})
+
+    def draw(item: tuple[Run, Cell]) -> str:
+        run, cell = item
+        return sha256(f"{digest}/{run.name}/{cell.stage}/{cell.task}".encode()).hexdigest()
+
+    drawn: dict[str, list[Cell]] = {}
+    cells = ((run, cell) for run in runs for cell in run.prescribed)
+    for each, cell in sorted(cells, key=draw)[:count]:
+        drawn.setdefault(each.name, []).append(cell)
+    return drawn
+
+
+def repeated_sample(submission: Submission, folder: Path) -> Judgement:
+    """Repeats a sample of the logged episodes in this process.
+
+    An episode that differs is a problem if the run states the processor kernels and versions of this machine,
+    and a note otherwise.
+    """
+    assert submission.manifest is not None, "it has no problems"
+    if submission.manifest.protocol.evaluation == SAMPLED:
+        return Judgement(notes=("The policies sample their actions, so that no episode can be repeated.",))
+    policies = {name: run.document.policies for name, run in runs_of(submission).items()}
+    runs = [run for name, run in runs_of(submission).items() if (each := policies[name]) and not each.url]
+    drawn, here, end = sampled_cells(runs), this_machine(), time.monotonic() + SAMPLE_SECONDS
+    repeated = episodes = 0
+    problems: list[Problem] = []
+    notes: list[str] = []
+    observes_task = submission.manifest.observes.task_in_evaluation
+    for group, members in groupby(runs, key=lambda run: run.log.group):
+        player = Player(group)
+        for run in members:
+            for cell in drawn.get(run.name, ()):
+                if time.monotonic() > end:
+                    continue
+                request = request_of_run(run, folder, observes_task, (cell,))
+                result = repetition(run.log, run.number, (cell,), played(request, player))
+                repeated, episodes = repeated + result.repeated, episodes + result.episodes
+                machine = other_machine(run.document.versions, here)
+                if result.difference and machine:
+                    notes.append(f"{run.name} was made elsewhere ({machine}): {result.difference}.")
+                elif result.difference:
+                    hint = "Store the policy of every stage, and log its first evaluation."
+                    problems.append(Problem(NOT_REPEATED, run.name, f"{result.difference}.", hint))
+        player.close()
+    if any(each and each.url for each in policies.values()):
+        notes.append("Policies that lie elsewhere are fetched after the merge.")
+    return Judgement(repeated=repeated, episodes=episodes, problems=tuple(problems), notes=tuple(notes))

@@ -1,0 +1,301 @@
+"""What a pull request changes, from git's plumbing, and the rules that its changes keep to.
+
+The docstring of a rule is its published text.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import unicodedata
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+from gym_extensions.curation.git import SUBMODULE, Repository, TreeEntry
+from gym_extensions.rollouts.layout import (
+    MAX_FILES,
+    MAX_SUBMISSION_BYTES,
+    NAME,
+    POSES,
+    REVIEW,
+    is_reserved,
+    max_bytes,
+)
+from gym_extensions.rollouts.problem import Finding, Problem
+
+SUBMISSIONS = "submissions"
+RENAMES = ("R", "C")
+REGULAR = "100644"
+LINK = "120000"
+SEQUENTIAL = re.compile(r"submissions/[^/]+/[^/]+/sequential/run\d+\.(csv|npz)")
+COMPONENT = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
+MAX_PATH = 200
+"""Characters of a path."""
+
+
+@dataclass(frozen=True)
+class Change:
+    """A changed file.
+
+    ``status`` is git's letter: ``A`` added, ``M`` modified, ``D`` deleted, ``T`` type changed, ``R`` renamed.
+    ``mode`` is the new file mode, and ``source`` the old path of a renamed file, else empty.
+    """
+
+    status: str
+    mode: str
+    path: str
+    source: str = ""
+
+
+@dataclass(frozen=True)
+class PullRequest:
+    """The commits of a pull request: where it started, the branch that it is for, and its own last commit."""
+
+    repository: Repository
+    start: str
+    base: str
+    head: str
+
+    @cached_property
+    def changes(self) -> tuple[Change, ...]:
+        """Its changed files, sorted by path. Files that moved with the same content are renames."""
+        arguments = ("-r", "-z", "--raw", "--no-ext-diff", "--no-textconv", "-M100%", self.start, self.head)
+        fields = iter(self.repository.run("diff-tree", *arguments).split(b"\0"))
+        return tuple(sorted(_changes(fields), key=lambda change: change.path))
+
+    @cached_property
+    def base_files(self) -> tuple[TreeEntry, ...]:
+        """The files of submissions on the branch that it is for."""
+        return self.repository.tree(self.base, SUBMISSIONS)
+
+    @cached_property
+    def head_files(self) -> tuple[TreeEntry, ...]:
+        """The files of submissions in its last commit."""
+        return self.repository.tree(self.head, SUBMISSIONS)
+
+    @cached_property
+    def base_entries(self) -> frozenset[str]:
+        """The names of the entries on the branch that it is for."""
+        parts = (entry.path.split("/") for entry in self.base_files)
+        return frozenset(names[1] for names in parts if len(names) > 2)
+
+    @cached_property
+    def entries(self) -> tuple[str, ...]:
+        """The names of the entries whose files it changes, sorted."""
+        parts = (path.split("/") for path in self.paths)
+        return tuple(sorted({names[1] for names in parts if names[0] == SUBMISSIONS and len(names) > 2}))
+
+    @cached_property
+    def paths(self) -> tuple[str, ...]:
+        """Every path that it changes, old paths of renamed files included, sorted."""
+        return tuple(sorted({path for item in self.changes for path in (item.path, item.source) if path}))
+
+    def files_of(self, entry: str) -> tuple[TreeEntry, ...]:
+        """The files of an entry in its last commit, with their sizes."""
+        return self.repository.tree(self.head, f"{SUBMISSIONS}/{entry}", sizes=True)
+
+
+def _changes(fields: Iterator[bytes]) -> Iterator[Change]:
+    for meta in fields:
+        if not meta:
+            return
+        _, mode, _, _, status = meta.decode().split()
+        path = os.fsdecode(next(fields))
+        if status[0] in RENAMES:
+            yield Change(status[0], mode, os.fsdecode(next(fields)), source=path)
+        else:
+            yield Change(status[0], mode, path)
+
+
+def is_data(path: str) -> bool:
+    """Whether a path is in the folder of submissions, in any letter case."""
+    return path.split("/", maxsplit=1)[0].casefold() == SUBMISSIONS
+
+
+Rule = Callable[[PullRequest], Iterator[Finding]]
+RULES: dict[str, Rule] = {}
+"""Every rule by name, in the order of their definition."""
+
+
+def rule(function: Rule) -> Rule:
+    """Registers a rule; its name is the function's with dashes."""
+    RULES[function.__name__.replace("_", "-")] = function
+    return function
+
+
+def broken_rules(pull_request: PullRequest) -> list[Problem]:
+    """The problems of a pull request that changes data."""
+    return [
+        Problem(name, finding.where, finding.message, finding.hint)
+        for name, function in RULES.items()
+        for finding in function(pull_request)
+    ]
+
+
+@rule
+def code_and_data(pull_request: PullRequest) -> Iterator[Finding]:
+    """A pull request changes either submissions or the project's code, never both."""
+    code = [path for path in pull_request.paths if not is_data(path)]
+    if code:
+        files = f"{len(code)} file{'s' * (len(code) > 1)}"
+        message = f"It changes data and also {files} outside of submissions."
+        yield Finding(code[0], message, "Make two pull requests.")
+
+
+@rule
+def several_entries(pull_request: PullRequest) -> Iterator[Finding]:
+    """A pull request changes the folder of one entry."""
+    entries = pull_request.entries
+    if len(entries) > 1:
+        message = f"It changes {', '.join(entries[:5])}{', …' if len(entries) > 5 else ''}."
+        yield Finding("submissions", message, "Make one pull request for each entry, and change no other.")
+
+
+@rule
+def written_by_the_base(pull_request: PullRequest) -> Iterator[Finding]:
+    """A pull request brings neither review.toml nor poses: verification and maintainers write them."""
+    for path in pull_request.paths:
+        if path.split("/")[2:3] in ([REVIEW], [POSES]):
+            hint = "Leave it as it is on the base. It is written after the merge."
+            yield Finding(path, "It is written on the base branch only.", hint)
+
+
+@rule
+def stray_file(pull_request: PullRequest) -> Iterator[Finding]:
+    """The folder of submissions contains only folders of entries, and is named in lower case."""
+    for path in pull_request.paths:
+        names = path.split("/")
+        if is_data(path) and not (names[0] == SUBMISSIONS and len(names) > 2):
+            yield Finding(path, "The file belongs to no entry.", "Move it into the folder of the entry.")
+
+
+@rule
+def outdated_entry(pull_request: PullRequest) -> Iterator[Finding]:
+    """The entry has not changed on the base since the pull request started from it."""
+    for name in pull_request.entries:
+        folder = f"submissions/{name}"
+        repository = pull_request.repository
+        if repository.tree(pull_request.start, folder) != repository.tree(pull_request.base, folder):
+            yield Finding(folder, "The entry was changed on the base meanwhile.", "Merge the base first.")
+
+
+@rule
+def reserved_name(pull_request: PullRequest) -> Iterator[Finding]:
+    """No file or folder has a name that some system reserves (CON, NUL, …) or ends in a dot or space."""
+    for change in pull_request.changes:
+        for name in change.path.split("/"):
+            if is_reserved(name):
+                yield Finding(change.path, f"The name {name!r} is reserved on some systems.", "Rename it.")
+
+
+@rule
+def path_characters(pull_request: PullRequest) -> Iterator[Finding]:
+    """Names have ASCII letters, digits, dots, dashes and underscores, and start with a letter or digit. A
+    path has at most 200 characters."""
+    for change in pull_request.changes:
+        if not all(map(COMPONENT.fullmatch, change.path.split("/"))) or len(change.path) > MAX_PATH:
+            hint = "Use letters, digits, dots, dashes and underscores, at most 200 in all."
+            yield Finding(change.path[:MAX_PATH], "The path has other characters or is too long.", hint)
+
+
+@rule
+def entry_name(pull_request: PullRequest) -> Iterator[Finding]:
+    """The name of an entry is that of a submission's folder: 1 to 64 such characters."""
+    for name in pull_request.entries:
+        if not NAME.fullmatch(name):
+            yield Finding(f"submissions/{name[:MAX_PATH]}", "It is not a name of an entry.", "Rename it.")
+
+
+def _fold(path: str) -> str:
+    return unicodedata.normalize("NFKC", path).casefold()
+
+
+@rule
+def case_collision(pull_request: PullRequest) -> Iterator[Finding]:
+    """No two paths differ only in letter case or Unicode spelling, among all entries."""
+    spellings: dict[str, str] = {}
+    changed = {change.path for change in pull_request.changes}
+    for entry in (*pull_request.base_files, *pull_request.head_files):
+        names = entry.path.split("/")
+        for depth in range(1, len(names) + 1):
+            path = "/".join(names[:depth])
+            first = spellings.setdefault(_fold(path), path)
+            if first != path and entry.path in changed:
+                yield Finding(entry.path, f"{path} and {first} differ only in letter case.", "Rename it.")
+                break
+
+
+@rule
+def symbolic_link(pull_request: PullRequest) -> Iterator[Finding]:
+    """No file is a symbolic link."""
+    for change in pull_request.changes:
+        if change.mode == LINK:
+            yield Finding(change.path, "It is a symbolic link.", "Replace it by the file.")
+
+
+@rule
+def submodule(pull_request: PullRequest) -> Iterator[Finding]:
+    """No folder is a submodule."""
+    for change in pull_request.changes:
+        if change.mode == SUBMODULE:
+            yield Finding(change.path, "It is a submodule.", "Add the files themselves.")
+
+
+@rule
+def file_mode(pull_request: PullRequest) -> Iterator[Finding]:
+    """Files have the mode 100644: they are not executable."""
+    for change in pull_request.changes:
+        if change.status != "D" and change.mode not in (REGULAR, LINK, SUBMODULE):
+            message = f"Its mode is {change.mode} instead of {REGULAR}."
+            yield Finding(change.path, message, f"Run `git update-index --chmod=-x {change.path}`.")
+
+
+@rule
+def renamed_file(pull_request: PullRequest) -> Iterator[Finding]:
+    """No file is renamed."""
+    for change in pull_request.changes:
+        if change.source:
+            yield Finding(change.path, f"It was renamed from {change.source}.", "Keep the old name.")
+
+
+@rule
+def deleted_file(pull_request: PullRequest) -> Iterator[Finding]:
+    """No file is deleted. (A maintainer's decision withdraws an entry.)"""
+    for change in pull_request.changes:
+        if change.status == "D" and is_data(change.path):
+            hint = "Restore it. To withdraw an entry, ask a maintainer for a decision."
+            yield Finding(change.path, "It was deleted.", hint)
+
+
+@rule
+def copied_run(pull_request: PullRequest) -> Iterator[Finding]:
+    """No sequential log and no policies of its runs equal those of a run of another entry, byte for byte.
+    (Training on one task alone, or on all together, gives the same bytes for methods that differ only
+    between tasks.)"""
+    theirs = {
+        file.object_id: file.path for file in pull_request.base_files if SEQUENTIAL.fullmatch(file.path)
+    }
+    changed = {change.path for change in pull_request.changes}
+    for file in pull_request.head_files:
+        original = theirs.get(file.object_id)
+        if original is None or file.path not in changed or not SEQUENTIAL.fullmatch(file.path):
+            continue
+        if original.split("/")[1] != file.path.split("/")[1]:
+            yield Finding(file.path, f"It is the same as {original}.", "Submit your own runs.")
+
+
+@rule
+def too_large(pull_request: PullRequest) -> Iterator[Finding]:
+    """An entry keeps to the limits of docs/rollout-log.md on sizes and on the number of files."""
+    for name in pull_request.entries:
+        files = pull_request.files_of(name)
+        total = sum(file.size or 0 for file in files)
+        if len(files) > MAX_FILES or total > MAX_SUBMISSION_BYTES:
+            message = f"It has {len(files)} files with {total} bytes."
+            yield Finding(f"submissions/{name}", message, "Leave out what is not part of a submission.")
+        for file in files:
+            limit = max_bytes(file.path.split("/", 2)[2])
+            if (file.size or 0) > limit:
+                message = f"It has {file.size} bytes; the limit is {limit}."
+                yield Finding(file.path, message, "See the limits in docs/rollout-log.md.")

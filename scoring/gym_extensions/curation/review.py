@@ -1,0 +1,107 @@
+"""Reviews of entries on the base branch: verification with seeds from the merge commit, and decisions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from datetime import UTC, datetime
+from pathlib import Path
+
+import msgspec
+
+from gym_extensions.curation.git import Repository
+from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.layout import DOCUMENT, LOG, POLICIES
+from gym_extensions.rollouts.reader import read
+from gym_extensions.rollouts.review import (
+    Action,
+    Decision,
+    read_review,
+    review_of,
+    write_review,
+)
+from gym_extensions.verification.verify import record, runs_of, verified_before
+
+MAX_RECORD_BYTES = 2**20
+
+
+def undecided_runs(entry: Path) -> dict[str, str]:
+    """The digest of every run with policies about which no verification has decided, by the run's name.
+
+    Raises:
+        BenchError: the entry has problems.
+    """
+    submission = read(entry, merge_runs=False)
+    if submission.problems:
+        first = submission.problems[0]
+        raise BenchError(first.rule, first.message, f"{submission.name}: {first.where}", first.hint)
+    runs = {name: run for name, run in runs_of(submission).items() if run.document.policies is not None}
+    decided = verified_before(submission.review, runs)
+    return {name: run.document.digest for name, run in runs.items() if name not in decided}
+
+
+def merge_commit(entry: Path, runs: Iterable[str]) -> str:
+    """The commit that fixed runs: the last one of HEAD's first-parent history that changed their files.
+
+    For a merged pull request it is the merge commit, which its author did not know.
+
+    Raises:
+        BenchError: the files are not committed as they are, or the clone lacks older commits.
+    """
+    repository = Repository(Repository(entry).top)
+    folder = entry.resolve().relative_to(repository.top.resolve()).as_posix()
+    paths = [f"{folder}/{name}{suffix}" for name in runs for suffix in (LOG, DOCUMENT, POLICIES)]
+    changed = repository.run("status", "--porcelain", "--untracked-files=all", "-z", "--", folder)
+    names = [part[3:] for part in changed.decode("utf-8", "surrogateescape").split("\0") if part]
+    if uncommitted := sorted(set(names) & set(paths)):
+        message = "It is not committed as it is, so that no commit fixes the seeds."
+        raise BenchError("not-committed", message, uncommitted[0], "Commit it, or pass --seeds.")
+    commit = repository.last_change(repository.commit("HEAD"), paths)
+    if not commit:
+        raise BenchError("not-committed", "No commit has its runs.", folder, "Commit it, or pass --seeds.")
+    return commit
+
+
+def decide(entry: Path, action: Action, by: str, reason: str) -> None:
+    """Adds a decision of today to the review of an entry.
+
+    Raises:
+        BenchError: the folder is not an entry, or the name or the reason is empty.
+    """
+    for option, text in (("--by", by), ("--reason", reason)):
+        if not text.strip():
+            raise BenchError("no-reason", "It is empty.", option, "Say who decides, and why.")
+    if not (entry / "submission.toml").is_file():
+        raise BenchError("no-such-folder", "It is not a submission.", str(entry), "Name its folder.")
+    review = read_review(entry)
+    decision = Decision(action=action, by=by, date=today(), reason=reason)
+    write_review(entry, msgspec.structs.replace(review, decisions=[*review.decisions, decision]))
+
+
+def today() -> str:
+    """The date in UTC, ISO."""
+    return datetime.now(UTC).date().isoformat()
+
+
+def take(entry: Path, file: Path) -> None:
+    """Adds the one verification in a file, which another job wrote, to the review of an entry.
+
+    Raises:
+        BenchError: the file is not exactly one verification of the entry's undecided runs as they are, with
+            seeds from the commit that fixed them.
+    """
+    try:
+        data = file.read_bytes()
+        found = review_of(data) if len(data) <= MAX_RECORD_BYTES else None
+    except (OSError, ValueError, RecursionError) as error:
+        raise BenchError("bad-record", f"It is not a verification: {error}.", str(file)) from error
+    if found is None or len(found.verifications) != 1 or found.decisions:
+        raise BenchError("bad-record", "It has more than one verification, or decisions.", str(file))
+    (verification,) = found.verifications
+    runs = undecided_runs(entry)
+    if not verification.runs or any(runs.get(name) != digest for name, digest in verification.runs.items()):
+        raise BenchError("bad-record", "It is about other files, or about decided ones.", str(file))
+    if verification.value != merge_commit(entry, runs):
+        raise BenchError("bad-record", "Its seeds do not follow from the merge commit.", str(file))
+    if verification.retrained:
+        raise BenchError("bad-record", "No job trains a run again.", str(file))
+    record(entry, verification)

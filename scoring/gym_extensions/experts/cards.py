@@ -1,0 +1,241 @@
+"""The files of the experts, their seeds, and when an expert is the anchor of its task."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import math
+import zipfile
+from pathlib import Path
+from typing import Any, Literal
+
+import msgspec
+import numpy as np
+
+from gym_extensions.catalog.tasks import Task
+from gym_extensions.catalog.tasks import task as published_task
+from gym_extensions.errors import BenchError, did_you_mean
+from gym_extensions.rollouts.policy import Policy
+
+DATA = Path(__file__).parent / "data"
+"""Holds ``<task>.npz``, the policy, and ``<task>.json``, its card."""
+EPISODES = 1000
+"""Episodes of a complete measurement. A quick check uses the first 100."""
+STANDARD_ERRORS, FLOOR_DEVIATIONS = 5.0, 2.0
+"""How far the expert's mean must lie above the floor: in standard errors of its mean, and in standard
+deviations of the floor agent's episodes."""
+
+Purpose = Literal["select", "compare", "measure", "train"]
+PURPOSES: tuple[Purpose, ...] = ("select", "compare", "measure", "train")
+
+
+def seed(task: str | Task, purpose: Purpose, index: int) -> int:
+    """The reset seed of an episode, in [0, 2³¹).
+
+    Four times a digest of task and index, plus the number of the purpose. So the episodes that train a
+    policy, select it among candidates, compare it with another policy and measure it never share a seed.
+
+    Args:
+        task: a task, its id or its bare name.
+        purpose: what the episode is for.
+        index: number of the episode, from 0.
+    """
+    row = task if isinstance(task, Task) else published_task(task)
+    digest = hashlib.sha256(f"expert/{row.id}/{index}".encode()).digest()
+    return 4 * (int.from_bytes(digest[:4], "little") >> 3) + PURPOSES.index(purpose)
+
+
+class Step(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """One training run on the way to a policy, or the stored policy that the way starts from.
+
+    Args:
+        name: of the recipe, or ``stored:<entry>/<group>/<file>`` for a policy of an entry.
+        agent: trpo, sac, or the name of the entry.
+        steps: environment steps until the checkpoint that was taken.
+        cpu_seconds: of training until then; None where it was not recorded.
+        command: repeats the run.
+        tasks: what it was trained on.
+    """
+
+    name: str
+    agent: str
+    steps: int | None = None
+    cpu_seconds: float | None = None
+    command: str = ""
+    tasks: tuple[str, ...] = ()
+
+
+class Measurement(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """Returns of the first ``episodes`` seeds of a purpose.
+
+    Args:
+        episodes: how many.
+        mean: of the returns.
+        deviation: standard deviation of the returns.
+        success: share of episodes that the task counts as a success; None where it defines none.
+        cpu_seconds: of the evaluation.
+    """
+
+    episodes: int
+    mean: float
+    deviation: float
+    success: float | None = None
+    cpu_seconds: float | None = None
+
+    @property
+    def standard_error(self) -> float:
+        """Of the mean."""
+        return self.deviation / math.sqrt(self.episodes)
+
+
+class Card(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """How an expert came about, and what it is worth.
+
+    Args:
+        task: the task's id.
+        fingerprint: of the task.
+        policy: :func:`digest` of the policy.
+        history: the training runs, the first one first.
+        from_entry: whether the policy or an ancestor of it is a policy of an entry.
+        candidates: policies that were compared on the selection seeds, this one included.
+        steps_tried: environment steps of all training runs whose last task this is.
+        selection: of this policy on the selection seeds.
+        measurement: of this policy on the measurement seeds.
+        first_hundred: mean return of the first 100 measurement seeds, for a quick check.
+        provisional: why the expert does not do what the task is for; empty if it does.
+    """
+
+    task: str
+    fingerprint: str
+    policy: str
+    history: tuple[Step, ...]
+    from_entry: bool
+    candidates: int
+    steps_tried: int
+    selection: Measurement
+    measurement: Measurement
+    first_hundred: float
+    provisional: str = ""
+
+
+class Anchor(msgspec.Struct, frozen=True):
+    """The return that the score 1 stands for: mean and standard error of the expert's episodes."""
+
+    mean: float
+    standard_error: float
+    provisional: bool
+
+
+def anchor(card: Card, floor: float, floor_deviation: float) -> Anchor | None:
+    """The anchor of a task, or None if its expert is not clearly better than the floor.
+
+    Args:
+        card: of the task's expert.
+        floor: mean return of the floor agent.
+        floor_deviation: standard deviation of the floor agent's episodes.
+    """
+    measured = card.measurement
+    gap = measured.mean - floor
+    if gap <= STANDARD_ERRORS * measured.standard_error or gap <= FLOOR_DEVIATIONS * floor_deviation:
+        return None
+    return Anchor(measured.mean, measured.standard_error, bool(card.provisional))
+
+
+def names(folder: Path = DATA) -> list[str]:
+    """The bare names of the tasks with an expert, in alphabetical order."""
+    return sorted(path.stem for path in folder.glob("*.json"))
+
+
+def load(task: str | Task, folder: Path = DATA) -> Policy:
+    """The expert of a task; ``act(observations)`` gives its actions.
+
+    Args:
+        task: a task, its id or its bare name.
+        folder: of the experts' files.
+
+    Raises:
+        BenchError: there is no such task, the task has no expert, the file is not the one that the card
+            describes, or it is not a policy.
+    """
+    described = card(task, folder)
+    path = folder / f"{_name(task)}.npz"
+    policy = read_policy(path)
+    if digest(policy) != described.policy:
+        raise BenchError("other-policy", "The file is not the policy of its card.", str(path))
+    return policy
+
+
+def card(task: str | Task, folder: Path = DATA) -> Card:
+    """The card of a task's expert.
+
+    Raises:
+        BenchError: there is no such task, the task has no expert, or its card cannot be read.
+    """
+    path = folder / f"{_name(task)}.json"
+    if not path.exists():
+        hint = did_you_mean(path.stem, names(folder))
+        raise BenchError("no-expert", f"{path.stem} has no expert.", str(folder), hint)
+    try:
+        found = msgspec.json.decode(path.read_bytes(), type=Card)
+    except msgspec.MsgspecError as error:
+        raise BenchError("bad-card", f"The card cannot be read: {error}.", str(path)) from error
+    if not math.isfinite(found.measurement.mean) or published_task(path.stem).id != found.task:
+        raise BenchError("bad-card", f"The card is not one of {path.stem}.", str(path))
+    return found
+
+
+def write(policy: Policy, card: Card, folder: Path = DATA) -> None:
+    """Writes policy and card, the card last, so that a half-written expert cannot be loaded.
+
+    Raises:
+        BenchError: the card describes another policy, or a measurement is not finite.
+    """
+    name = _name(card.task)
+    if digest(policy) != card.policy:
+        raise BenchError("other-policy", "The card describes another policy.", name)
+    if not all(math.isfinite(each.mean) for each in (card.selection, card.measurement)):
+        raise BenchError("bad-card", "A measurement is not finite.", name)
+    folder.mkdir(parents=True, exist_ok=True)
+    write_policy(folder / f"{name}.npz", policy)
+    _replace(folder / f"{name}.json", msgspec.json.format(msgspec.json.encode(card), indent=1) + b"\n")
+
+
+def digest(policy: Policy) -> str:
+    """SHA-256 of a policy's arrays: name, type, shape and values of each, in the order of their names."""
+    found = hashlib.sha256()
+    for name, array in sorted(policy.arrays().items()):
+        values = np.ascontiguousarray(array, array.dtype.newbyteorder("<"))
+        found.update(f"{name} {values.dtype.str} {','.join(map(str, array.shape))}\n".encode())
+        found.update(values.tobytes())
+    return found.hexdigest()
+
+
+def write_policy(path: Path, policy: Policy) -> None:
+    """Writes a policy's arrays as a compressed npz file, whole or not at all."""
+    content = io.BytesIO()
+    arrays: dict[str, Any] = policy.arrays()
+    np.savez_compressed(content, **arrays)
+    _replace(path, content.getvalue())
+
+
+def read_policy(path: Path) -> Policy:
+    """The policy of an npz file.
+
+    Raises:
+        BenchError: the file cannot be read, or is not a policy.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            return Policy.from_arrays({name: file[name] for name in file.files})
+    except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
+        raise BenchError("bad-policy", f"The file is not a policy: {error}.", str(path)) from error
+
+
+def _replace(path: Path, content: bytes) -> None:
+    partial = path.with_name(f".{path.name}.partial")
+    partial.write_bytes(content)
+    partial.replace(path)
+
+
+def _name(task: str | Task) -> str:
+    return (task if isinstance(task, Task) else published_task(task)).name

@@ -1,0 +1,356 @@
+"""Rows of submissions as data frames: episodes, training curves and evaluations."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from gym_extensions.catalog.groups import TaskGroup, with_custom
+from gym_extensions.catalog.protocol import PROTOCOLS, Budget
+from gym_extensions.catalog.protocol import budget as budget_named
+from gym_extensions.errors import BenchError, did_you_mean
+from gym_extensions.rollouts.layout import PROGRESS, UNFINISHED_CURVES
+from gym_extensions.rollouts.problem import Problem
+from gym_extensions.rollouts.reader import read
+from gym_extensions.rollouts.submission import Submission, SubmittedGroup
+from gym_extensions.rollouts.tables import CURVE_COLUMNS, stage_steps
+from gym_extensions.scoring.pipeline import find_submissions
+
+Paths = str | Path | Iterable[str | Path]
+"""A submission, a folder of submissions, or several of these."""
+CustomGroups = Iterable[str | Path | TaskGroup]
+"""Groups of the user: TOML files or TaskGroup objects."""
+
+
+def find(submissions: Paths) -> list[Path]:
+    """The folders of the submissions, sorted by name.
+
+    Raises:
+        BenchError: a path does not exist, or two submissions have the same name.
+    """
+    if isinstance(submissions, str | Path):
+        return find_submissions([Path(submissions)])
+    return find_submissions([Path(path) for path in submissions])
+
+
+def refuse_problems(folder: Path, problems: Sequence[Problem]) -> None:
+    """Raises BenchError if a submission has problems."""
+    if problems:
+        count = f"{len(problems)} problem{'s' if len(problems) > 1 else ''}"
+        message = f"The submission has {count}. First: {problems[0].where}: {problems[0].message}"
+        raise BenchError("not-valid", message, str(folder), f"Run: score {folder}")
+
+
+def read_all(submissions: Paths, groups: CustomGroups) -> Iterator[Submission]:
+    """The submissions, read in order of their names.
+
+    Raises:
+        BenchError: a path does not exist, a submission has problems, or a group is invalid.
+    """
+    known = with_custom(groups)
+    for folder in find(submissions):
+        submission = read(folder, known)
+        refuse_problems(folder, submission.problems)
+        yield submission
+
+
+CURVE_DTYPES = {
+    "submission": "str",
+    "group": "str",
+    "protocol": "str",
+    "run": "int64",
+    "task": "str",
+    "step": "int64",
+    "return": "float64",
+}
+"""The columns of training curves, of finished and of unfinished runs."""
+
+
+def check_columns(columns: Sequence[str] | None, available: Collection[str]) -> None:
+    """Raises BenchError if a column is not available; the hint names the closest."""
+    if isinstance(columns, str):
+        hint = f"Give a list: [{columns!r}]."
+        raise BenchError("bad-columns", f"Expected a list of columns, got {columns!r}.", "columns", hint)
+    for name in columns or ():
+        if name not in available:
+            hint = did_you_mean(str(name), available)
+            raise BenchError("unknown-column", f"There is no column {name!r}.", "columns", hint)
+
+
+def select_columns(frame: pd.DataFrame, columns: Sequence[str] | None) -> pd.DataFrame:
+    """The frame with these columns, in this order; with all columns if None."""
+    return frame if columns is None else frame[list(columns)]
+
+
+def concat(frames: Sequence[pd.DataFrame], dtypes: Mapping[str, str]) -> pd.DataFrame:
+    """The frames below each other, with these dtypes also without rows."""
+    empty = pd.DataFrame(columns=list(dtypes))
+    frame = pd.concat(frames, ignore_index=True) if frames else empty
+    return frame.astype(dtypes)
+
+
+EPISODE_DTYPES = {
+    "submission": "str",
+    "group": "str",
+    "protocol": "str",
+    "run": "int64",
+    "stage": "int64",
+    "task": "str",
+    "episode": "int64",
+    "seed": "int64",
+    "length": "int64",
+    "return": "float64",
+    "terminated": "bool",
+    "success": "boolean",
+    "fingerprint": "str",
+}
+
+
+def episodes(
+    submissions: Paths, columns: Sequence[str] | None = None, *, groups: CustomGroups = ()
+) -> pd.DataFrame:
+    """Every evaluation episode, one per row, in the order of the logs.
+
+    ===========  =======  ==========================================================================
+    column       dtype    value
+    ===========  =======  ==========================================================================
+    submission   str      name of the submission's folder
+    group        str      group id
+    protocol     str      ``sequential``, ``single`` or ``joint``
+    run          int64    training seed
+    stage        int64    number of tasks trained so far: 0 untrained; 1 in single and joint logs
+    task         str      task id
+    episode      int64    number of the episode in its run, stage and task, from 0
+    seed         int64    reset seed
+    length       int64    environment steps
+    return       float64  undiscounted sum of rewards
+    terminated   bool     whether the task ended the episode; False where the time limit did
+    success      boolean  whether the episode succeeded; missing where the task defines no success
+    fingerprint  str      fingerprint of the task
+    ===========  =======  ==========================================================================
+
+    Identical runs of an agent without parameters appear once, as they count once in scores. Reported
+    entries have no episodes.
+
+    Args:
+        submissions: a submission, a folder of submissions, or a list of these.
+        columns: the columns to return, in this order; all by default.
+        groups: custom groups that the submissions may contain: TOML files or TaskGroup objects.
+
+    Raises:
+        BenchError: a path does not exist, a submission has problems, a column is unknown, or a group is
+            invalid.
+    """
+    check_columns(columns, EPISODE_DTYPES)
+    frames = [
+        pd.DataFrame(
+            {
+                "submission": submission.name,
+                "group": group_id,
+                "protocol": protocol,
+                "run": log.run,
+                "stage": log.stage,
+                "task": log.task,
+                "episode": log.episode,
+                "seed": log.seed,
+                "length": log.length,
+                "return": log.return_,
+                "terminated": log.terminated,
+                "success": pd.arrays.BooleanArray(log.success == 1, log.success < 0),
+                "fingerprint": _fingerprints(group, protocol),
+            }
+        )
+        for submission in read_all(submissions, groups)
+        for group_id, group in submission.groups.items()
+        for protocol, log in group.logs.items()
+    ]
+    return select_columns(concat(frames, EPISODE_DTYPES), columns)
+
+
+def _fingerprints(group: SubmittedGroup, protocol: str) -> list[str]:
+    log, documents = group.logs[protocol], group.runs[protocol]
+    keys = zip(log.run.tolist(), log.task, strict=True)
+    return [documents[run].fingerprints[task] for run, task in keys]
+
+
+def curves(
+    submissions: Paths, columns: Sequence[str] | None = None, *, groups: CustomGroups = ()
+) -> pd.DataFrame:
+    """Every point of the training curves, one per row, by protocol, run and task.
+
+    ===========  =======  ==========================================================================
+    column       dtype    value
+    ===========  =======  ==========================================================================
+    submission   str      name of the submission's folder
+    group        str      group id
+    protocol     str      ``sequential``, ``single`` or ``joint``
+    run          int64    training seed
+    task         str      task id
+    step         int64    training steps since the stage began; in joint runs since the run began
+    return       float64  mean return of the training episodes that ended since the point before
+    ===========  =======  ==========================================================================
+
+    Runs without curves have no rows. The curves of unfinished runs are in
+    :func:`unfinished_curves`.
+
+    Args:
+        submissions: a submission, a folder of submissions, or a list of these.
+        columns: the columns to return, in this order; all by default.
+        groups: custom groups that the submissions may contain: TOML files or TaskGroup objects.
+
+    Raises:
+        BenchError: a path does not exist, a submission has problems, a column is unknown, or a group is
+            invalid.
+    """
+    check_columns(columns, CURVE_DTYPES)
+    rows = [
+        (submission.name, group_id, protocol, run, curve.task, step, value)
+        for submission in read_all(submissions, groups)
+        for group_id, group in submission.groups.items()
+        for protocol, documents in group.runs.items()
+        for run, document in documents.items()
+        for curve in document.curves
+        for step, value in zip(curve.steps, curve.returns, strict=True)
+    ]
+    frame = pd.DataFrame(rows, columns=list(CURVE_DTYPES)).astype(CURVE_DTYPES)
+    return select_columns(frame, columns)
+
+
+EVALUATION_DTYPES = {
+    "submission": "str",
+    "group": "str",
+    "protocol": "str",
+    "run": "int64",
+    "stage": "int64",
+    "task": "str",
+    "step": "int64",
+    "trained": "float64",
+    "episodes": "int64",
+    "return": "float64",
+}
+
+
+def evaluations(
+    submissions: Paths, columns: Sequence[str] | None = None, *, groups: CustomGroups = ()
+) -> pd.DataFrame:
+    """Every evaluation of a task, during training and after each stage, in the order of training.
+
+    ===========  =======  ==========================================================================
+    column       dtype    value
+    ===========  =======  ==========================================================================
+    submission   str      name of the submission's folder
+    group        str      group id
+    protocol     str      ``sequential``, ``single`` or ``joint``
+    run          int64    training seed
+    stage        int64    the stage in training; 0 before training
+    task         str      id of the evaluated task
+    step         int64    training steps since the stage began
+    trained      float64  stages trained; 1.5 is halfway through the second stage
+    episodes     int64    number of episodes
+    return       float64  mean return of the episodes
+    ===========  =======  ==========================================================================
+
+    The rows during training are those that ``train(…, evaluate_every=…)`` writes.
+    The rows after a stage are the means of the logs. Rows are sorted by group, protocol, run, step and task
+    in training order.
+
+    Args:
+        submissions: a submission, a folder of submissions, or a list of these.
+        columns: the columns to return, in this order; all by default.
+        groups: custom groups that the submissions may contain: TOML files or TaskGroup objects.
+
+    Raises:
+        BenchError: a path does not exist, a submission has problems, a column is unknown, or a group is
+            invalid.
+    """
+    check_columns(columns, EVALUATION_DTYPES)
+    frames = [
+        _evaluations_of(group, budget_named(submission.manifest.protocol.budget)).assign(
+            submission=submission.name, group=group_id
+        )[list(EVALUATION_DTYPES)]
+        for submission in read_all(submissions, groups)
+        if submission.manifest is not None
+        for group_id, group in submission.groups.items()
+    ]
+    return select_columns(concat(frames, EVALUATION_DTYPES), columns)
+
+
+def _evaluations_of(group: SubmittedGroup, budget: Budget) -> pd.DataFrame:
+    """The evaluations of one group in the order of training."""
+    steps = {protocol: stage_steps(budget, group.group, protocol) for protocol in PROTOCOLS}
+    parts = [*_after_stages(group, steps), _during_training(group, steps)]
+    frame = pd.concat([part for part in parts if not part.empty])
+    orders = {"protocol": PROTOCOLS, "task": group.group.task_ids}
+    indices = {name: {value: i for i, value in enumerate(order)} for name, order in orders.items()}
+    return frame.sort_values(
+        ["protocol", "run", "stage", "step", "task"],
+        kind="stable",
+        key=lambda column: column.map(indices[column.name]) if column.name in indices else column,
+    )
+
+
+def _after_stages(group: SubmittedGroup, steps: dict[str, int]) -> Iterator[pd.DataFrame]:
+    for protocol, log in group.logs.items():
+        rows = pd.DataFrame({"run": log.run, "stage": log.stage, "task": log.task, "return": log.return_})
+        cells = rows.groupby(["run", "stage", "task"])["return"].agg(["size", "mean"]).reset_index()
+        cells = cells.rename(columns={"size": "episodes", "mean": "return"})
+        step = np.where(cells["stage"] > 0, steps[protocol], 0)
+        yield cells.assign(protocol=protocol, step=step, trained=cells["stage"].astype("float64"))
+
+
+def _during_training(group: SubmittedGroup, steps: dict[str, int]) -> pd.DataFrame:
+    rows = [
+        (protocol, run, part.stage, part.task, step, part.episodes, value)
+        for protocol, log in group.logs.items()
+        for run in log.runs
+        for part in group.runs[protocol][run].evaluations
+        for step, value in zip(part.steps, part.returns, strict=True)
+    ]
+    columns = ["protocol", "run", "stage", "task", "step", "episodes", "return"]
+    frame = pd.DataFrame(rows, columns=columns)
+    return frame.assign(trained=frame["stage"] - 1 + frame["step"] / frame["protocol"].map(steps))
+
+
+def unfinished_curves(folder: str | Path) -> pd.DataFrame:
+    """The training curves of unfinished runs, up to now, also while they train.
+
+    ===========  =======  ==========================================================================
+    column       dtype    value
+    ===========  =======  ==========================================================================
+    submission   str      name of the submission's folder
+    group        str      name of the group's folder
+    protocol     str      ``sequential``, ``single`` or ``joint``
+    run          int64    training seed
+    task         str      task id
+    step         int64    training steps since the stage began; in joint runs since the run began
+    return       float64  mean return of the training episodes that ended since the point before
+    ===========  =======  ==========================================================================
+
+    A run is unfinished until its log is written. A last line that is being written is left out.
+
+    Args:
+        folder: the folder in which ``train`` writes the submission.
+
+    Raises:
+        BenchError: the folder does not exist.
+    """
+    path = Path(folder)
+    if not path.is_dir():
+        raise BenchError("no-folder", "The folder does not exist.", str(folder), "Name the folder of --out.")
+    rows = [
+        (path.resolve().name, curve.parent.parent.name, *cells)
+        for curve in sorted((path / PROGRESS).glob(UNFINISHED_CURVES))
+        for cells in _complete_rows(curve)
+    ]
+    return pd.DataFrame(rows, columns=list(CURVE_DTYPES)).astype(CURVE_DTYPES)
+
+
+def _complete_rows(curve: Path) -> list[list[str]]:
+    try:
+        lines = curve.read_text(encoding="utf-8").split("\n")[1:-1]
+    except FileNotFoundError:  # its run was finished in the meantime
+        return []
+    return [cells for cells in (line.split(",") for line in lines) if len(cells) == len(CURVE_COLUMNS)]

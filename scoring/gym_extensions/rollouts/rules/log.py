@@ -1,0 +1,282 @@
+"""Rules about the logs of a group and protocol: their episodes, what was measured, and identical runs.
+
+Most rules are a mask over the rows of all runs: ``ROW_RULES`` has their masks, texts and messages.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gym_extensions.catalog.bodies import UNBOUNDED, Arrival
+from gym_extensions.catalog.protocol import EVALUATION_EPISODES, stages
+from gym_extensions.errors import did_you_mean
+from gym_extensions.rollouts.layout import LOG, run_file
+from gym_extensions.rollouts.problem import MAX_QUOTE, Finding, add_rule, rule
+from gym_extensions.rollouts.submission import first_identical_runs
+from gym_extensions.rollouts.tables import FLAGS, Floats, Integers, Log, prescribed_rows
+
+Mask = NDArray[np.bool_]
+ROWS_LISTED = 3
+"""Rows listed per rule, group and protocol; the rest are counted."""
+CELLS_LISTED = 3
+"""Incomplete cells listed per run; the rest are counted."""
+PARTNER = {"sequential": "single", "single": "sequential"}
+"""The log that has the other run of a pair."""
+
+
+@dataclass(frozen=True)
+class GroupLogs:
+    """The readable logs of a group by protocol, and whether the agent has parameters to train."""
+
+    logs: dict[str, Log]
+    is_trainable: bool
+
+
+@dataclass(frozen=True)
+class LogRows:
+    """A log, with what its rows are compared with by the rules: a value per row."""
+
+    log: Log
+
+    @functools.cached_property
+    def limit(self) -> Integers:
+        """The task's time limit, 0 for a task of another group."""
+        return self.log.max_steps
+
+    @functools.cached_property
+    def known(self) -> Mask:
+        """Whether the task belongs to the group."""
+        return self.log.position >= 0
+
+    @functools.cached_property
+    def expected_seed(self) -> Integers:
+        """The prescribed seed, -1 where none is prescribed."""
+        prescribed = prescribed_rows(self.log.protocol, self.log.group)
+        seeds = np.full((len(self.log.group.tasks) + 1, EVALUATION_EPISODES + 1), -1)
+        seeds[prescribed["position"], prescribed["episode"]] = prescribed["seed"]
+        is_episode = (self.log.episode >= 0) & (self.log.episode < EVALUATION_EPISODES)
+        return seeds[self.log.position, np.where(is_episode, self.log.episode, EVALUATION_EPISODES)]
+
+    @functools.cached_property
+    def order(self) -> Integers:
+        """How far the row is behind the row above, in run, stage, task in training order and episode."""
+        code: Integers = self.log.run
+        for column in (self.log.stage, self.log.position, self.log.episode):
+            code = code * 10_000 + np.clip(column, -1, 9_998) + 1
+        return np.diff(code, prepend=-1)
+
+    @functools.cached_property
+    def bounds(self) -> tuple[Floats, Floats]:
+        """The lowest and highest return of an episode of this length and end."""
+        log, rewards = self.log, [*(task.body.rewards for task in self.log.group.tasks), UNBOUNDED]
+        low, high, end = (
+            np.array([getattr(row, name) for row in rewards])[log.position] for name in ("low", "high", "end")
+        )
+        steps = np.maximum(log.length, 1)
+        return low * steps, high * steps + np.where(log.terminated, end, 0.0)
+
+    @functools.cached_property
+    def can_end(self) -> Mask:
+        """Whether the task can terminate."""
+        return self._by_task([task.body.rewards.terminates for task in self.log.group.tasks], True)
+
+    @functools.cached_property
+    def defines_success(self) -> Mask:
+        """Whether the task defines success."""
+        return self._by_task([task.body.success is not None for task in self.log.group.tasks], False)
+
+    @functools.cached_property
+    def arrives(self) -> Mask:
+        """Whether success is the arrival at a goal, which ends the episode."""
+        return self._by_task([isinstance(task.body.success, Arrival) for task in self.log.group.tasks], False)
+
+    def _by_task(self, values: list[bool], other: bool) -> Mask:
+        return np.array([*values, other])[self.log.position]
+
+    def row(self, index: int) -> dict[str, object]:
+        """What the message about a row may name."""
+        log, names = self.log, {value: cell for cell, value in FLAGS.items()}
+        last = stages(log.protocol, len(log.group.tasks))[-1]
+        return {
+            "stage": log.stage[index],
+            "stages": f"0 to {last}" if log.protocol == "sequential" else "1",
+            "task": log.task[index][:MAX_QUOTE],
+            "group": log.group.id,
+            "episode": log.episode[index],
+            "last_episode": EVALUATION_EPISODES - 1,
+            "seed": log.seed[index],
+            "expected_seed": self.expected_seed[index],
+            "length": log.length[index],
+            "limit": self.limit[index],
+            "return": float(log.return_[index]),
+            "lower": float(self.bounds[0][index]),
+            "upper": float(self.bounds[1][index]),
+            "terminated": names[bool(log.terminated[index])],
+            "success": names[bool(log.success[index])],
+        }
+
+
+@dataclass(frozen=True)
+class RowRule:
+    """A rule about single rows: its text, the mask of rows that break it, the message, what to do."""
+
+    text: str
+    mask: Callable[[LogRows, Log], Mask]
+    message: str
+    hint: str
+
+    def check(self, rows: LogRows) -> Iterator[Finding]:
+        """A finding for each of the first rows that break the rule, then one that counts the rest."""
+        log, indices = rows.log, np.flatnonzero(self.mask(rows, rows.log)).tolist()
+        for index in indices[:ROWS_LISTED]:
+            where = f"{log.file_of(index)}, line {log.line_of(index)}"
+            yield Finding(
+                where, self.message.format_map(rows.row(index)), self.hint or self._closest(log, index)
+            )
+        if more := len(indices[ROWS_LISTED:]):
+            subject = "1 more row breaks" if more == 1 else f"{more} more rows break"
+            yield Finding(log.path, f"{subject} the same rule.", self.hint)
+
+    def _closest(self, log: Log, index: int) -> str:
+        return did_you_mean(log.task[index][:MAX_QUOTE], log.group.task_ids)
+
+
+ROW_RULES = {
+    "foreign-task": RowRule(
+        "Every task of a log belongs to the group of its folder.",
+        lambda rows, log: ~rows.known,
+        "{task} is not a task of {group}.",
+        "",
+    ),
+    "wrong-stage": RowRule(
+        "Stages are 0 to the number of tasks in the sequential protocol, and 1 in single and joint.",
+        lambda rows, log: ~np.isin(log.stage, stages(log.protocol, len(log.group.tasks))),
+        "Column `stage` is {stage}; expected {stages}.",
+        "The stage is the number of tasks trained so far; it is 1 (trained) in single and joint logs.",
+    ),
+    "wrong-episode": RowRule(
+        f"Episodes of a cell are numbered 0 to {EVALUATION_EPISODES - 1}.",
+        lambda rows, log: (log.episode < 0) | (log.episode >= EVALUATION_EPISODES),
+        "Column `episode` is {episode}; expected 0 to {last_episode}.",
+        f"Evaluate {EVALUATION_EPISODES} episodes per cell, numbered from 0.",
+    ),
+    "wrong-seed": RowRule(
+        "Every episode starts from the seed prescribed for its group, task and number.",
+        lambda rows, log: (rows.expected_seed >= 0) & (log.seed != rows.expected_seed),
+        "Column `seed` is {seed}; expected {expected_seed} for this episode.",
+        "Reset with gym_extensions.catalog.protocol.evaluation_seed(group id, task id, episode).",
+    ),
+    "unsorted-rows": RowRule(
+        "Rows are sorted by stage, task in training order and episode, and no episode is repeated.",
+        lambda rows, log: rows.order <= 0,
+        "Stage {stage}, {task}, episode {episode} does not follow the row above.",
+        "Sort by stage, task in training order and episode; write each episode once.",
+    ),
+    "not-finite": RowRule(
+        "Every return is a finite number.",
+        lambda rows, log: ~np.isfinite(log.return_),
+        "Column `return` is {return}; expected a finite number.",
+        "Find the cause in the policy or in the sum of rewards; such an episode cannot be scored.",
+    ),
+    "impossible-length": RowRule(
+        "The length of an episode is 1 to the task's time limit.",
+        lambda rows, log: rows.known & ((log.length < 1) | (log.length > rows.limit)),
+        "Column `length` is {length}; expected 1 to {limit} steps.",
+        "Count the steps from the reset to the end of the episode.",
+    ),
+    "unfinished-episode": RowRule(
+        "An episode that the task does not terminate runs to the time limit.",
+        lambda rows, log: ~log.terminated & (log.length >= 1) & (log.length < rows.limit),
+        "The episode ends after {length} of {limit} steps, but `terminated` is false.",
+        "Evaluate every episode to its end; write true in `terminated` if the task ended it.",
+    ),
+    "impossible-end": RowRule(
+        "`terminated` is true only in tasks that can terminate; reaching the time limit is not termination.",
+        lambda rows, log: log.terminated & ~rows.can_end,
+        "Column `terminated` is true, but {task} never terminates.",
+        "Write false in `terminated` if the time limit ended the episode.",
+    ),
+    "impossible-return": RowRule(
+        "A return is within the bounds of the task's rewards over the episode's steps (catalog/bodies).",
+        lambda rows, log: (
+            np.isfinite(log.return_)
+            & (log.length >= 1)
+            & ((log.return_ < rows.bounds[0]) | (log.return_ > rows.bounds[1]))
+        ),
+        "Column `return` is {return!r}; expected {lower:g} to {upper:g} in {length} steps of this task.",
+        "Write the undiscounted, unscaled sum of the rewards.",
+    ),
+    "missing-success": RowRule(
+        "`success` is true or false in tasks that define success.",
+        lambda rows, log: (log.success < 0) & rows.defines_success,
+        "Column `success` is empty, but {task} defines success.",
+        'Write info["is_success"] of the last step of the episode.',
+    ),
+    "undefined-success": RowRule(
+        "`success` is empty in tasks that define no success, such as the running tasks.",
+        lambda rows, log: rows.known & (log.success >= 0) & ~rows.defines_success,
+        "Column `success` is {success}, but {task} defines no success.",
+        "Leave the cell empty.",
+    ),
+    "contradictory-success": RowRule(
+        "Where success is the arrival at a goal, `success` equals `terminated`.",
+        lambda rows, log: rows.arrives & (log.success >= 0) & (log.success != log.terminated),
+        "Column `success` is {success}, but `terminated` is {terminated}.",
+        "This task ends at the goal, and only there: write the same value in both columns.",
+    ),
+}
+"""The rules about rows by name."""
+for _name, _rule in ROW_RULES.items():
+    add_rule(_name, "log", _rule.text, _rule.check)
+
+
+@rule("log")
+def missing_cell(rows: LogRows) -> Iterator[Finding]:
+    """Every run has all its cells (stage and task), each with 20 episodes."""
+    log = rows.log
+    names, all_stages = log.group.task_ids, stages(log.protocol, len(log.group.tasks))
+    is_prescribed = rows.known & np.isin(log.stage, all_stages)
+    is_prescribed &= (log.episode >= 0) & (log.episode < EVALUATION_EPISODES)
+    cells = (log.run * 10_000 + log.stage) * 10_000 + log.position
+    episodes = np.unique(cells[is_prescribed] * EVALUATION_EPISODES + log.episode[is_prescribed])
+    codes, counts = np.unique(episodes // EVALUATION_EPISODES, return_counts=True)
+    found = dict(zip(codes.tolist(), counts.tolist(), strict=True))
+    hint = "Finish the evaluation of this run, or leave out the whole run."
+    for run in log.runs:
+        where = run_file(log.group.name, log.protocol, run, LOG)
+        counted = {
+            (stage, name): found.get((run * 10_000 + stage) * 10_000 + position, 0)
+            for stage in all_stages
+            for position, name in enumerate(names)
+        }
+        incomplete = [cell for cell, count in counted.items() if count < EVALUATION_EPISODES]
+        for cell in incomplete[:CELLS_LISTED]:
+            message = f"Stage {cell[0]}, {cell[1]} has {counted[cell]} of {EVALUATION_EPISODES} episodes."
+            yield Finding(where, message, hint)
+        if more := len(incomplete[CELLS_LISTED:]):
+            message = f"{more} more cell{'s' if more > 1 else ''} of the run lack episodes."
+            yield Finding(where, message, hint)
+
+
+@rule("group")
+def identical_runs(group: GroupLogs) -> Iterator[Finding]:
+    """No two runs of a trainable agent are identical in every episode. (Runs of an agent without parameters
+    may be, in both the sequential and the single protocol: they count as one, and the scorecard says so.)"""
+    first = {protocol: first_identical_runs(log) for protocol, log in group.logs.items()}
+    for protocol, log in group.logs.items():
+        partner = first.get(PARTNER.get(protocol, ""), {})
+        for run, original in first[protocol].items():
+            is_identical_pair = partner.get(run) == partner.get(original)
+            if run == original or (is_identical_pair and not group.is_trainable):
+                continue
+            message = f"Run {run} is identical to run {original} in every episode."
+            hint = "Train each run with its own seed; for an agent without parameters, say so in memory."
+            if not (is_identical_pair or group.is_trainable):
+                message += f" In the protocol {PARTNER[protocol]} they differ."
+                hint = "Train each run with its own seed, and write both logs from the same agent."
+            yield Finding(run_file(log.group.name, protocol, run, LOG), message, hint)

@@ -1,0 +1,323 @@
+"""The log of a run (``run3.csv``): its rows, their writer and reader. All runs of a group as columns."""
+
+from __future__ import annotations
+
+import functools
+import io
+import re
+import sys
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gym_extensions.catalog.groups import TaskGroup
+from gym_extensions.catalog.protocol import EVALUATION_EPISODES, Budget, evaluation_seed, stages
+from gym_extensions.errors import BenchError
+from gym_extensions.files import write_text
+from gym_extensions.rollouts.layout import LOG, max_bytes, read_regular, run_file
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Integers = NDArray[np.int64]
+Floats = NDArray[np.float64]
+
+LOG_COLUMNS = ("stage", "task", "episode", "seed", "length", "return", "terminated", "success")
+CURVE_COLUMNS = ("protocol", "run", "task", "step", "return")
+"""The columns of the curve of an unfinished stage."""
+DTYPES = {
+    **dict.fromkeys(("stage", "episode", "seed", "length"), "int64"),
+    **dict.fromkeys(("task", "return", "terminated", "success"), "str"),
+}
+FLAGS = {"true": True, "false": False}
+SUCCESSES = {"true": 1, "false": 0, "": -1}
+"""The number of each cell of the column ``success``: -1 where the task defines none."""
+BOM = b"\xef\xbb\xbf"
+MAX_ROW = 1000
+"""Most characters of a row."""
+FOREIGN = re.compile(rb"[^A-Za-z0-9,./_\n+-]")
+"""A character that no cell contains."""
+
+
+@dataclass(frozen=True)
+class Episode:
+    """One evaluation episode, one row of a run's log.
+
+    ``stage`` is the number of tasks trained so far (0 untrained; 1 in single and joint logs), ``return_`` the
+    ``math.fsum`` of all rewards, ``terminated`` whether the task ended it (else the time limit did),
+    ``success`` the ``is_success`` of its last step, or None where the task defines none.
+    """
+
+    stage: int
+    task: str
+    episode: int
+    seed: int
+    length: int
+    return_: float
+    terminated: bool
+    success: bool | None
+
+
+@dataclass(frozen=True)
+class CurvePoint:
+    """A point of a training curve, the mean return of the training episodes that ended since the last point.
+
+    ``step`` counts training steps within the stage (sequential), the task (single) or the run (joint, where
+    ``task`` names each task of the group in turn).
+    """
+
+    protocol: str
+    run: int
+    task: str
+    step: int
+    return_: float
+
+
+@dataclass(frozen=True)
+class EvaluationPoint:
+    """An evaluation of a task while the stage goes on.
+
+    ``step`` counts training steps since the stage began, ``return_`` is the mean over ``episodes`` episodes
+    from the first of the task's prescribed seeds.
+    """
+
+    protocol: str
+    run: int
+    stage: int
+    task: str
+    step: int
+    episodes: int
+    return_: float
+
+
+@dataclass(frozen=True)
+class Log:
+    """The logs of the runs of a group and protocol by column, run after run in the order of the files.
+
+    ``position`` is the index of each row's task in the group, -1 for a task of another group. ``success`` is
+    1, 0, or -1 where the cell is empty.
+    """
+
+    protocol: str
+    group: TaskGroup
+    runs: tuple[int, ...]
+    run: Integers
+    stage: Integers
+    task: list[str]
+    position: Integers
+    episode: Integers
+    seed: Integers
+    length: Integers
+    return_: Floats
+    terminated: NDArray[np.bool_]
+    success: NDArray[np.int8]
+
+    @property
+    def path(self) -> str:
+        """The folder of the files inside the submission."""
+        return f"{self.group.name}/{self.protocol}"
+
+    @property
+    def episode_keys(self) -> list[tuple[int, int, str, int]]:
+        """Run, stage, task and episode of every row."""
+        return list(
+            zip(self.run.tolist(), self.stage.tolist(), self.task, self.episode.tolist(), strict=True)
+        )
+
+    @property
+    def max_steps(self) -> Integers:
+        """The time limit of each row's task in steps, 0 for a task of another group."""
+        limits = [*(task.max_steps for task in self.group.tasks), 0]
+        return np.array(limits, dtype=np.int64)[self.position]
+
+    def file_of(self, index: int) -> str:
+        """The path of the file of a row."""
+        return run_file(self.group.name, self.protocol, int(self.run[index]), LOG)
+
+    def line_of(self, index: int) -> int:
+        """The line of a row in its file, where the header is line 1."""
+        return index - int(np.argmax(self.run == self.run[index])) + 2
+
+
+class TableError(ValueError):
+    """A log that cannot be read: the first wrong line, and what is wrong with it."""
+
+    def __init__(self, line: int, message: str) -> None:
+        super().__init__(f"Line {line}: {message}")
+        self.line, self.message = line, message
+
+
+def _cell(value: object) -> str:
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return repr(value) if isinstance(value, float) else str(value)
+
+
+def log_text(episodes: Iterable[Episode], task_ids: tuple[str, ...]) -> str:
+    """The text of a run's log, sorted by stage, task in training order and episode."""
+    position = {task: index for index, task in enumerate(task_ids)}
+    ordered = sorted(episodes, key=lambda row: (row.stage, position[row.task], row.episode))
+    lines = [",".join(map(_cell, vars(row).values())) for row in ordered]
+    return "\n".join([",".join(LOG_COLUMNS), *lines, ""])
+
+
+def write_log(path: Path, episodes: Iterable[Episode], task_ids: tuple[str, ...]) -> None:
+    """Writes the log of a run, sorted by stage, task in training order and episode."""
+    write_text(path, log_text(episodes, task_ids))
+
+
+def append_curves(path: Path, points: Iterable[CurvePoint]) -> None:
+    """Appends points to the curve of an unfinished stage. Without a file, writes the header first."""
+    if not path.exists():
+        write_text(path, ",".join(CURVE_COLUMNS) + "\n")
+    with path.open("a", encoding="utf-8", newline="\n") as file:
+        file.writelines(",".join(map(_cell, vars(point).values())) + "\n" for point in points)
+
+
+def log_frame(data: bytes) -> pd.DataFrame:
+    """The rows in the content of a run's log, with the columns ``LOG_COLUMNS``.
+
+    ``terminated`` is bool, ``success`` int8 (1, 0, or -1 where the cell is empty), ``task`` str.
+
+    Raises:
+        TableError: a line is not one of a log.
+    """
+    import pandas as pd
+
+    header = ",".join(LOG_COLUMNS).encode() + b"\n"
+    if not data.startswith(header) or not data.endswith(b"\n") or FOREIGN.search(data):
+        raise _first_error(data)
+    try:
+        frame = pd.read_csv(
+            io.BytesIO(data),
+            dtype=DTYPES,
+            index_col=False,
+            na_filter=False,
+            skip_blank_lines=False,
+        )
+        for name, numbers, kind in (("terminated", FLAGS, "bool"), ("success", SUCCESSES, "int8")):
+            frame[name] = np.array([numbers[cell] for cell in frame[name].tolist()], dtype=kind)
+        returns = frame["return"].tolist()
+        if any("_" in cell for cell in returns):
+            raise ValueError("Python reads 1_0, a log does not have it.")
+        frame["return"] = np.array(list(map(float, returns)))  # exact in every version of pandas
+    except (ValueError, KeyError, OverflowError):
+        raise _first_error(data) from None
+    if frame.empty or len(frame) != data.count(b"\n") - 1 or frame["task"].eq("").any():
+        raise _first_error(data)
+    return frame
+
+
+def read_log(path: Path) -> pd.DataFrame:
+    """The rows of a run's log, as :func:`log_frame`.
+
+    Raises:
+        BenchError: the file cannot be read, or a line, which is named, is not one of a log.
+    """
+    try:
+        return log_frame(read_regular(path, max_bytes(LOG)))
+    except TableError as error:
+        hint = "Restore the file, or remove the files of this run and train it again."
+        raise BenchError("bad-log", error.message, f"{path}, line {error.line}", hint) from None
+    except OSError as error:
+        message = f"The file cannot be read: {error.strerror or type(error).__name__}."
+        raise BenchError("bad-log", message, str(path), "Add read permission, or copy it again.") from error
+
+
+KINDS = {
+    **dict.fromkeys(("stage", "episode", "seed", "length"), ("-?[0-9]{1,18}", "an integer")),
+    "task": (".+", "a task id"),
+    "return": (r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?|[+-]?inf|nan", "a number"),
+    "terminated": ("true|false", "true or false"),
+    "success": ("(true|false)?", "true, false or nothing"),
+}
+"""By column: what a cell must be, as an expression and in words."""
+
+
+def _first_error(data: bytes) -> TableError:
+    """The first line that is not one of a log."""
+    header, *rows = data.split(b"\n")
+    if header != ",".join(LOG_COLUMNS).encode():
+        is_marked = "a byte order mark (EF BB BF) and " if data.startswith(BOM) else ""
+        stated = f"{is_marked}{_quoted(header.removeprefix(BOM))}"
+        return TableError(1, f"The header is {stated}; expected {','.join(LOG_COLUMNS)}.")
+    if not any(rows):
+        return TableError(1, "The file has a header but no rows.")
+    for number, row in enumerate(rows if rows[-1] else rows[:-1], 2):
+        if error := _row_error(row):
+            return TableError(number, error)
+    if rows[-1]:
+        return TableError(len(rows) + 1, f"The last line, {_quoted(rows[-1])}, has no line end.")
+    return TableError(2, "The file cannot be read as a table.")
+
+
+def _row_error(row: bytes) -> str:
+    if len(row) > MAX_ROW:
+        return f"The row has more than {MAX_ROW} characters."
+    if foreign := FOREIGN.search(row):
+        character = row[foreign.start() : foreign.start() + 4].decode("utf-8", "backslashreplace")[:1]
+        return f"The row contains the character {character!r}."
+    cells = row.decode("ascii").split(",")
+    if len(cells) != len(LOG_COLUMNS):
+        return f"The row has {len(cells)} cell{'s' if len(cells) > 1 else ''}; expected {len(LOG_COLUMNS)}."
+    for name, cell in zip(LOG_COLUMNS, cells, strict=True):
+        expression, kind = KINDS[name]
+        if not re.fullmatch(expression, cell):
+            return f"Column `{name}` is {cell[:40]!r}; expected {kind}."
+    return ""
+
+
+def _quoted(line: bytes) -> str:
+    return repr(line[:80].decode("ascii", "backslashreplace"))
+
+
+def log_of(frames: Mapping[int, pd.DataFrame], protocol: str, group: TaskGroup) -> Log:
+    """The log of the runs of a group and protocol.
+
+    Args:
+        frames: the rows of each run; at least one.
+        protocol: sequential, single or joint.
+        group: the group.
+    """
+    runs = sorted(frames)
+    positions = {task: position for position, task in enumerate(group.task_ids)}
+
+    def column(name: str) -> NDArray[Any]:
+        return np.concatenate([frames[run][name].to_numpy() for run in runs])
+
+    tasks = [sys.intern(task) for run in runs for task in frames[run]["task"].tolist()]
+    return Log(
+        protocol=protocol,
+        group=group,
+        runs=tuple(runs),
+        run=np.repeat(np.array(runs, dtype=np.int64), [len(frames[run]) for run in runs]),
+        task=tasks,
+        position=np.array([positions.get(task, -1) for task in tasks], dtype=np.int64),
+        return_=column("return"),
+        **{name: column(name) for name in ("stage", "episode", "seed", "length", "terminated", "success")},
+    )
+
+
+@functools.lru_cache(maxsize=128)
+def prescribed_rows(protocol: str, group: TaskGroup) -> dict[str, Integers]:
+    """The columns ``stage``, ``position``, ``episode`` and ``seed`` of a complete run."""
+    ids = group.task_ids
+    cells = stages(protocol, len(ids)), range(len(ids)), range(EVALUATION_EPISODES)
+    keys = np.array(list(product(*cells)), dtype=np.int64)
+    columns = dict(zip(("stage", "position", "episode"), keys.T, strict=True))
+    seeds = [[evaluation_seed(group.id, task, episode) for episode in cells[2]] for task in ids]
+    return columns | {
+        "seed": np.array(seeds, dtype=np.int64)[columns["position"], columns["episode"]],
+    }
+
+
+def stage_steps(budget: Budget, group: TaskGroup, protocol: str) -> int:
+    """Training steps of a stage: of a task, or of all tasks together in the joint protocol."""
+    return budget.steps_for(group.name) * (len(group.tasks) if protocol == "joint" else 1)

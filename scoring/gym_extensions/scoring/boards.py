@@ -1,0 +1,268 @@
+"""Boards and comparisons as typed documents, and which boards a scorecard is on.
+
+docs/scorecard.md describes every key.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from gym_extensions.catalog.groups import SUITES
+from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS
+from gym_extensions.rollouts.manifest import Evaluation, Observes, Steps
+from gym_extensions.rollouts.review import Level
+from gym_extensions.rollouts.run import Memory
+from gym_extensions.scoring.documents import JsonDocument, about
+from gym_extensions.scoring.scorecard import GroupScore, Scorecard, SuiteScore
+from gym_extensions.scoring.statistics import Summary, subtract, to_interval, zero_mean_p
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """The difference of two means, with Welch's 95 % interval and test for this pair alone."""
+
+    mean: Annotated[float, about("difference of the means")]
+    low: Annotated[float | None, about("lower end; null where an entry has one run")]
+    high: Annotated[float | None, about("upper end; null where an entry has one run")]
+    p_value: Annotated[
+        float | None, about("two-sided p value of no difference; null where an entry has one run")
+    ]
+
+    @classmethod
+    def of(cls, first: Summary, second: Summary) -> Difference:
+        """first − second."""
+        between = subtract(first, second)
+        interval = to_interval(between)
+        p_value = None if interval.low is None else zero_mean_p(between)
+        return cls(interval.mean, interval.low, interval.high, p_value)
+
+
+@dataclass(frozen=True, slots=True)
+class BoardMetric:
+    """A metric of an entry: the scorecard's value, and its rank on this board."""
+
+    mean: Annotated[float | None, about("as in the scorecard")]
+    low: Annotated[float | None, about("as in the scorecard")]
+    high: Annotated[float | None, about("as in the scorecard")]
+    why: Annotated[str, about("as in the scorecard")]
+    rank: Annotated[tuple[int, int] | None, about("`[first, last]` possible rank; null without a rank")] = (
+        None
+    )
+    rank_note: Annotated[
+        str,
+        about(
+            "why it has no rank where the entry has one: nothing was learned that could be forgotten, or "
+            "other logs that it needs are not verified; else empty"
+        ),
+    ] = ""
+
+
+@dataclass(frozen=True, slots=True)
+class VersusNext:
+    """A ranked entry against the ranked entry below it."""
+
+    name: Annotated[str, about("the entry below")]
+    difference: Annotated[Difference, about("of the metric that sorts the board")]
+    separated: Annotated[bool, about("whether the board's test separates the two")]
+    more_runs: Annotated[
+        int | None,
+        about("about how many more runs each would separate them; 0 if separated, null beyond 100 runs each"),
+    ]
+
+
+@dataclass(frozen=True, slots=True)
+class VersusLeader:
+    """A ranked entry against the first entry of the board."""
+
+    name: Annotated[str, about("the first entry")]
+    difference: Annotated[Difference, about("first − this entry, of the metric that sorts the board")]
+    separated: Annotated[
+        bool,
+        about("whether Welch's test separates the two, with Holm's correction over the M − 1 such tests"),
+    ]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BoardEntry:
+    """One submission on one board."""
+
+    name: Annotated[str, about("as in the scorecard")]
+    title: Annotated[str, about("as in the scorecard")]
+    level: Annotated[Level, about("lowest level of the entry's logs on this board")]
+    runs: Annotated[int, about("number of runs; on a suite the fewest of its groups")]
+    ranked: Annotated[bool, about("whether the board ranks it")]
+    why: Annotated[
+        str,
+        about(
+            "why it is not ranked: reported, a copy, not verified, fewer than five runs, no score; else empty"
+        ),
+    ] = ""
+    steps: Annotated[
+        Steps | None, about("whether the training steps are `recorded` or `claimed`, as in the manifest")
+    ]
+    evaluation: Annotated[
+        Evaluation | None, about("how actions are selected in evaluation, as in the scorecard's manifest")
+    ]
+    authors: Annotated[tuple[str, ...], about("as in the scorecard's manifest")] = ()
+    accepted: Annotated[str, about("date of its last acceptance, YYYY-MM-DD; empty without one")] = ""
+    observes: Annotated[Observes | None, about("as in the scorecard's manifest")]
+    memory: Annotated[Memory | None, about("as in the scorecard's manifest")]
+    metrics: Annotated[dict[str, BoardMetric], about("every metric of the protocol by name")]
+    related: Annotated[
+        tuple[str, ...],
+        about(
+            "other entries of the board with a common author and the same family of algorithms (the name of "
+            "the algorithm up to its first dash), sorted"
+        ),
+    ] = ()
+    vs_next: Annotated[VersusNext | None, about("ranked entries but the last; else null")] = None
+    vs_leader: Annotated[VersusLeader | None, about("ranked entries but the first; else null")] = None
+    duplicate_of: Annotated[
+        str | None,
+        about(
+            "sequential boards: the entry above it with most of the same episodes after the last stage in "
+            "half of its runs, in navigation with the same policies. Null without one"
+        ),
+    ] = None
+
+
+@dataclass(frozen=True, slots=True)
+class FloorEntry:
+    """An agent of the floor, computed from the references: never ranked, and no submission."""
+
+    name: Annotated[str, about("`random` or `zero`")]
+    title: Annotated[str, about("its name on pages")]
+    metrics: Annotated[
+        dict[str, BoardMetric],
+        about("every metric of the protocol by name, without intervals; null where it needs episodes"),
+    ]
+
+
+@dataclass(frozen=True, slots=True)
+class Pair:
+    """Two entries of a board."""
+
+    first: Annotated[str, about("name of the entry that is above")]
+    second: Annotated[str, about("name of the entry that is below")]
+    metrics: Annotated[
+        dict[str, Difference], about("first − second, of every metric that both have, by name")
+    ]
+
+
+@dataclass(frozen=True, slots=True)
+class Board:
+    """Entries of one group or suite, protocol and budget."""
+
+    group: Annotated[str, about("group id or suite name")]
+    published: Annotated[bool, about("false for a custom group, which `score --groups` adds")]
+    protocol: Annotated[str, about("`sequential`, `single` or `joint`")]
+    budget: Annotated[str, about("name of the budget")]
+    task_conditioned: Annotated[bool, about("whether its agents observe the task in evaluation")]
+    ranked: Annotated[int, about("M, the number of ranked entries")]
+    rows: Annotated[
+        tuple[BoardEntry, ...],
+        about(
+            "ranked entries by the first metric, best first; then the others; an identical entry follows the "
+            "one that it equals"
+        ),
+    ]
+    floors: Annotated[
+        tuple[FloorEntry, ...],
+        about("`random` and `zero`, computed from the references; empty without references or without logs"),
+    ] = ()
+    pairs: Annotated[
+        tuple[Pair, ...],
+        about("every two of the first 60 entries, not corrected for multiple comparisons"),
+    ] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BoardsDocument(JsonDocument):
+    """Every board."""
+
+    format: Annotated[Literal[1], about("1")] = 1
+    boards: Annotated[tuple[Board, ...], about("boards of groups, then of suites")]
+
+
+@dataclass(frozen=True, slots=True)
+class ComparedMetric:
+    """A metric that both entries have."""
+
+    first: Annotated[float, about("mean of the first entry")]
+    second: Annotated[float, about("mean of the second entry")]
+    difference: Annotated[Difference, about("first − second")]
+
+
+@dataclass(frozen=True, slots=True)
+class ComparedScore:
+    """What two entries have in common on one group or suite under one protocol."""
+
+    budget: Annotated[str, about("name of the budget")]
+    metrics: Annotated[dict[str, ComparedMetric], about("metrics that both have, by name")]
+
+
+ComparedScores = dict[str, dict[str, ComparedScore]]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Comparison(JsonDocument):
+    """Two entries side by side. Intervals are not corrected for multiple comparisons."""
+
+    format: Annotated[Literal[1], about("1")] = 1
+    first: Annotated[str, about("name of the first entry")]
+    second: Annotated[str, about("name of the second entry")]
+    groups: Annotated[ComparedScores, about("by group id and protocol")]
+    suites: Annotated[ComparedScores, about("by suite and protocol")]
+
+
+@dataclass(frozen=True, order=True)
+class BoardKey:
+    """Group or suite, protocol and budget of a board, and whether agents observe the task in evaluation."""
+
+    group: str
+    protocol: str
+    budget: str
+    task_conditioned: bool
+
+    @property
+    def groups(self) -> tuple[str, ...]:
+        """The groups that the board's scores are means over."""
+        return SUITES.get(self.group, (self.group,))
+
+
+def lookup(card: Scorecard, key: BoardKey) -> GroupScore | SuiteScore | None:
+    """The scores of an entry on a board, or None if it is not on it."""
+    scores = (card.suites if key.group in SUITES else card.groups).get(key.group, {})
+    score = scores.get(key.protocol)
+    on_board = score is not None and score.budget == key.budget
+    return score if on_board and is_task_conditioned(card) == key.task_conditioned else None
+
+
+def is_task_conditioned(card: Scorecard) -> bool:
+    """Whether the agent observes the task in evaluation. Such entries have separate boards."""
+    return card.manifest is not None and card.manifest.observes.task_in_evaluation
+
+
+def board_keys(cards: Sequence[Scorecard]) -> list[BoardKey]:
+    """Every board that the scorecards have an entry for, sorted, with groups before suites."""
+    keys = {
+        BoardKey(name, protocol, score.budget, is_task_conditioned(card))
+        for card in cards
+        for scores in (card.groups, card.suites)
+        for name, protocols in scores.items()
+        for protocol, score in protocols.items()
+        if BUDGETS[score.budget].on_boards
+    }
+    budgets, protocols = list(BUDGETS), list(PROTOCOLS)
+    return sorted(
+        keys,
+        key=lambda key: (
+            key.group in SUITES,
+            key.group,
+            protocols.index(key.protocol),
+            budgets.index(key.budget),
+            key.task_conditioned,
+        ),
+    )

@@ -1,0 +1,175 @@
+"""Scorecards and boards as pandas data frames, and from them as CSV and Markdown. Loads pandas."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pandas as pd
+
+from gym_extensions.scoring.boards import Board, BoardEntry
+from gym_extensions.scoring.documents import no_formula
+from gym_extensions.scoring.metrics import BY_NAME, METRICS
+from gym_extensions.scoring.published import COLUMNS
+from gym_extensions.scoring.returns import FROM_FLOORS
+from gym_extensions.scoring.scorecard import GroupScore, Scorecard, ScorecardDocument, SuiteScore
+from gym_extensions.scoring.screen import count, number, table_rows
+
+METRIC_DTYPES = {
+    "name": "str",
+    "level": "str",
+    "group": "str",
+    "protocol": "str",
+    "budget": "str",
+    "runs": "Int64",
+    "metric": "str",
+    "mean": "float64",
+    "low": "float64",
+    "high": "float64",
+    "why": "str",
+}
+"""The columns of :func:`metrics_frame`; ``Int64`` may be missing."""
+
+ENTRY_DTYPES = {
+    "rank_first": "Int64",
+    "rank_last": "Int64",
+    "name": "str",
+    "title": "str",
+    "level": "str",
+    "evaluation": "str",
+    "runs": "int64",
+    "ranked": "bool",
+    "why": "str",
+}
+"""The columns of :func:`board_frame` before those of the metrics."""
+
+Row = tuple[object, ...]
+
+
+def scores(card: Scorecard) -> Iterator[tuple[str, str, GroupScore | SuiteScore]]:
+    """The scores of a scorecard with the group id or suite, and the protocol: groups before suites."""
+    for groups in (card.groups, card.suites):
+        for name, protocols in groups.items():
+            for protocol, score in protocols.items():
+                yield name, protocol, score
+
+
+def _metric_rows(card: Scorecard) -> Iterator[Row]:
+    for problem in card.problems:
+        why = f"{problem.rule}: {problem.where}: {problem.message}"
+        yield card.name, *[None] * (len(METRIC_DTYPES) - 2), why
+    for name, protocol, score in scores(card):
+        runs = len(score.runs) if isinstance(score, GroupScore) else None
+        for metric in METRICS[protocol]:
+            value = score.metrics[metric.name]
+            group = (name, protocol, score.budget, runs)
+            yield card.name, card.level, *group, metric.name, value.mean, value.low, value.high, value.why
+
+
+def metrics_frame(document: ScorecardDocument) -> pd.DataFrame:
+    """One row per submission, group or suite, protocol and metric, with the columns of ``METRIC_DTYPES``.
+
+    A submission with problems has one row per problem, with its name and ``why`` alone.
+    """
+    rows = [row for card in document.submissions for row in _metric_rows(card)]
+    return pd.DataFrame(rows, columns=list(METRIC_DTYPES)).astype(METRIC_DTYPES)
+
+
+def board_dtypes(protocol: str) -> dict[str, str]:
+    """The columns of a board of that protocol: the entry's, and three per metric."""
+    ends = [f"{metric.name}{end}" for metric in METRICS[protocol] for end in ("", "_low", "_high")]
+    return ENTRY_DTYPES | dict.fromkeys(ends, "float64")
+
+
+def _board_row(entry: BoardEntry, protocol: str) -> Row:
+    values = [entry.metrics[metric.name] for metric in METRICS[protocol]]
+    ends = [end for value in values for end in (value.mean, value.low, value.high)]
+    ranks = values[0].rank or (None, None)
+    names = (entry.name, entry.title, entry.level, entry.evaluation)
+    return *ranks, *names, entry.runs, entry.ranked, entry.why, *ends
+
+
+def board_frame(board: Board) -> pd.DataFrame:
+    """One row per entry in the order of the board, then the floors, with the columns of :func:`board_dtypes`.
+
+    The floors (``random``, ``zero``) have no level, no rank and no runs.
+    """
+    dtypes = board_dtypes(board.protocol)
+    rows = [_board_row(entry, board.protocol) for entry in board.rows]
+    for floor in board.floors:
+        ends = [
+            end for metric in METRICS[board.protocol] for end in (floor.metrics[metric.name].mean, None, None)
+        ]
+        rows.append((None, None, floor.name, floor.title, None, None, 0, False, FROM_FLOORS, *ends))
+    return pd.DataFrame(rows, columns=list(dtypes)).astype(dtypes)
+
+
+KEY = ["name", "group", "protocol"]
+
+
+def csv_text(document: ScorecardDocument) -> str:
+    """The frame of all metrics as CSV: floats by ``repr``, missing values empty.
+
+    Texts that a spreadsheet would take for a formula begin with an apostrophe.
+    """
+    frame = metrics_frame(document)
+    texts = frame.columns[frame.dtypes == "str"]
+    frame[texts] = frame[texts].map(no_formula, na_action="ignore")
+    return frame.to_csv(index=False, lineterminator="\n")
+
+
+def _cell(text: object) -> str:
+    return str(text).replace("\\", "\\\\").replace("|", "\\|").replace("<", "&lt;").replace("\n", " ")
+
+
+def _row(*cells: object) -> str:
+    return f"| {' | '.join(map(_cell, cells))} |"
+
+
+def _head(*cells: str) -> list[str]:
+    return [_row(*cells), _row(*("---" for _ in cells))]
+
+
+def _metric_lines(frame: pd.DataFrame) -> dict[tuple[str, str, str], list[str]]:
+    """The lines of each table of metrics by submission, group or suite, and protocol."""
+    mean, low, high = (
+        frame[end].map(number, na_action="ignore").astype("str") for end in ("mean", "low", "high")
+    )
+    interval = frame["why"].where(frame["why"] != "", (low + " to " + high).fillna("–"))
+    cells = frame[[*KEY, "metric"]].assign(mean=mean.fillna("–"), interval=interval)
+    lines: dict[tuple[str, str, str], list[str]] = {}
+    for name, group, protocol, metric, *texts in cells.dropna(subset=KEY).itertuples(index=False):
+        row = _row(BY_NAME[metric].title, *texts, BY_NAME[metric].better or "–")
+        lines.setdefault((name, group, protocol), []).append(row)
+    return lines
+
+
+def _group(name: str, protocol: str, score: GroupScore | SuiteScore, metrics: list[str]) -> list[str]:
+    runs = f", {count(len(score.runs), 'run')}" if isinstance(score, GroupScore) else ""
+    custom = "" if isinstance(score, SuiteScore) or score.published else ", custom group (not published)"
+    lines = [f"### {name}, {protocol}, budget {score.budget}{runs}{custom}", ""]
+    lines += [*_head("metric", "mean", "95 % interval", "better"), *metrics]
+    if isinstance(score, SuiteScore):
+        return [*lines, ""]
+    if score.paper_table:
+        lines += ["", *_head("task", *COLUMNS.values())]
+        for task, cells in table_rows(score):
+            texts = (f"{cell.mean:.2f} ± {cell.std:.2f}" if cell else "–" for cell in cells)
+            lines.append(_row(task.rsplit("/", 1)[-1], *texts))
+    return [*lines, "", *(f"* {_cell(note)}" for note in score.notes)]
+
+
+def markdown_text(document: ScorecardDocument) -> str:
+    """One section per submission, one table per group and protocol."""
+    lines: list[str] = []
+    metrics = _metric_lines(metrics_frame(document))
+    for card in document.submissions:
+        lines += [f"## {_cell(card.name)}: {_cell(card.title)}", ""]
+        lines += ["Problems:" if card.problems else f"Level: {card.level}.", ""]
+        for problem in card.problems:
+            message = f"{_cell(problem.where)}: {_cell(problem.message)} {_cell(problem.hint)}"
+            lines.append(f"* `{problem.rule}` {message}")
+        lines += [f"* {_cell(note)}" for note in card.notes]
+        for name, protocol, score in scores(card):
+            lines += _group(name, protocol, score, metrics[card.name, name, protocol])
+        lines.append("")
+    return "\n".join(lines).rstrip("\n") + "\n"

@@ -1,1 +1,0 @@
-"""Boards show the entries of one group side by side, with rank intervals."""

@@ -1,0 +1,339 @@
+"""Every metric: its formula as text and as code over one run, and its value over runs.
+
+See docs/metrics.md. A metric is a row of ``TABLE``. The input of every formula is a :class:`Run` of
+normalized returns; curves, performance profile and interquartile mean have functions of their own.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Annotated
+
+from gym_extensions.catalog.protocol import CURVE_POINTS
+from gym_extensions.scoring.documents import about
+from gym_extensions.scoring.statistics import Interval, Number, mean, standard_deviation
+
+
+@dataclass(frozen=True)
+class Run:
+    """Normalized returns of one training seed.
+
+    Stages s count from 0 (untrained), tasks j from 1.
+
+    All mappings hold the scored positions only.
+
+    Attributes:
+        T: number of tasks of the group.
+        scored: positions j of the tasks that are not unsolved.
+        normalized_returns: p[s][j] by (s, j).
+        final_episodes: normalized returns of the evaluation episodes at stage T, by j.
+        single_task: p_single[j] by j.
+        auc: area under the training curve in the sequential log, by j.
+        single_task_auc: area under the training curve in the single log, by j.
+    """
+
+    T: int
+    scored: tuple[int, ...]
+    normalized_returns: dict[tuple[int, int], float] = field(default_factory=dict)
+    final_episodes: dict[int, tuple[float, ...]] = field(default_factory=dict)
+    single_task: dict[int, float] = field(default_factory=dict)
+    auc: dict[int, float] = field(default_factory=dict)
+    single_task_auc: dict[int, float] = field(default_factory=dict)
+
+    def p(self, s: int, j: int) -> float:
+        """Normalized mean return on task j after stage s."""
+        return self.normalized_returns[s, j]
+
+
+@dataclass(frozen=True)
+class Metric:
+    """One metric.
+
+    Attributes:
+        name: its key in scorecards.
+        title: its name on pages.
+        formula: its definition as text.
+        function: the same for one run; None where the value is not a function of one run (joint gap).
+        better: ``higher``, ``lower`` or empty (not ranked).
+        protocols: the protocols that it is a metric of.
+        needs: files without ``.csv`` that it needs besides the protocol's own log.
+        known_as: other names of the same formula.
+        limits: what its value does not say.
+    """
+
+    name: str
+    title: str
+    formula: str
+    function: Callable[[Run], Number] | None
+    better: str
+    protocols: tuple[str, ...] = ("sequential",)
+    needs: tuple[str, ...] = ()
+    known_as: str = ""
+    limits: str = ""
+
+
+HIGHER, LOWER, NOT_RANKED = "higher", "lower", ""
+
+
+def _later_forgetting(run: Run, j: int) -> Number:
+    return mean(run.p(j, j) - run.p(s, j) for s in range(j + 1, run.T + 1))
+
+
+def _lowest_tenth(values: tuple[float, ...]) -> float:
+    return mean(sorted(values)[: -(-len(values) // 10)]) or 0.0
+
+
+FINAL = Metric(
+    "final_performance",
+    "Final performance",
+    "mean over j of p[T][j]",
+    lambda run: mean(run.p(run.T, j) for j in run.scored),
+    HIGHER,
+    protocols=("sequential", "joint"),
+    known_as="ACC, average performance; the paper's Fully Trained",
+    limits="Whether low values come from forgetting or from never learning.",
+)
+JOINT_GAP = Metric(
+    "joint_gap",
+    "Joint gap",
+    "final performance of joint.csv − final performance",
+    None,
+    LOWER,
+    needs=("joint",),
+    known_as="distance to multitask training",
+    limits="Which part is due to the order: joint training also alternates between tasks.",
+)
+TABLE = (
+    FINAL,
+    Metric(
+        "learning_performance",
+        "Learning performance",
+        "mean over j of p[j][j]",
+        lambda run: mean(run.p(j, j) for j in run.scored),
+        HIGHER,
+        known_as="the paper's After Env Training",
+        limits="What is left at the end.",
+    ),
+    Metric(
+        "forgetting",
+        "Forgetting",
+        "mean over j < T of ( p[j][j] − p[T][j] )",
+        lambda run: mean(run.p(j, j) - run.p(run.T, j) for j in run.scored if j < run.T),
+        LOWER,
+        known_as="minus backward transfer (Lopez-Paz & Ranzato 2017)",
+        limits="Whether anything was learned; and gains on one task cancel losses on another.",
+    ),
+    Metric(
+        "worst_case_forgetting",
+        "Worst-case forgetting",
+        "mean over j < T of ( max over j ≤ s < T of p[s][j] − p[T][j] )",
+        lambda run: mean(
+            max(run.p(s, j) for s in range(j, run.T)) - run.p(run.T, j) for j in run.scored if j < run.T
+        ),
+        LOWER,
+        known_as="Chaudhry et al. 2018, whose maximum is over 1 ≤ s < T; "
+        "a maximum over noisy means is biased upward",
+        limits="A typical loss. It takes the best stage, so noise raises it.",
+    ),
+    Metric(
+        "mean_later_forgetting",
+        "Mean later forgetting",
+        "mean over j < T of the mean over s > j of ( p[j][j] − p[s][j] )",
+        lambda run: mean(value for j in run.scored if (value := _later_forgetting(run, j)) is not None),
+        LOWER,
+        known_as="NBT (LIBERO; there over T)",
+        limits="The state at the end: losses in between count as much.",
+    ),
+    Metric(
+        "asymptotic_transfer",
+        "Asymptotic transfer",
+        "mean over j ≥ 2 of ( p[j][j] − p_single[j] )",
+        lambda run: mean(run.p(j, j) - run.single_task[j] for j in run.scored if j >= 2),
+        HIGHER,
+        needs=("single",),
+        known_as="Taylor & Stone 2009",
+        limits="How fast a task was learned.",
+    ),
+    Metric(
+        "zero_shot_transfer",
+        "Zero-shot transfer",
+        "mean over j ≥ 2 of ( p[j−1][j] − p[0][j] )",
+        lambda run: mean(run.p(j - 1, j) - run.p(0, j) for j in run.scored if j >= 2),
+        HIGHER,
+        known_as="FWT (Lopez-Paz & Ranzato 2017); jumpstart",
+        limits="Whether a gain is due to similar tasks or to any training at all.",
+    ),
+    Metric(
+        "generalization_to_unseen_tasks",
+        "Generalization to unseen tasks",
+        "mean over 0 < s < j of ( p[s][j] − p[0][j] )",
+        lambda run: mean(run.p(s, j) - run.p(0, j) for j in run.scored for s in range(1, j)),
+        HIGHER,
+        known_as="the upper triangle of the matrix",
+        limits="Anything about tasks outside of the group.",
+    ),
+    Metric(
+        "forward_transfer_auc",
+        "Forward transfer (AUC)",
+        "mean over j ≥ 2 of ( AUC_j − AUC_single,j )",
+        lambda run: mean(run.auc[j] - run.single_task_auc[j] for j in run.scored if j >= 2),
+        HIGHER,
+        needs=("single", "curves"),
+        known_as="the numerator of Continual World's FT",
+        limits="What is reached at the end of a task's training.",
+    ),
+    Metric(
+        "average_lower_triangle",
+        "Average of the lower triangle",
+        "mean over all s ≥ j ≥ 1 of p[s][j]",
+        lambda run: mean(run.p(s, j) for j in run.scored for s in range(j, run.T + 1)),
+        HIGHER,
+        known_as="A of Díaz-Rodríguez et al. 2018",
+        limits="Learning and retention apart: it mixes both.",
+    ),
+    JOINT_GAP,
+    Metric(
+        "return_std",
+        "Return standard deviation",
+        "mean over j of the population standard deviation of the 20 normalized returns at stage T",
+        lambda run: mean(standard_deviation(run.final_episodes[j]) for j in run.scored),
+        NOT_RANKED,
+        protocols=("sequential", "joint"),
+        known_as="the paper's constrained variance; small also for a policy that fails at once",
+        limits="Whether returns are good: failing at once every time has a small deviation.",
+    ),
+    Metric(
+        "cvar_10",
+        "CVaR 10\N{NO-BREAK SPACE}%",
+        "mean over j of the mean of the ⌈n/10⌉ lowest normalized returns at stage T",
+        lambda run: mean(_lowest_tenth(run.final_episodes[j]) for j in run.scored),
+        HIGHER,
+        protocols=("sequential", "joint"),
+        known_as="conditional value at risk, expected shortfall; worst tenth",
+        limits="Rare failures: two of twenty episodes are averaged.",
+    ),
+    Metric(
+        "single_task_performance",
+        "Single-task performance",
+        "mean over j of p_single[j]",
+        lambda run: mean(run.single_task[j] for j in run.scored),
+        HIGHER,
+        protocols=("single",),
+        known_as="the paper's Single Env",
+        limits="Anything about several tasks.",
+    ),
+)
+"""Every metric. To add one, add a row here and a worked example in ``conformance/``."""
+
+METRICS: dict[str, tuple[Metric, ...]] = {
+    protocol: tuple(metric for metric in TABLE if protocol in metric.protocols)
+    for protocol in ("sequential", "single", "joint")
+}
+"""The metrics of each protocol in the order of the table; the first one sorts the protocol's boards."""
+
+BY_NAME = {metric.name: metric for metric in TABLE}
+
+
+LEAST_LEARNED = 0.1
+"""Learning performance from which a single run, which has no interval, counts as having learned."""
+
+
+@dataclass(frozen=True, slots=True)
+class MetricValue:
+    """Mean over runs, 95 % interval and one value per run."""
+
+    mean: Annotated[float | None, about("mean over runs; null where the metric has no value")] = None
+    low: Annotated[float | None, about("lower end of the 95 % interval; null with one run")] = None
+    high: Annotated[float | None, about("upper end of the 95 % interval; null with one run")] = None
+    runs: Annotated[
+        tuple[float, ...],
+        about(
+            "one value per run, in the order of the group's `runs`; empty for `joint_gap` "
+            "(joint and sequential runs are not paired) and in suites"
+        ),
+    ] = ()
+    why: Annotated[str, about("why the mean or the interval is null, as a sentence; else empty")] = ""
+
+    @classmethod
+    def of(cls, interval: Interval, runs: tuple[float, ...] = (), why: str = "") -> MetricValue:
+        """The value of an interval over runs."""
+        return cls(interval.mean, interval.low, interval.high, runs, why)
+
+    @property
+    def ends(self) -> tuple[float, float] | None:
+        """Both ends of the interval, or None with fewer than two runs."""
+        return None if self.low is None or self.high is None else (self.low, self.high)
+
+
+def learned_nothing(metrics: Mapping[str, MetricValue]) -> bool:
+    """Whether an entry learned nothing that it could forget.
+
+    True where the interval of learning performance does not lie above 0; with one run, which has no
+    interval, where the value is below .1 (docs/metrics.md, "How boards are read").
+    """
+    learning = metrics.get("learning_performance", MetricValue())
+    if learning.mean is None:
+        return False
+    return learning.mean < LEAST_LEARNED if learning.low is None else learning.low <= 0
+
+
+def area(steps: Sequence[int], values: Sequence[float], end: float) -> float | None:
+    """(1/D) ∫₀ᴰ of a curve by trapezoids, constant before its first and after its last point.
+
+    Args:
+        steps: training steps of the points, ascending from 1; the curve is cut off at ``end``.
+        values: values of the points.
+        end: D, the budget's training steps.
+
+    Returns:
+        The mean height, or None with fewer than ten points.
+    """
+    if len(steps) < CURVE_POINTS:
+        return None
+    points = [(0.0, values[0]), *zip(map(float, steps), values, strict=True)]
+    points = [*points, (float(end), values[-1])] if steps[-1] <= end else _cut(points, float(end))
+    return math.fsum([(x1 - x0) * (y0 + y1) / 2 for (x0, y0), (x1, y1) in pairwise(points)]) / end
+
+
+def _cut(points: Sequence[tuple[float, float]], end: float) -> list[tuple[float, float]]:
+    """The points before ``end``, and the curve's value at ``end``."""
+    beyond = next(index for index, (x, _) in enumerate(points) if x >= end)
+    (x0, y0), (x1, y1) = points[beyond - 1], points[beyond]
+    return [*points[:beyond], (end, y0 + (y1 - y0) * (end - x0) / (x1 - x0))]
+
+
+THRESHOLDS = tuple(step / 20 for step in range(-10, 41))
+"""τ from −.5 to 2 in steps of .05."""
+
+
+@dataclass(frozen=True, slots=True)
+class Profile:
+    """Performance profile: for each τ the fraction of (run, task) pairs with a score above it."""
+
+    tau: Annotated[tuple[float, ...], about("scores τ, ascending")]
+    fraction: Annotated[tuple[float, ...], about("for each τ the fraction of pairs with p[T][j] > τ")]
+
+    @property
+    def points(self) -> tuple[tuple[float, float], ...]:
+        """Pairs (τ, fraction), by τ."""
+        return tuple(zip(self.tau, self.fraction, strict=True))
+
+
+def profile(scores: Sequence[Sequence[float]]) -> Profile | None:
+    """The performance profile of scores [run][task], or None without scores."""
+    values = sorted(value for run in scores for value in run)
+    if not values:
+        return None
+    above = tuple((len(values) - bisect_right(values, threshold)) / len(values) for threshold in THRESHOLDS)
+    return Profile(THRESHOLDS, above)
+
+
+def iqm(scores: Sequence[Sequence[float]]) -> Number:
+    """Mean of the scores [run][task] without the lowest and highest ⌊n/4⌋, or None without scores."""
+    values = sorted(value for run in scores for value in run)
+    cut = len(values) // 4
+    return mean(values[cut : len(values) - cut])

@@ -1,1 +1,0 @@
-"""Computes metrics from returns, with one formula per metric."""

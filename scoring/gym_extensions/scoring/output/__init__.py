@@ -1,1 +1,0 @@
-"""Scorecards as terminal text, CSV, Markdown and JSON."""

@@ -1,1 +1,0 @@
-"""The motion of audited episodes as small documents, which pages show. Loads no simulator."""

@@ -1,1 +1,0 @@
-"""Published results without logs, as printed, with findings about their numbers."""

@@ -1,1 +1,0 @@
-"""Evaluates the policies of a submission on new seeds, and compares the returns with the log."""

@@ -1,1 +1,0 @@
-"""Replays recorded episodes in the simulator. The only subpackage that loads one."""

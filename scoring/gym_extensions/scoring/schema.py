@@ -1,0 +1,112 @@
+"""The JSON Schemas of the published documents, and the tables of the documentation that describe them.
+
+``make docs`` writes the tables between the lines ``<!-- table: NAME -->`` and ``<!-- end -->`` of docs/*.md.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from gym_extensions.catalog.protocol import TABLES
+from gym_extensions.rollouts.layout import MANIFEST
+from gym_extensions.rollouts.manifest import Manifest
+from gym_extensions.scoring.boards import BoardsDocument, Comparison
+from gym_extensions.scoring.documents import DIALECT, json_schema
+from gym_extensions.scoring.metrics import METRICS, Metric
+from gym_extensions.scoring.poses import Poses
+from gym_extensions.scoring.returns import NEEDS
+from gym_extensions.scoring.scorecard import ScorecardDocument
+
+Schema = dict[str, Any]
+
+
+def submission_schema() -> Schema:
+    """The schema of submission.toml read as JSON, in which sections are objects."""
+    schema = msgspec.json.schema(Manifest)
+    parts = schema["$defs"]
+    for part in parts.values():
+        part["additionalProperties"] = False
+    manifest = parts["Manifest"]
+    manifest["properties"]["reported"]["enum"] = list(TABLES)
+    manifest["required"] = sorted({*manifest["required"], "format"})
+    manifest |= {"if": {"not": {"required": ["reported"]}}, "then": {"required": ["tuning"]}}
+    return {"$schema": DIALECT, "title": MANIFEST, **schema}
+
+
+def schemas() -> dict[str, Schema]:
+    """Every published schema by its file's name."""
+    return {
+        "submission.json": submission_schema(),
+        "scorecard.json": json_schema(ScorecardDocument),
+        "boards.json": json_schema(BoardsDocument),
+        "poses.json": json_schema(Poses),
+    }
+
+
+def schema_texts() -> dict[str, str]:
+    """Every published schema as JSON by its file's name."""
+    return {
+        name: json.dumps(schema, indent=1, sort_keys=True, ensure_ascii=False) + "\n"
+        for name, schema in schemas().items()
+    }
+
+
+DOCUMENTS = (ScorecardDocument, BoardsDocument, Comparison)
+BLOCK = re.compile(r"<!-- table: (?P<name>[^>]+) -->\n.*?<!-- end -->", re.DOTALL)
+
+
+def _metric(metric: Metric) -> str:
+    needs = ", ".join(NEEDS[name] for name in metric.needs)
+    better = metric.better or "not ranked"
+    return f"| `{metric.name}` {metric.title} | {metric.formula} | {better} | {needs} | {metric.known_as} |"
+
+
+def _metrics(protocol: str) -> str:
+    head = "| metric | formula | better | also needs | also known as |\n|---|---|---|---|---|"
+    return "\n".join([head, *map(_metric, METRICS[protocol])])
+
+
+def _keys(definition: dict[str, Any], definitions: dict[str, Any]) -> str:
+    """The table of an object's keys. A key without a description has that of its type."""
+
+    def description(field: dict[str, Any]) -> str:
+        if "$ref" not in field:
+            return str(field.get("description", ""))
+        text = str(definitions[field["$ref"].rpartition("/")[2]]["description"])
+        return text[:1].lower() + text[1:].rstrip(".")
+
+    rows = [f"| `{name}` | {description(field)} |" for name, field in definition["properties"].items()]
+    return "\n".join(["| key | value |\n|---|---|", *rows])
+
+
+def tables() -> dict[str, str]:
+    """Every generated table by its name."""
+    texts = {f"metrics {protocol}": _metrics(protocol) for protocol in METRICS}
+    for document in DOCUMENTS:
+        definitions = json_schema(document)["$defs"]
+        texts |= {f"keys {name}": _keys(part, definitions) for name, part in definitions.items()}
+    return texts
+
+
+def updated(page: str) -> str:
+    """The page with its tables updated. Raises KeyError for a table that does not exist."""
+    texts = tables()
+    return BLOCK.sub(
+        lambda block: f"<!-- table: {block['name']} -->\n{texts[block['name']]}\n<!-- end -->", page
+    )
+
+
+def main(folder: str) -> None:
+    """Writes the tables of every page in a folder."""
+    for path in sorted(Path(folder).glob("*.md")):
+        path.write_text(updated(path.read_text(encoding="utf-8")), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])

@@ -1,0 +1,235 @@
+"""Scorecards for people: one screen per submission, or two submissions side by side.
+
+Texts are printed literally, in color on a terminal, and 80 columns wide elsewhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from itertools import islice
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from gym_extensions.scoring.boards import Comparison, Difference
+from gym_extensions.scoring.highlights import highlights, task_name
+from gym_extensions.scoring.metrics import METRICS, MetricValue
+from gym_extensions.scoring.published import COLUMNS, PaperCell
+from gym_extensions.scoring.scorecard import GroupScore, Scorecard, SuiteScore
+
+MAX_ROWS, MAX_NOTES = 16, 3
+"""Most suites and groups, and most notes, on the screen of an entry."""
+THOUSANDS = 100_000
+"""From this return on, the paper's table is printed in thousands."""
+
+
+class _Console(Console):
+    def on_broken_pipe(self) -> None:
+        """Raises, so that the command decides what to do when its reader is gone. Rich would exit."""
+        raise BrokenPipeError
+
+
+def console(errors: bool = False) -> Console:
+    """Standard output, or standard error. NO_COLOR is honored.
+
+    Titles and file names come from strangers, so markup is off and they are printed literally.
+    """
+    return _Console(highlight=False, markup=False, emoji=False, stderr=errors)
+
+
+def number(value: float | None, digits: int = 3) -> str:
+    """A number with a fixed count of digits, or a dash."""
+    return "–" if value is None else f"{value:.{digits}f}"
+
+
+def span(value: MetricValue | Difference) -> str:
+    """An interval, or a dash."""
+    return "–" if value.low is None else f"{number(value.low)} to {number(value.high)}"
+
+
+def count(number: int, word: str) -> str:
+    """``1 run``, ``2 runs``."""
+    return f"{number} {word}{'' if number == 1 else 's'}"
+
+
+def heading(out: Console, title: str, rest: str) -> None:
+    """A bold title followed by plain text on the same line."""
+    out.print(Text.assemble((title, "bold"), rest))
+
+
+def returns_cell(cell: PaperCell | None) -> str:
+    """Mean and deviation of raw returns, in thousands where they would be too wide."""
+    if cell is None:
+        return "–"
+    if max(abs(cell.mean), cell.std) >= THOUSANDS:
+        return f"{cell.mean / 1000:.0f}k ± {cell.std / 1000:.0f}k"
+    return f"{cell.mean:.0f} ± {cell.std:.0f}"
+
+
+def table_rows(score: GroupScore) -> Iterator[tuple[str, list[PaperCell | None]]]:
+    """The paper's table row by row: task id or name of the total, and the four cells."""
+    for row in score.paper_table:
+        yield row.task, row.cells()
+    for name, total in (("total", score.paper_total), ("printed total", score.printed_total)):
+        if total:
+            yield name, total.cells()
+
+
+def plain_table(*columns: str) -> Table:
+    """A table without lines, with the first column aligned left and the others right."""
+    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
+    for index, column in enumerate(columns):
+        table.add_column(column, justify="left" if index == 0 else "right", overflow="fold")
+    return table
+
+
+SHOWN = (
+    "final_performance",
+    "learning_performance",
+    "forgetting",
+    "asymptotic_transfer",
+    "single_task_performance",
+    "joint_gap",
+)
+"""The metrics of the screen; --json, --csv and --markdown have all."""
+
+
+def _metrics(out: Console, score: GroupScore | SuiteScore, protocol: str) -> None:
+    table = plain_table("metric", "mean", "95 % interval")
+    reasons: dict[str, list[str]] = {}
+    for metric in METRICS[protocol]:
+        value = score.metrics[metric.name]
+        if metric.name in SHOWN and value.mean is not None:
+            table.add_row(metric.title, number(value.mean), span(value))
+        elif metric.name in SHOWN:
+            reasons.setdefault(value.why, []).append(metric.title)
+    if table.row_count:
+        out.print(table)
+    for why, titles in reasons.items():
+        out.print(f"{', '.join(titles)}: none. {why}")
+
+
+def _table(out: Console, score: GroupScore) -> None:
+    table = plain_table("task", *("\n".join(title.rsplit(" ", 1)) for title in COLUMNS.values()))
+    for name, cells in table_rows(score):
+        table.add_row(task_name(name), *map(returns_cell, cells))
+    out.print(table)
+
+
+def _group(out: Console, name: str, protocol: str, score: GroupScore, single: GroupScore | None) -> None:
+    runs = f", {count(len(score.runs), 'run')}" if score.runs else ""
+    out.print()
+    custom = "" if score.published else ", custom group (not published)"
+    heading(out, f"{name}, {protocol}", f", budget {score.budget}{runs}, {score.level}{custom}")
+    _metrics(out, score, protocol)
+    if score.paper_table:
+        _table(out, score)
+    for sentence in highlights(score, single):
+        out.print(f"· {sentence}")
+    for note in score.notes:
+        out.print(f"! {note}")
+    if score.missing_for_full_entry:
+        out.print(f"missing for a full entry: {', '.join(score.missing_for_full_entry)}", style="dim")
+
+
+def show_line(out: Console, card: Scorecard) -> None:
+    """One line per submission, with all its problems and notes."""
+    state = (count(len(card.problems), "problem"), "red") if card.problems else (str(card.level), "green")
+    out.print(Text.assemble((card.name, "bold"), f"  {card.title}  (", state, ")"))
+    for problem in card.problems:
+        message = f"  {problem.where}: {problem.message}"
+        out.print(Text.assemble("  ", (problem.rule, "red"), message))
+        if problem.hint:
+            out.print(f"    {problem.hint}")
+    for note in card.notes[:MAX_NOTES]:
+        out.print(f"  note: {note}")
+    if len(card.notes) > MAX_NOTES:
+        out.print(f"  … and {count(len(card.notes) - MAX_NOTES, 'note')} more: --json")
+
+
+def show_review(out: Console, card: Scorecard) -> None:
+    """What the last verification found, and what holds of the decisions: at most three lines."""
+    for part in card.verifications[-1:]:
+        found = "agrees" if part.passed else "does not agree"
+        out.print(
+            f"  verification of {part.date}: {found} on new seeds (p = {part.p_value:.3g}), "
+            f"{part.repeated} of {part.episodes} episodes repeated"
+        )
+    if card.withdrawn:
+        out.print("  withdrawn: on no board")
+    for challenge in card.challenges[-1:]:
+        out.print(f"  challenged on {challenge.date}: {challenge.reason}")
+
+
+def show(out: Console, card: Scorecard, chosen: bool = False) -> None:
+    """One screen: level and review, then the one group in full, or a line per suite and group.
+
+    Args:
+        out: where it is printed.
+        card: the entry.
+        chosen: whether the user chose the groups of the card, so that each is printed in full.
+    """
+    show_line(out, card)
+    show_review(out, card)
+    if chosen or len(card.groups) == 1:
+        for name, protocols in card.groups.items():
+            for protocol, score in protocols.items():
+                _group(out, name, protocol, score, protocols.get("single"))
+        hint = ""
+    else:
+        _overview(out, card)
+        hint = f"One group in full: --group {next(iter(card.groups), 'NAME')}. "
+    if card.groups:
+        out.print(f"{hint}All metrics and tables: --json, --csv or --markdown.", style="dim")
+    out.print()
+
+
+def _overview(out: Console, card: Scorecard) -> None:
+    """The first metric of every protocol of every suite and group; of many, the first ones."""
+    table = plain_table("final performance", *METRICS)
+    parts: dict[str, Mapping[str, GroupScore] | Mapping[str, SuiteScore]] = {
+        **{f"suite {name}": protocols for name, protocols in card.suites.items()},
+        **card.groups,
+    }
+    shown = parts if len(parts) <= MAX_ROWS else dict(islice(parts.items(), MAX_ROWS - 1))
+    for name, protocols in shown.items():
+        cells = []
+        for protocol, metrics in METRICS.items():
+            score = protocols.get(protocol)
+            value = score.metrics[metrics[0].name] if score else MetricValue()
+            cells.append("–" if value.mean is None else _short(value))
+        table.add_row(name, *cells)
+    if table.row_count:
+        out.print()
+        out.print(table)
+    if len(shown) < len(parts):
+        out.print(f"… and {count(len(parts) - len(shown), 'group')} more")
+
+
+def _short(value: MetricValue) -> str:
+    """A mean with half of its interval."""
+    half = "" if value.high is None or value.mean is None else f" ± {value.high - value.mean:.2f}"
+    return f"{number(value.mean, 2)}{half}"
+
+
+def show_comparison(out: Console, comparison: Comparison) -> None:
+    """Two entries side by side, with the interval of their difference."""
+    suites = {f"suite {name}": protocols for name, protocols in comparison.suites.items()}
+    has_intervals = False
+    for name, protocols in (comparison.groups | suites).items():
+        for protocol, score in protocols.items():
+            heading(out, f"{name}, {protocol}", f", budget {score.budget}")
+            table = plain_table("metric", comparison.first, comparison.second, "difference", "95 % interval")
+            for metric in METRICS[protocol]:
+                if pair := score.metrics.get(metric.name):
+                    numbers = map(number, (pair.first, pair.second, pair.difference.mean))
+                    table.add_row(metric.title, *numbers, span(pair.difference))
+                    has_intervals = has_intervals or pair.difference.low is not None
+            out.print(table)
+            if not table.row_count:
+                out.print(
+                    "They have no metric in common: see `score` on each. Custom groups need --references."
+                )
+    if has_intervals:
+        out.print("Intervals are for this pair alone (Welch); an interval without 0 separates the two.")

@@ -1,1 +1,0 @@
-"""Means, intervals, tests and ranks over runs."""

@@ -1,0 +1,1 @@
+"""Runs the policies of entries. No other package of scoring/ starts a simulator."""

@@ -1,0 +1,201 @@
+"""``gym-extensions verify``: repeats an entry's episodes and runs its policies on new seeds."""
+
+from __future__ import annotations
+
+import argparse
+import secrets
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    TaskID,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
+
+from gym_extensions.catalog.groups import with_custom
+from gym_extensions.errors import BenchError, reports_mistakes
+from gym_extensions.rollouts.layout import submission_folders
+from gym_extensions.rollouts.reader import read
+from gym_extensions.scoring.poses import write
+from gym_extensions.verification.episodes import Store
+from gym_extensions.verification.fetch import Fetcher, cache_folder
+from gym_extensions.verification.new_seeds import ALPHA, require_value
+from gym_extensions.verification.poses import poses_of
+from gym_extensions.verification.verify import Report, Run, Verifier, record, runs_of
+
+EPILOG = """Exit status: 0 all entries are verified, 1 one is not, 2 wrong usage or missing files."""
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command's arguments."""
+    command = argparse.ArgumentParser(
+        prog="gym-extensions verify",
+        description="Check the rules, repeat all logged episodes with the stored policies where these are "
+        "deterministic, and compare the logged returns with those on new seeds. It can be interrupted and "
+        "called again with the same --seeds.",
+        epilog=EPILOG,
+    )
+    add = command.add_argument
+    add("entries", nargs="+", type=Path, metavar="ENTRY", help="a submission's folder, or a folder of them")
+    add("--groups", action="append", default=[], metavar="FILE", help="the TOML file of a custom group")
+    add_options(command)
+    add("--write", action="store_true", help="record the result in ENTRY/review.toml; needs --seeds")
+    return command
+
+
+def add_options(command: argparse.ArgumentParser) -> None:
+    """The arguments that `verify` and `maintain review` share."""
+    add = command.add_argument
+    add("--seeds", metavar="HEX", help="what the new seeds follow from, such as the id of the merge commit")
+    add("--retrain", action="store_true", help="also train one drawn run again; agents of this project only")
+    add("--jobs", type=int, default=1, metavar="N", help="processes that work at once (default: 1)")
+    add("--public-only", action="store_true", help="fetch policies from nothing but public https addresses")
+    add("--cache", type=Path, default=cache_folder(), metavar="DIR", help="for what can be made again")
+
+
+@contextmanager
+def progress_bar(label: str) -> Iterator[tuple[Progress, TaskID]]:
+    """A bar with the time left on standard error, and its task."""
+    columns = (
+        *(TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("cells")),
+        *(TimeElapsedColumn(), TextColumn("left:"), TimeRemainingColumn()),
+    )
+    console = Console(stderr=True)
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
+        yield progress, progress.add_task(label, total=None)
+
+
+def verified(path: Path, value: str, options: argparse.Namespace, *, only_new: bool = False) -> Report:
+    """The report on one entry, with a progress bar.
+
+    Args:
+        path: the entry's folder.
+        value: what the new seeds follow from.
+        options: those of :func:`add_options`, and ``groups``.
+        only_new: whether to leave out runs about which a verification has decided.
+    """
+    groups = getattr(options, "groups", [])
+    with progress_bar(path.name) as (progress, task):
+
+        def started(cells: int) -> None:
+            total = progress.tasks[task].total or 0
+            progress.update(task, total=total + cells)
+
+        verifier = Verifier(
+            path,
+            value,
+            Store(options.cache / "verify"),
+            Fetcher(options.cache / "policies", options.public_only),
+            groups=with_custom(groups),
+            files=tuple(str(Path(file).resolve()) for file in groups),
+            jobs=options.jobs,
+            started=started,
+            done=lambda cells: progress.advance(task, cells),
+        )
+        report = verifier.verify(only_new=only_new)
+    return with_retraining(path, report) if options.retrain else report
+
+
+def with_retraining(path: Path, report: Report) -> Report:
+    """The report after one drawn run was trained again."""
+    from gym_extensions.verification.retrain import retrained  # loads the agents
+
+    return retrained(path, report)
+
+
+def write_poses(path: Path, report: Report) -> None:
+    """Writes the poses of the first sequential run of every group that was verified."""
+    if report.verification is None or not report.verification.passed:
+        return
+    submission = read(path, merge_runs=False)
+    runs = runs_of(submission)
+    shown: dict[str, Run] = {}
+    for name in report.verification.runs:
+        if runs[name].log.protocol == "sequential":
+            shown.setdefault(runs[name].log.group.name, runs[name])
+    for group_name, run in shown.items():
+        if run.number == run.log.runs[0] and not (run.document.policies and run.document.policies.url):
+            write(path, group_name, poses_of(run, submission, path))
+
+
+def lines_of(report: Report) -> Iterator[str]:
+    """The report in words, a line each."""
+    if report.problems:
+        yield f"{report.name}: {len(report.problems)} problems; nothing was run."
+        yield from (f"  {each.where}: {each.rule}: {each.message} {each.hint}" for each in report.problems)
+        return
+    if report.without_policies:
+        names, count = ", ".join(report.without_policies[:3]), len(report.without_policies)
+        more = "…" if count > 3 else ""
+        yield f"{report.name}: {count} runs have no policies and stay claimed: {names}{more}."
+    found = report.verification
+    if found is None:
+        if not report.without_policies:
+            yield f"{report.name}: every run was verified before; a new draw needs new files."
+        return
+    yield f"{report.name}: {'verified' if found.passed else 'NOT verified'}, {len(found.runs)} runs."
+    if report.runs:
+        yield f"  repeated bit for bit: {found.repeated:,} of {found.episodes:,} episodes"
+    else:
+        yield "  repeated: none, because the policies sample their actions"
+    if found.difference:
+        yield f"  first difference: {found.difference}"
+    for machine in dict.fromkeys(report.machines.values()):
+        yield f"  made elsewhere (run / here): {machine}; a difference neither raises nor lowers the level"
+    for log, each in report.means.items():
+        returns = f"mean return {each.logged:.1f} in the log, {each.fresh:.1f} on new seeds"
+        yield f"  {log}: {returns} ({each.cells} cells)"
+    second = "" if found.second_p_value is None else f"; second draw: p = {found.second_p_value:.2g}"
+    yield f"  new seeds: p = {found.p_value:.2g}{second} (refused up to {ALPHA}), from {found.value}"
+    if report.retraining:
+        yield f"  trained again: {report.retraining}"
+
+
+def is_verified(report: Report) -> bool:
+    """Whether nothing speaks against the entry, and all its runs have policies."""
+    passed = report.verification is None or report.verification.passed
+    return passed and not report.problems and not report.without_policies
+
+
+@reports_mistakes
+def main(argv: Sequence[str] | None = None) -> int:
+    """Verifies, prints what it found, and returns the exit status."""
+    command = parser()
+    options = command.parse_args(argv)
+    if options.jobs < 1:
+        command.error("--jobs takes a number from 1")
+    if options.write and not options.seeds:
+        raise BenchError(
+            "no-seeds",
+            "A record needs seeds that nobody chose.",
+            "--write",
+            "Pass --seeds with the id of the merge commit or a beacon's randomness.",
+        )
+    value = require_value(options.seeds) if options.seeds else secrets.token_hex(32)
+    status = 0
+    for path in submission_folders(options.entries):
+        try:
+            report = verified(path, value, options, only_new=options.write)
+        except KeyboardInterrupt:
+            print(f"Interrupted. What is finished is kept: add --seeds {value}", file=sys.stderr)
+            return 130
+        print("\n".join(lines_of(report)))
+        status |= not is_verified(report)
+        if options.write and report.verification is not None:
+            record(path, report.verification)
+            write_poses(path, report)
+    if not options.seeds:
+        print("The seeds are random numbers of this machine: this is a test, not a record.")
+    return status
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,293 @@
+"""Episodes of stored policies on given seeds. The policies are read and run in the process with limits."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from hashlib import sha256
+from itertools import groupby
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from gym_extensions.catalog.groups import TaskGroup, with_custom
+from gym_extensions.envs import make_vec
+from gym_extensions.envs.fingerprint import engine, require_published_engine
+from gym_extensions.envs.rollout import Outcome, run_episodes
+from gym_extensions.errors import BenchError
+from gym_extensions.files import write_text
+from gym_extensions.rollouts.policy import Key, Policy, content_sha256, npz_arrays, policies_of, read_arrays
+from gym_extensions.verification.limits import Limits, answers, end_all
+from gym_extensions.versions import blas_kernels, version
+
+JOB = "gym_extensions.verification.episodes:play"
+BAD_POLICIES = "bad-policies"
+BASE_SECONDS, SECONDS_PER_CELL = 120, 60
+"""Processor time that a process may use: a cell of 20 long episodes takes a few seconds."""
+
+
+@dataclass(frozen=True)
+class Cell:
+    """Episodes of the policy of a stage on a task: its index, a seed per episode, and the seed of the noise.
+
+    Without a seed of the noise the policy must be deterministic.
+    """
+
+    stage: int
+    task: int
+    seeds: tuple[int, ...]
+    noise: int | None = None
+
+
+@dataclass(frozen=True)
+class RunRequest:
+    """The cells of a run that are wanted, and where its policies are.
+
+    ``folder`` is the submission, ``file`` the policies' file if it lies elsewhere, and ``policies`` the
+    digest of its content that the run states. ``files`` is the digest of log and policies together.
+    """
+
+    name: str
+    folder: str
+    group: str
+    protocol: str
+    run: int
+    policies: str
+    files: str
+    observes_task: bool
+    cells: tuple[Cell, ...]
+    file: str = ""
+
+
+@dataclass(frozen=True)
+class Played:
+    """The outcomes of every cell of a run, or why its policies do not give any."""
+
+    outcomes: tuple[tuple[Outcome, ...], ...] = ()
+    problem: str = ""
+
+
+@contextmanager
+def no_log_file() -> Iterator[None]:
+    """Stops MuJoCo from writing warnings of unstable states into the current folder."""
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda _: None)
+    try:
+        yield
+    finally:
+        mujoco.set_mju_user_warning(before)
+
+
+class Player:
+    """Runs policies on the tasks of one group; the environments are kept for the next policy."""
+
+    def __init__(self, group: TaskGroup) -> None:
+        require_published_engine()
+        self.group = group
+        self._envs: dict[tuple[int, int], Any] = {}
+
+    def env(self, task: int, count: int) -> Any:
+        """The environments of a task by its index."""
+        if (task, count) not in self._envs:
+            self._envs[task, count] = make_vec(self.group.tasks[task], count)
+        return self._envs[task, count]
+
+    def outcomes(
+        self, policy: Policy, cell: Cell, watch: Callable[[Any, Any], None] | None = None
+    ) -> list[Outcome]:
+        """The outcomes of a cell, an episode per seed.
+
+        Args:
+            policy: the policy of the cell's stage.
+            cell: the seeds.
+            watch: called with the environments and the actions, after the reset and after every step.
+
+        Raises:
+            BenchError: the policy does not fit the task, samples without a seed of the noise, or gives an
+                action that is not finite.
+        """
+        env, task = self.env(cell.task, len(cell.seeds)), cell.task
+        shape = env.single_action_space.shape
+        if len(policy.action_offset) != int(np.prod(shape)):
+            message = f"The policy has {len(policy.action_offset)} actions; the task has {shape[0]}."
+            raise BenchError("bad-actions", message)
+        noise = None if cell.noise is None else np.random.default_rng(cell.noise)
+
+        def act(observations: Any, *_: Any) -> Any:
+            return policy.act(observations, noise, task).reshape(len(observations), *shape)
+
+        seen = None if watch is None else lambda actions: watch(env, actions)
+        with np.errstate(all="ignore"), no_log_file():
+            return run_episodes(env, cell.seeds, act, watch=seen, where="the policy")
+
+    def close(self) -> None:
+        """Closes the environments."""
+        while self._envs:
+            self._envs.popitem()[1].close()
+
+
+def stored_policies(request: RunRequest, group: TaskGroup) -> dict[Key, Policy]:
+    """The policies of a run.
+
+    Raises:
+        BenchError: they cannot be read, are others than those of the run's document, or one depends on the
+            task although the agent does not observe it.
+    """
+    if request.file:
+        arrays = npz_arrays(Path(request.file).read_bytes())
+    else:
+        arrays = read_arrays(Path(request.folder), group, request.protocol, request.run)
+    if (digest := content_sha256(arrays)) != request.policies:
+        message = f"The policies have the digest {digest[:12]}…; the run states {request.policies[:12]}…."
+        raise BenchError(BAD_POLICIES, message)
+    policies = policies_of(arrays, group, request.protocol)
+    rows = max((policy.num_tasks for policy in policies.values()), default=0)
+    if rows and not request.observes_task:
+        raise BenchError(BAD_POLICIES, "A policy depends on the task, which the agent does not observe.")
+    if rows > len(group.tasks):
+        raise BenchError(BAD_POLICIES, f"A policy has arrays for {rows} tasks of {len(group.tasks)}.")
+    return policies
+
+
+def key_of(request: RunRequest, group: TaskGroup, cell: Cell) -> Key:
+    """The key of the policy of a cell."""
+    return cell.stage, group.tasks[cell.task].name if request.protocol == "single" else None
+
+
+def played(request: RunRequest, player: Player) -> Played:
+    """The outcomes of a run's cells, in this process."""
+    try:
+        policies = stored_policies(request, player.group)
+        results = {}
+        for cell in sorted(request.cells, key=lambda each: each.task):
+            where = f"stage {cell.stage}, {player.group.tasks[cell.task].name}"
+            policy = policies[key_of(request, player.group, cell)]
+            try:
+                results[cell] = tuple(player.outcomes(policy, cell))
+            except BenchError as error:
+                raise BenchError(error.code, f"{where}: {error.message}") from error
+    except BenchError as error:
+        return Played(problem=error.message)
+    return Played(tuple(results[cell] for cell in request.cells))
+
+
+def play(call: Mapping[str, Any]) -> Iterator[Any]:
+    """The job of the process with limits: the outcomes of runs of one group, one after another."""
+    requests = [request_of(each) for each in call["runs"]]
+    player = Player(with_custom(call["groups"])[requests[0].group])
+    for request in requests:
+        yield {"run": request.name, **asdict(played(request, player))}
+    player.close()
+
+
+def request_of(values: Mapping[str, Any]) -> RunRequest:
+    """The request in JSON values."""
+    cells = (
+        Cell(each["stage"], each["task"], tuple(each["seeds"]), each["noise"]) for each in values["cells"]
+    )
+    return RunRequest(**{**values, "cells": tuple(cells)})
+
+
+def _played_of(values: Mapping[str, Any]) -> Played:
+    outcomes = tuple(tuple(Outcome(*each) for each in cell) for cell in values["outcomes"])
+    return Played(outcomes, values["problem"])
+
+
+class Store:
+    """Outcomes on disk, so that an interrupted verification goes on where it was.
+
+    A file is named by all that determines its content: the cells, the run's files, versions and kernels.
+
+    Args:
+        folder: where the files are.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._machine = [*engine().values(), version("numpy"), version("gym-extensions"), blas_kernels()]
+
+    def _path(self, request: RunRequest) -> Path:
+        content = asdict(request) | {"folder": "", "file": "", "machine": self._machine}
+        return self._folder / f"{sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()}.json"
+
+    def load(self, request: RunRequest) -> Played | None:
+        """The outcomes of a request, if they were stored."""
+        try:
+            return _played_of(json.loads(self._path(request).read_bytes()))
+        except (OSError, ValueError, KeyError, TypeError):
+            return None
+
+    def save(self, request: RunRequest, result: Played) -> None:
+        """Stores the outcomes of a request."""
+        write_text(self._path(request), json.dumps(asdict(result)))
+
+
+def run_all(
+    requests: Sequence[RunRequest],
+    store: Store,
+    *,
+    groups: Sequence[str] = (),
+    jobs: int = 1,
+    done: Callable[[RunRequest], None] = lambda _: None,
+) -> dict[str, Played]:
+    """The outcomes of runs by their names.
+
+    Args:
+        requests: the runs.
+        store: has what is known, and gets what becomes known.
+        groups: TOML files of custom groups.
+        jobs: processes that work at once. The outcomes do not depend on it.
+        done: called after each run, in any thread.
+
+    Raises:
+        BenchError: a process reached a limit or failed.
+    """
+    results: dict[str, Played] = {}
+    missing = []
+    for request in requests:
+        if (known := store.load(request)) is None:
+            missing.append(request)
+        else:
+            results[request.name] = known
+            done(request)
+
+    def work(batch: Sequence[RunRequest]) -> None:
+        by_name = {request.name: request for request in batch}
+        call = {"runs": [asdict(request) for request in batch], "groups": list(groups)}
+        for answer in answers(JOB, call, limits_of(batch)):
+            request, result = by_name[answer["run"]], _played_of(answer)
+            results[request.name] = result
+            store.save(request, result)
+            done(request)
+
+    with ThreadPoolExecutor(jobs) as pool:
+        futures = [pool.submit(work, batch) for batch in _batches(missing, jobs)]
+        try:
+            for future in as_completed(futures):
+                future.result()
+        except BaseException:  # Ctrl-C as well
+            pool.shutdown(wait=False, cancel_futures=True)
+            end_all()
+            raise
+    return results
+
+
+def limits_of(requests: Sequence[RunRequest]) -> Limits:
+    """Limits of the process that runs these requests: time for the longest episodes, and a margin."""
+    seconds = BASE_SECONDS + SECONDS_PER_CELL * sum(len(request.cells) for request in requests)
+    return Limits(cpu_seconds=seconds, wall_seconds=4 * seconds)
+
+
+def _batches(requests: Sequence[RunRequest], jobs: int) -> list[list[RunRequest]]:
+    """The runs of a group together, which share environments, in parts that keep all processes busy."""
+    size = max(1, -(-len(requests) // jobs))
+    batches = []
+    for _, members in groupby(requests, key=lambda request: request.group):
+        runs = list(members)
+        batches += [runs[start : start + size] for start in range(0, len(runs), size)]
+    return batches

@@ -1,0 +1,173 @@
+"""Gets policies that lie elsewhere into a cache. Their size is enforced while they stream.
+
+By hand any address works that fsspec knows. A workflow reads only ``https`` at public addresses: it has no
+credentials, follows a redirect only to such an address, and connects to the address that was checked.
+"""
+
+from __future__ import annotations
+
+import http.client
+import ipaddress
+import os
+import socket
+import ssl
+import time
+import urllib.error
+import urllib.request
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from hashlib import sha256
+from pathlib import Path
+from typing import Any, Protocol
+from urllib.parse import urlsplit
+
+from gym_extensions.errors import BenchError
+from gym_extensions.files import write_bytes
+from gym_extensions.rollouts.run import PolicyFile
+
+CHUNK = 2**16
+IDLE_SECONDS, TOTAL_SECONDS = 30.0, 600.0
+"""Longest silence of a server, and longest time for a file."""
+PUBLIC_SCHEMES = ("https",)
+WEB_SCHEMES = ("http", "https")
+
+
+class Readable(Protocol):
+    """An open file."""
+
+    def read(self, size: int, /) -> bytes:
+        """The next bytes; none at the end."""
+
+
+@dataclass(frozen=True)
+class Fetcher:
+    """Gets files into a cache.
+
+    Args:
+        cache: the folder of the cache.
+        public_only: whether to read nothing but ``https`` at public addresses.
+    """
+
+    cache: Path
+    public_only: bool = False
+
+    def fetch(self, policies: PolicyFile, where: str) -> Path:
+        """The path of a copy of policies that lie elsewhere. Their digest is checked where they are read.
+
+        Args:
+            policies: what a run's document states.
+            where: the run, for errors.
+
+        Raises:
+            BenchError: the address may not be read, there is no such file, it has another size than stated,
+                or the server does not answer.
+        """
+        name = sha256(f"{policies.url} {policies.sha256}".encode()).hexdigest()
+        path = self.cache / f"{name}.npz"
+        if path.is_file() and path.stat().st_size == policies.size:
+            return path
+        scheme = urlsplit(policies.url).scheme
+        if self.public_only and scheme not in PUBLIC_SCHEMES:
+            message = (
+                f"{policies.url} may not be read here: only {' and '.join(PUBLIC_SCHEMES)} addresses are."
+            )
+            raise BenchError(
+                "policies-address", message, where, "Verify the entry by hand, or move the file."
+            )
+        try:
+            with _opened(policies.url, scheme, self.public_only) as file:
+                content = _content(file, policies.size)
+        except BenchError:
+            raise
+        except (OSError, http.client.HTTPException, ValueError) as error:
+            reason = str(getattr(error, "reason", "") or error) or type(error).__name__
+            message = f"{policies.url} cannot be read: {reason}."
+            raise BenchError("policies-missing", message, where, "Ask the author for the file.") from error
+        if len(content) != policies.size:
+            more = "more" if len(content) > policies.size else "fewer"
+            message = f"{policies.url} has {more} bytes than the {policies.size} that the run states."
+            raise BenchError("policies-size", message, where, "Ask the author for the file of the run.")
+        write_bytes(path, content)
+        return path
+
+
+def cache_folder() -> Path:
+    """The user's folder for files that can be made again."""
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "gym-extensions"
+
+
+def _content(file: Readable, size: int) -> bytes:
+    """The bytes of a file, of which no more are read than one beyond the stated size."""
+    parts, length, end = [], 0, time.monotonic() + TOTAL_SECONDS
+    while length <= size and (part := file.read(min(CHUNK, size + 1 - length))):
+        parts.append(part)
+        length += len(part)
+        if time.monotonic() > end:
+            raise TimeoutError(f"It was not finished after {TOTAL_SECONDS:.0f} seconds")
+    return b"".join(parts)
+
+
+@contextmanager
+def _opened(url: str, scheme: str, public_only: bool) -> Iterator[Readable]:
+    if scheme in WEB_SCHEMES:
+        handlers = (urllib.request.ProxyHandler({}), *PUBLIC_HANDLERS) if public_only else ()
+        with urllib.request.build_opener(*handlers).open(url, timeout=IDLE_SECONDS) as file:
+            yield file
+        return
+    try:
+        import fsspec  # type: ignore[import-untyped, unused-ignore]
+    except ImportError:
+        hint = "Run: pip install fsspec, and what it needs for this kind of address."
+        raise BenchError("no-fsspec", f"{url} needs the package fsspec.", hint=hint) from None
+    with fsspec.open(url, "rb") as file:
+        yield file
+
+
+def is_public(address: str) -> bool:
+    """Whether an IP address can be reached by everybody, and is none of this machine or its network."""
+    ip = ipaddress.ip_address(address)
+    mapped = getattr(ip, "ipv4_mapped", None)
+    return (mapped or ip).is_global and not ip.is_multicast
+
+
+def _connected(host: str, port: int, timeout: float | None) -> socket.socket:
+    """A connection to a public address of a host. Raises ``OSError`` if it has none."""
+    addresses = [found[4][0] for found in socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)]
+    if not addresses or not all(is_public(str(address)) for address in addresses):
+        raise PermissionError(f"{host} is not at a public address")
+    return socket.create_connection((str(addresses[0]), port), timeout)
+
+
+class _PublicConnection(http.client.HTTPConnection):
+    def connect(self) -> None:
+        self.sock = _connected(self.host, self.port, self.timeout)
+
+
+class _PublicTlsConnection(http.client.HTTPSConnection):
+    def connect(self) -> None:
+        connection = _connected(self.host, self.port, self.timeout)
+        self.sock = ssl.create_default_context().wrap_socket(connection, server_hostname=self.host)
+
+
+class _PublicHttp(urllib.request.HTTPHandler):
+    def http_open(self, req: urllib.request.Request) -> Any:
+        return self.do_open(_PublicConnection, req)
+
+
+class _PublicHttps(urllib.request.HTTPSHandler):
+    def https_open(self, req: urllib.request.Request) -> Any:
+        return self.do_open(_PublicTlsConnection, req)
+
+
+class _PublicRedirects(urllib.request.HTTPRedirectHandler):
+    max_redirections = 3
+
+    def redirect_request(self, *arguments: Any) -> urllib.request.Request | None:
+        url = str(arguments[-1])
+        if urlsplit(url).scheme not in PUBLIC_SCHEMES:
+            raise PermissionError(f"It redirects to {url}")
+        return super().redirect_request(*arguments)
+
+
+PUBLIC_HANDLERS = (_PublicHttp, _PublicHttps, _PublicRedirects)

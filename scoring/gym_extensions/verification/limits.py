@@ -1,0 +1,193 @@
+"""Runs a job on a stranger's files in a process of its own: limits on memory, time and files, no network.
+
+The process is Python itself with this module. It reads a request from standard input, imports the job's
+module, limits itself, and writes one line of JSON per answer. Nothing of an entry is executed in it; the
+limits are for files that are made to use up memory or time, and for mistakes in the libraries that read them.
+"""
+
+from __future__ import annotations
+
+import importlib
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import threading
+import traceback
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, NoReturn
+
+from gym_extensions.errors import BenchError
+
+MODULE = "gym_extensions.verification.limits"
+MEBIBYTE = 2**20
+KEPT_VARIABLES = (
+    *("PATH", "HOME", "TMPDIR", "NUMBA_CACHE_DIR", "LD_LIBRARY_PATH", "OPENBLAS_CORETYPE"),
+    *("SYSTEMROOT", "USERPROFILE", "TEMP"),
+)
+"""Environment variables that the process gets. Tokens are not among them."""
+FORBIDDEN = (
+    *("socket.", "subprocess.", "os.exec", "os.posix_spawn", "os.spawn", "os.startfile"),
+    *("os.system", "os.fork", "pty."),
+)
+"""Beginnings of the audit events that the process refuses: the network and other programs."""
+MAX_ANSWER = 64 * MEBIBYTE
+"""Most bytes of one answer."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Limits of a process: bytes of memory and of a file, seconds of processor time and of wall time."""
+
+    memory: int = 4096 * MEBIBYTE
+    file_size: int = 64 * MEBIBYTE
+    cpu_seconds: int = 3600
+    wall_seconds: int = 7200
+
+
+DEFAULT = Limits()
+
+
+def apply_limits(limits: Limits) -> None:
+    """Limits this process for the rest of its life, and refuses sockets and child processes.
+
+    Only Linux limits the memory. Windows limits nothing but sockets and processes.
+    """
+    if sys.platform != "win32":
+        import resource
+
+        memory = [(resource.RLIMIT_AS, limits.memory)] if sys.platform == "linux" else []
+        for name, value in (
+            *memory,
+            (resource.RLIMIT_FSIZE, limits.file_size),
+            (resource.RLIMIT_CPU, limits.cpu_seconds),
+            (resource.RLIMIT_CORE, 0),
+            (resource.RLIMIT_NOFILE, 256),
+        ):
+            _, hard = resource.getrlimit(name)
+            allowed = value if hard == resource.RLIM_INFINITY else min(value, hard)
+            resource.setrlimit(name, (allowed, allowed))
+    sys.addaudithook(_refuse)
+
+
+def _refuse(event: str, _: object) -> None:
+    if event.startswith(FORBIDDEN):
+        _stop(event)
+
+
+def _stop(event: str) -> NoReturn:
+    raise PermissionError(f"{event} is not allowed in a process that reads files of an entry")
+
+
+LIVE: set[subprocess.Popen[bytes]] = set()
+"""The processes that work at the moment."""
+
+
+def end_all() -> None:
+    """Ends all processes, so that the loops over their answers end with an error."""
+    for process in tuple(LIVE):
+        process.kill()
+
+
+def answers(job: str, request: dict[str, Any], limits: Limits = DEFAULT) -> Iterator[Any]:
+    """The answers of a job that runs in a process with limits, as they come.
+
+    Leaving the loop ends the process.
+
+    Args:
+        job: ``"module:function"`` of this package: from a request to an iterator of JSON values.
+        request: a JSON value.
+        limits: what the process may use.
+
+    Raises:
+        BenchError: raised by the job; or ``limit-reached``, if the process was ended by a limit; or
+            ``fault-of-the-verifier``, if the job failed in another way.
+    """
+    environment = {name: os.environ[name] for name in KEPT_VARIABLES if name in os.environ}
+    environment |= {"OPENBLAS_NUM_THREADS": "1", "PYTHONUTF8": "1"}
+    with tempfile.TemporaryFile() as errors, tempfile.TemporaryDirectory() as folder:
+        process = subprocess.Popen(
+            [sys.executable, "-I", "-m", MODULE],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=errors,
+            env=environment,
+            cwd=folder,
+        )
+        LIVE.add(process)
+        timer = threading.Timer(limits.wall_seconds, process.kill)
+        timer.start()
+        try:
+            yield from _conversation(process, {"job": job, "request": request, "limits": asdict(limits)})
+            if process.wait() != 0:
+                errors.seek(0)
+                lines = errors.read().decode(errors="replace").strip().splitlines() or ["without a message"]
+                message = f"The process ended with status {process.returncode}: {lines[-1][:200]}."
+                raise BenchError("limit-reached", message, hint=_limits_in_words(limits))
+        finally:
+            timer.cancel()
+            LIVE.discard(process)
+            process.kill()
+            process.wait()
+            for stream in (process.stdin, process.stdout):
+                if stream is not None:
+                    stream.close()
+
+
+def _limits_in_words(limits: Limits) -> str:
+    memory, minutes = limits.memory // MEBIBYTE, limits.wall_seconds // 60
+    return f"The files must be checked with {memory} MiB of memory in {minutes} minutes."
+
+
+def _conversation(process: subprocess.Popen[bytes], request: dict[str, Any]) -> Iterator[Any]:
+    assert process.stdin is not None
+    assert process.stdout is not None
+    try:
+        process.stdin.write(json.dumps(request).encode())
+        process.stdin.close()
+    except BrokenPipeError:  # its status says why
+        return
+    while line := process.stdout.readline(MAX_ANSWER):
+        try:
+            answer = json.loads(line)
+        except ValueError:  # it was ended while it wrote
+            process.kill()
+            return
+        if "error" in answer:
+            raise BenchError(*answer["error"])
+        yield answer["answer"]
+
+
+def main() -> None:
+    """Reads a request, limits this process, runs the job, and writes its answers."""
+    call = json.load(sys.stdin.buffer)
+    module, _, name = call["job"].partition(":")
+    job = getattr(
+        importlib.import_module(module), name
+    )  # libraries may start programs while they are imported
+    apply_limits(Limits(**call["limits"]))
+    try:
+        for answer in job(call["request"]):
+            _write({"answer": answer})
+    except BenchError as error:
+        _write({"error": [error.code, error.message, error.where, error.hint]})
+    except (MemoryError, OSError):  # a limit
+        raise
+    except Exception as error:  # noqa: BLE001 - a mistake of the verifier is not one of the entry
+        last = traceback.extract_tb(error.__traceback__)[-1]
+        message = (
+            f"The verifier stopped with {type(error).__name__} in {Path(last.filename).name}, {last.name}."
+        )
+        _write({"error": ["fault-of-the-verifier", message, "", "Please report it; the entry may be right."]})
+
+
+def _write(answer: dict[str, Any]) -> None:
+    sys.stdout.buffer.write(json.dumps(answer).encode() + b"\n")
+    sys.stdout.buffer.flush()
+
+
+if __name__ == "__main__":
+    main()

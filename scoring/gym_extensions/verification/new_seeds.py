@@ -1,0 +1,165 @@
+"""New seeds, and whether logged returns are higher than the returns on them, by a permutation test.
+
+Under the null hypothesis the logged and the new seeds of a task are exchangeable: both are drawn from the
+same distribution, and the policies were fixed before the new ones. All runs, stages and protocols of a task
+are evaluated on the same seeds, and tasks may be much harder from some of them, so that returns of one seed
+are not independent. The test therefore exchanges seeds and not returns, which makes it exact for any
+dependence between runs: it rejects an honest entry with a probability of at most ``ALPHA``. An agent may draw
+the same noise in all tasks, so that episodes of one number are not independent either: the same numbers are
+exchanged in all tasks. The new episodes do not share noise between tasks; the numbers of both kinds are
+equal, so the test is then exact in the limit of many episodes.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gym_extensions.catalog.protocol import EVALUATION_EPISODES
+from gym_extensions.catalog.tasks import Task
+from gym_extensions.errors import BenchError
+
+Array = NDArray[np.float64]
+
+VALUE = re.compile(r"[0-9a-f]{40,128}")
+ALPHA = 0.004
+"""Probability of rejecting an honest entry."""
+PERMUTATIONS = 4999
+STATISTICS = 3
+"""Tests of an entry: all cells, the largest run and the largest cell. Their p values are multiplied by it."""
+
+
+@dataclass(frozen=True)
+class TaskReturns:
+    """The returns of the cells of one task.
+
+    Args:
+        runs: the run of each cell, as an index over all runs of all logs of the entry.
+        logged: (cells, prescribed seeds).
+        fresh: (cells, new seeds).
+    """
+
+    runs: Sequence[int]
+    logged: Array
+    fresh: Array
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """The adjusted one-sided p value, and whether it is above ``ALPHA``: the log agrees with the policies."""
+
+    p_value: float
+
+    @property
+    def agrees(self) -> bool:
+        """Whether the logged returns are not significantly higher than those on new seeds."""
+        return self.p_value > ALPHA
+
+
+@dataclass(frozen=True)
+class Draw:
+    """New seeds, which nobody knew when the files were submitted: they follow from both.
+
+    Args:
+        digest: of the logs and policies (:func:`files_digest`).
+        value: 40 to 128 hexadecimal digits that were fixed after the files, such as the merge commit's id.
+        number: 1, or 2 for the second draw about files that the first refused.
+    """
+
+    digest: str
+    value: str
+    number: int = 1
+
+    def seed(self, *names: object) -> int:
+        """A seed below 2³¹ for what the names say.
+
+        It is the first four bytes, little-endian, top bit cleared, of the SHA-256 of
+        ``<digest>/<value>/<number>/<name>/…``, as the prescribed seeds are of theirs.
+        """
+        text = "/".join(map(str, (self.digest, self.value, self.number, *names)))
+        return int.from_bytes(hashlib.sha256(text.encode()).digest()[:4], "little") & 0x7FFFFFFF
+
+    def seeds(self, group_id: str, task_id: str) -> list[int]:
+        """The reset seeds of a task's new episodes: the same for all runs, stages and protocols."""
+        return [self.seed(group_id, task_id, episode) for episode in range(EVALUATION_EPISODES)]
+
+
+def require_value(value: str, where: str = "--seeds") -> str:
+    """The value in lower case. Raises ``BenchError`` unless it has 40 to 128 hexadecimal digits."""
+    if not VALUE.fullmatch(value.lower()):
+        hint = "Pass the id of the merge commit, or the randomness of a public beacon: 40 to 128 digits."
+        raise BenchError("bad-seeds", f"{value[:80]!r} is not such a number.", where, hint)
+    return value.lower()
+
+
+def files_digest(runs: Mapping[str, str]) -> str:
+    """The SHA-256 of one line per run, sorted: its name, a space, the digest of its log and policies."""
+    return hashlib.sha256("".join(f"{name} {runs[name]}\n" for name in sorted(runs)).encode()).hexdigest()
+
+
+def tested_cells(protocol: str, tasks: Sequence[Task]) -> list[tuple[int, int]]:
+    """Stage and index of the task of the cells of final performance and forgetting.
+
+    Sequential: R[T][j] and R[j][j]. Single and joint: every task at stage 1.
+    """
+    if protocol != "sequential":
+        return [(1, index) for index in range(len(tasks))]
+    last = [(len(tasks), index) for index in range(len(tasks))]
+    return list(dict.fromkeys([*last, *((index + 1, index) for index in range(len(tasks)))]))
+
+
+def compare(tasks: Sequence[TaskReturns], rng: np.random.Generator) -> Comparison:
+    """Compares logged and new returns of all cells.
+
+    A cell's difference is the difference of its two means over the standard deviation of its returns. The
+    statistics are the sum over all cells, the largest sum over the cells of a run divided by the square root
+    of their number, and the largest of a cell. The p value is the smallest of the three times three
+    (Bonferroni).
+
+    Args:
+        tasks: the cells by task.
+        rng: draws the permutations.
+
+    All tasks have the same numbers of logged and new episodes.
+    """
+    if not tasks:
+        return Comparison(1.0)
+    weights = _weights(tasks[0], rng)
+    differences = np.concatenate([_differences(task, weights) for task in tasks])
+    runs = np.concatenate([np.asarray(task.runs) for task in tasks])
+    sums = np.stack([differences[runs == run].sum(axis=0) for run in np.unique(runs)])
+    sizes = np.array([(runs == run).sum() for run in np.unique(runs)])
+    statistics = (
+        differences.sum(axis=0),
+        (sums / np.sqrt(sizes)[:, None]).max(axis=0),
+        differences.max(axis=0),
+    )
+    p_values = [float((values >= values[0] - ROUNDING).mean()) for values in statistics]
+    return Comparison(min(1.0, STATISTICS * min(p_values)))
+
+
+ROUNDING = 1e-9
+"""Statistics that differ by less are equal."""
+
+
+def _weights(task: TaskReturns, rng: np.random.Generator) -> Array:
+    """Weights (1 + permutations, logged and new episodes) of a difference of means; the data's first."""
+    logged, fresh = task.logged.shape[1], task.fresh.shape[1]
+    weights = np.concatenate([np.full(logged, 1 / logged), np.full(fresh, -1 / fresh)])
+    exchanged = rng.permuted(np.tile(weights, (PERMUTATIONS, 1)), axis=1)
+    return np.concatenate([weights[None], exchanged])
+
+
+def _differences(task: TaskReturns, weights: Array) -> Array:
+    """The difference of every cell (cells, 1 + permutations); the first column is that of the data."""
+    returns = np.concatenate([task.logged, task.fresh], axis=1)
+    deviation = returns.std(axis=1, keepdims=True)
+    is_constant = deviation <= ROUNDING * np.maximum(1.0, np.abs(returns).max(axis=1, keepdims=True))
+    standardized = np.where(is_constant, 0.0, returns / np.where(is_constant, 1.0, deviation))
+    result: Array = standardized @ weights.T
+    return result

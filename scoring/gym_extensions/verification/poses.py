@@ -1,0 +1,159 @@
+"""Poses of an entry: episodes of the stored policies, run again while their coordinates are recorded."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gym_extensions.catalog.groups import with_custom
+from gym_extensions.catalog.tasks import Task
+from gym_extensions.envs.make import construct_mujoco
+from gym_extensions.rollouts.submission import Submission
+from gym_extensions.scoring.poses import (
+    BODY_UNIT,
+    MAP_UNIT,
+    MAX_PATH_POINTS,
+    MAX_SECONDS,
+    RATE,
+    Clip,
+    Poses,
+    TaskPoses,
+    motion_of,
+)
+from gym_extensions.verification.episodes import Player, key_of, limits_of, request_of, stored_policies
+from gym_extensions.verification.limits import answers
+from gym_extensions.verification.new_seeds import tested_cells
+from gym_extensions.verification.repeat import logged_cells, prescribed_cell
+from gym_extensions.verification.verify import SAMPLED, Run, request_of_run
+
+JOB = "gym_extensions.verification.poses:record"
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Timing:
+    """How an episode becomes frames. ``steps_per_second`` is 0 in 2-D navigation."""
+
+    unit: float
+    steps_per_second: float
+    steps_per_frame: float
+    most_steps: int
+
+
+def timing_of(task: Task) -> Timing:
+    """15 frames per second of the first ten seconds, or a path of at most 250 points."""
+    if task.body.family == "navigation":
+        every = math.ceil(task.max_steps / MAX_PATH_POINTS)
+        return Timing(MAP_UNIT, 0.0, float(every), task.max_steps)
+    env: Any = construct_mujoco(task)
+    rate = 1 / float(env.dt)
+    env.close()
+    return Timing(BODY_UNIT, rate, rate / RATE, math.ceil(MAX_SECONDS * rate))
+
+
+def frames_of(track: Array, timing: Timing) -> Array:
+    """The coordinates at the frames, interpolated between steps; the last is within a frame of the end.
+
+    Args:
+        track: (steps + 1, n), after the reset and after every step.
+        timing: of the task.
+    """
+    count = math.floor((len(track) - 1) / timing.steps_per_frame + 1e-9) + 1
+    at = np.arange(count) * timing.steps_per_frame
+    if timing.steps_per_second == 0:
+        at = np.append(at, len(track) - 1) if at[-1] < len(track) - 1 else at
+    steps = np.arange(len(track))
+    return np.stack([np.interp(at, steps, column) for column in track.T], axis=1)
+
+
+def shown_episode(returns: list[float]) -> int:
+    """The episode of a cell that is shown: that of the median return, the lower one of two."""
+    return int(np.argsort(returns, kind="stable")[(len(returns) - 1) // 2])
+
+
+def coordinates(states: Mapping[str, Any], episode: int) -> Array:
+    """``qpos`` and the x and y of mocap bodies (a wall, a goal), or the position on the map."""
+    if "position" in states:
+        return np.array(states["position"][episode])
+    mocap = [states["mocap_pos"][episode, 0, :2]] if "mocap_pos" in states else []
+    return np.concatenate([states["qpos"][episode], *mocap])
+
+
+def record(call: Mapping[str, Any]) -> Iterator[Any]:
+    """The job of the process with limits: a clip of each cell of a run, in the order of the cells."""
+    request = request_of(call["run"])
+    player = Player(with_custom(call["groups"])[request.group])
+    policies = stored_policies(request, player.group)
+    timings = [timing_of(task) for task in player.group.tasks]
+    for cell, episode in zip(request.cells, call["episodes"], strict=True):
+        timing, track = timings[cell.task], list[Array]()
+        watch = functools.partial(_watch, track, episode, timing.most_steps)
+        policy = policies[key_of(request, player.group, cell)]
+        outcome = player.outcomes(policy, cell, watch)[episode]
+        frames = frames_of(np.stack(track[: outcome.length + 1]), timing)
+        clip = {"steps": outcome.length, "success": outcome.success, "frames": len(frames)}
+        yield {**clip, "motion": motion_of(frames, timing.unit), **asdict(timing)}
+    player.close()
+
+
+def _watch(track: list[Array], episode: int, most_steps: int, env: Any, _: Any) -> None:
+    """Adds the coordinates of an episode to its track."""
+    if len(track) <= most_steps:
+        track.append(coordinates(env.states(), episode))
+
+
+def poses_of(run: Run, submission: Submission, folder: Path) -> Poses:
+    """The poses of a sequential run: an episode of every task right after its training and at the end.
+
+    Policies that sample their actions are shown in an episode of their own, from the same start.
+
+    Raises:
+        BenchError: the policies cannot be run.
+    """
+    assert submission.manifest is not None, "it has no problems"
+    logged, group = logged_cells(run.log, run.number), run.log.group
+    keys = sorted(tested_cells(run.log.protocol, group.tasks))
+    cells = [prescribed_cell(run.log, *key) for key in keys]
+    if submission.manifest.protocol.evaluation == SAMPLED:
+        cells = [replace(cell, noise=cell.seeds[0]) for cell in cells]
+    request = request_of_run(
+        run, folder.resolve(), submission.manifest.observes.task_in_evaluation, tuple(cells)
+    )
+    returns = {key: [outcome.return_ for outcome in logged[key]] for key in keys}
+    episodes = [shown_episode(returns[key]) for key in keys]
+    call = {"run": asdict(request), "groups": [], "episodes": episodes}
+    clips: dict[tuple[int, int], Clip] = {}
+    timings: dict[int, Mapping[str, Any]] = {}
+    found = answers(JOB, call, limits_of([request]))
+    for key, episode, values in zip(keys, episodes, found, strict=True):
+        timings[key[1]] = values
+        clips[key] = Clip(
+            stage=key[0],
+            episode=episode,
+            returns=tuple(round(value, 2) for value in returns[key]),
+            **{name: values[name] for name in ("steps", "success", "frames", "motion")},
+        )
+    last = len(group.tasks)
+    return Poses(
+        submission=submission.name,
+        group=group.id,
+        run=run.number,
+        tasks=tuple(
+            TaskPoses(
+                task=task.id,
+                after=clips[index + 1, index],
+                end=None if index + 1 == last else clips[last, index],
+                unit=timings[index]["unit"],
+                steps_per_second=timings[index]["steps_per_second"],
+                steps_per_frame=timings[index]["steps_per_frame"],
+            )
+            for index, task in enumerate(group.tasks)
+        ),
+    )

@@ -1,0 +1,97 @@
+"""Whether the outcomes of stored policies are those of the log, to the last bit."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from gym_extensions.catalog.protocol import EVALUATION_EPISODES, evaluation_seed
+from gym_extensions.envs.rollout import Outcome
+from gym_extensions.rollouts.run import Versions
+from gym_extensions.rollouts.tables import Log
+from gym_extensions.verification.episodes import Cell, Played
+from gym_extensions.versions import blas_kernels, version
+
+SUCCESSES = {1: True, 0: False, -1: None}
+
+
+@dataclass(frozen=True)
+class Repetition:
+    """How many of a run's episodes were repeated, and where the first other one is and how large it is."""
+
+    repeated: int
+    episodes: int
+    difference: str = ""
+
+
+def logged_cells(log: Log, run: int) -> dict[tuple[int, int], list[Outcome]]:
+    """The logged outcomes of a run by stage and index of the task, sorted as in the log."""
+    cells: dict[tuple[int, int], list[Outcome]] = {}
+    for row in np.flatnonzero(log.run == run).tolist():
+        outcome = Outcome(
+            int(log.length[row]),
+            float(log.return_[row]),
+            bool(log.terminated[row]),
+            SUCCESSES[int(log.success[row])],
+        )
+        cells.setdefault((int(log.stage[row]), int(log.position[row])), []).append(outcome)
+    return cells
+
+
+def prescribed_cell(log: Log, stage: int, task: int) -> Cell:
+    """A cell with the prescribed seeds."""
+    group = log.group
+    ids = range(EVALUATION_EPISODES)
+    seeds = tuple(evaluation_seed(group.id, group.task_ids[task], each) for each in ids)
+    return Cell(stage, task, seeds)
+
+
+def repetition(log: Log, run: int, cells: tuple[Cell, ...], result: Played) -> Repetition:
+    """Compares the outcomes of a run with its log.
+
+    Args:
+        log: the logs of the run's group and protocol.
+        run: the run.
+        cells: the cells that were repeated.
+        result: their outcomes, or why there are none.
+    """
+    logged = logged_cells(log, run)
+    total = sum(len(logged[cell.stage, cell.task]) for cell in cells)
+    if result.problem:
+        return Repetition(0, total, result.problem)
+    repeated, difference = 0, ""
+    for cell, outcomes in zip(cells, result.outcomes, strict=True):
+        for episode, (old, new) in enumerate(zip(logged[cell.stage, cell.task], outcomes, strict=True)):
+            if old == new:
+                repeated += 1
+            elif not difference:
+                where = f"stage {cell.stage}, {log.group.tasks[cell.task].name}, episode {episode}"
+                difference = f"{where}: {_described(old)} in the log, {_described(new)} here"
+                difference += f" (difference {new.return_ - old.return_:.3g})"
+    return Repetition(repeated, total, difference)
+
+
+def _described(outcome: Outcome) -> str:
+    success = "" if outcome.success is None else f", success {str(outcome.success).lower()}"
+    end = "terminated" if outcome.terminated else "truncated"
+    return f"return {outcome.return_!r}, {end} after {outcome.length} steps{success}"
+
+
+def this_machine() -> dict[str, str]:
+    """What the last bits of actions depend on, of this process, by the names of a run's versions.
+
+    The engine is the published one everywhere. Other kernels of the BLAS, another numpy or processor give
+    other last bits, which grow within an episode.
+    """
+    name = f"{platform.system()}-{platform.machine()}"
+    return {"blas": blas_kernels(), "numpy": version("numpy"), "platform": name}
+
+
+def other_machine(made: Versions, here: Mapping[str, str]) -> str:
+    """How the machine of a run and this one differ, so that honest episodes may; empty if they do not."""
+    stated = {name: getattr(made, name) for name in here}
+    differing = [name for name in here if stated[name] != here[name]]
+    return ", ".join(f"{name} {stated[name] or 'unknown'} / {here[name]}" for name in differing)

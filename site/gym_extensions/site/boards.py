@@ -1,0 +1,392 @@
+"""The boards as pages show them: entries, rows, the first entry and how certain its lead is."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
+
+from gym_extensions.catalog.groups import SUITES
+from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS
+from gym_extensions.rollouts.review import REPORTED
+from gym_extensions.scoring import boards as model
+from gym_extensions.scoring.boards import BoardEntry, BoardsDocument, VersusNext
+from gym_extensions.scoring.leaderboard import boards as scored_boards
+from gym_extensions.scoring.metrics import MetricValue
+from gym_extensions.scoring.references import load_references
+from gym_extensions.scoring.scorecard import ReferencesInfo, Scorecard
+from gym_extensions.site.text import fixed, is_verified, short
+from gym_extensions.site.trial import COLUMNS, SEQUENTIAL, Retention, Trial, group_order
+
+
+@dataclass(frozen=True)
+class Entrant:
+    """An entry without the long parts of its logs, so that many fit in memory.
+
+    Args:
+        card: the scorecard without success rates, training curves, provenance and README.
+        inputs: the digest of the whole scorecard.
+    """
+
+    card: Scorecard
+    inputs: bytes = b""
+
+
+def entrant(card: Scorecard, inputs: bytes = b"") -> Entrant:
+    """The part of a scorecard that pages of many entries show."""
+    groups = {
+        group: {
+            protocol: replace(score, success_rates=(), curves=(), provenance=())
+            for protocol, score in scores.items()
+        }
+        for group, scores in card.groups.items()
+    }
+    return Entrant(replace(card, readme="", groups=groups), inputs)
+
+
+RANKED_COLUMNS = ("final_performance", "single_task_performance", "forgetting")
+"""The metrics whose rank intervals the table shows; the data of a board has them all."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One entry on a board; ``ranked_on`` is the number of ranked entries per metric."""
+
+    entrant: Entrant
+    trial: Trial
+    entry: BoardEntry
+    ranked_on: Mapping[str, int]
+
+    @property
+    def card(self) -> Scorecard:
+        """Its scorecard without success rates and training curves."""
+        return self.entrant.card
+
+    @cached_property
+    def retention(self) -> Retention | None:
+        """What it keeps of each task; None for a suite and without a sequential log."""
+        detail = self.trial.detail
+        return Retention(detail) if detail and self.trial.protocol == SEQUENTIAL else None
+
+    @property
+    def score(self) -> MetricValue:
+        """The metric that sorts the board."""
+        return self.trial.metric(COLUMNS[self.trial.protocol][0])
+
+    @property
+    def ranked(self) -> bool:
+        """Whether the board ranks this entry."""
+        return self.entry.ranked
+
+    @property
+    def runs(self) -> int:
+        """Its number of training runs; for a suite, the minimum over its groups."""
+        return self.entry.runs
+
+    @property
+    def duplicate_of(self) -> str | None:
+        """The name of the entry with identical results, or None."""
+        return self.entry.duplicate_of
+
+    def rank(self, metric: str) -> tuple[int, int] | None:
+        """Best and worst possible rank on a metric; None if it has none, or if no other entry is ranked."""
+        return self.entry.metrics[metric].rank if self.ranked_on[metric] > 1 else None
+
+    def shown_rank(self, metric: str) -> tuple[int, int] | None:
+        """The rank that the table shows for a metric; None for a metric without ranks in the table."""
+        return self.rank(metric) if metric in RANKED_COLUMNS else None
+
+    def tied(self, metric: str) -> int:
+        """The number of ranked entries from which the board's test does not separate this one."""
+        rank = self.rank(metric)
+        return rank[1] - rank[0] if rank else 0
+
+
+MOST_NAMED = 3
+"""Up to this many overlapping entries are named; more are counted."""
+
+
+class Leader(NamedTuple):
+    """The first entry of a board, and how certain its lead is, in a sentence."""
+
+    row: Row
+    certainty: str
+
+
+def leader(rows: Sequence[Row], metric: str) -> Leader | None:
+    """The first entry and how certain its lead is; None if no entry has a score.
+
+    Ranked entries are compared by the scorer's rank intervals, others by their intervals.
+
+    Args:
+        rows: a board's rows from top to bottom.
+        metric: the name of the metric that sorts it.
+    """
+    scored = [row for row in rows if row.score.mean is not None]
+    ranked = [row for row in scored if row.ranked]
+    if not scored:
+        return None
+    return Leader(ranked[0], _ranked(ranked, metric)) if ranked else Leader(scored[0], _unranked(scored))
+
+
+def _ranked(ranked: Sequence[Row], metric: str) -> str:
+    first, *others = ranked
+    if not others:
+        return "It is the only ranked entry."
+    tied = first.tied(metric)
+    if not tied:
+        return "It is significantly better than every other ranked entry (95\u202f% confidence)."
+    return f"A tie at the top of {tied + 1} entries. " + _versus(others[0].entry, first.entry.vs_next)
+
+
+def _versus(second: BoardEntry, comparison: VersusNext | None) -> str:
+    """How the first entry compares with the second, in the digits that the page shows."""
+    if comparison is None:
+        raise ValueError("A ranked entry above another one has no comparison with it.")
+    difference, name = comparison.difference, f"{short(second.title)} ({second.name})"
+    size = fixed(difference.mean)
+    if comparison.separated:
+        size = "less than 0.01" if size == fixed(0.0) else size
+        return f"It is significantly better than {name}, by {size}, but not than all others."
+    if difference.low is None or difference.high is None:
+        return f"Its distance to {name} is {size}."
+    return (
+        f"Its distance to {name} is {size}, and could be anything from {fixed(difference.low)} to "
+        f"{fixed(difference.high)}."
+    )
+
+
+def _unranked(scored: Sequence[Row]) -> str:
+    first, *others = scored
+    if not others:
+        return "It is the only entry with a score."
+    if first.score.ends is None:
+        return "It has one run, so its uncertainty is unknown."
+    low = first.score.ends[0]
+    overlapping = [f"{short(row.entry.title)} ({row.entry.name})" for row in others if _top(row) >= low]
+    if overlapping:
+        names = f"{len(overlapping)} others" if len(overlapping) > MOST_NAMED else _listed(overlapping)
+        return f"Its interval overlaps with {names}, so the order may be due to chance."
+    if any(row.score.ends is None for row in others):
+        return "Its interval lies above the intervals and single runs of all other entries."
+    return "Its interval lies above the intervals of all other entries."
+
+
+def _top(row: Row) -> float:
+    """The upper end of an entry's interval, or the value of its single run."""
+    return row.score.ends[1] if row.score.ends else row.score.mean or 0.0
+
+
+def _listed(names: Sequence[str]) -> str:
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+
+
+@dataclass(frozen=True)
+class Floor:
+    """An agent that ignores observations: a row of the board without rank, intervals and page."""
+
+    entry: model.FloorEntry
+
+    def metric(self, name: str) -> MetricValue:
+        """The named metric; one without a value where the board's document has none."""
+        value = self.entry.metrics.get(name)
+        return MetricValue(value.mean, why=value.why) if value else MetricValue()
+
+
+@dataclass(frozen=True)
+class Board:
+    """The entries of one group or suite, protocol and budget; task-conditioned ones are on other boards."""
+
+    group: str
+    protocol: str
+    budget: str
+    task_conditioned: bool
+    suite: bool
+    rows: tuple[Row, ...]
+    scored: model.Board
+
+    @property
+    def id(self) -> str:
+        """Its name, for example ``hopper-gravity-v0-sequential-100k``."""
+        conditioned = ("task-conditioned",) if self.task_conditioned else ()
+        return "-".join((self.group, self.protocol, self.budget, *conditioned))
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """The names of its metrics, the sorting one first."""
+        return COLUMNS[self.protocol]
+
+    @cached_property
+    def trials(self) -> tuple[Trial, ...]:
+        """The trials of its entries, from top to bottom."""
+        return tuple(row.trial for row in self.rows)
+
+    @property
+    def ranked(self) -> int:
+        """The number of ranked entries."""
+        return sum(row.ranked for row in self.rows)
+
+    @property
+    def verified(self) -> int:
+        """The number of verified entries."""
+        return sum(is_verified(row.card) for row in self.rows)
+
+    @cached_property
+    def floors(self) -> tuple[Floor, ...]:
+        """The agents that ignore observations, computed from the references; they are no submissions."""
+        return tuple(map(Floor, self.scored.floors))
+
+    @property
+    def pairs(self) -> str:
+        """The differences of its entries as a script, which the page loads when two are compared.
+
+        By the positions i < j of two entries in ``names``: mean, ends of the interval and p value per column.
+        """
+        place = {name: at for at, name in enumerate(dict.fromkeys(row.entry.name for row in self.rows))}
+        found = {
+            f"{place[pair.first]},{place[pair.second]}": [
+                _numbers(pair.metrics.get(name)) for name in self.columns
+            ]
+            for pair in self.scored.pairs
+        }
+        known = {name for pair in self.scored.pairs for name in (pair.first, pair.second)}
+        names = [name for name in place if name in known]
+        document = {"columns": self.columns, "names": names, "pairs": found}
+        return f"tablePairs({json.dumps(document, separators=(',', ':'))});\n"
+
+    @cached_property
+    def unsolved_tasks(self) -> tuple[str, ...]:
+        """Tasks without a ceiling; normalized means exclude them."""
+        return next((trial.unsolved_tasks for trial in self.trials if trial.unsolved_tasks), ())
+
+    @cached_property
+    def reasons(self) -> tuple[str, ...]:
+        """Why values on it are missing."""
+        return missing_reasons(self.trials)
+
+    @cached_property
+    def leader(self) -> Leader | None:
+        """The first entry and how certain its lead is; None if no entry has a score."""
+        return leader(self.rows, self.columns[0])
+
+    @property
+    def best(self) -> Row | None:
+        """The first ranked entry. Without a rank, nothing proves that an entry is the best."""
+        return next((row for row in self.rows if row.ranked), None)
+
+    @cached_property
+    def least_forgetting(self) -> Row | None:
+        """The ranked entry that forgets least of those that learned something."""
+        rows = [
+            row
+            for row in self.rows
+            if self.protocol == SEQUENTIAL
+            and row.ranked
+            and row.trial.metric("forgetting").mean is not None
+            and not row.trial.learned_nothing
+        ]
+        return min(
+            rows, key=lambda row: (row.trial.metric("forgetting").mean or 0.0, row.entry.name), default=None
+        )
+
+    @property
+    def why_no_rank(self) -> str:
+        """The reason why the first entry has no rank; empty if it has one."""
+        return self.rows[0].entry.why
+
+    @property
+    def why_no_score(self) -> str:
+        """The reason why no entry has a score."""
+        return next((row.score.why for row in self.rows if row.score.why), "No entry has a score.")
+
+
+def _numbers(difference: model.Difference | None) -> list[float | None] | None:
+    """Mean, ends of the interval and p value with the digits that pages show, and two more."""
+    if difference is None:
+        return None
+    numbers = (difference.mean, difference.low, difference.high, difference.p_value)
+    return [None if number is None else float(f"{number:.4g}") for number in numbers]
+
+
+def missing_reasons(trials: Sequence[Trial]) -> tuple[str, ...]:
+    """Why values on the boards of trials of one protocol are missing, each reason once, in order."""
+    values = (trial.metric(name) for trial in trials for name in COLUMNS[trial.protocol])
+    return tuple(dict.fromkeys(value.why for value in values if value.mean is None))
+
+
+def boards(scored: Sequence[model.Board], entrants: Sequence[Entrant]) -> tuple[Board, ...]:
+    """The scorer's boards by protocol, budget (longest first), suites, groups; task-conditioned ones last.
+
+    Boards that have only published tables without logs are omitted.
+
+    Args:
+        scored: the scorer's boards.
+        entrants: their entries.
+    """
+    by_name = {entrant.card.name: entrant for entrant in entrants}
+    budgets = list(BUDGETS)
+    return tuple(
+        sorted(
+            (
+                _board(board, by_name)
+                for board in scored
+                if any(entry.level != REPORTED for entry in board.rows)
+            ),
+            key=lambda board: (
+                board.task_conditioned,
+                PROTOCOLS.index(board.protocol),
+                budgets.index(board.budget),
+                not board.suite,
+                group_order(board.group),
+            ),
+        )
+    )
+
+
+def _board(board: model.Board, entrants: dict[str, Entrant]) -> Board:
+    ranked_on = Counter(
+        name for entry in board.rows for name, metric in entry.metrics.items() if metric.rank is not None
+    )
+    suite = board.group in SUITES
+    rows = []
+    for entry in board.rows:
+        entrant = entrants[entry.name]
+        scores = entrant.card.suites if suite else entrant.card.groups
+        trial = Trial(board.group, board.protocol, scores[board.group][board.protocol])
+        rows.append(Row(entrant, trial, entry, ranked_on))
+    return Board(board.group, board.protocol, board.budget, board.task_conditioned, suite, tuple(rows), board)
+
+
+@dataclass(frozen=True)
+class Frame:
+    """What every page needs: the references that normalize all scores."""
+
+    references: ReferencesInfo
+
+
+@dataclass(frozen=True)
+class Leaderboard(Frame):
+    """All entries, sorted by name, and their boards."""
+
+    entrants: tuple[Entrant, ...]
+
+    @cached_property
+    def entries(self) -> tuple[Scorecard, ...]:
+        """Every submission's scorecard without logs, sorted by name."""
+        return tuple(entrant.card for entrant in self.entrants)
+
+    @cached_property
+    def boards(self) -> tuple[Board, ...]:
+        """Every board, in the order of the overview."""
+        return boards(self.scored.boards, self.entrants)
+
+    @cached_property
+    def scored(self) -> BoardsDocument:
+        """The scorer's boards of all submissions without problems; floors only of known references."""
+        document = scored_boards([card for card in self.entries if not card.problems])
+        if load_references().digest == self.references.sha256:
+            return document
+        return replace(document, boards=tuple(replace(board, floors=()) for board in document.boards))

@@ -1,0 +1,347 @@
+"""Line charts: scores over the sequence, training curves and performance profiles.
+
+Performance profiles are those of Agarwal et al. (2021), "Deep Reinforcement Learning at the Edge of the
+Statistical Precipice".
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import islice
+from operator import sub
+
+from markupsafe import Markup, escape
+
+from gym_extensions.site.boards import Row
+from gym_extensions.site.charts.svg import (
+    Scale,
+    apart,
+    picture,
+    points,
+    px,
+    scale_around,
+    stroke,
+    text,
+    tick_label,
+)
+from gym_extensions.site.text import fixed, grouped, short, variation
+from gym_extensions.site.trial import Points, Retention, Trial
+
+X, Y = (34.0, 200.0), (100.0, 10.0)
+"""Left and right, bottom and top of a panel."""
+PROFILE_X, PROFILE_Y = (40.0, 372.0), (164.0, 24.0)
+"""The same of a performance profile."""
+MARGIN = 8
+THIN_UNITS = 2
+"""Units per pixel of thin lines: whole numbers of half pixels take half the bytes of coordinates."""
+
+
+def line_chart(
+    lines: Sequence[Sequence[tuple[float, float]]],
+    x: Scale,
+    y: Scale,
+    label: str,
+    *,
+    bold: Sequence[tuple[float, float]] = (),
+    since: float | None = None,
+    levels: Sequence[float] = (),
+) -> Markup:
+    """The chart as an ``svg`` element.
+
+    Args:
+        lines: thin lines, as points (x, y).
+        x: horizontal scale.
+        y: vertical scale.
+        label: the chart in words.
+        bold: the bold line, with a dot per point.
+        since: the area left of this x is shaded, and the dot at it is large.
+        levels: horizontal lines, labelled where labels do not overlap, the first ones first.
+    """
+    left, right, top, bottom = px(x.start), px(x.end), min(y.start, y.end), max(y.start, y.end)
+    body = []
+    if since is not None:
+        width = px(x.at(since) - x.start)
+        body.append(
+            f'<rect class="before" x="{left}" y="{px(top)}" width="{width}" height="{px(bottom - top)}"/>'
+        )
+    body += [
+        f'<line class="level" x1="{left}" x2="{right}" y1="{px(y.at(v))}" y2="{px(y.at(v))}"/>'
+        for v in levels
+    ]
+    body += [text("tick side", x.start - 4, y.at(v) + 3, tick_label(v)) for v in apart(levels, y)]
+    scale = f'transform="scale({1 / THIN_UNITS:g})"'
+    body += [f'<path class="thin" {scale} d="{_path(line, x, y)}"/>' for line in lines if line]
+    if bold:
+        body.append(f'<polyline class="bold" points="{points(bold, x, y)}"/>')
+        dots = [(f"{px(x.at(at))} {px(y.at(value))}", at == since) for at, value in bold]
+        body.append(
+            f'<path class="stops" d="M{"h0M".join(dot for dot, is_large in dots if not is_large)}h0"/>'
+        )
+        body += [
+            f'<circle class="at" cx="{dot.split()[0]}" cy="{dot.split()[1]}" r="4"/>'
+            for dot, is_large in dots
+            if is_large
+        ]
+    return picture("panel", px(x.end + MARGIN), px(bottom + MARGIN), label, "".join(body))
+
+
+def _path(line: Sequence[tuple[float, float]], x: Scale, y: Scale) -> str:
+    """The path of a thin line: its first point, then the way to each further one."""
+    columns, rows = zip(*line, strict=True)
+    (left, *across), (top, *up) = _steps(columns, x), _steps.__wrapped__(rows, y)
+    steps = [""] * (2 * len(across))
+    steps[::2], steps[1::2] = across, up
+    way = f"l{' '.join(steps)}" if steps else "h0"
+    return f"M{left} {top}{way}".replace(" -", "-")
+
+
+@lru_cache(maxsize=8)
+def _steps(values: tuple[float, ...], scale: Scale) -> tuple[str, ...]:
+    """The first coordinate, then the way to each further one. The runs of a chart share those of x."""
+    corners = [round(THIN_UNITS * at) for at in scale.each_at(values)]
+    return tuple(map(str, (corners[0], *map(sub, corners[1:], corners))))
+
+
+@dataclass(frozen=True)
+class Panel:
+    """A chart with its title; ``unit`` says what a scale counts, where that is not obvious."""
+
+    title: Markup
+    unit: str
+    drawing: Markup
+
+
+def histories(trial: Trial) -> list[Panel]:
+    """Per task, its score after every stage: a line per run, the mean bold, the trained stage marked.
+
+    Tasks with a ceiling share one scale of normalized returns. An unsolved task has a scale of raw returns.
+    """
+    normalized = [_normalized(trial, task) for task in range(len(trial.tasks))]
+    shared = scale_around((score for scores in normalized if scores for score in scores), *Y)
+    return [_history(trial, task, scores, shared) for task, scores in enumerate(normalized)]
+
+
+def _raw(trial: Trial, task: int) -> list[float]:
+    """Mean returns of a task by run and stage, flattened."""
+    return [stage[task] for run in trial.stage_matrices for stage in run]
+
+
+def _normalized(trial: Trial, task: int) -> list[float] | None:
+    """Scores of a task by run and stage, flattened; None without a ceiling."""
+    reference = trial.reference(trial.tasks[task])
+    scores = [reference.normalize(value) for value in _raw(trial, task)] if reference else [None]
+    present = [score for score in scores if score is not None]
+    return present if len(present) == len(scores) else None
+
+
+def _history(trial: Trial, task: int, normalized: list[float] | None, shared: Scale) -> Panel:
+    raw = _raw(trial, task)
+    values = raw if normalized is None else normalized
+    y = scale_around(raw, *Y, always=()) if normalized is None else shared
+    stages = len(trial.tasks) + 1
+    x = Scale(0, stages - 1, *X)
+    lines = [
+        [(float(stage), values[run * stages + stage]) for stage in range(stages)]
+        for run in range(len(trial.stage_matrices))
+    ]
+    mean = [(at, math.fsum(line[int(at)][1] for line in lines) / len(lines)) for at, _ in lines[0]]
+    trained = task + 1
+    shown = [fixed(mean[stage][1], 0 if normalized is None else 2) for stage in (0, trained, -1)]
+    label = (
+        f"{trial.tasks[task]}: {shown[0]} untrained, {shown[1]} right after its training, "
+        f"{shown[2]} at the end"
+    )
+    levels = (min(raw), max(raw)) if normalized is None else (0.0, 1.0, max(y.ticks(4)))
+    drawing = line_chart(lines, x, y, label, bold=mean, since=float(trained), levels=levels)
+    unit = f"raw return{' (unsolved)' if trial.tasks[task] in trial.unsolved_tasks else ''}"
+    unit = unit if normalized is None else ""
+    return Panel(variation(trial.tasks[task], trial.tasks), unit, drawing)
+
+
+def curves(trial: Trial) -> list[Panel]:
+    """Per task with training curves, its raw returns over steps; one scale per group."""
+    group_curves = trial.detail.curves if trial.detail else ()
+    points = [point for curve in group_curves for point in curve.points]
+    if not points:
+        return []
+    steps, values = zip(*points, strict=True)
+    y = scale_around(values, *Y, always=())
+    last = max(steps)
+    x = Scale(0, last or 1.0, *X)
+    levels = (min(values), max(values))
+    panels = []
+    for task in trial.tasks:
+        lines = [curve.points for curve in group_curves if curve.task == task]
+        if lines:
+            final = ", ".join(fixed(line[-1][1], 0) for line in lines if line)
+            label = f"{task}: training returns, at the end {final}"
+            drawing = line_chart(lines, x, y, label, levels=levels)
+            panels.append(Panel(variation(task, trial.tasks), f"{grouped(int(last))} steps", drawing))
+    return panels
+
+
+DESCRIBED = (0.0, 0.5, 1.0, 2.0)
+"""The scores whose shares the description names, where the profile has them."""
+LINE_STYLES = 6
+"""Number of line styles in the style sheet, and of lines in a chart."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """One entry's profile: its class in the style sheet, its title and name, its interquartile mean."""
+
+    kind: str
+    title: str
+    iqm: float | None
+    profile: Points
+    name: str = ""
+
+    @property
+    def sample(self) -> Markup:
+        """A piece of the line, for the legend."""
+        body = stroke(0, 4, 26, 4, f"line {self.kind}")
+        return Markup(f'<svg class="sample" viewBox="0 0 26 8" aria-hidden="true">{body}</svg>')
+
+
+def describe(profile: Points) -> str:
+    """The profile in words, for example ``above 0: 100 %, above 0.5: 60 %``."""
+    shares = dict(profile)
+    return ", ".join(f"above {tick_label(at)}: {_percent(shares[at])}" for at in DESCRIBED if at in shares)
+
+
+def of_trial(trial: Trial) -> Markup:
+    """The profile of one entry on one group; empty without a profile."""
+    if not trial.profile:
+        return Markup("")
+    return _chart([Line("p1", "", trial.iqm, trial.profile)], describe(trial.profile))
+
+
+def profiles(rows: Sequence[Row]) -> list[Line]:
+    """The lines of the first entries that have a profile, from top to bottom."""
+    profiled = (row for row in rows if row.trial.profile)
+    return [
+        Line(f"p{number}", row.entry.title, row.trial.iqm, row.trial.profile, row.entry.name)
+        for number, row in enumerate(islice(profiled, LINE_STYLES), 1)
+    ]
+
+
+def of_board(lines: Sequence[Line]) -> Markup:
+    """All lines on one scale; the board's first entry is drawn last, above the others."""
+    return _chart(lines, "; ".join(f"{line.title}: {describe(line.profile)}" for line in lines))
+
+
+def _chart(lines: Sequence[Line], label: str) -> Markup:
+    first, last = lines[0].profile[0][0], max(line.profile[-1][0] for line in lines)
+    x, y = Scale(first, last, *PROFILE_X), Scale(0.0, 1.0, *PROFILE_Y)
+    body = [stroke(x.start, y.at(share), x.end, y.at(share), "level") for share in (0.0, 0.5, 1.0)]
+    body += [text("tick side", x.start - 5, y.at(share) + 3, _percent(share)) for share in (0.0, 0.5, 1.0)]
+    body += [
+        stroke(x.at(score), y.start, x.at(score), y.end, f"grid {name}")
+        for score, name in ((0.0, "floor"), (1.0, "ceiling"))
+    ]
+    body += [
+        text(f"tick{' key' if score in {0, 1} else ''}", x.at(score), y.start + 14, tick_label(score))
+        for score in x.ticks()
+    ]
+    body.append(text("tick name", 0, 10, "share of runs and tasks above the score"))
+    body.append(text("tick side", x.end, y.start + 29, "score at the end (0 floor, 1 reference)"))
+    for line in reversed(lines):
+        title = f"<title>{escape(line.title)}</title>" if line.title else ""
+        through = points(_corners(line.profile), x, y)
+        body.append(f'<polyline class="line {line.kind}" points="{through}">{title}</polyline>')
+    return picture("profile", "384", "196", label, "".join(body))
+
+
+def _corners(profile: Points) -> list[tuple[float, float]]:
+    """The points without those between two others of the same share."""
+    inner = range(1, len(profile) - 1)
+    level = {at for at in inner if profile[at - 1][1] == profile[at][1] == profile[at + 1][1]}
+    return [point for at, point in enumerate(profile) if at not in level]
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.0f}\u202f%"
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """An entry on the charts: its class in the style sheet, its title and name, its scores."""
+
+    kind: str
+    title: str
+    name: str
+    retention: Retention
+
+    @property
+    def sample(self) -> Markup:
+        """A piece of its line, for the legend."""
+        body = stroke(0, 4, 26, 4, f"line {self.kind}")
+        return Markup(f'<svg class="sample" viewBox="0 0 26 8" aria-hidden="true">{body}</svg>')
+
+
+def drawn(rows: Sequence[Row], most: int = LINE_STYLES) -> list[Drawn]:
+    """The first entries that have scores over the sequence."""
+    with_stages = ((row, row.retention) for row in rows if row.retention and row.retention.stages)
+    return [
+        Drawn(f"p{number}", row.entry.title, row.entry.name, retention)
+        for number, (row, retention) in enumerate(islice(with_stages, most), 1)
+    ]
+
+
+def panels(lines: Sequence[Drawn]) -> list[tuple[Markup, Markup]]:
+    """Title and chart of every task that has scores, on one scale."""
+    if not lines:
+        return []
+    tasks = lines[0].retention.tasks
+    means = [
+        value.mean
+        for line in lines
+        for stage in line.retention.stages
+        for value in stage
+        if value.mean is not None
+    ]
+    if not means:
+        return []
+    y = scale_around(means, *Y)
+    x = Scale(0, len(tasks), *X)
+    return [
+        (variation(task, tasks), _panel(lines, at, x, y))
+        for at, task in enumerate(tasks)
+        if lines[0].retention.stages[0][at].mean is not None
+    ]
+
+
+def _panel(lines: Sequence[Drawn], at: int, x: Scale, y: Scale) -> Markup:
+    top, bottom = min(y.start, y.end), max(y.start, y.end)
+    width = px(x.at(at + 1) - x.start)
+    body = [
+        f'<rect class="before" x="{px(x.start)}" y="{px(top)}" width="{width}" height="{px(bottom - top)}"/>'
+    ]
+    for level in (0.0, 1.0):
+        body.append(stroke(x.start, y.at(level), x.end, y.at(level), "level"))
+    body += [
+        text("tick side", x.start - 4, y.at(level) + 3, tick_label(level))
+        for level in apart((0.0, 1.0, *reversed(y.ticks(4))), y)
+    ]
+    labels = []
+    for line in reversed(lines):
+        values = [stage[at] for stage in line.retention.stages]
+        mean = [(float(stage), value.mean) for stage, value in enumerate(values) if value.mean is not None]
+        if not mean:
+            continue
+        low = [(float(stage), value.ends[0]) for stage, value in enumerate(values) if value.ends]
+        high = [(float(stage), value.ends[1]) for stage, value in enumerate(values) if value.ends]
+        if low:
+            body.append(
+                f'<polygon class="band {line.kind}" points="{points([*low, *reversed(high)], x, y)}"/>'
+            )
+        body.append(f'<polyline class="line {line.kind}" points="{points(mean, x, y)}"/>')
+        after, end = mean[min(at + 1, len(mean) - 1)][1], mean[-1][1]
+        labels.append(
+            f"{short(line.title)} ({line.name}): {fixed(after)} right after its training, "
+            f"{fixed(end)} at the end"
+        )
+    return picture("panel", "208", "108", "; ".join(reversed(labels)), "".join(body))

@@ -1,0 +1,209 @@
+"""What readers take away: tables as CSV, citations, a badge, and the command that verifies an entry."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+import shlex
+import unicodedata
+from importlib.metadata import version
+
+from markupsafe import escape
+
+from gym_extensions.scoring.documents import no_formula
+from gym_extensions.scoring.scorecard import Scorecard
+from gym_extensions.site.api import slug
+from gym_extensions.site.boards import Board
+from gym_extensions.site.text import fixed, task_label
+from gym_extensions.site.trial import COLUMNS, group_trials, suite_trials
+
+NAME = "gym-extensions"
+CHARACTER, PADDING, HEIGHT = 6.6, 8, 20
+"""Width of a character at 11 px, space beside each text, and height, in px."""
+
+
+def badge(card: Scorecard) -> str:
+    """The badge of an entry: its first score, suites before groups, or that it has none."""
+    return _svg(NAME, _score(card))
+
+
+def _score(card: Scorecard) -> str:
+    if card.problems:
+        return "refused"
+    for trial in (*suite_trials(card), *group_trials(card)):
+        value = trial.metric(COLUMNS[trial.protocol][0])
+        if value.mean is not None:
+            half = "" if value.ends is None else f" ± {fixed((value.ends[1] - value.ends[0]) / 2)}"
+            return f"{trial.group} {fixed(value.mean)}{half}"
+    return "no score"
+
+
+def _svg(left: str, right: str) -> str:
+    first, second = (round(len(text) * CHARACTER + 2 * PADDING) for text in (left, right))
+    label = escape(f"{left}: {right}")
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{first + second}" height="{HEIGHT}" role="img" '
+        f'aria-label="{label}"><title>{label}</title><rect width="{first + second}" height="{HEIGHT}" rx="3" '
+        f'fill="#0b5a8f"/><path d="M3 0h{first - 3}v{HEIGHT}H3a3 3 0 0 1-3-3V3a3 3 0 0 1 3-3" '
+        'fill="#3b4148"/>'
+        f'<g fill="#fff" font-family="Verdana,DejaVu Sans,sans-serif" font-size="11" text-anchor="middle">'
+        f'<text x="{first / 2:g}" y="14" textLength="{first - 2 * PADDING}">{escape(left)}</text>'
+        f'<text x="{first + second / 2:g}" y="14" textLength="{second - 2 * PADDING}">{escape(right)}</text>'
+        "</g></svg>\n"
+    )
+
+
+ESCAPED = {character: f"\\{character}" for character in "&%$#_"} | {
+    "\\": r"\textbackslash{}",
+    "{": r"\textbraceleft{}",
+    "}": r"\textbraceright{}",
+    "~": r"\textasciitilde{}",
+    "^": r"\textasciicircum{}",
+}
+URL = re.compile(r"[^\s{}\\%]+")
+
+
+def bibtex(card: Scorecard) -> str:
+    """An entry of type ``misc`` with title, authors, code and the date of its acceptance.
+
+    Text of the submission is escaped.
+    """
+    facts = card.manifest
+    fields = {"title": f"{{{_escaped(card.title)}}}"}
+    if facts is not None and facts.authors:
+        fields["author"] = " and ".join(f"{{{_escaped(author)}}}" for author in facts.authors)
+    if card.accepted:
+        fields["year"] = card.accepted.partition("-")[0]
+    fields["howpublished"] = "Entry of the gym-extensions leaderboard"
+    fields["note"] = f"Submission {_escaped(card.name)}"
+    url = facts.code.url if facts is not None else ""
+    if URL.fullmatch(url):
+        fields["url"] = url
+    if facts is not None and facts.code.commit:
+        fields["note"] += f", code at commit {_escaped(facts.code.commit)}"
+    if card.accepted:
+        fields["note"] += f", accepted on {card.accepted}"
+    lines = [f"  {name} = {{{value}}}," for name, value in fields.items()]
+    return "\n".join([f"@misc{{gym-extensions-{slug(card.name)},", *lines, "}", ""])
+
+
+def _escaped(text: str) -> str:
+    """Text on one line, with the characters that BibTeX and TeX read as commands escaped.
+
+    BibTeX counts braces after a backslash, too, so a brace is a command with balanced ones.
+    """
+    line = " ".join(unicodedata.normalize("NFC", text).split())
+    return "".join(ESCAPED.get(character, character) for character in line)
+
+
+def verify_command(card: Scorecard) -> str:
+    """The command that verifies an entry in a clone of the repository."""
+    return f"gym-extensions verify {shlex.quote(f'submissions/{card.name}')}"
+
+
+METRIC_COLUMNS = (
+    "name",
+    "level",
+    "group",
+    "protocol",
+    "budget",
+    "runs",
+    "metric",
+    "mean",
+    "low",
+    "high",
+    "why",
+)
+"""Those of ``score --csv``."""
+
+
+def metrics_csv(card: Scorecard) -> str:
+    """One row per group or suite, protocol and metric: floats by ``repr``, missing values empty."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(METRIC_COLUMNS)
+    for trial in (*group_trials(card), *suite_trials(card)):
+        runs = len(trial.runs) if trial.detail else ""
+        for name, value in trial.metrics.items():
+            low, high = value.ends or ("", "")
+            mean = "" if value.mean is None else value.mean
+            facts = (card.name, card.level or "", trial.group, trial.protocol, trial.score.budget)
+            texts = (*map(no_formula, facts), runs, name)
+            writer.writerow((*texts, mean, low, high, no_formula(value.why)))
+    return out.getvalue()
+
+
+PAPER = """@article{henderson2017benchmark,
+  title = {{Benchmark Environments for Multitask Learning in Continuous Domains}},
+  author = {Henderson, Peter and Chang, Wei-Di and Shkurti, Florian and Hansen, Johanna and Meger, David and
+            Dudek, Gregory},
+  journal = {arXiv preprint arXiv:1708.04352},
+  year = {2017},
+  url = {https://arxiv.org/abs/1708.04352},
+}
+"""
+
+
+def software_bibtex() -> str:
+    """BibTeX of the installed version, and of the paper."""
+    software = f"""@software{{gym_extensions,
+  title = {{{{gym-extensions}}}},
+  author = {{{{The gym-extensions authors}}}},
+  version = {{{version("gym-extensions")}}},
+  license = {{MIT}},
+}}
+"""
+    return f"{software}\n{PAPER}"
+
+
+FACTS = (
+    "entry",
+    "title",
+    "level",
+    "runs",
+    "ranked",
+    "task_label",
+    "stored_transitions",
+    "parameters",
+    "algorithm",
+    "authors",
+    "accepted",
+)
+
+
+def board_csv(board: Board) -> str:
+    """One row per entry from top to bottom, then the floors: facts, then mean and interval per metric."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow([*FACTS, *(f"{name}{end}" for name in board.columns for end in ("", "_low", "_high"))])
+    for row in board.rows:
+        memory = row.entry.memory
+        manifest = row.card.manifest
+        facts = (
+            row.entry.name,
+            row.entry.title,
+            row.entry.level,
+            row.runs,
+            "true" if row.ranked else "false",
+            task_label(row.card),
+            memory.stored_steps if memory else "",
+            memory.parameters_last if memory else "",
+            manifest.protocol.algorithm if manifest else "",
+            "; ".join(row.entry.authors),
+            row.entry.accepted,
+        )
+        values = [row.trial.metric(name) for name in board.columns]
+        numbers = [number for value in values for number in (value.mean, value.low, value.high)]
+        writer.writerow(
+            [
+                *(no_formula(fact) if isinstance(fact, str) else fact for fact in facts),
+                *("" if number is None else repr(number) for number in numbers),
+            ]
+        )
+    for floor in board.floors:
+        means = (floor.metric(name).mean for name in board.columns)
+        numbers = [number for mean in means for number in (mean, None, None)]
+        known = (floor.entry.name, floor.entry.title, "", "", "false", *[""] * (len(FACTS) - 5))
+        writer.writerow([*known, *("" if number is None else repr(number) for number in numbers)])
+    return out.getvalue()

@@ -1,0 +1,460 @@
+"""The Watch panel: evaluation episodes drawn as about twelve poses each, and handed to the browser's player.
+
+Poses are those of ``gym_extensions.scoring.poses``; the kinematics of a skeleton place its shapes.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import statistics
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from markupsafe import Markup, escape
+from numpy.typing import NDArray
+
+from gym_extensions.catalog.sheets import FREE, SLIDE, Role, Sheet, Skeleton, sheet
+from gym_extensions.catalog.tasks import TASKS
+from gym_extensions.scoring.poses import (
+    MAX_SECONDS,
+    Clip,
+    Poses,
+    TaskPoses,
+)
+from gym_extensions.scoring.scorecard import Scorecard
+from gym_extensions.site.api import entry_file
+from gym_extensions.site.charts.svg import Scale, picture, px, scale_around, stroke, text, tick_label
+from gym_extensions.site.tasks import SIZE, task_picture
+from gym_extensions.site.text import count, digits_for, fixed
+from gym_extensions.site.trial import Trial, group_trials
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A shape in every frame: its ends (frames, 2) in m, x to the right and y up, and its radius.
+
+    For a wall, the ends are the lower left and the upper right corner.
+    """
+
+    role: Role
+    radius: float
+    start: Array
+    end: Array
+
+
+def placed(skeleton: Skeleton, coordinates: Array) -> list[Placed]:
+    """The shapes of a skeleton for coordinates (frames, n), in the order of its links."""
+    frames = len(coordinates)
+    view = _view(*skeleton.view)
+    origins, turns, shapes = list[Array](), list[Array](), list[Placed]()
+    for link in skeleton.links:
+        is_rooted = link.parent < 0
+        parent_turn = np.broadcast_to(np.eye(3), (frames, 3, 3)) if is_rooted else turns[link.parent]
+        parent_origin = np.zeros((frames, 3)) if is_rooted else origins[link.parent]
+        origin = parent_origin + parent_turn @ np.array(link.position)
+        turn = parent_turn @ _rotation(np.array(link.rotation))
+        for joint in link.joints:
+            axis, anchor = np.array(joint.axis), np.array(joint.anchor)
+            if joint.kind == FREE:
+                pose = coordinates[:, joint.coordinate : joint.coordinate + 7]
+                origin, turn = pose[:, :3], _rotation(pose[:, 3:])
+                continue
+            moved = coordinates[:, joint.coordinate] - joint.rest
+            if joint.kind == SLIDE:
+                origin = origin + (turn @ axis) * moved[:, None]
+                continue
+            pivot = origin + turn @ anchor
+            half = moved[:, None] / 2
+            turn = turn @ _rotation(np.hstack([np.cos(half), np.sin(half) * axis]))
+            origin = pivot - turn @ anchor
+        origins.append(origin)
+        turns.append(turn)
+        for shape in link.shapes:
+            start, end = np.array(shape.start), np.array(shape.end)
+            if shape.role == "wall":
+                start, end = start - end, start + end
+            fixed = np.eye(3) if shape.role == "world-beam" else turn
+            ends = [(origin + fixed @ point) @ view.T for point in (start, end)]
+            shapes.append(Placed(shape.role, shape.radius, *ends))
+    return shapes
+
+
+def _view(azimuth: float, elevation: float) -> Array:
+    """The directions to the right and up of a camera, rows of (2, 3)."""
+    around, above = math.radians(azimuth), math.radians(elevation)
+    right = np.array([math.sin(around), -math.cos(around), 0.0])
+    ahead = np.array(
+        [math.cos(above) * math.cos(around), math.cos(above) * math.sin(around), math.sin(above)]
+    )
+    return np.stack([right, np.cross(right, ahead)])
+
+
+def _rotation(quaternion: Array) -> Array:
+    """Rotation matrices (…, 3, 3) of quaternions (…, 4) of any length except 0."""
+    w, x, y, z = np.moveaxis(quaternion / np.linalg.norm(quaternion, axis=-1, keepdims=True), -1, 0)
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
+
+
+TRAVELLING = ("planar", "humanoid")
+"""Families whose bodies move along x, so that the view follows them."""
+
+
+@dataclass(frozen=True)
+class Episode:
+    """An episode: its clip, its cell in words, and the facts of its task.
+
+    ``travels`` says whether its body moves along x, so that the view follows it.
+    """
+
+    clip: Clip
+    title: str
+    poses: TaskPoses
+    sheet: Sheet
+    travels: bool
+
+    @cached_property
+    def coordinates(self) -> NDArray[np.float64]:
+        """The coordinates, (frames, n)."""
+        return self.clip.coordinates(self.poses.unit)
+
+    @property
+    def return_(self) -> float:
+        """Its return."""
+        return self.clip.returns[self.clip.episode]
+
+    @property
+    def distance(self) -> float:
+        """How far a travelling body comes in the part that is shown, m."""
+        return float(self.coordinates[-1, 0] - self.coordinates[0, 0])
+
+    @property
+    def facts(self) -> str:
+        """Return, length, distance and success in words."""
+        facts = [f"return {fixed(self.return_, digits_for(self.clip.returns))}"]
+        facts.append(count(self.clip.steps, "step"))
+        if self.poses.steps_per_second:
+            seconds = self.clip.steps / self.poses.steps_per_second
+            facts[-1] += f" ({fixed(seconds, 1)} s)"
+            if seconds > MAX_SECONDS:
+                facts.append(f"the first {fixed(MAX_SECONDS, 0)} s are shown")
+        if self.travels:
+            facts.append(
+                f"{fixed(abs(self.distance), 1)} m {'backward' if self.distance < -0.05 else 'forward'}"
+            )
+        if self.clip.success is not None:
+            facts.append("success" if self.clip.success else "no success")
+        return ", ".join(facts)
+
+
+@dataclass(frozen=True)
+class WatchedTask:
+    """A task of the panel with its episodes: two, or one for the task that was trained last."""
+
+    task: str
+    episodes: tuple[Episode, ...]
+
+    @property
+    def sheet(self) -> Sheet:
+        """The facts of the task."""
+        return self.episodes[0].sheet
+
+    @property
+    def travels(self) -> bool:
+        """Whether the body moves along x."""
+        return self.episodes[0].travels
+
+
+@dataclass(frozen=True)
+class Watch:
+    """The panel of one group. ``path`` is that of the script with its poses."""
+
+    id: str
+    path: str
+    run: int
+    tasks: tuple[WatchedTask, ...]
+
+    @property
+    def script(self) -> str:
+        """The script that hands the poses to the player, which loads it when Play is pressed."""
+        skeletons: list[Any] = []
+        maps: list[Any] = []
+        rows = []
+        for task in self.tasks:
+            facts = task.sheet
+            row: dict[str, Any] = {
+                "unit": task.episodes[0].poses.unit,
+                "rate": task.episodes[0].poses.steps_per_second / task.episodes[0].poses.steps_per_frame
+                or 15.0,
+                "clips": [[episode.clip.frames, episode.clip.motion] for episode in task.episodes],
+            }
+            if facts.skeleton is not None:
+                row |= {"skeleton": _index(skeletons, facts.skeleton), "travels": task.travels}
+            else:
+                row |= {"map": _index(maps, facts.obstacles), "goal": facts.goal}
+            rows.append(row)
+        text = json.dumps({"tasks": rows, "skeletons": skeletons, "maps": maps}, separators=(",", ":"))
+        return f"watchPoses({json.dumps(self.id)},{text});\n"
+
+
+def _index(values: list[Any], value: Any) -> int:
+    if value not in values:
+        values.append(value)
+    return values.index(value)
+
+
+def watches(entry: Scorecard, poses: Mapping[str, Poses]) -> dict[str, Watch]:
+    """The panels of an entry by group id, for the groups with poses of the entry's present results.
+
+    Args:
+        entry: the scorecard.
+        poses: the poses of the entry by group id.
+    """
+    panels = {
+        trial.group: _watch(entry.name, trial, poses.get(trial.group))
+        for trial in group_trials(entry)
+        if trial.stage_matrices
+    }
+    return {group: panel for group, panel in panels.items() if panel is not None}
+
+
+def _watch(name: str, trial: Trial, poses: Poses | None) -> Watch | None:
+    if poses is None or not trial.stage_matrices or tuple(row.task for row in poses.tasks) != trial.tasks:
+        return None
+    if not poses.shows(trial.runs, trial.stage_matrices):
+        return None
+    tasks = [watched_task(row) for row in poses.tasks]
+    path = entry_file(name, f"poses-{trial.group}.js")
+    return Watch(f"watch-{trial.id}", path, poses.run, tuple(task for task in tasks if task is not None))
+
+
+def watched_task(row: TaskPoses) -> WatchedTask | None:
+    """A task with its episodes; None for a task that is not published."""
+    facts, task = sheet(row.task), TASKS.get(row.task)
+    if facts is None or task is None:
+        return None
+    travels = task.body.family in TRAVELLING
+    cells = [(row.after, "Right after its training"), (row.end, "At the end")]
+    if row.end is None:
+        cells = [(row.after, "At the end, right after its training")]
+    episodes = tuple(Episode(clip, title, row, facts, travels) for clip, title in cells if clip is not None)
+    return WatchedTask(row.task, episodes)
+
+
+GHOSTS, MANY_LIMBS = 12, 12
+"""Poses of an episode; two fewer if a body has more limbs than this."""
+WIDTH, HEIGHT = 640, 150
+"""Largest picture, in pixels."""
+SHORT_TRACK = 3.0
+"""Where all episodes of a task are shorter, in m, and there is no wall, the poses are moved apart."""
+APART, LEAST_APART = 0.6, 0.55
+"""Distance of poses that are moved apart: relative to the width of a body, and at least in m."""
+NEAR = 0.35
+"""A shape without length that is closer to the one before it, in m, is joined to it."""
+SMALL = 0.055
+"""Such a shape with a smaller radius, in m, is left out: a hand at the end of its arm."""
+MARGIN = 0.15
+"""Space around the track, in m."""
+FAINTEST = 0.2
+"""Opacity of the first pose; that of the last is 1."""
+
+
+@dataclass(frozen=True)
+class View:
+    """The part of the view that all episodes of a task share, in m, and its scale in units per m."""
+
+    left: float
+    bottom: float
+    right: float
+    top: float
+
+    @property
+    def scale(self) -> float:
+        """Pixels per m."""
+        return min(WIDTH / (self.right - self.left), HEIGHT / (self.top - self.bottom))
+
+    def at(self, point: Sequence[float]) -> tuple[int, int]:
+        """The coordinates of a point in the picture."""
+        return round((point[0] - self.left) * self.scale), round((self.top - point[1]) * self.scale)
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height in pixels."""
+        return self.at((self.right, self.bottom))
+
+
+def stroboscopes(task: WatchedTask, root: str = "") -> list[Markup]:
+    """A picture per episode of the task, all on one scale; ``root`` leads from the page to the index."""
+    if task.sheet.skeleton is None:
+        return [_path(f"{root}{task_picture(task.task)}", episode) for episode in task.episodes]
+    bodies = [
+        [shape for shape in placed(task.sheet.skeleton, _ghosts(episode)) if not shape.role.endswith("beam")]
+        for episode in task.episodes
+    ]
+    has_wall = any(shape.role == "wall" for shape in bodies[0])
+    is_short = all(abs(episode.distance) < SHORT_TRACK for episode in task.episodes)
+    is_moved_apart = task.travels and is_short and not has_wall
+    if is_moved_apart:
+        bodies = _moved_apart(bodies, task.episodes)
+    frame = frame_of([shape for shapes in bodies for shape in shapes], task.travels)
+    return [
+        _picture(shapes, frame, episode, (task.travels, not is_moved_apart))
+        for shapes, episode in zip(bodies, task.episodes, strict=True)
+    ]
+
+
+def _moved_apart(bodies: Sequence[Sequence[Placed]], episodes: Sequence[Episode]) -> list[list[Placed]]:
+    """The poses of each episode side by side, the body's own motion along x taken out."""
+    widths = []
+    for shapes in bodies:
+        ends = np.stack([point[:, 0] for shape in shapes for point in (shape.start, shape.end)])
+        widths.append(np.median(np.ptp(ends, axis=0)))
+    apart = max(APART * float(max(widths)), LEAST_APART)
+    moved = []
+    for shapes, episode in zip(bodies, episodes, strict=True):
+        root = _ghosts(episode)[:, 0]
+        shift = np.stack([apart * np.arange(len(root)) - root, np.zeros(len(root))], axis=1)
+        moved.append([replace(row, start=row.start + shift, end=row.end + shift) for row in shapes])
+    return moved
+
+
+def frame_of(shapes: Sequence[Placed], travels: bool) -> View:
+    """The smallest part of the view that contains all shapes, and the floor of a body that travels."""
+    ends = [
+        point + sign * shape.radius
+        for shape in shapes
+        for point in (shape.start, shape.end)
+        for sign in (-1, 1)
+    ]
+    points = np.concatenate(ends)
+    low, high = points.min(axis=0) - MARGIN, points.max(axis=0) + MARGIN
+    if travels:
+        low[1] = min(low[1], -MARGIN)
+    return View(float(low[0]), float(low[1]), float(high[0]), float(high[1]))
+
+
+def _ghosts(episode: Episode) -> Array:
+    rows, skeleton = episode.coordinates, episode.sheet.skeleton
+    limbs = sum(len(link.shapes) for link in skeleton.links) if skeleton else 0
+    ghosts = GHOSTS - 2 * (limbs > MANY_LIMBS)
+    shown: Array = rows[np.unique(np.rint(np.linspace(0, len(rows) - 1, ghosts)).astype(int))]
+    return shown
+
+
+def _picture(shapes: Sequence[Placed], frame: View, episode: Episode, floor: tuple[bool, bool]) -> Markup:
+    """The picture of one episode; ``floor`` says whether it has a floor, and whether that has ticks."""
+    width, height = frame.size
+    parts = [_floor(frame, floor[1])] if floor[0] else []
+    limbs = [shape for shape in shapes if shape.role in ("body", "far", "changed")]
+    thickness = round(2 * float(np.median([shape.radius for shape in limbs])) * frame.scale)
+    for shape in shapes:
+        if shape.role == "wall":
+            (left, bottom), (right, top) = frame.at(shape.start[-1]), frame.at(shape.end[-1])
+            parts.append(f'<path class="wall" d="M{left} {top}H{right}V{bottom}H{left}"/>')
+        elif shape.role in ("goal", "object"):
+            (x, y), radius = frame.at(shape.start[-1]), max(round(shape.radius * frame.scale), 2)
+            parts.append(f'<circle class="{shape.role}" cx="{x}" cy="{y}" r="{radius}"/>')
+    count = len(limbs[0].start)
+    for ghost in range(count):
+        opacity = FAINTEST + (1 - FAINTEST) * (ghost + 1) / count
+        shown = "" if ghost == count - 1 else f' opacity="{opacity:.1f}"'.replace("0.", ".")
+        parts.append(f'<path{shown} d="{_limbs(limbs, ghost, frame)}"/>')
+    label = f"{episode.title}: {episode.facts}"
+    return Markup(
+        f'<svg class="strobe" viewBox="0 0 {width} {height}" width="{width}" role="img" '
+        f'aria-label="{escape(label)}" stroke-width="{max(thickness, 2)}">{"".join(parts)}</svg>'
+    )
+
+
+def _limbs(limbs: Sequence[Placed], ghost: int, frame: View) -> str:
+    """The limbs of one pose as a path; a limb continues the one before where it begins at its end."""
+    path, pen, last = "", (-1, -1), np.full(2, np.inf)
+    for limb in limbs:
+        ends = [limb.start[ghost], limb.end[ghost]]
+        is_point = float(np.ptp(ends, axis=0).max()) < NEAR / 10
+        if not is_point and math.dist(ends[1], last) < math.dist(ends[0], last):
+            ends.reverse()
+        start, end = frame.at(ends[0]), frame.at(ends[1])
+        if is_point and math.dist(ends[0], last) < NEAR:
+            if limb.radius < SMALL:
+                continue
+            start = pen
+        elif start != pen:
+            path += f"M{start[0]} {start[1]}"
+        if start != end or (is_point and start != pen):
+            path += f"l{end[0] - start[0]} {end[1] - start[1]}".replace(" -", "-")
+        pen, last = end, ends[1]
+    return path
+
+
+def _floor(frame: View, has_ticks: bool) -> str:
+    """The floor, with a tick per m where poses are at their true distance."""
+    ticks = range(math.ceil(frame.left), math.floor(frame.right) + 1) if has_ticks else ()
+    marks = "".join("M{} {}v5".format(*frame.at((tick, 0.0))) for tick in ticks)
+    return f'<path class="floor" d="M0 {frame.at((0.0, 0.0))[1]}h{frame.size[0]}{marks}"/>'
+
+
+def _moves(points: NDArray[np.int_]) -> list[tuple[int, int]]:
+    """The steps between points (n, 2) without pauses; steps on in the same direction are one."""
+    moves: list[tuple[int, int]] = []
+    for x, y in np.diff(points, axis=0).tolist():
+        before = moves[-1] if moves else (0, 0)
+        if moves and x * before[1] == y * before[0] and x * before[0] + y * before[1] >= 0:
+            moves[-1] = (before[0] + x, before[1] + y)
+        elif x or y:
+            moves.append((x, y))
+    return moves or [(0, 0)]
+
+
+def _path(picture: str, episode: Episode) -> Markup:
+    """The path of an episode of 2-D navigation over the picture of its map."""
+    width, height = SIZE
+    rows = np.rint(episode.coordinates).astype(int)
+    rows[:, 1] = height - rows[:, 1]
+    line = f"M{rows[0, 0]} {rows[0, 1]}l" + " ".join(f"{x} {y}" for x, y in _moves(rows)).replace(" -", "-")
+    label = f"{episode.title}: {episode.facts}"
+    return Markup(
+        f'<svg class="strobe map" viewBox="0 0 {width} {height}" width="320" role="img" '
+        f'aria-label="{escape(label)}" stroke-width="4"><image href="{picture}" width="{width}" '
+        f'height="{height}"/><path d="{line}"/>'
+        f'<circle class="object" cx="{rows[-1, 0]}" cy="{rows[-1, 1]}" r="8"/></svg>'
+    )
+
+
+DOTS_WIDTH, DOTS_MARGIN, LINE = 280, 12, 26
+TICKS = 4
+
+
+def episode_dots(episodes: Sequence[Episode]) -> list[Markup]:
+    """A picture per episode: the dots of its cell on the scale that all of them share."""
+    returns = [value for episode in episodes for value in episode.clip.returns]
+    scale = scale_around(returns, DOTS_MARGIN, DOTS_WIDTH - DOTS_MARGIN, always=(0.0,))
+    return [_dots(episode, scale) for episode in episodes]
+
+
+def _dots(episode: Episode, scale: Scale) -> Markup:
+    returns, digits = episode.clip.returns, digits_for(episode.clip.returns)
+    y = LINE / 2
+    parts = [stroke(scale.at(scale.low), y, scale.at(scale.high), y, "level")]
+    parts += [text("tick", scale.at(mark), LINE + 8, tick_label(mark)) for mark in scale.ticks(TICKS)]
+    dots = "".join(f"M{scale.at(value):.0f} {y:.0f}h0" for value in returns)
+    parts.append(f'<path class="episodes" d="{dots}"/>')
+    mean = statistics.fmean(returns)
+    parts.append(stroke(scale.at(mean), y - 9, scale.at(mean), y + 9, "cell-mean"))
+    parts.append(f'<circle class="shown" cx="{px(scale.at(episode.return_))}" cy="{px(y)}" r="5.5"/>')
+    label = (
+        f"Returns of the {len(returns)} episodes: mean {fixed(mean, digits)}, "
+        f"from {fixed(min(returns), digits)} to {fixed(max(returns), digits)}; "
+        f"the episode shown has {fixed(episode.return_, digits)}"
+    )
+    return picture("dots", str(DOTS_WIDTH), str(LINE + 12), label, "".join(parts))

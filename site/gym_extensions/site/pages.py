@@ -1,0 +1,328 @@
+"""The kinds of pages, in the order of the menu: which files each of them writes, and from what.
+
+``PAGES`` lists them. A page that is made from all entries has ``publish``, one per entry ``publish_entry``.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from itertools import groupby
+from pathlib import Path
+from typing import Protocol
+
+from gym_extensions.catalog.groups import GROUPS
+from gym_extensions.catalog.protocol import BUDGETS, FULL_ENTRY_RUNS
+from gym_extensions.catalog.sheets import sheet
+from gym_extensions.catalog.tasks import TASKS
+from gym_extensions.rollouts.review import REPORTED
+from gym_extensions.scoring.boards import BoardsDocument
+from gym_extensions.scoring.poses import load_entry
+from gym_extensions.scoring.schema import schema_texts
+from gym_extensions.scoring.scorecard import ReferenceValue, Scorecard, ScorecardDocument
+from gym_extensions.site import api, exports, speed
+from gym_extensions.site.boards import Frame, Leaderboard
+from gym_extensions.site.changes import changelog, entry_events, feed, releases
+from gym_extensions.site.charts.strips import board_scale
+from gym_extensions.site.groups import Group, groups, overview, reasons
+from gym_extensions.site.motion import watches
+from gym_extensions.site.output import encoded
+from gym_extensions.site.tables import PAGE_ROWS, board_pages, entry_pages
+from gym_extensions.site.tasks import (
+    TaskView,
+    best_entries,
+    by_base,
+    map_file,
+    map_picture,
+    measured,
+    pictures,
+)
+from gym_extensions.site.text import is_verified
+from gym_extensions.site.trial import EXAMPLE, separate_groups
+
+MAX_EVENTS = 100
+"""Events on the page of changes."""
+MAX_COMPARED = 40
+"""Boards of which the page of comparisons links the first two entries."""
+
+
+class Render(Protocol):
+    """Fills a template; ``path`` is the path of the page."""
+
+    @property
+    def site(self) -> Frame:
+        """What every page shows."""
+
+    @property
+    def inputs(self) -> bytes:
+        """The digest of the scorecard of the entry whose pages are written; empty for shared pages."""
+
+    @property
+    def folder(self) -> Path | None:
+        """The folder of that entry, where it is known."""
+
+    def __call__(self, template: str, path: str, **values: object) -> str:
+        """The text of the page."""
+
+
+@dataclass(frozen=True)
+class Draft:
+    """A file that is written only if its inputs changed.
+
+    Args:
+        inputs: everything that the text depends on besides the code, the menu and the references.
+        write: returns the text.
+    """
+
+    inputs: bytes
+    write: Callable[[], str]
+
+
+File = tuple[str, str | bytes | Draft]
+"""A path and its content."""
+
+
+def no_files(_site: Leaderboard, _render: Render) -> Iterator[File]:
+    """No file."""
+    return iter(())
+
+
+def no_entry_files(_entry: Scorecard, _render: Render) -> Iterator[File]:
+    """No file per entry."""
+    return iter(())
+
+
+@dataclass(frozen=True)
+class Page:
+    """A kind of page.
+
+    Args:
+        title: its name in the menu.
+        path: the path that the menu links to; without it the page is not in the menu.
+        publish: yields the files that are made from all entries. It gets entries without logs, so that many
+            fit in memory.
+        publish_entry: yields the files of one entry, from its whole scorecard.
+        in_footer: whether the footer links to it instead of the menu.
+    """
+
+    title: str
+    path: str = ""
+    publish: Callable[[Leaderboard, Render], Iterator[File]] = no_files
+    publish_entry: Callable[[Scorecard, Render], Iterator[File]] = no_entry_files
+    in_footer: bool = False
+
+
+def _overview(site: Leaderboard, render: Render) -> Iterator[File]:
+    """Who ends best and who forgets least, per group and budget."""
+    view = overview(site.boards)
+    scored = [entry for entry in site.entries if not entry.problems and entry.level != REPORTED]
+    numbers = {
+        "entries": len(scored),
+        "verified": sum(is_verified(entry) for entry in scored),
+        "reported": sum(entry.level == REPORTED for entry in site.entries),
+        "refused": sum(bool(entry.problems) for entry in site.entries),
+    }
+    path = "index.html"
+    yield path, render("index.html", path, view=view, reasons=reasons(view.without_score), **numbers)
+
+
+def _groups(site: Leaderboard, render: Render) -> Iterator[File]:
+    """The list of groups and suites, then a page for each, also of those that nobody entered."""
+    members = groups(site.boards, site.entrants, site.references)
+    yield "groups.html", render("groups.html", "groups.html", groups=members)
+    for group in members:
+        path = api.group_path(group.id)
+        yield path, render("group.html", path, group=group)
+
+
+def _boards(site: Leaderboard, render: Render) -> Iterator[File]:
+    """Pages of 50 rows per board, and the table of all rows where that is not the same."""
+    for board in site.boards:
+        scale = board_scale(board.trials)
+        certainty = board.leader.certainty if board.leader else ""
+        counts, first = (len(board.rows), board.ranked), board.rows[0].entry
+        shared = (board.id, counts, first, certainty, board.unsolved_tasks, board.reasons, scale)
+        for page in board_pages(board):
+            template = "rows.html" if page.everything else "board.html"
+            rows = [(row.entry, row.entrant.inputs) for row in page.rows]
+            write = partial(render, template, page.path, page=page, board=board, scale=scale)
+            yield page.path, Draft(encoded((shared, page.pages, rows)), write)
+
+
+def _tasks(site: Leaderboard, render: Render) -> Iterator[File]:
+    """The list of tasks, then a page per published task."""
+    yield "tasks.html", render("tasks.html", "tasks.html", bases=by_base())
+    references, best = measured(site.references), best_entries(site.boards)
+    for task in TASKS.values():
+        path = api.task_path(task.id)
+        view = TaskView(task, references.get(task.id), best.get(task.id, ()))
+        yield path, Draft(view.inputs, partial(render, "task.html", path, task=view))
+
+
+def _submission(entry: Scorecard, render: Render) -> Iterator[File]:
+    """The page of a submission, those of its groups if there are several, and the poses that they play."""
+    path = api.entry_path(entry.name)
+    poses = load_entry(render.folder) if render.folder else {}
+    panels = watches(entry, poses)
+    inputs = render.inputs + encoded(poses)
+    yield path, Draft(inputs, partial(render, "submission.html", path, entry=entry, watches=panels))
+    for group in separate_groups(entry):
+        page = api.results_path(entry.name, group)
+        values = {"entry": entry, "group": group, "watches": panels}
+        yield page, Draft(inputs, partial(render, "results.html", page, **values))
+    for panel in panels.values():
+        yield panel.path, panel.script
+
+
+def _entries(site: Leaderboard, render: Render) -> Iterator[File]:
+    """All submissions, refused ones and published tables included: 200 per page, by status and name."""
+    for page in entry_pages(site.entries, site.boards):
+        yield page.path, render("entries.html", page.path, page=page)
+
+
+def _compare(site: Leaderboard, render: Render) -> Iterator[File]:
+    """How two entries are compared, with a link per board that opens it with its first two side by side."""
+    boards = [board for board in site.boards if board.leader and len(board.rows) > 1]
+    values = {"boards": boards[:MAX_COMPARED], "page_rows": PAGE_ROWS}
+    yield "compare.html", render("compare.html", "compare.html", **values)
+
+
+def _metrics(site: Leaderboard, render: Render) -> Iterator[File]:
+    """The definition of every number, with an anchor per metric."""
+    used = {board.budget for board in site.boards}
+    yield "metrics.html", render("metrics.html", "metrics.html", used_budgets=used, example=EXAMPLE)
+
+
+def _submit(_site: Leaderboard, render: Render) -> Iterator[File]:
+    """How to submit results, in short; docs/submit.md has the details."""
+    on_boards = [budget.name for budget in BUDGETS.values() if budget.on_boards]
+    yield "submit.html", render("submit.html", "submit.html", budgets=on_boards, runs=FULL_ENTRY_RUNS)
+
+
+def _references(site: Leaderboard, render: Render) -> Iterator[File]:
+    """What 0 and 1 mean: a table per base body; bodies without a reference are in one sentence."""
+    known = measured(site.references)
+    tables = {
+        base: [(task.id, known[task.id]) for task in tasks if task.id in known]
+        for base, tasks in by_base().items()
+    }
+    bases = {base: rows for base, rows in tables.items() if rows}
+    missing = [base for base, rows in tables.items() if not rows]
+    yield "references.html", render("references.html", "references.html", bases=bases, missing=missing)
+
+
+def _entry_data(entry: Scorecard, render: Render) -> Iterator[File]:
+    """The scorecard of a submission, as ``score --json`` prints it."""
+    document = ScorecardDocument(references=render.site.references, submissions=(entry,))
+    yield api.entry_data(entry.name), Draft(render.inputs, document.to_json)
+
+
+def _data(site: Leaderboard, render: Render) -> Iterator[File]:
+    """The page that lists the data, the index, boards, groups and schemas."""
+    members = groups(site.boards, site.entrants, site.references)
+    boards = {board.id: api.index_board(board) for board in site.boards}
+    yield "data.html", render("data.html", "data.html")
+    index = api.Index(
+        references=site.references,
+        entries=tuple(map(api.index_entry, site.entries)),
+        boards=tuple(boards.values()),
+        groups={group.id: api.group_data(group.id) for group in members},
+    )
+    yield "api/index.json", index.to_json()
+    for board in site.boards:
+        yield api.board_data(board.id), BoardsDocument(boards=(board.scored,)).to_json()
+        yield api.board_data(board.id, "csv"), exports.board_csv(board)
+        yield api.board_data(board.id, "pairs.js"), board.pairs
+    for group in members:
+        yield api.group_data(group.id), _group_document(group, site, boards).to_json()
+    for name, text in {**schema_texts(), **api.schemas()}.items():
+        yield f"schemas/{name}", text
+
+
+def _group_document(group: Group, site: Leaderboard, boards: dict[str, api.IndexBoard]) -> api.GroupDocument:
+    known = {
+        task.task: ReferenceValue(task.measured.floor, task.measured.ceiling, task.measured.is_unsolved)
+        for task in group.tasks
+        if task.measured
+    }
+    details = (trial.detail for board in group.boards for trial in board.trials)
+    used = next((detail.reference for detail in details if detail), {})
+    return api.GroupDocument(
+        id=group.id,
+        references=site.references,
+        tasks=group.task_ids,
+        groups=group.members,
+        reference=used or known,
+        boards=tuple(boards[board.id] for board in group.boards),
+    )
+
+
+def _changes(site: Leaderboard, render: Render) -> Iterator[File]:
+    """What changed: entries, releases, and both as an Atom feed."""
+    history, events = releases(changelog()), entry_events(site.entries)
+    values = {"releases": history, "events": events[:MAX_EVENTS], "count": len(events)}
+    yield "changes.html", render("changes.html", "changes.html", **values)
+    yield "feed.xml", feed(history, events)
+
+
+def _about(_site: Leaderboard, render: Render) -> Iterator[File]:
+    """What gym-extensions is, why, how it differs from the paper, its licence, and how to cite it."""
+    values = {"tasks": len(TASKS), "groups": len(GROUPS), "citation": exports.software_bibtex()}
+    yield "about.html", render("about.html", "about.html", **values)
+
+
+def _speed(_site: Leaderboard, render: Render) -> Iterator[File]:
+    """Measured speed, a section per measure, the last one for memory."""
+    measurements: speed.Measurements = json.loads(speed.MEASURED.read_text(encoding="utf-8"))
+    rows = measurements["rows"]
+    comparisons = [speed.comparison(row) for row in rows if row["measure"] != speed.MEMORY]
+    chapters = [(title, list(part)) for title, part in groupby(comparisons, key=lambda item: item.title)]
+    memory = [speed.peak_memory(row) for row in rows if row["measure"] == speed.MEMORY]
+    values = {"machine": measurements["machine"], "chapters": chapters, "memory": memory}
+    yield "speed.html", render("speed.html", "speed.html", **values)
+
+
+def _pictures(_site: Leaderboard, _render: Render) -> Iterator[File]:
+    """Every picture file of the package, and a drawn map per course."""
+    for file in pictures().values():
+        yield f"pictures/{file.name}", file.read_bytes()
+    maps = {map_picture(task): task.id for task in reversed(TASKS.values())}
+    for name, task_id in sorted(maps.items()):
+        facts = sheet(task_id)
+        if name and facts is not None:
+            yield f"pictures/{name}", map_file(facts)
+
+
+def _entry_exports(entry: Scorecard, render: Render) -> Iterator[File]:
+    """The files that the page of an entry offers: metrics as CSV, a citation and a badge."""
+    texts = {"badge.svg": exports.badge}
+    if not entry.problems:
+        texts |= {"metrics.csv": exports.metrics_csv, "citation.bib": exports.bibtex}
+    for name, text in texts.items():
+        yield api.entry_file(entry.name, name), Draft(render.inputs, partial(text, entry))
+
+
+TASK_PAGES = Page("Tasks", "tasks.html", _tasks)
+"""The pages of tasks; other pages link to them if the site has them."""
+
+PAGES = (
+    Page("Overview", "index.html", _overview),
+    Page("Groups", "groups.html", _groups),
+    Page("Boards", publish=_boards),
+    TASK_PAGES,
+    Page("Submissions", publish_entry=_submission),
+    Page("Entries", "entries.html", _entries),
+    Page("Compare", "compare.html", _compare),
+    Page("Metrics", "metrics.html", _metrics),
+    Page("Submit", "submit.html", _submit),
+    Page("References", "references.html", _references, in_footer=True),
+    Page("Data", "data.html", _data, _entry_data, in_footer=True),
+    Page("Changes", "changes.html", _changes, in_footer=True),
+    Page("About", "about.html", _about, in_footer=True),
+    Page("Speed", "speed.html", _speed, in_footer=True),
+    Page("Pictures", publish=_pictures),
+    Page("Exports", publish_entry=_entry_exports),
+)
+"""All kinds of pages in the order of the menu."""

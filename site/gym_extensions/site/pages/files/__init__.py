@@ -1,1 +1,0 @@
-"""Modules that write files which pages link to and show."""

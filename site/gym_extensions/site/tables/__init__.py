@@ -1,1 +1,0 @@
-"""Tables and lists with several pages: which rows are on which page, and their CSV."""

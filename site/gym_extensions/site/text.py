@@ -1,0 +1,344 @@
+"""Labels, names and numbers as readers see them."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Iterable, Mapping
+from functools import lru_cache
+from itertools import takewhile
+
+from markupsafe import Markup, escape
+
+from gym_extensions.catalog.groups import SUITES
+from gym_extensions.catalog.protocol import BUDGETS
+from gym_extensions.rollouts.review import CLAIMED, REPORTED, REPRODUCED, VERIFIED
+from gym_extensions.scoring.metrics import BY_NAME, MetricValue
+from gym_extensions.scoring.scorecard import Scorecard
+
+MINUS = "\N{MINUS SIGN}"
+THIN_SPACE = "\N{NARROW NO-BREAK SPACE}"
+
+FORMATS = tuple(f".{digits}f" for digits in range(10))
+"""The format of each number of digits. Making it for each of a million numbers takes as long as using it."""
+
+
+def fixed(value: float, digits: int = 2) -> str:
+    """The value with ``digits`` digits after the point and a minus sign; −0.00 becomes 0.00."""
+    text = format(value, FORMATS[digits])
+    if text.startswith("-"):
+        return MINUS + text[1:] if text.strip("-0.") else text[1:]
+    return text
+
+
+def interval(low: float, high: float, digits: int = 2) -> str:
+    """Both ends of an interval, for example ``−0.03 to 0.41``."""
+    return f"{fixed(low, digits)} to {fixed(high, digits)}"
+
+
+def digits_for(values: Iterable[float]) -> int:
+    """Digits after the point (0, 1 or 2) that show the largest value with about four figures."""
+    largest = max((abs(value) for value in values), default=0.0)
+    if largest >= 1000:
+        return 0
+    return 1 if largest >= 10 else 2
+
+
+def grouped(count: int) -> str:
+    """A whole number with spaces between thousands, for example ``10 000``."""
+    return f"{count:,}".replace(",", THIN_SPACE).replace("-", MINUS)
+
+
+def count(number: int, noun: str, plural: str = "") -> str:
+    """A number with its noun: ``1 run``, ``2 runs``; ``plural`` where it is not the noun with an s."""
+    return f"{grouped(number)} {noun if number == 1 else plural or f'{noun}s'}"
+
+
+def readable(value: object) -> str:
+    """A value of the manifest as text: ``true`` as yes, whole numbers grouped, lists with commas."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, int):
+        return grouped(value)
+    if isinstance(value, float):
+        return repr(value).replace("-", MINUS)
+    if isinstance(value, (list, tuple)):
+        return ", ".join(map(readable, value))
+    return str(value)
+
+
+def half_width(value: MetricValue) -> float | None:
+    """Half of the interval, which is symmetric; None with fewer than two runs."""
+    return (value.ends[1] - value.ends[0]) / 2 if value.ends else None
+
+
+def plus_minus(value: MetricValue) -> str:
+    """Mean and half of the interval with three digits: ``0.421 ±0.113``; empty without a value."""
+    half = half_width(value)
+    return (
+        ""
+        if value.mean is None
+        else fixed(value.mean, 3) + (f" ±{fixed(half, 3)}" if half is not None else "")
+    )
+
+
+def tied(others: int) -> str:
+    """With how many other entries an entry is tied, or nothing."""
+    return f"tied with {others} other{'' if others == 1 else 's'}" if others else ""
+
+
+JOINERS = "\N{ZERO WIDTH JOINER}\N{VARIATION SELECTOR-16}"
+MAX_TITLE = 60
+ELLIPSIS = "\N{HORIZONTAL ELLIPSIS}"
+
+
+def short(text: str, length: int = MAX_TITLE) -> str:
+    """A text of at most ``length`` characters; a longer one ends in an ellipsis, not in half a character."""
+    if len(text) <= length:
+        return text
+    cut = length - 1
+    while cut and (unicodedata.combining(text[cut]) or text[cut] in JOINERS or text[cut - 1] in JOINERS):
+        cut -= 1
+    return text[:cut].rstrip() + ELLIPSIS
+
+
+def split_version(versioned: str) -> tuple[str, str]:
+    """A task or group id without its namespace, as (name, version), for example ``("Hopper", "0")``."""
+    name = versioned.rsplit("/", maxsplit=1)[-1]
+    match = re.fullmatch(r"(.+)-v(\d+)", name)
+    return (match[1], match[2]) if match else (name, "")
+
+
+def _task(name: str, version: str) -> Markup:
+    """A name that may break between its words, with its version unless that is 0."""
+    words = re.findall(r"[A-Z]?[^A-Z]+|[A-Z]+", name) or [name]
+    return Markup("<wbr>").join(escape(word) for word in words) + (
+        f"-v{version}" if int(version or 0) else ""
+    )
+
+
+@lru_cache(maxsize=1024)
+def task(task_id: str) -> Markup:
+    """A task's name without its namespace and version 0, for example ``HopperWall`` or ``HopperWall-v1``."""
+    return _task(*split_version(task_id))
+
+
+@lru_cache(maxsize=1024)
+def variation(task_id: str, tasks: tuple[str, ...]) -> Markup:
+    """A task's name without what all tasks of its group share.
+
+    This is the base name (``GravityHalf`` in place of ``HopperGravityHalf``; the base task keeps its name)
+    or parts between hyphens (``Map0-Goal1`` in place of ``State-Based-Navigation-2d-Map0-Goal1``).
+    """
+    names = [split_version(other)[0] for other in tasks]
+    base = next((name for name in names if all(other.startswith(name) for other in names)), "")
+    name, version = split_version(task_id)
+    return _task((name.removeprefix(base) if base else _own_parts(name, names)) or name, version)
+
+
+def _own_parts(name: str, names: list[str]) -> str:
+    """The parts of a name between those that all names begin with and those that all end with."""
+    parts = [other.split("-") for other in names]
+    first = _shared(parts)
+    last = _shared([list(reversed(each[first:])) for each in parts])
+    own = name.split("-")
+    return "-".join(own[first : len(own) - last])
+
+
+def _shared(parts: list[list[str]]) -> int:
+    """The number of parts that all begin with."""
+    return sum(1 for _ in takewhile(lambda each: len(set(each)) == 1, zip(*parts, strict=False)))
+
+
+def group(group_id: str) -> Markup:
+    """A group's name with its version in a smaller style; a suite with the number of its groups."""
+    if group_id in SUITES:
+        groups = count(len(SUITES[group_id]), "group")
+        return Markup('{} <span class="version">suite, mean of {}</span>').format(group_id, groups)
+    name, version = split_version(group_id)
+    return Markup('{}<span class="version">-v{}</span>').format(name, version) if version else escape(name)
+
+
+TAGS = {"`": "<code>{}</code>", "*": "<em>{}</em>"}
+"""By the mark around a text."""
+
+
+def inline(text: str) -> Markup:
+    """Markup of a paragraph: ``code`` in backticks, *emphasis*, and of a link the text; no other Markdown."""
+    parts = re.split(r"(`[^`]+`|\*\w[^*`]*\w\*)", re.sub(r"\[([^\]]*)\]\([^)\s]*\)", r"\1", text))
+    return Markup().join(
+        Markup(TAGS[part[0]]).format(part[1:-1]) if index % 2 else escape(part)
+        for index, part in enumerate(parts)
+    )
+
+
+PROTOCOLS = {
+    "sequential": (
+        "One task after another",
+        "One policy learns the tasks of the group in order, and is tested on all of them at the end.",
+    ),
+    "single": ("Each task alone", "One policy per task, trained on that task only."),
+    "joint": (
+        "All tasks at once",
+        "One policy is trained on all tasks of the group together, with the budget of the whole group.",
+    ),
+}
+BUDGET_KINDS = {"1M": "long", "300k": "standard", "100k": "quick", "smoke": "tests"}
+"""What a budget is for, where its name does not say it."""
+LEVELS = {
+    REPORTED: "Published elsewhere without logs, so nothing can be checked.",
+    CLAIMED: (
+        "The files keep to every rule. Nothing else is known: the runs publish no policies, or nobody has "
+        "verified these files yet."
+    ),
+    VERIFIED: (
+        "The board’s own machine ran the policies of every run on seeds that did not exist when the entry "
+        "was submitted, and their returns agree with the log. Beside it: how many logged episodes it "
+        "repeated bit for bit. Only verified entries have a rank."
+    ),
+    REPRODUCED: (
+        "Verified, and one of the runs was trained again and agrees with the log. It is the only level that "
+        "bears on how often was trained."
+    ),
+}
+"""What each level of an entry means, from the lowest."""
+REFUSED = "refused"
+TABLE_COLUMNS = {
+    "fully_trained": "after all tasks",
+    "after_env_training": "right after training on the task",
+    "first_step": "right before training on it",
+    "single_env": "trained on it alone",
+}
+"""The columns of the paper's table, explained below their titles."""
+OBSERVED = {
+    "task_in_training": "task label in training",
+    "task_in_evaluation": "task label in evaluation",
+    "boundaries": "task boundaries",
+}
+STEPS = {"recorded": "recorded by the training loop", "claimed": "claimed by the authors"}
+NOT_STATED = "not stated"
+
+
+def budget(name: str) -> str:
+    """A budget with what it is for, for example ``100k (quick)``."""
+    return f"{name} ({BUDGET_KINDS[name]})" if name in BUDGET_KINDS else name
+
+
+def budget_steps(name: str, group_id: str) -> str:
+    """A budget in steps, for example ``100 000 training steps per task``."""
+    return f"{grouped(BUDGETS[name].steps_for(split_version(group_id)[0]))} training steps per task"
+
+
+def evaluated(card: Scorecard) -> str:
+    """How actions are selected in evaluation, for example ``sampled actions``."""
+    return NOT_STATED if card.manifest is None else f"{card.manifest.protocol.evaluation} actions"
+
+
+def observed(card: Scorecard) -> str:
+    """The task information that the agent receives besides the environment's observations."""
+    if card.manifest is None:
+        return NOT_STATED
+    observes = card.manifest.observes
+    return ", ".join(label for key, label in OBSERVED.items() if getattr(observes, key)) or "none"
+
+
+def task_label(card: Scorecard) -> str:
+    """When the agent receives the task label: ``none``, ``training``, ``evaluation`` or both."""
+    if card.manifest is None:
+        return NOT_STATED
+    observes = card.manifest.observes
+    times = {"training": observes.task_in_training, "evaluation": observes.task_in_evaluation}
+    return " and ".join(name for name, received in times.items() if received) or "none"
+
+
+def parameters(card: Scorecard) -> str:
+    """The number of parameters at the start, and at the end if it differs: the largest of all groups."""
+    memory = card.manifest.memory if card.manifest else None
+    if memory is None:
+        return NOT_STATED
+    first, last = memory.parameters_first, memory.parameters_last
+    return grouped(first) if first == last else f"{grouped(first)} → {grouped(last)}"
+
+
+def stored(card: Scorecard) -> str:
+    """The maximum number of transitions that the agent stores."""
+    memory = card.manifest.memory if card.manifest else None
+    return NOT_STATED if memory is None else grouped(memory.stored_steps)
+
+
+def tuning(card: Scorecard) -> str:
+    """The training steps that were spent on choosing the settings."""
+    spent = card.manifest.tuning if card.manifest else None
+    if spent is None:
+        return NOT_STATED
+    if not spent.steps:
+        return "none declared"
+    return f"{grouped(spent.steps)} steps" + (f" on {', '.join(spent.tasks)}" if spent.tasks else "")
+
+
+def better(name: str) -> str:
+    """Which direction of a metric is better."""
+    return {"higher": "higher is better", "lower": "lower is better"}.get(BY_NAME[name].better, "not ranked")
+
+
+def ends(value: MetricValue) -> str:
+    """The interval, or that there is only one run."""
+    return interval(*value.ends) if value.ends else "one run"
+
+
+def mean(value: MetricValue) -> str:
+    """The mean, or a dash."""
+    return "–" if value.mean is None else fixed(value.mean)
+
+
+def missing(items: Iterable[str]) -> str:
+    """What a full entry lacks; a missing file of a protocol is named after it."""
+    files = {
+        f"{name}.csv": f"the protocol “{label.lower()}” ({name}.csv)"
+        for name, (label, _) in PROTOCOLS.items()
+    }
+    return ", ".join(files.get(item, item) for item in items)
+
+
+def level(card: Scorecard) -> str:
+    """The level of an entry; ``refused`` with problems."""
+    return card.level or REFUSED
+
+
+def is_verified(card: Scorecard) -> bool:
+    """Whether the policies of all its runs were run on new seeds, and agree with the logs."""
+    return card.level in (VERIFIED, REPRODUCED)
+
+
+def versions(used: Mapping[str, str]) -> str:
+    """Packages with their versions, for example ``mujoco 3.2.6, numpy 2.2.0``."""
+    return ", ".join(f"{name} {version}" for name, version in used.items() if version)
+
+
+def p_value(value: float) -> str:
+    """A p value with three digits; smaller ones as ``< 0.001``."""
+    return f"< {fixed(0.001, 3)}" if value < 0.001 else fixed(value, 3)
+
+
+def facts(card: Scorecard) -> list[tuple[str, str]]:
+    """What the manifest states on training and evaluation, as (label, value)."""
+    if card.manifest is None:
+        return []
+    rows = [
+        ("Algorithm", card.manifest.protocol.algorithm),
+        ("Actions in evaluation", card.manifest.protocol.evaluation),
+        ("Training steps", STEPS[card.manifest.protocol.steps]),
+        ("Task label, task boundaries", observed(card)),
+        ("Replay memory", f"{stored(card)} transitions"),
+        ("Parameters", parameters(card)),
+        ("Tuning", tuning(card)),
+    ]
+    return [(label, value) for label, value in rows if value]
+
+
+def rank(interval: tuple[int, int] | None) -> str:
+    """A rank interval: ``rank 1``, ``rank 1–3``, or nothing."""
+    if interval is None:
+        return ""
+    best, worst = interval
+    return f"rank {best}" if best == worst else f"rank {best}–{worst}"

@@ -1,1 +1,0 @@
-"""Labels and numbers as readers see them."""

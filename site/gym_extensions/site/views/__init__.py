@@ -1,1 +1,0 @@
-"""What the templates show, computed from scorecards, boards and measurements."""

@@ -1,0 +1,323 @@
+"""A submission's folder: what can become one, the files of a run, locks, and what a full disk leaves."""
+
+from __future__ import annotations
+
+import errno
+import os
+import shutil
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+from typing import Any, NoReturn
+
+import pytest
+
+from gym_extensions.baselines import Card, Observes, train
+from gym_extensions.baselines.entry import (
+    lock_runs,
+    manifest_tables,
+    move_into_place,
+    prepare,
+    require_same,
+    validate,
+)
+from gym_extensions.baselines.training.events import Event, StageStarted
+from gym_extensions.baselines.training.jobs import Settings
+from gym_extensions.catalog.fingerprints import published
+from gym_extensions.catalog.groups import group, with_custom
+from gym_extensions.catalog.protocol import evaluation_seed
+from gym_extensions.envs import fingerprint
+from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.manifest import findings
+from gym_extensions.rollouts.policy import read_policies
+from gym_extensions.rollouts.reader import read
+from gym_extensions.rollouts.run import RunDocument, read_run
+
+from .conftest import QUICK_GROUP, SHORT_GROUP, digests, log_rows
+
+GROUP = group(SHORT_GROUP)
+PATH = Path("mine/submission.toml")
+CARD = Card("climber", hyperparameters={"step": 0.1, "widths": (4, 4)}, stored_steps=10)
+HOLD = """
+import sys, time
+from pathlib import Path
+from gym_extensions.baselines.entry import lock_runs
+with lock_runs(Path(sys.argv[1]), [sys.argv[2]]):
+    print("held", flush=True)
+    time.sleep(300)
+"""
+
+
+def training_error(out: Path) -> BenchError:
+    with pytest.raises(BenchError) as error:
+        train("zero", "hopper-motor-noise", "single", "smoke", 7, out=out)
+    return error.value
+
+
+@pytest.mark.parametrize("name", ["zero run", "-zero", ".zero", "zéro", "z" * 65, "zero,2"])
+def test_a_name_that_a_submission_cannot_have_is_rejected(name: str, tmp_path: Path) -> None:
+    error = training_error(tmp_path / name)
+    assert (error.code, repr(name) in error.message) == ("bad-out", True)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_file_and_a_folder_below_a_file_are_rejected(tmp_path: Path) -> None:
+    (tmp_path / "afile").touch()
+    assert training_error(tmp_path / "afile").code == "bad-out"
+    assert training_error(tmp_path / "afile/mine").code == "bad-out"
+
+
+def test_a_folder_that_is_not_writable_is_rejected(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: Any, **__: Any) -> NoReturn:
+        raise OSError(errno.EROFS, "Read-only file system")
+
+    monkeypatch.setattr(Path, "touch", refuse)
+    error = training_error(tmp_path / "out")
+    assert (error.code, "Read-only file system" in error.message) == ("bad-out", True)
+
+
+def test_the_folder_that_contains_submissions_is_rejected(random_submission: Path, tmp_path: Path) -> None:
+    shutil.copytree(random_submission, tmp_path / "submissions/random")
+    error = training_error(tmp_path / "submissions")
+    assert (error.code, "'random'" in error.message) == ("bad-out", True)
+
+
+def test_folders_of_groups_and_of_unfinished_runs_are_allowed(tmp_path: Path) -> None:
+    for name in (".progress", "hopper-motor-noise"):
+        (tmp_path / name).mkdir()
+    validate(tmp_path)
+
+
+def test_runs_without_a_manifest_are_rejected(random_submission: Path, tmp_path: Path) -> None:
+    out = Path(shutil.copytree(random_submission, tmp_path / "mine"))
+    (out / "submission.toml").unlink()
+    assert training_error(out).code == "manifest-lost"
+
+
+def test_a_manifest_that_is_not_toml_is_rejected(random_submission: Path, tmp_path: Path) -> None:
+    out = Path(shutil.copytree(random_submission, tmp_path / "mine"))
+    (out / "submission.toml").write_text("title =\n")
+    error = training_error(out)
+    assert (error.code, "line 1" in error.message) == ("bad-manifest", True)
+
+
+def test_preparing_a_folder_leaves_no_file(tmp_path: Path) -> None:
+    prepare(tmp_path / "new/mine")
+    assert not [path for path in (tmp_path / "new/mine").rglob("*") if path.is_file()]
+
+
+def settings(**changes: Any) -> Settings:
+    return Settings("climber", "smoke", **changes)
+
+
+def test_a_new_manifest_passes_the_rules_and_reads_back_as_it_is() -> None:
+    tables = manifest_tables(CARD, settings(num_envs=4, observes=Observes(task_in_training=True)))
+    assert not list(findings(tables))
+    assert tables["hyperparameters"] == {"step": 0.1, "widths": [4, 4], "num_envs": 4}
+    assert tables["observes"] == {
+        "task_in_training": True,
+        "task_in_evaluation": False,
+        "boundaries": False,
+    }
+
+
+@pytest.mark.parametrize(
+    ("card", "changes", "named"),
+    [
+        (CARD, {"observes": Observes(boundaries=True)}, "observes.boundaries is False"),
+        (CARD, {"num_envs": 2}, "hyperparameters.num_envs is not stated"),
+        (CARD, {"steps": "claimed"}, "protocol.steps is 'recorded'"),
+        (Card("other", hyperparameters=CARD.hyperparameters), {}, "protocol.algorithm is 'climber'"),
+    ],
+)
+def test_a_run_of_another_agent_or_setting_is_rejected(
+    card: Card, changes: dict[str, Any], named: str
+) -> None:
+    existing = manifest_tables(CARD, settings())
+    del existing["protocol"]["steps"]  # a key that may be left out
+    with pytest.raises(BenchError) as error:
+        require_same(PATH, existing, manifest_tables(card, settings(**changes)))
+    assert (error.value.code, named in error.value.message) == ("mixed-submission", True)
+    require_same(PATH, existing, manifest_tables(CARD, settings()))
+
+
+def test_another_engine_records_nothing(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(fingerprint, "engine", lambda: {"mujoco": "3.9.0", "gymnasium": "1.3.0"})
+    with pytest.raises(BenchError, match=r"gymnasium 1\.3\.0") as caught:
+        train("random", "pusher", "single", "smoke", 0, out=tmp_path / "mine")
+    assert caught.value.code == "other-engine"
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.fixture(scope="module")
+def document(trpo_submission: Path) -> RunDocument:
+    """The document of the sequential run of trpo."""
+    return read_run(trpo_submission / SHORT_GROUP / "sequential/run0.json")
+
+
+def test_a_sequential_log_has_every_cell_with_the_prescribed_seeds(trpo_submission: Path) -> None:
+    logged = log_rows(trpo_submission / SHORT_GROUP / "sequential/run0.csv")
+    expected = [
+        (str(stage), task, str(episode), str(evaluation_seed(GROUP.id, task, episode)))
+        for stage in range(3)
+        for task in GROUP.task_ids
+        for episode in range(20)
+    ]
+    assert [tuple(row[name] for name in ("stage", "task", "episode", "seed")) for row in logged] == expected
+
+
+def test_the_document_says_how_the_run_was_trained(document: RunDocument) -> None:
+    words = ["--groups", SHORT_GROUP, "--protocol", "sequential", "--budget", "smoke", "--runs", "0"]
+    assert document.command.split() == ["gym-extensions", "train", "trpo", *words, "--out", "trpo"]
+    assert 2000 <= document.steps <= 2000 * 1.02
+    assert document.cpu_seconds is not None
+    assert document.peak_memory_mb is not None
+    assert 0.1 < document.cpu_seconds < 600
+    assert 30 < document.peak_memory_mb < 20_000
+    assert document.machine is not None
+    assert document.machine.cores == os.cpu_count()
+    assert document.fingerprints == {task: published(task) for task in GROUP.task_ids}
+    # Policy 23-64-64-7 and seven log σ; value function 23-64-64-1.
+    parameters = 24 * 64 + 65 * 64 + 65 * 7 + 7 + 24 * 64 + 65 * 64 + 65
+    assert document.memory.stored_steps == 250
+    assert document.memory.parameters_first == document.memory.parameters_last == parameters
+
+
+def test_every_stage_has_the_curves_of_its_tasks(trpo_submission: Path, document: RunDocument) -> None:
+    trained = [(curve.stage, curve.task) for curve in document.curves]
+    assert trained == [(1, GROUP.task_ids[0]), (2, GROUP.task_ids[1])]
+    assert all(curve.steps[-1] <= 1000 * 1.02 for curve in document.curves)
+    joint = read_run(trpo_submission / SHORT_GROUP / "joint/run0.json").curves
+    assert [(curve.stage, curve.task) for curve in joint] == [(1, task) for task in GROUP.task_ids]
+    assert all(1000 < curve.steps[-1] <= 2000 * 1.02 for curve in joint)
+
+
+def test_the_run_has_the_policy_of_every_stage(trpo_submission: Path) -> None:
+    policies = read_policies(trpo_submission, GROUP, "sequential", 0)
+    assert list(policies) == [(0, None), (1, None), (2, None)]
+
+
+def test_what_is_written_passes_every_rule(trpo_submission: Path) -> None:
+    assert not read(trpo_submission, policies=True).problems
+
+
+def test_a_run_with_a_stage_without_a_policy_publishes_none(tmp_path: Path) -> None:
+    class Still:
+        def __init__(self, observation_space: Any, action_space: Any, seed: int) -> None:
+            self.size = action_space.shape[0]
+
+        def act(self, observations: Any) -> Any:
+            import numpy as np
+
+            return np.zeros((len(observations), self.size))
+
+        def learn(self, env: Any, steps: int) -> None: ...
+
+    (log,) = train(Still, QUICK_GROUP, "joint", "smoke", 0, out=tmp_path)
+    assert read_run(log.with_suffix(".json")).policies is None
+    assert not log.with_suffix(".npz").exists()
+    assert not read(tmp_path, with_custom([QUICK_GROUP])).problems
+
+
+@pytest.fixture(scope="module")
+def three_runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """random, joint, runs 0, 1 and 2 at once."""
+    folder = tmp_path_factory.mktemp("three-runs") / "random"
+    train("random", QUICK_GROUP, "joint", "smoke", [0, 1, 2], out=folder)
+    return folder
+
+
+def test_runs_of_two_machines_are_joined_by_copying_their_files(three_runs: Path, tmp_path: Path) -> None:
+    for name, runs in (("here", [0]), ("there", [1, 2])):
+        train("random", QUICK_GROUP, "joint", "smoke", runs, out=tmp_path / name / "random")
+    shutil.copytree(tmp_path / "there/random", tmp_path / "here/random", dirs_exist_ok=True)
+    assert digests(tmp_path / "here/random") == digests(three_runs)
+
+
+def refuse_training(event: Event) -> None:
+    assert not isinstance(event, StageStarted), "a finished stage was repeated"
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".json", ".npz"])
+def test_a_full_disk_leaves_the_submission_as_it_was_and_the_run_can_be_written_later(
+    suffix: str, three_runs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out = Path(shutil.copytree(three_runs, tmp_path / "mine"))
+    for path in [*out.rglob("run1.*"), *out.rglob("run2.*")]:
+        path.unlink()
+    before, write = digests(out), Path.write_bytes
+
+    def fill_disk(path: Path, content: bytes) -> int:
+        if f"{suffix}." in path.name and any(part.startswith("staged") for part in path.parts):
+            write(path, content[:10])
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return write(path, content)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "write_bytes", fill_disk)
+        with pytest.raises(BenchError) as error:
+            train("random", QUICK_GROUP, "joint", "smoke", [1, 2], out=out)
+    assert error.value.message.count("No space left on device") == 2
+    assert error.value.hint.endswith("it reuses 2 finished stages.")
+    assert digests(out) == before
+    assert not list(out.rglob("*.partial"))
+    train("random", QUICK_GROUP, "joint", "smoke", [1, 2], out=out, callback=refuse_training)
+    assert digests(out) == digests(three_runs)
+
+
+def test_files_come_from_another_file_system_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "staged/a").mkdir(parents=True)
+    (tmp_path / "staged/a/run0.csv").write_text("new")
+    rename = Path.replace
+
+    def replace(path: Path, target: Path) -> Path:
+        if "staged" in path.parts:
+            raise OSError(errno.EXDEV, "Invalid cross-device link")
+        return rename(path, target)
+
+    monkeypatch.setattr(Path, "replace", replace)
+    (tmp_path / "out/a").mkdir(parents=True)
+    (tmp_path / "out/a/run0.npz").write_text("of an earlier attempt")
+    move_into_place(tmp_path / "staged", tmp_path / "out", ["a/run0.npz", "a/run0.csv"])
+    assert [path.name for path in (tmp_path / "out/a").iterdir()] == ["run0.csv"]
+    assert (tmp_path / "out/a/run0.csv").read_text() == "new"
+
+
+def test_a_run_that_another_process_trains_is_refused_until_that_process_ends(tmp_path: Path) -> None:
+    out = tmp_path / "mine"
+    command = [sys.executable, "-c", HOLD, str(out), f"{QUICK_GROUP.name} joint-run1"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "held\n"
+        with pytest.raises(BenchError, match="joint-run1") as error:
+            train("zero", QUICK_GROUP, "joint", "smoke", [0, 1], out=out)
+        assert error.value.code == "two-writers"
+        assert not (out / QUICK_GROUP.name).exists()
+        train("zero", QUICK_GROUP, "joint", "smoke", 0, out=out)
+        process.kill()
+    train("zero", QUICK_GROUP, "joint", "smoke", 1, out=out)
+    assert len(list(out.rglob("run*.csv"))) == 2
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no limit that a process can set")
+def test_too_many_open_files_are_a_named_error(tmp_path: Path) -> None:
+    import resource
+
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (min(soft, 256), hard))
+    try:
+        with pytest.raises(BenchError) as error, lock_runs(tmp_path, map(str, range(300))):
+            pass
+    finally:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+    assert error.value.code == "too-many-runs"
+
+
+def test_a_finished_manifest_is_not_changed_by_another_run(three_runs: Path, tmp_path: Path) -> None:
+    out = Path(shutil.copytree(three_runs, tmp_path / "mine"))
+    text = (out / "submission.toml").read_text() + "\n# a note of the author\n"
+    (out / "submission.toml").write_text(text)
+    train("random", QUICK_GROUP, "joint", "smoke", 3, out=out)
+    assert (out / "submission.toml").read_text() == text
+    assert "versions" not in tomllib.loads(text)

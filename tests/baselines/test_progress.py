@@ -1,0 +1,272 @@
+"""The progress: bars, lines, log files, and a callback that receives events and may raise."""
+
+from __future__ import annotations
+
+import csv
+import errno
+import io
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+from rich.console import Console
+from rich.progress import Progress, TextColumn
+
+from gym_extensions.baselines import BatchTrained, JobFinished, StageStarted, TaskEvaluated, train
+from gym_extensions.baselines.progress import EPISODE_WORK, Bars, Lines, clock_time
+from gym_extensions.baselines.training.events import Event, JobPlan, StagePlan, TrainingStarted
+from gym_extensions.errors import BenchError
+
+from .conftest import QUICK_GROUP, SHORT_GROUP, Watched
+
+STARTED = TrainingStarted((JobPlan("group run0", (StagePlan(1, 400, 2), StagePlan(2, 400, 2))),))
+TASK = "gym_extensions/Hopper-v0"
+JOBS = (f"{SHORT_GROUP} sequential-run0", f"{SHORT_GROUP} joint-run0")
+
+
+def batch(step: int, stage: int = 1) -> BatchTrained:
+    return BatchTrained("group run0", stage, step, step, 21.25, 1234.5, 2.0)
+
+
+class Clock:
+    """The time of the bars."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+def bars_of(clock: Clock) -> tuple[Bars, Progress]:
+    console = Console(file=io.StringIO())
+    progress = Progress(TextColumn("{task.fields[text]}"), console=console, get_time=clock)
+    return Bars(progress), progress
+
+
+def test_bars_show_every_job_and_all_together() -> None:
+    bars, progress = bars_of(Clock())
+    bars.show(STARTED)
+    bars.show(StageStarted("group run0", 1, (TASK,), 400))
+    bars.show(batch(100))
+    total, job = progress.tasks
+    work = 800 + 4 * EPISODE_WORK
+    assert (total.completed, total.total) == (100, work)
+    assert (job.completed, job.total, job.description) == (100, work, "group run0 stage 1")
+    assert job.fields["text"] == "return 21.2, 1,234 steps/s"
+    bars.show(TaskEvaluated("group run0", 1, 400, 400, TASK, 2, 30.0, 1.0))
+    assert (total.completed, job.fields["text"]) == (400 + 2 * EPISODE_WORK, "Hopper-v0 30.0")
+    bars.show(JobFinished("group run0"))
+    assert [task.completed for task in progress.tasks] == [total.total]
+
+
+def test_the_time_left_does_not_count_what_an_earlier_call_finished() -> None:
+    clock = Clock()
+    bars, _ = bars_of(clock)
+    bars.show(STARTED)
+    assert bars.time_left() == "unknown"
+    bars.show(StageStarted("group run0", 2, (TASK,), 400))
+    for step in (100, 200):
+        clock.now += 10
+        bars.show(batch(step, stage=2))
+    # 10 steps per second; 200 steps and two episodes are left.
+    assert bars.time_left() == clock_time((200 + 2 * EPISODE_WORK) / 10)
+    assert (clock_time(3723.4), clock_time(None)) == ("1:02:03", "unknown")
+
+
+def test_a_batch_has_a_line_with_return_speed_and_time_left() -> None:
+    lines = list[str]()
+    screen = Lines(lines.append, lambda: "0:00:06", clock=lambda: 0.0)
+    for event in (STARTED, StageStarted("group run0", 1, (TASK,), 400), batch(100)):
+        screen.show(event)
+    assert lines == [
+        "1 job: 800 training steps, 4 evaluation episodes",
+        "group run0 stage 1: 100 steps, mean return 21.2, 1,234 steps per second, time left 0:00:06",
+    ]
+
+
+def test_lines_about_training_come_at_intervals_that_double_up_to_a_minute() -> None:
+    printed, now = list[float](), 0.0
+    screen = Lines(lambda _: printed.append(now), str, clock=lambda: now)
+    while now < 300:
+        screen.show(batch(100))
+        now += 0.5
+    assert printed == [0, 1, 3, 7, 15, 31, 63, 123, 183, 243]
+
+
+def test_the_evaluation_at_the_end_of_a_stage_always_has_a_line() -> None:
+    lines = list[str]()
+    screen = Lines(lines.append, str, clock=lambda: 0.0)
+    screen.show(batch(100))
+    where = ("group run0", 1, 400, 400, TASK, 20, 30.0, 1.0)
+    screen.show(TaskEvaluated(*where, in_training=True))
+    screen.show(TaskEvaluated(*where))
+    assert lines[1:] == [f"group run0 stage 1: {TASK} mean return 30.0"]
+
+
+def test_a_call_in_a_script_prints_its_progress(watched: Watched) -> None:
+    lines = watched.printed.splitlines()
+    assert lines[0] == "2 jobs: 4,000 training steps, 180 evaluation episodes"
+    assert any("steps per second, time left" in line for line in lines)
+
+
+def test_progress_can_be_switched_off(tmp_path: Path) -> None:
+    code = (
+        "from gym_extensions.baselines import train;"
+        "train('zero', 'pusher', 'joint', 'smoke', 0, out='mine', progress=False)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True
+    )
+    assert done.stdout == ""
+    assert "pusher joint-run0: finished\n" in (tmp_path / "mine/.progress/train.log").read_text()
+
+
+def test_the_log_file_has_a_line_per_event_with_its_time(watched: Watched) -> None:
+    lines = (watched.folder / ".progress/train.log").read_text().splitlines()
+    assert len(lines) == len(watched.events)
+    assert [line for line in lines if not re.match(r"\d{4}-\d\d-\d\d \d\d:\d\d:\d\d \w", line)] == []
+    assert lines[-1].endswith(f"{JOBS[1]}: finished")
+    assert sum("steps per second" in line for line in lines) == 4 + 4 + 8
+
+
+def test_the_csv_file_has_a_row_per_batch_and_evaluation(watched: Watched) -> None:
+    with (watched.folder / ".progress/events.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    expected = [
+        ("batch", event.job, event.stage, event.step, event.job_step, event.mean_return)
+        if isinstance(event, BatchTrained)
+        else ("evaluation", event.job, event.stage, event.step, event.job_step, event.mean_return)
+        for event in watched.events
+        if isinstance(event, BatchTrained | TaskEvaluated)
+    ]
+    assert [
+        (
+            *(row["event"], row["job"], int(row["stage"]), int(row["step"]), int(row["job_step"])),
+            float(row["mean_return"]) if row["mean_return"] else None,
+        )
+        for row in rows
+    ] == expected
+
+
+def test_tensorboard_reads_the_scalars_of_each_job(watched: Watched) -> None:
+    loader = pytest.importorskip("tensorboard.backend.event_processing.event_file_loader")
+    folder = watched.folder / ".progress/tensorboard"
+    for job in JOBS:
+        (path,) = folder.joinpath(*job.split()).glob("events.out.tfevents.*")
+        scalars = [
+            (value.tag, event.step, value.tensor.float_val[0])
+            for event in loader.EventFileLoader(str(path)).Load()
+            for value in event.summary.value
+        ]
+        batches = [event for event in watched.events if isinstance(event, BatchTrained) and event.job == job]
+        returns = [(step, value) for tag, step, value in scalars if tag == "train/mean_return"]
+        assert returns == [(event.job_step, pytest.approx(event.mean_return)) for event in batches]
+        tags = {tag for tag, _, _ in scalars}
+        assert tags == {
+            *("train/mean_return", "train/steps_per_second"),
+            *("evaluation/Pusher-v0", "evaluation/PusherMovingGoal-v0"),
+        }
+
+
+def test_the_training_curve_is_on_disk_while_the_stage_trains(watched: Watched) -> None:
+    assert watched.points_on_disk[:4] == [1, 2, 3, 4]
+    assert len(watched.points_on_disk) == 16
+
+
+def test_the_events_of_a_job_come_in_order(watched: Watched) -> None:
+    names = [type(event).__name__ for event in watched.events]
+    evaluated = [TaskEvaluated.__name__] * 2
+    half = [BatchTrained.__name__] * 2
+    stage = [StageStarted.__name__, *half, *evaluated, *half, *evaluated]
+    expected = [TrainingStarted.__name__, StageStarted.__name__, *evaluated, *stage, *stage]
+    assert names[: len(expected) + 1] == [*expected, JobFinished.__name__]
+
+
+def test_a_batch_has_its_steps_return_and_speed(watched: Watched) -> None:
+    batches = [event for event in watched.events if isinstance(event, BatchTrained)]
+    assert [(event.stage, event.step, event.job_step) for event in batches[:8]] == [
+        (stage, step, step + 1000 * (stage - 1)) for stage in (1, 2) for step in (250, 500, 750, 1000)
+    ]
+    for event in batches:
+        assert event.mean_return is not None
+        assert event.steps_per_second == pytest.approx(250 / event.seconds, rel=0.01)
+
+
+def test_a_log_that_cannot_be_written_gives_one_warning_and_loses_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    open_file = Path.open
+
+    def fill_disk(path: Path, *arguments: Any, **options: Any) -> Any:
+        if path.name == "train.log":
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return open_file(path, *arguments, **options)
+
+    monkeypatch.setattr(Path, "open", fill_disk)
+    with pytest.warns(RuntimeWarning) as warned:
+        train("zero", QUICK_GROUP, "joint", "smoke", 0, out=tmp_path / "mine", log="csv", progress=False)
+    assert [str(each.message) for each in warned if each.category is RuntimeWarning] == [
+        "A log of the training cannot be written: No space left on device. The training continues."
+    ]
+    assert (tmp_path / "mine" / QUICK_GROUP.name / "joint/run0.csv").exists()
+    assert (tmp_path / "mine/.progress/events.csv").exists()
+
+
+class Impatient:
+    """A callback that raises in the second stage, once."""
+
+    def __init__(self) -> None:
+        self.has_raised = False
+
+    def __call__(self, event: Event) -> None:
+        if isinstance(event, BatchTrained) and event.stage == 2 and not self.has_raised:
+            self.has_raised = True
+            raise ValueError("seen enough")
+
+
+def test_a_callback_that_raises_stops_the_training_and_loses_no_finished_stage(tmp_path: Path) -> None:
+    callback, out = Impatient(), tmp_path / "mine"
+    arguments: Any = ("trpo", QUICK_GROUP, "sequential", "smoke", 0)
+    with pytest.raises(BenchError) as error:
+        train(*arguments, out=out, progress=False, callback=callback)
+    assert error.value.code == "callback-failed"
+    assert isinstance(error.value.__cause__, ValueError)
+    assert str(error.value).startswith("callback: The callback raised ValueError: seen enough")
+    assert (
+        error.value.hint == "Correct the callback. The same command continues; it reuses 2 finished stages."
+    )
+    stages = list[int]()
+
+    def note(event: Event) -> None:
+        if isinstance(event, StageStarted):
+            stages.append(event.stage)
+
+    train(*arguments, out=out, progress=False, callback=note)
+    assert stages == [2]
+    assert (out / QUICK_GROUP.name / "sequential/run0.csv").exists()
+
+
+def test_a_callback_that_raises_stops_worker_processes(tmp_path: Path) -> None:
+    def callback(event: Event) -> None:
+        if isinstance(event, TaskEvaluated):
+            raise KeyError("task")
+
+    with pytest.raises(BenchError) as error:
+        train("zero", QUICK_GROUP, "single", "smoke", 0, out=tmp_path / "mine", jobs=1, callback=callback)
+    assert str(error.value).startswith(
+        "callback: The callback raised KeyError: 'task'. Correct the callback. "
+    )
+
+
+def test_a_missing_tensorboard_is_named_with_the_command_that_installs_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "tensorboard.summary.writer.event_file_writer", None)
+    with pytest.raises(BenchError) as error:
+        train("zero", SHORT_GROUP, "single", "smoke", 0, out=tmp_path / "mine", log="tensorboard")
+    assert error.value.hint == "Install it with: pip install 'gym-extensions[log]'"
+    assert not (tmp_path / "mine").exists()

@@ -1,0 +1,134 @@
+"""Wrong arguments of ``train``, what results depend on, and runs that are trained again."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gym_extensions.baselines import Card, record, train
+from gym_extensions.baselines.train_agent import retrain
+from gym_extensions.errors import BenchError
+
+from .conftest import QUICK_GROUP, SHORT_GROUP, digests
+
+BAD: list[tuple[dict[str, Any], str]] = [
+    ({"log": "tensorbord"}, "unknown-log"),
+    ({"log": ["csv", 3]}, "unknown-log"),
+    ({"log": 3}, "unknown-log"),
+    ({"callback": "print"}, "bad-callback"),
+    ({"evaluate_every": 2.5}, "bad-evaluate-every"),
+    ({"evaluate_every": True}, "bad-evaluate-every"),
+    ({"num_threads": "2"}, "bad-num-threads"),
+    ({"evaluate_episodes": 0}, "bad-evaluate-episodes"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "code"), BAD)
+def test_a_wrong_argument_is_rejected_before_training(
+    arguments: dict[str, Any], code: str, tmp_path: Path
+) -> None:
+    with pytest.raises(BenchError) as error:
+        train("zero", SHORT_GROUP, "single", "smoke", 0, out=tmp_path / "mine", **arguments)
+    assert error.value.code == code
+    assert not (tmp_path / "mine").exists()
+
+
+def test_logs_and_policies_do_not_depend_on_the_number_of_threads(tmp_path: Path) -> None:
+    for num_threads in (1, 2):
+        folder = tmp_path / f"{num_threads}-threads"
+        train("trpo", QUICK_GROUP, "sequential", "smoke", 0, out=folder, num_threads=num_threads)
+    one, two = map(digests, sorted(tmp_path.iterdir()))
+    assert {Path(name).suffix for name in one} >= {".csv", ".npz"}
+    assert one == two
+
+
+class Explorer:
+    """An agent whose random numbers come from everywhere but from a generator of its own."""
+
+    def __init__(self, observation_space: Any, action_space: Any, seed: int) -> None:
+        self.weights = np.zeros((observation_space.shape[0], action_space.shape[0]))
+        self.weights += action_space.sample() * np.random.random()  # noqa: NPY002
+
+    def act(self, observations: Any) -> Any:
+        noise = np.random.standard_normal((len(observations), self.weights.shape[1]))  # noqa: NPY002
+        return np.tanh(observations @ self.weights + noise)
+
+    def learn(self, env: Any, steps: int) -> None:
+        env.reset()
+        for _ in range(steps // env.num_envs // 10):
+            observations, *_ = env.step(env.action_space.sample())
+            scale = 1e-3 * env.np_random.random() * np.random.random()  # noqa: NPY002
+            self.weights += scale * np.outer(observations.mean(axis=0), env.single_action_space.sample())
+
+
+def test_random_numbers_of_spaces_environments_and_global_generators_follow_from_the_run(
+    tmp_path: Path,
+) -> None:
+    for name in ("first", "second"):
+        train(Explorer, QUICK_GROUP, "sequential", "smoke", [0, 1], out=tmp_path / name)
+    first, second = (digests(tmp_path / name) for name in ("first", "second"))
+    assert first == second
+    logs = [f"{QUICK_GROUP.name}/sequential/run{run}.csv" for run in (0, 1)]
+    assert first[logs[0]] != first[logs[1]]
+
+
+@pytest.mark.parametrize("jobs", [2, 0])
+def test_worker_processes_need_an_agent_of_a_module(jobs: int, tmp_path: Path) -> None:
+    code = f"""
+from gym_extensions.baselines import train
+from gym_extensions.baselines.algorithms.floors import Zero
+class Mine(Zero): ...
+train(Mine, "pusher", "joint", "smoke", 0, out="mine", jobs={jobs}, progress=False)
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    if jobs:
+        assert "__main__" in done.stderr.splitlines()[-1]
+        assert not (tmp_path / "mine").exists()
+    else:
+        assert done.returncode == 0
+
+
+def test_a_run_that_is_trained_again_has_the_same_bytes(trpo_submission: Path, tmp_path: Path) -> None:
+    from gym_extensions.catalog.groups import group
+
+    log = retrain(trpo_submission, group(SHORT_GROUP), "joint", 0, tmp_path / "again", progress=False)
+    assert log == tmp_path / "again" / SHORT_GROUP / "joint/run0.csv"
+    expected = digests(trpo_submission)
+    assert {name: expected[name] for name in digests(tmp_path / "again")} == digests(tmp_path / "again")
+
+
+def test_recorded_policies_and_unknown_agents_cannot_be_trained_again(tmp_path: Path) -> None:
+    card = Card("mine", evaluation="deterministic")
+    record(
+        lambda observations: np.zeros((len(observations), 7)),
+        *(QUICK_GROUP, "joint"),
+        run=0,
+        out=tmp_path / "recorded",
+        budget="smoke",
+        card=card,
+    )
+    train(Explorer, QUICK_GROUP, "joint", "smoke", 0, out=tmp_path / "trained")
+    for name in ("recorded", "trained"):
+        with pytest.raises(BenchError) as error:
+            retrain(tmp_path / name, QUICK_GROUP, "joint", 0, tmp_path / "again")
+        assert error.value.code == "not-reproducible"
+    log = retrain(
+        tmp_path / "trained", QUICK_GROUP, "joint", 0, tmp_path / "again", agent=Explorer, progress=False
+    )
+    assert log.read_bytes() == (tmp_path / "trained" / QUICK_GROUP.name / "joint/run0.csv").read_bytes()
+
+
+def test_an_agent_with_other_settings_is_not_that_of_the_entry(tmp_path: Path) -> None:
+    train("trpo", QUICK_GROUP, "joint", "smoke", 0, out=tmp_path / "mine")
+    path = tmp_path / "mine/submission.toml"
+    path.write_text(path.read_text().replace("max_kl = 0.04", "max_kl = 0.5"))
+    with pytest.raises(BenchError, match="max_kl") as error:
+        retrain(tmp_path / "mine", QUICK_GROUP, "joint", 0, tmp_path / "again", progress=False)
+    assert error.value.code == "not-reproducible"

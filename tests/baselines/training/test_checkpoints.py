@@ -1,0 +1,200 @@
+"""An interrupted run resumes after its last finished stage and ends with the same bytes."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gym_extensions.baselines import train
+from gym_extensions.baselines.algorithms import trpo
+from gym_extensions.baselines.training.checkpoints import Progress
+from gym_extensions.baselines.training.recorder import Recorder
+from gym_extensions.envs import make_vec
+from gym_extensions.errors import BenchError
+
+from ..conftest import QUICK_GROUP, SHORT_GROUP, digests
+
+COMMAND = [
+    *(sys.executable, "-m", "gym_extensions", "train", "trpo", "--groups", SHORT_GROUP),
+    *("--protocol", "sequential,joint", "--budget", "smoke", "--runs", "0", "--out"),
+]
+MANY_THREADS = {**os.environ, "OPENBLAS_NUM_THREADS": "2"}
+"""An environment of the user. The command's worker processes have one thread all the same."""
+FIRST_JOB = ".progress/{}/sequential-run0"
+
+
+def wait_for(path: Path, process: subprocess.Popen[Any]) -> None:
+    deadline = time.monotonic() + 120
+    while not path.exists() and process.poll() is None and time.monotonic() < deadline:
+        time.sleep(0.02)
+    assert path.exists()
+
+
+@dataclass(frozen=True)
+class Killed:
+    """The folder of a command that was killed after its first finished stage, and its worker processes."""
+
+    out: Path
+    workers: list[int]
+    running: list[int]
+    """The workers that had not ended 30 seconds later."""
+
+
+@pytest.fixture(scope="module")
+def killed(tmp_path_factory: pytest.TempPathFactory) -> Killed:
+    out = tmp_path_factory.mktemp("command") / "killed"
+    process = subprocess.Popen([*COMMAND, str(out)], stdout=subprocess.DEVNULL, env=MANY_THREADS)
+    wait_for(out / FIRST_JOB.format(SHORT_GROUP) / "stage1.json", process)
+    children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
+    workers = [int(pid) for pid in children.read_text().split()] if children.exists() else []
+    process.kill()
+    process.wait()
+    if not workers:
+        time.sleep(1.0)  # the system does not say when they have ended
+    deadline = time.monotonic() + 30
+    while (running := [pid for pid in workers if is_running(pid)]) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    return Killed(out, workers, running)
+
+
+def is_running(pid: int) -> bool:
+    return Path(f"/proc/{pid}").exists()
+
+
+def test_workers_end_when_the_command_is_killed(killed: Killed) -> None:
+    if not Path(f"/proc/self/task/{os.getpid()}/children").exists():
+        pytest.skip("the operating system does not list child processes in /proc")
+    assert killed.workers
+    assert not killed.running
+
+
+def test_a_killed_command_that_is_repeated_writes_the_same_files(
+    killed: Killed, trpo_submission: Path
+) -> None:
+    out = killed.out
+    assert not (out / SHORT_GROUP / "sequential").exists()
+    done = subprocess.run([*COMMAND, str(out)], check=True, capture_output=True, text=True, env=MANY_THREADS)
+    assert "sequential-run0 stage 1:" not in done.stdout, "a finished stage was repeated"
+    assert digests(out) == digests(trpo_submission)
+    assert not (out / FIRST_JOB.format(SHORT_GROUP)).exists()
+
+
+def test_a_saved_and_loaded_agent_continues_like_the_original(tmp_path: Path) -> None:
+    def learn(agent: trpo.Trpo) -> None:
+        recorder = Recorder(make_vec("Hopper", 2), ["Hopper"], steps=400, batch_steps=200, seed=9)
+        agent.learn(recorder, 400)
+
+    env: Any = make_vec("Hopper", 2)
+    spaces = (env.single_observation_space, env.single_action_space)
+    original, loaded = trpo.make(*spaces, 4), trpo.make(*spaces, 5)
+    learn(original)
+    original.save(tmp_path / "agent.npz")
+    loaded.load(tmp_path / "agent.npz")
+    observations = np.ones((3, 11))
+    assert np.array_equal(original.act(observations), loaded.act(observations))
+    learn(original)
+    learn(loaded)
+    assert np.array_equal(original.act(observations), loaded.act(observations))
+
+
+class PowerCutError(RuntimeError):
+    """The machine stops."""
+
+
+class Unsaved:
+    """An agent without ``save`` that stops once, in stage 2. Its actions depend on the number of stages."""
+
+    has_stopped = False
+
+    def __init__(self, observation_space: Any, action_space: Any, seed: int) -> None:
+        self.shape, self.stages = action_space.shape, 0
+
+    def act(self, observations: Any) -> Any:
+        return np.full((len(observations), *self.shape), 1.0 - self.stages / 10)
+
+    def learn(self, env: Any, steps: int) -> None:
+        self.stages += 1
+        if self.stages == 2 and not Unsaved.has_stopped:
+            Unsaved.has_stopped = True
+            raise PowerCutError
+
+
+def test_an_agent_that_cannot_be_saved_starts_again(tmp_path: Path) -> None:
+    Unsaved.has_stopped = False
+    with pytest.raises(PowerCutError):
+        train(Unsaved, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path / "stopped")
+    train(Unsaved, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path / "stopped")
+    train(Unsaved, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path / "complete")
+    assert digests(tmp_path / "stopped") == digests(tmp_path / "complete")
+
+
+def test_the_stages_of_an_unfinished_run_with_other_settings_are_not_reused(tmp_path: Path) -> None:
+    Unsaved.has_stopped = False
+    with pytest.raises(PowerCutError):
+        train(Unsaved, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path)
+    with pytest.raises(BenchError) as error:
+        train("zero", QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path)
+    assert error.value.message.startswith("The unfinished run has other settings: agent is ")
+    assert ", and 'zero' in this command" in error.value.message
+    with pytest.raises(BenchError) as error:
+        train("zero", QUICK_GROUP, "sequential", "smoke", [0, 1], out=tmp_path)
+    assert error.value.message.startswith("1 of 2 jobs failed.")
+    assert error.value.hint == f"Tracebacks are in {tmp_path / '.progress/train.log'}."
+
+
+def unfinished(out: Path) -> Path:
+    """The folder of a job that stopped after two stages."""
+    Unsaved.has_stopped = False
+    with pytest.raises(PowerCutError):
+        train(Saved, QUICK_GROUP, "sequential", "smoke", 0, out=out)
+    return out / FIRST_JOB.format(QUICK_GROUP.name)
+
+
+class Saved(Unsaved):
+    """The same with ``save``."""
+
+    def save(self, path: Path) -> None:
+        path.write_text(str(self.stages))
+
+    def load(self, path: Path) -> None:
+        self.stages = {"1": 1}[path.read_text()]
+
+
+def test_a_checkpoint_of_another_version_is_not_continued(tmp_path: Path) -> None:
+    settings = unfinished(tmp_path) / "settings.json"
+    numpy = version("numpy")
+    settings.write_text(settings.read_text().replace(f'"numpy": "{numpy}"', '"numpy": "1.26.4"'))
+    with pytest.raises(BenchError) as error:
+        train(Saved, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path)
+    assert error.value.code == "other-version"
+    assert "numpy 1.26.4" in error.value.message
+    assert (settings.parent / "stage1.json").exists()
+
+
+def test_a_checkpoint_of_another_version_of_the_agents_packages_is_not_continued(tmp_path: Path) -> None:
+    progress, settings = Progress(tmp_path), {"packages": ("pandas",)}
+    progress.begin(settings)
+    progress.begin(settings)
+    stored = tmp_path / "settings.json"
+    stored.write_text(stored.read_text().replace(f'"pandas": "{version("pandas")}"', '"pandas": "1.0"'))
+    with pytest.raises(BenchError, match=r"started with pandas 1\.0 \(installed: "):
+        progress.begin(settings)
+
+
+def test_a_checkpoint_that_the_agent_cannot_load_is_reported(tmp_path: Path) -> None:
+    checkpoint = unfinished(tmp_path) / "agent1.npz"
+    checkpoint.write_text("format 2")
+    with pytest.raises(BenchError) as error:
+        train(Saved, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path)
+    assert error.value.code == "bad-checkpoint"
+    assert "KeyError: 'format 2'" in error.value.message
+    assert checkpoint.exists()

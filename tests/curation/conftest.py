@@ -1,0 +1,40 @@
+"""A project, its copies on branches, and a gate that judges no submission."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+
+from gym_extensions.curation import gate
+from gym_extensions.curation.report import Judgement
+
+from .repositories import git, make_project
+
+
+@pytest.fixture(scope="session")
+def base(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A project with code, an owner and an entry; the branch ``entry`` adds a new entry."""
+    return make_project(tmp_path_factory.mktemp("base") / "project")
+
+
+@pytest.fixture
+def project(base: Path, tmp_path: Path) -> Path:
+    """A copy of the project on a branch that equals its base."""
+    return Path(shutil.copytree(base, tmp_path / "project"))
+
+
+@pytest.fixture
+def request_with_entry(project: Path) -> Path:
+    """A copy of the project on a branch that adds a new entry."""
+    git(project, "switch", "--quiet", "entry")
+    return project
+
+
+@pytest.fixture
+def no_judge(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Judges no submission: for what is decided before or after that."""
+    judgement = Judgement(level="claimed", repeated=380, episodes=400, notes=("`@alice` <img>",))
+    monkeypatch.setattr(gate, "answers", lambda *_: iter([json.loads(judgement.to_json())]))

@@ -1,0 +1,219 @@
+"""The whole story with git repositories: a stranger's fork, the gate, the merge, the review, the level."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+
+from gym_extensions.catalog.groups import group
+from gym_extensions.curation.cli import maintain
+from gym_extensions.curation.gate import Request, check_pull_request
+from gym_extensions.curation.git import Repository
+from gym_extensions.curation.report import GateReport
+from gym_extensions.rollouts.policy import content_sha256, read_policies, run_arrays, write_policies
+from gym_extensions.rollouts.reader import read
+from gym_extensions.rollouts.review import level, read_review
+from gym_extensions.rollouts.run import PolicyFile, read_run
+from gym_extensions.scoring.leaderboard import boards
+from gym_extensions.scoring.references import Reference, References
+from gym_extensions.scoring.scorer import score
+
+from ..verification.entries import GROUP, change_document, change_log, copy, honest
+from .repositories import commit, git, make_repository
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="the gate needs limits that Windows lacks")
+
+Forge = Callable[[Path], object]
+DECISION = """
+[[decisions]]
+action = "accepted"
+by = "Somebody"
+date = "2026-01-01"
+reason = "None"
+"""
+REFERENCES = References(
+    "synthetic", {task: Reference(-1000.0, 1000.0, False) for task in group(GROUP).task_ids}, "0" * 64
+)
+
+
+@pytest.fixture(scope="module")
+def workshop(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("story")
+
+
+class Project:
+    """The repository of the boards, and a stranger's fork of it."""
+
+    def __init__(self, folder: Path) -> None:
+        self.main, self.fork = make_repository(folder / "main"), folder / "fork"
+        commit(self.main, {"scoring/rank.py": "rank = 1\n"})
+        git(folder, "clone", "--quiet", str(self.main), str(self.fork))
+        self.records = folder / "records"
+        self.options = ("--cache", str(folder / "cache"))
+
+    def submit(self, entry: Path) -> GateReport:
+        """The gate's report on a branch of the fork with an entry ``new``."""
+        git(self.fork, "switch", "--quiet", "-c", "entry")
+        shutil.copytree(entry, self.fork / "submissions" / "new")
+        commit(self.fork)
+        git(self.main, "fetch", "--quiet", str(self.fork), "entry:refs/gate/head")
+        return check_pull_request(Request(Repository(self.main), "main", "refs/gate/head"))
+
+    def merge(self) -> Path:
+        """Merges the branch and gives the entry."""
+        git(self.main, "merge", "--quiet", "--no-ff", "--no-edit", "refs/gate/head")
+        return self.main / "submissions" / "new"
+
+    def review(self, entry: Path) -> str:
+        """Runs both jobs of the review on main, commits the review, and gives the entry's level."""
+        record = self.records / "new.toml"
+        record.unlink(missing_ok=True)
+        maintain(["review", str(entry), *self.options, "--record", str(self.records)])
+        if record.exists():
+            assert maintain(["review", str(entry), "--take", str(record)]) == 0
+            assert git(self.main, "status", "--porcelain").split()[1] == "submissions/new/review.toml"
+        commit(self.main, message="review")
+        return level_of(entry)
+
+
+def level_of(entry: Path) -> str:
+    submission = read(entry, policies=True)
+    assert submission.problems == ()
+    (submitted,) = submission.groups.values()
+    return level(submission.review, submitted.digests("sequential"))
+
+
+def test_an_honest_entry_gets_a_rank_with_one_pull_request(workshop: Path, tmp_path: Path) -> None:
+    project = Project(tmp_path)
+    report = project.submit(honest(workshop))
+    assert (report.verdict, report.level) == ("passed", "claimed")
+    assert report.repeated == report.episodes == 400, "20 cells of 20 episodes"
+    entry = project.merge()
+    assert level_of(entry) == "claimed"
+    merge = git(project.main, "rev-parse", "HEAD")
+    assert project.review(entry) == "verified"
+    assert read_review(entry).verifications[0].value == merge
+    (board,) = [
+        each
+        for each in boards([score(read(entry), REFERENCES)]).boards
+        if (each.group, each.protocol) == (f"{GROUP}-v0", "sequential")
+    ]
+    assert [(row.name, row.ranked, row.level) for row in board.rows] == [("new", True, "verified")]
+    assert project.review(entry) == "verified", "nothing is drawn again"
+    assert len(read_review(entry).verifications) == 1
+
+
+def test_a_maintainer_decides_by_name_and_reason(workshop: Path, tmp_path: Path) -> None:
+    entry = copy(honest(workshop), tmp_path / "new")
+    for action in ("accepted", "challenged"):
+        options = ["--decision", action, "--by", "A. Maintainer", "--reason", "A reason."]
+        assert maintain(["review", str(entry), *options]) == 0
+    assert maintain(["review", str(entry), "--decision", "withdrawn"]) == 2
+    assert [each.action for each in read_review(entry).decisions] == ["accepted", "challenged"]
+
+
+def higher(entry: Path) -> None:
+    change_log(entry, lambda row: {"return": row["return"] * 1.2 + 5})  # type: ignore[operator]
+
+
+def elsewhere(forge: Forge) -> Forge:
+    """The same forgery by somebody who says that the runs were made with other kernels."""
+
+    def forged(entry: Path) -> None:
+        forge(entry)
+        for path in entry.glob("*/*/*.json"):
+            versions = msgspec.structs.replace(read_run(path).versions, blas="openblas Zen")
+            change_document(path, versions=versions)
+
+    return forged
+
+
+def exchange_stages(entry: Path) -> None:
+    """Stores the policy of the first stage as that of the last one."""
+    members = group(GROUP)
+    for path in entry.glob("*/*/*.json"):
+        run = read_run(path)
+        policies = read_policies(entry, members, run.protocol, run.run)
+        policies[len(members.tasks), None] = policies[1, None]
+        write_policies(path.with_suffix(".npz"), policies)
+        digest = content_sha256(run_arrays(policies))
+        change_document(
+            path, policies=PolicyFile(sha256=digest, size=path.with_suffix(".npz").stat().st_size)
+        )
+
+
+@pytest.mark.parametrize("forge", [higher, exchange_stages])
+def test_a_forgery_on_this_machine_is_refused_by_the_gate(
+    workshop: Path, tmp_path: Path, forge: Forge
+) -> None:
+    entry = copy(honest(workshop), tmp_path / "new")
+    forge(entry)
+    report = Project(tmp_path).submit(entry)
+    assert {problem.rule for problem in report.problems} == {"not-repeated"}
+
+
+def test_a_forged_log_from_elsewhere_is_refused_by_new_seeds_and_stays_refused(
+    workshop: Path, tmp_path: Path
+) -> None:
+    entry = copy(honest(workshop), tmp_path / "new")
+    elsewhere(higher)(entry)
+    project = Project(tmp_path)
+    report = project.submit(entry)
+    assert report.verdict == "passed"
+    assert any("openblas Zen" in note for note in report.notes)
+    merged = project.merge()
+    assert project.review(merged) == "claimed"
+    (record,) = read_review(merged).verifications
+    assert (record.passed, record.p_value <= 0.004) == (False, True)
+    assert record.second_p_value is not None
+    commit(project.main, {"submissions/new/README.md": "Another commit.\n"})
+    assert project.review(merged) == "claimed"
+    assert len(read_review(merged).verifications) == 1, "the first draw stands"
+
+
+def test_the_best_of_ten_evaluations_is_refused_by_new_seeds(workshop: Path, tmp_path: Path) -> None:
+    entry = copy(honest(workshop, "gaussian"), tmp_path / "new")
+    rng = np.random.default_rng(0)
+    means: dict[object, float] = {}
+
+    def best(row: dict[str, object]) -> dict[str, object]:
+        spread = means.setdefault((row["stage"], row["task"]), float(rng.uniform(3, 6)))
+        return {"return": row["return"] + 1.5 * spread}  # type: ignore[operator]
+
+    change_log(entry, best)
+    project = Project(tmp_path)
+    assert project.submit(entry).verdict == "passed"
+    assert project.review(project.merge()) == "claimed"
+
+
+def test_a_record_of_other_files_or_seeds_is_not_taken(workshop: Path, tmp_path: Path) -> None:
+    project = Project(tmp_path)
+    project.submit(honest(workshop))
+    entry = project.merge()
+    maintain(["review", str(entry), *project.options, "--record", str(project.records)])
+    record = project.records / "new.toml"
+    text = record.read_text()
+    value = git(project.main, "rev-parse", "HEAD")
+    forged = {
+        "seeds": text.replace(value, "3f" * 20),
+        "files": text.replace(f'{GROUP}/sequential/run0" = "', f'{GROUP}/sequential/run0" = "0')[:-2],
+        "decisions": text + DECISION,
+        "nothing": "",
+    }
+    for content in forged.values():
+        record.write_text(content)
+        assert maintain(["review", str(entry), "--take", str(record)]) == 2
+    assert not (entry / "review.toml").exists()
+
+
+def test_files_that_are_not_committed_have_no_seeds(workshop: Path, tmp_path: Path) -> None:
+    project = Project(tmp_path)
+    entry = copy(honest(workshop), project.main / "submissions" / "new")
+    assert maintain(["review", str(entry), *project.options]) == 2
+    assert not (entry / "review.toml").exists()

@@ -1,0 +1,116 @@
+"""The pages of docs/environments and ``envs show``."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from gymnasium.spaces import Box
+
+from gym_extensions.catalog import sheets
+from gym_extensions.catalog.sheets import summary
+from gym_extensions.catalog.tasks import TASKS, task
+from gym_extensions.envs import cli, make
+from gym_extensions.envs.docs.sheets import action_fields, differences, indexed, observation_fields
+from gym_extensions.envs.make import construct_mujoco
+
+DOCS = Path(__file__).parents[3] / "docs" / "environments"
+ONE_PER_BASE = list({each.base: each.id for each in TASKS.values()}.values())
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder with what ``envs docs`` writes."""
+    out = tmp_path_factory.mktemp("docs")
+    assert cli.main(["docs", "--out", str(out / "pages"), "--sheets", str(out / "sheets.json")]) == 0
+    return out
+
+
+@pytest.fixture(scope="module")
+def text_by_name(written: Path) -> dict[str, str]:
+    """The pages by file name."""
+    return {path.name: path.read_text("utf-8") for path in (written / "pages").iterdir()}
+
+
+def test_the_committed_pages_and_sheets_are_up_to_date(written: Path, text_by_name: dict[str, str]) -> None:
+    committed = {path.name: path.read_text("utf-8") for path in DOCS.glob("*.md")}
+    assert text_by_name == committed, "run `gym-extensions envs docs`"
+    assert (written / "sheets.json").read_bytes() == sheets.PATH.read_bytes(), (
+        "run `gym-extensions envs docs`"
+    )
+
+
+def test_exactly_the_pictures_on_the_pages_are_committed(text_by_name: dict[str, str]) -> None:
+    shown = {name for text in text_by_name.values() for name in re.findall(r"\(pictures/([^)]+)\)", text)}
+    committed = {path.name for path in (DOCS / "pictures").iterdir()}
+    assert shown == committed
+    assert {"hopperbigfoot.png", "humanoidsmallhand.png", "halfcheetahwall.png", "map9.png"} <= shown
+
+
+@pytest.mark.parametrize("task_id", ONE_PER_BASE)
+def test_the_tables_have_as_many_entries_as_the_spaces(task_id: str) -> None:
+    env = make(task_id)
+    count = sum(field.count for field in observation_fields(task(task_id)))
+    observations, action_space = env.observation_space, env.action_space
+    assert isinstance(observations, Box) and isinstance(action_space, Box)
+    assert count == (0 if observations.shape == (120, 160, 3) else observations.shape[0])
+    actions = action_fields(task(task_id))
+    np.testing.assert_allclose(np.array([field.low for field in actions]), action_space.low)
+    np.testing.assert_allclose(np.array([field.high for field in actions]), action_space.high)
+
+
+def test_the_entry_at_an_index_has_the_value_that_the_table_describes() -> None:
+    rows = dict(indexed(observation_fields(task("HumanoidWall"))))
+    env = construct_mujoco("HumanoidWall")
+    seen, _ = env.reset(seed=0)
+    assert rows["0"].meaning == "height of the torso"
+    assert seen[0] == env.data.qpos[2]
+    assert rows["5"].meaning == "angle of abdomen_z"
+    assert seen[5] == env.data.joint("abdomen_z").qpos[0]
+    assert rows["45–54"].meaning.startswith("inertia and mass of torso")
+    np.testing.assert_array_equal(seen[45:55], env.data.cinert[1])
+    assert rows["253"].meaning == "torque of the motor of abdomen_z"
+    assert rows["348"].meaning.startswith("range beam at -45°")
+    assert list(rows)[-1] == "357"
+
+
+@pytest.mark.parametrize(
+    ("name", "sentence"),
+    [
+        ("HopperGravityHalf", "Gravity -4.905 m/s² (0.5 × -9.81)."),
+        (
+            "HalfCheetahBigTorso",
+            "Torso: radius and mass × 1.25 (radius: torso 0.046 → 0.0575 m; mass 4.663 → 5.828 kg).",
+        ),
+        (
+            "HumanoidWall",
+            "A wall of 0.4 × 10 × 0.5 m (depth × width × height), without friction, its top at 0.375 m, "
+            "its center at x ~ U(1.8, 3.8) m, y 0, drawn at reset.",
+        ),
+    ],
+)
+def test_the_sentence_of_a_difference_has_numbers(name: str, sentence: str) -> None:
+    assert sentence in differences(task(name))
+
+
+def test_show_prints_the_summary(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["show", "StrikerMovingStart"]) == 0
+    text = capsys.readouterr().out
+    assert text == summary(task("StrikerMovingStart")) + "\n"
+    for fact in ("100 steps", "striker-v0", "x ~ U(0.43, 0.55)", "motor of r_wrist_roll_joint", "-3 … 3"):
+        assert fact in text
+    assert "smallest distance between ball and goal" in text
+    assert "22     z of the goal" in text
+
+
+def test_the_example_of_the_python_api_runs(text_by_name: dict[str, str]) -> None:
+    code = re.findall(r"```python\n(.*?)```", text_by_name["README.md"], flags=re.DOTALL)
+    names: dict[str, Any] = {}
+    exec(compile(code[0], "docs/environments/README.md", "exec"), names)
+    assert names["envs"].num_envs == 8
+    assert [row.name for row in names["envs"].tasks[:2]] == ["Hopper.Gravity-0.8", "Hopper"]
+    assert names["env"].spec.max_episode_steps == 500
+    compile(code[1], "docs/environments/README.md", "exec")  # test_videos records one, where moviepy is

@@ -1,0 +1,195 @@
+"""make and gymnasium.make: every task, what a published id accepts, specs, and mistakes."""
+
+from __future__ import annotations
+
+import pickle
+import subprocess
+import sys
+import warnings
+from collections.abc import Callable
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from gymnasium.envs.registration import EnvSpec
+from gymnasium.utils.env_checker import check_env
+
+from gym_extensions import envs
+from gym_extensions.catalog.tasks import TASKS, Task, customize, task
+from gym_extensions.envs import Gravity, MovingGoal, RangeSensor, Wall, make, make_vec
+from gym_extensions.envs.make import construct
+from gym_extensions.errors import BenchError, KeywordError
+
+ID = "gym_extensions/HopperGravityHalf-v0"
+MAP = "gym_extensions/State-Based-Navigation-2d-Map0-Goal0-v0"
+
+
+@pytest.mark.parametrize("task_id", TASKS)
+def test_every_task_passes_gymnasiums_checker(task_id: str) -> None:
+    env = gym.make(task_id)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        # Gymnasium's own bodies have unbounded observations and asymmetric actions too.
+        warnings.filterwarnings("ignore", message=".*Box (observation|action) space.*")
+        warnings.filterwarnings("ignore", message=".*For Box action spaces.*")
+        check_env(env.unwrapped, skip_render_check=True)
+    assert env.spec is not None and env.spec.max_episode_steps == TASKS[task_id].max_steps
+    assert env.get_wrapper_attr("task") == TASKS[task_id]
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda **keyword: gym.make(ID, **keyword),
+        lambda **keyword: gym.make(MAP, **keyword),
+        lambda **keyword: gym.make_vec(ID, 2, **keyword),
+        lambda **keyword: gym.make_vec(ID, 2, vectorization_mode="sync", **keyword),
+    ],
+)
+@pytest.mark.parametrize("keyword", ["frameskip", "ctrl_cost_weight", "xml_file", "custom_arena"])
+def test_a_keyword_that_a_published_id_does_not_accept_is_a_type_error(
+    call: Callable[..., object], keyword: str
+) -> None:
+    with pytest.raises(TypeError, match=f"unexpected keyword argument '{keyword}'") as caught:
+        call(**{keyword: 1})
+    assert isinstance(caught.value, BenchError)
+    assert "customize" in str(caught.value)
+
+
+def test_no_keyword_makes_another_task_under_a_published_id() -> None:
+    for make_one in (gym.make, gym.make_vec):
+        with pytest.raises(TypeError):
+            make_one(ID, task="Hopper")
+    with pytest.raises(BenchError) as caught:
+        make(Task("HopperGravityHalf", "Hopper", (Gravity(0.1),)))
+    assert (caught.value.code, caught.value.where) == ("changed-task", ID)
+
+
+def test_a_keyword_error_survives_pickling() -> None:
+    error = KeywordError("Got an unexpected keyword argument 'x'.", "make", "Leave it out.")
+    assert str(pickle.loads(pickle.dumps(error))) == str(error)  # noqa: S301
+
+
+@pytest.mark.parametrize(
+    ("keywords", "code"),
+    [({"max_episode_steps": 50}, "changed-task"), ({"render_mode": "rgb_array"}, "no-rendering")],
+)
+def test_environments_that_are_stepped_together_have_their_limit_and_no_pictures(
+    keywords: Any, code: str
+) -> None:
+    with pytest.raises(BenchError) as caught:
+        gym.make_vec(ID, 2, **keywords)
+    assert (caught.value.code, caught.value.where) == (code, ID)
+
+
+def test_ids_are_found_by_the_prefix_form_and_after_register_envs() -> None:
+    code = "import gymnasium as gym; print(gym.make('gym_extensions.envs:{}').spec.id)"
+    process = subprocess.run([sys.executable, "-c", code.format(ID)], capture_output=True, check=True)
+    assert process.stdout.decode().strip() == ID
+    gym.register_envs(envs)
+
+
+def test_a_published_id_accepts_rendering() -> None:
+    env = gym.make(ID, width=64, height=48, camera_name="track", disable_env_checker=True)
+    assert env.spec is not None and env.spec.max_episode_steps == 1000
+    for name in (ID, MAP):
+        listed = gym.make(name, render_mode="rgb_array_list")
+        assert isinstance(listed, gym.wrappers.RenderCollection)
+        assert listed.unwrapped.render_mode == "rgb_array"
+        listed.close()
+
+
+@pytest.mark.parametrize("task_id", [ID, MAP])
+def test_make_vec_of_gymnasium_returns_the_environments_that_are_stepped_together(task_id: str) -> None:
+    env, ours = gym.make_vec(task_id, num_envs=3), make_vec(task_id, 3)
+    assert type(env) is type(ours)
+    assert env.spec is not None and env.spec.id == task_id
+    singles = gym.make_vec(task_id, num_envs=3, vectorization_mode="sync")
+    for other in (ours, singles):
+        assert np.array_equal(env.reset(seed=4)[0], other.reset(seed=4)[0])
+    assert type(gym.make_vec(task_id, num_envs=2, num_threads=2)) is type(ours)
+    again = gym.make_vec(EnvSpec.from_json(env.spec.to_json()))
+    assert again.num_envs == 3
+
+
+CUSTOM: list[Task] = [
+    customize("Hopper", [Gravity(0.8)], max_steps=77),
+    customize("HalfCheetah", [RangeSensor(), Wall(nearest=2.0, farthest=3.0)]),
+    customize(MAP, max_steps=20),
+]
+
+
+@pytest.mark.parametrize("task", CUSTOM, ids=[task.name for task in CUSTOM])
+def test_the_spec_of_a_custom_task_survives_json(task: Task) -> None:
+    env = make(task)
+    assert env.spec is not None
+    spec = EnvSpec.from_json(env.spec.to_json())
+    again = gym.make(spec)
+    assert again.get_wrapper_attr("task") == task
+    assert again.spec is not None and again.spec.max_episode_steps == task.max_steps
+    assert np.array_equal(again.reset(seed=1)[0], env.reset(seed=1)[0])
+    many: Any = gym.make_vec(spec, num_envs=2)
+    assert many.call("task") == (task, task)
+
+
+def test_a_custom_time_limit_truncates_the_episode() -> None:
+    env = make("HalfCheetah", max_steps=3)
+    env.reset(seed=0)
+    assert [env.step(np.zeros(6, np.float32))[3] for _ in range(3)] == [False, False, True]
+
+
+def broken_spec() -> object:
+    spec = make("Hopper", [Gravity(0.8)]).spec
+    assert spec is not None
+    return gym.make(EnvSpec.from_json(spec.to_json().replace('"Gravity"', '"Gravty"')))
+
+
+def step(action: Any, name: str = "HopperGravityHalf") -> object:
+    env = make(name)
+    env.reset(seed=0)
+    return env.step(action)
+
+
+MISTAKES: list[tuple[Callable[[], object], str, str]] = [
+    (broken_spec, "unknown-variation", "Did you mean 'Gravity'?"),
+    (lambda: make("HopperGravtyHalf"), "unknown-task", "Did you mean 'HopperGravityHalf'?"),
+    (lambda: make("gym_extensions/hopper-v0"), "unknown-task", "'gym_extensions/Hopper-v0'?"),
+    (lambda: make(Task("Mine", "Hoper")), "unknown-base", "Did you mean 'Hopper'?"),
+    (lambda: make("Hopper", Gravity(0.5)), "no-list", "Give a list"),  # type: ignore[arg-type]
+    (lambda: make("Hopper", ["Gravity"]), "no-variation", "'Gravity'"),  # type: ignore[list-item]
+    (lambda: make("Pusher", [Gravity(0.5)]), "misplaced-variation", "It fits Hopper, Walker2d"),
+    (lambda: make("Hopper", [MovingGoal()]), "misplaced-variation", "It fits Pusher."),
+    *(
+        (lambda steps=steps: make("Hopper", max_steps=steps), "bad-limit", repr(steps))
+        for steps in (0, -3, 2.5, True, "10")
+    ),
+    (lambda: step(np.zeros(4)), "bad-action", "shape (4,); expected (3,)"),
+    (lambda: step(0.5), "bad-action", "shape ()"),
+    (lambda: step(np.array([0, np.nan, 0])), "bad-action", "action[1] is nan"),
+    (lambda: step(["a", "b", "c"]), "bad-action", "dtype <U1"),
+    (lambda: step([True, False, True]), "bad-action", "dtype bool"),
+    (lambda: step(np.array([np.nan, 0]), MAP), "bad-action", "action[0] is nan"),
+]
+
+
+@pytest.mark.parametrize(("mistake", "code", "fact"), MISTAKES)
+def test_a_mistake_is_named(mistake: Callable[[], object], code: str, fact: str) -> None:
+    with pytest.raises(BenchError) as caught:
+        mistake()
+    assert caught.value.code == code
+    assert fact in str(caught.value)
+
+
+def test_an_action_out_of_range_is_applied_as_by_gymnasiums_body() -> None:
+    env = make("HopperGravityHalf")
+    env.reset(seed=0)
+    assert env.step(np.full(3, 9.0, np.float32))[4]["reward_ctrl"] == pytest.approx(-1e-3 * 3 * 81)
+
+
+@pytest.mark.parametrize("name", ["Hopper", "State-Based-Navigation-2d-Map0-Goal0"])
+def test_an_environment_needs_a_reset_first(name: str) -> None:
+    env: Any = construct(name)
+    with pytest.raises(gym.error.ResetNeeded) as caught:
+        env.step(env.action_space.sample())
+    assert isinstance(caught.value, BenchError) and caught.value.where == task(name).id

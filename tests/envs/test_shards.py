@@ -1,0 +1,179 @@
+"""Vector environments equal Gymnasium's vector of the single environments bit for bit, infos included."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pytest
+from gymnasium.vector import AsyncVectorEnv, SyncVectorEnv
+
+from gym_extensions import envs
+from gym_extensions.catalog.tasks import TASKS, Task, task
+from gym_extensions.catalog.variations import (
+    Gravity,
+    LimbScale,
+    MotorNoise,
+    MovingGoal,
+    MovingStart,
+    RangeSensor,
+    SensorNoise,
+    TrackingGoal,
+    Wall,
+)
+from gym_extensions.envs.make import construct_mujoco
+
+SEED, SCALE = 5, 1.2
+BEFORE_LIMIT = 4
+
+
+def assert_bitwise_equal(
+    tasks: Sequence[str | Task], num_envs: int, steps: int, dtype: type = np.float32, after: int = 0
+) -> None:
+    """Steps a vector environment beside Gymnasium's own and compares every number.
+
+    Args:
+        tasks: environment i has ``tasks[i % len(tasks)]``.
+        num_envs: number of environments.
+        steps: number of steps.
+        dtype: of the actions.
+        after: more steps, before which the time limits of all environments are 4 steps away.
+    """
+    vector: Any = envs.make_vec(tasks, num_envs)
+    singles: Any = SyncVectorEnv([partial(envs.make, tasks[index % len(tasks)]) for index in range(num_envs)])
+    assert_same(vector.reset(seed=SEED), singles.reset(seed=SEED), "reset")
+    generator = np.random.default_rng(SEED)
+    space = vector.single_action_space
+    for step in range(steps + after):
+        if step == steps:
+            vector._elapsed[:] = vector._limits - BEFORE_LIMIT
+            for env, limit in zip(singles.envs, vector._limits, strict=True):
+                env._elapsed_steps = limit - BEFORE_LIMIT
+        actions = generator.uniform(SCALE * space.low, SCALE * space.high, (num_envs, *space.shape))
+        result = vector.step(actions.astype(dtype))
+        assert_same(result, singles.step(actions.astype(dtype)), f"step {step}")
+        if after and step == steps + BEFORE_LIMIT - 1:
+            assert result[3].any()
+    assert result[0].dtype == vector.single_observation_space.dtype
+    vector.close()
+
+
+def assert_same(ours: Any, theirs: Any, where: str) -> None:
+    """Compares arrays, and dictionaries and tuples of them, bit for bit."""
+    if isinstance(ours, dict):
+        assert ours.keys() == theirs.keys(), where
+        for key in ours:
+            assert_same(ours[key], theirs[key], f"{where}, {key}")
+    elif isinstance(ours, tuple):
+        for part, other in zip(ours, theirs, strict=True):
+            assert_same(part, other, where)
+    else:
+        assert ours.dtype == theirs.dtype and np.array_equal(ours, theirs), where
+
+
+def side_by_side() -> dict[str, list[str]]:
+    """Every published task, grouped by equal spaces."""
+    kinds: dict[str, list[str]] = {}
+    for each in TASKS.values():
+        sensor = any(isinstance(variation, RangeSensor) for variation in each.variations)
+        kind = f"{each.base} with sensor" if sensor else each.base
+        if each.base != "Navigation":
+            kinds.setdefault(kind, []).append(each.id)
+    return kinds
+
+
+KINDS = side_by_side()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_published_task(kind: str) -> None:
+    assert_bitwise_equal(KINDS[kind], num_envs=len(KINDS[kind]), steps=30, after=8)
+
+
+@pytest.mark.parametrize(
+    "tasks",
+    [["HalfCheetahGravityHalf", "HalfCheetahMotorNoise"], ["HalfCheetahNoisyWall"], ["PusherTrackingGoal"]],
+)
+def test_whole_episodes(tasks: list[str]) -> None:
+    assert_bitwise_equal(tasks, num_envs=len(tasks), steps=1005)
+
+
+CUSTOM: dict[str, list[Task]] = {
+    "everything at once on one body": [
+        Task(
+            "HopperBusy",
+            "Hopper",
+            (Gravity(0.7), LimbScale("Foot", 1.2), RangeSensor(), Wall(), SensorNoise(), MotorNoise()),
+        ),
+    ],
+    "a sensor, and no wall to see": [
+        Task("WalkerLooking", "Walker2d", (RangeSensor(),)),
+        Task("WalkerBlurred", "Walker2d", (RangeSensor(), SensorNoise(dropout=0.5))),
+    ],
+    "walls of several sizes and places": [
+        Task("CheetahNear", "HalfCheetah", (RangeSensor(), Wall(nearest=0.6, farthest=0.7))),
+        Task("CheetahFar", "HalfCheetah", (RangeSensor(), Wall(nearest=5.0, farthest=9.0))),
+        Task("CheetahHigh", "HalfCheetah", (RangeSensor(), Wall(height=1.0, nearest=1.0, farthest=1.5))),
+    ],
+    "a wall that is felt and not seen": [Task("HumanoidBlind", "Humanoid", (Wall(width=10.0, nearest=0.5),))],
+    "goals that move from fixed places": [
+        Task("PusherTracking", "Pusher", (TrackingGoal(0.5),), max_steps=40),
+        Task("PusherMoving", "Pusher", (MovingGoal(), MotorNoise()), max_steps=50),
+    ],
+    "a ball that starts elsewhere": [
+        Task("StrikerBoth", "Striker", (MovingStart(), TrackingGoal(), MotorNoise(0.02)), max_steps=60)
+    ],
+}
+
+
+@pytest.mark.parametrize("case", CUSTOM)
+def test_custom_tasks(case: str) -> None:
+    assert_bitwise_equal(CUSTOM[case], num_envs=2 * len(CUSTOM[case]), steps=60)
+
+
+@pytest.mark.parametrize("body", ["Hopper", "HalfCheetah", "Humanoid", "Pusher", "Striker"])
+def test_costs_use_the_precision_of_the_actions(body: str) -> None:
+    assert_bitwise_equal([body], num_envs=2, steps=40, dtype=np.float64)
+
+
+def test_gymnasiums_processes_agree_with_the_vector_environment() -> None:
+    for tasks in (["HopperGravityHalf", "Hopper"], ["StrikerMovingStart", "Striker"]):
+        ours: Any = envs.make_vec(tasks, 2)
+        theirs: Any = AsyncVectorEnv([partial(envs.make, task) for task in tasks])
+        assert_same(ours.reset(seed=3), theirs.reset(seed=3), "reset")
+        for step, actions in enumerate(
+            np.random.default_rng(1).uniform(-1, 1, (4, *ours.action_space.shape))
+        ):
+            assert_same(
+                ours.step(actions.astype(np.float32)), theirs.step(actions.astype(np.float32)), str(step)
+            )
+        theirs.close()
+
+
+@pytest.mark.parametrize(
+    "task_id", [each.id for each in TASKS.values() if each.base != "Navigation" and each.variations]
+)
+def test_a_varied_task_differs_from_its_base(task_id: str) -> None:
+    row = task(task_id)
+    varied, base = construct_mujoco(row), construct_mujoco(row.base)
+    start, base_start = varied.reset(seed=1)[0], base.reset(seed=1)[0]
+    differs = not np.array_equal(start, base_start)
+    for action in np.random.default_rng(2).uniform(-1, 1, (30, *base.action_space.shape)):
+        if differs:
+            break
+        (seen, reward), (base_seen, base_reward) = (
+            env.step(action.astype(np.float32))[:2] for env in (varied, base)
+        )
+        differs = reward != base_reward or not np.array_equal(seen, base_seen)
+    assert differs
+
+
+def test_stable_baselines3_vector_environments_accept_the_tasks() -> None:
+    vec = pytest.importorskip("stable_baselines3.common.vec_env")
+    env = vec.DummyVecEnv([lambda: envs.make("HopperWall"), lambda: envs.make("HopperWithSensor")])
+    env.seed(0)
+    assert env.reset().shape == (2, 21)
+    assert env.step(np.zeros((2, 3), np.float32))[0].shape == (2, 21)
+    env.close()

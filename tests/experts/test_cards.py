@@ -1,0 +1,154 @@
+"""The experts' files: loading, refusals, seeds, and when an expert is an anchor."""
+
+import hashlib
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+
+from gym_extensions import experts
+from gym_extensions.catalog import fingerprints
+from gym_extensions.catalog.tasks import TASKS, task
+from gym_extensions.errors import BenchError
+from gym_extensions.experts import Card, Measurement, Step
+from gym_extensions.experts.cards import PURPOSES
+from gym_extensions.rollouts.policy import Policy
+
+
+def make_policy() -> Policy:
+    return Policy(
+        action_offset=np.zeros(3),
+        action_scale=np.ones(3),
+        weights=(np.ones((11, 3), np.float32),),
+        biases=(np.zeros(3, np.float32),),
+    )
+
+
+def make_card(policy: Policy, mean: float = 3600.0, deviation: float = 10.0) -> Card:
+    measurement = Measurement(episodes=100, mean=mean, deviation=deviation)
+    return Card(
+        task=task("Hopper").id,
+        fingerprint=fingerprints.published(task("Hopper").id),
+        policy=experts.digest(policy),
+        history=(Step("trpo-Hopper-seed0@2000000", "trpo", 2_000_000, 157.0, "train trpo-Hopper"),),
+        from_entry=False,
+        candidates=20,
+        steps_tried=2_000_000,
+        selection=measurement,
+        measurement=measurement,
+        first_hundred=mean,
+    )
+
+
+def test_an_expert_is_loaded_in_one_line() -> None:
+    policy = experts.load("HopperGravityHalf")
+    assert policy.act(np.zeros((2, 11))).shape == (2, 3)
+
+
+def test_every_published_expert_loads_acts_and_belongs_to_its_task() -> None:
+    names = experts.names()
+    assert names
+    for name in names:
+        policy, card = experts.load(name), experts.card(name)
+        assert card.fingerprint == fingerprints.published(card.task)
+        assert np.isfinite(policy.act(np.zeros((1, policy.num_inputs or 0)))).all()
+        assert card.history
+        assert card.selection.episodes >= 100 <= card.measurement.episodes
+
+
+def test_the_files_stay_below_10_mb() -> None:
+    assert sum(path.stat().st_size for path in experts.DATA.iterdir()) < 10e6
+
+
+def test_what_is_written_is_read(tmp_path: Path) -> None:
+    policy = make_policy()
+    experts.write(policy, make_card(policy), tmp_path)
+    assert experts.names(tmp_path) == ["Hopper"]
+    assert experts.digest(experts.load("Hopper", tmp_path)) == experts.digest(policy)
+    assert experts.card("Hopper", tmp_path) == make_card(policy)
+
+
+def test_a_policy_that_is_not_the_cards_is_refused(tmp_path: Path) -> None:
+    policy = make_policy()
+    experts.write(policy, make_card(policy), tmp_path)
+    other = replace(policy, action_offset=np.ones(3))
+    with pytest.raises(BenchError, match="describes another policy"):
+        experts.write(other, make_card(policy), tmp_path)
+    experts.write_policy(tmp_path / "Hopper.npz", other)
+    with pytest.raises(BenchError) as error:
+        experts.load("Hopper", tmp_path)
+    assert error.value.code == "other-policy"
+
+
+def test_a_file_that_is_no_policy_is_refused(tmp_path: Path) -> None:
+    policy = make_policy()
+    experts.write(policy, make_card(policy), tmp_path)
+    for content in (b"", b"no archive", (tmp_path / "Hopper.npz").read_bytes()[:200]):
+        (tmp_path / "Hopper.npz").write_bytes(content)
+        with pytest.raises(BenchError) as error:
+            experts.load("Hopper", tmp_path)
+        assert error.value.code == "bad-policy"
+
+
+@pytest.mark.parametrize("mean", [float("nan"), float("inf")])
+def test_a_measurement_that_is_not_finite_is_refused_and_nothing_is_written(
+    tmp_path: Path, mean: float
+) -> None:
+    policy = make_policy()
+    with pytest.raises(BenchError) as error:
+        experts.write(policy, make_card(policy, mean), tmp_path)
+    assert error.value.code == "bad-card"
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("change", [{"task": "gym_extensions/Walker2d-v0"}, {"policy": 3}, {"surprise": 1}])
+def test_a_card_of_another_task_or_form_is_refused(tmp_path: Path, change: dict[str, object]) -> None:
+    policy = make_policy()
+    experts.write(policy, make_card(policy), tmp_path)
+    path = tmp_path / "Hopper.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | change))
+    with pytest.raises(BenchError) as error:
+        experts.card("Hopper", tmp_path)
+    assert error.value.code == "bad-card"
+
+
+def test_a_task_without_expert_and_an_unknown_task_are_named(tmp_path: Path) -> None:
+    with pytest.raises(BenchError) as error:
+        experts.load("Hopper", tmp_path)
+    assert error.value.code == "no-expert"
+    with pytest.raises(BenchError) as error:
+        experts.load("Hoper")
+    assert error.value.code == "unknown-task"
+
+
+def test_purposes_never_share_a_seed() -> None:
+    for name in ("Hopper", "Pusher"):
+        seeds = {purpose: {experts.seed(name, purpose, i) for i in range(1000)} for purpose in PURPOSES}
+        assert len(set.union(*seeds.values())) == 4000
+        assert all(0 <= value < 2**31 for value in set.union(*seeds.values()))
+
+
+def test_seeds_are_prescribed() -> None:
+    row = TASKS["gym_extensions/Hopper-v0"]
+    digest = hashlib.sha256(b"expert/gym_extensions/Hopper-v0/7").digest()
+    expected = 4 * (int.from_bytes(digest[:4], "little") >> 3) + 2
+    assert experts.seed(row, "measure", 7) == experts.seed("Hopper", "measure", 7) == expected
+
+
+def test_an_anchor_lies_clearly_above_the_floor() -> None:
+    card = make_card(make_policy(), mean=100.0, deviation=50.0)  # standard error 5
+    found = experts.anchor(card, floor=70.0, floor_deviation=10.0)
+    assert found is not None
+    assert (found.mean, found.standard_error, found.provisional) == (100.0, 5.0, False)
+    assert experts.anchor(card, floor=76.0, floor_deviation=10.0) is None  # below five standard errors
+    assert experts.anchor(card, floor=70.0, floor_deviation=16.0) is None  # below two deviations
+
+
+def test_a_provisional_expert_is_a_provisional_anchor() -> None:
+    card = msgspec.structs.replace(make_card(make_policy()), provisional="it sits")
+    found = experts.anchor(card, floor=0.0, floor_deviation=1.0)
+    assert found is not None
+    assert found.provisional

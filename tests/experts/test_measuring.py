@@ -1,0 +1,62 @@
+"""Measuring experts again from their files, and fitting policies to tasks with range beams."""
+
+import numpy as np
+import pytest
+
+from gym_extensions import experts
+from gym_extensions.baselines.experts import measuring
+from gym_extensions.baselines.experts.measuring import fitted
+from gym_extensions.baselines.experts.recipes import meant
+from gym_extensions.catalog.tasks import task
+from gym_extensions.rollouts.policy import Policy
+
+RNG = np.random.default_rng(0)
+
+
+def make_policy(inputs: int) -> Policy:
+    return Policy(
+        action_offset=np.zeros(3, np.float32),
+        action_scale=np.ones(3, np.float32),
+        weights=(RNG.normal(size=(inputs, 4)).astype(np.float32), np.ones((4, 3), np.float32)),
+        biases=(np.ones(4, np.float32), np.zeros(3, np.float32)),
+        activation="tanh",
+        observation_mean=RNG.normal(size=inputs),
+        observation_scale=np.full(inputs, 2.0),
+        observation_clip=10.0,
+    )
+
+
+@pytest.mark.parametrize("name", ["Pusher", "HalfCheetah", "HopperGravityHalf"])
+def test_an_expert_measured_again_has_the_return_of_its_card(name: str) -> None:
+    row, card = task(name), experts.card(name)
+    seeds = [experts.seed(row, "measure", index) for index in range(measuring.QUICK)]
+    returns, _ = measuring.episodes(experts.load(name), row, seeds)
+    assert np.mean(returns) == pytest.approx(card.first_hundred, abs=3 * card.measurement.deviation / 10)
+
+
+def test_new_beams_do_not_change_the_actions() -> None:
+    policy, seen = make_policy(11), RNG.normal(size=(5, 11))
+    with_beams = np.concatenate([seen, RNG.uniform(size=(5, 10))], axis=1)
+    np.testing.assert_allclose(fitted(policy, 21).act(with_beams), policy.act(seen), rtol=1e-6)
+
+
+def test_missing_beams_read_zero() -> None:
+    policy, seen = make_policy(21), RNG.normal(size=(5, 11))
+    with_beams = np.concatenate([seen, np.zeros((5, 10))], axis=1)
+    np.testing.assert_allclose(fitted(policy, 11).act(seen), policy.act(with_beams), rtol=1e-5)
+
+
+def test_an_expert_is_provisional_if_too_few_episodes_show_what_the_task_is_for() -> None:
+    assert meant(task("HumanoidStandup"), np.full(10, 150_000.0))
+    assert not meant(task("HumanoidStandup"), np.full(10, 350_000.0))
+    assert not meant(task("HopperWall"), np.array([3500.0, 100.0, 100.0]))
+    assert not meant(task("Hopper"), np.zeros(10))
+
+
+def test_the_best_stored_policies_of_the_logs_have_files() -> None:
+    from pathlib import Path
+
+    ranked = measuring.stored_candidates(Path("submissions"))
+    means = [mean for mean, _ in ranked["HopperGravityHalf"]]
+    assert means == sorted(means, reverse=True)
+    assert all(name.startswith(measuring.STORED) for _, name in ranked["HopperGravityHalf"])

@@ -1,0 +1,175 @@
+"""Logs, curves and evaluations as data frames: every row of the files, with documented columns and types."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Callable
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from gym_extensions import results
+from gym_extensions.catalog.fingerprints import published
+from gym_extensions.catalog.groups import group
+from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.run import InterimEvaluation, read_run, write_run
+
+Write = Callable[..., Path]
+GROUP = "hopper-gravity"
+IDS = group(GROUP).task_ids
+
+
+def rows_of(folder: Path, protocol: str) -> list[dict[str, str]]:
+    rows = []
+    for path in sorted((folder / GROUP / protocol).glob("*.csv")):
+        run = path.stem.removeprefix("run")
+        with path.open(newline="", encoding="utf-8") as lines:
+            rows += [{"run": run, **row} for row in csv.DictReader(lines)]
+    return rows
+
+
+def with_evaluations(folder: Path) -> Path:
+    """The submission with an evaluation of every task in the second stage of run 0."""
+    path = folder / GROUP / "sequential" / "run0.json"
+    parts = [
+        InterimEvaluation(stage=2, task=task, episodes=5, steps=[250], returns=[70.0 + index])
+        for index, task in enumerate(IDS)
+    ]
+    write_run(path, msgspec.structs.replace(read_run(path), evaluations=parts))
+    return folder
+
+
+def test_every_logged_episode_is_a_row(submission: Write) -> None:
+    folder = submission()
+    frame = results.episodes(folder)
+    expected = rows_of(folder, "sequential") + rows_of(folder, "single")
+    assert len(frame) == len(expected) == 2 * (6 * 5 * 20) + 2 * 5 * 20
+    for column in ("run", "stage", "episode", "seed", "length", "return"):
+        assert frame[column].tolist() == [float(row[column]) for row in expected]
+    assert frame["task"].tolist() == [row["task"] for row in expected]
+    assert frame["fingerprint"].tolist() == [published(row["task"]) for row in expected]
+    assert frame["success"].isna().all()
+    assert set(frame["submission"]) == {"entry"}
+    assert set(frame["group"]) == {"hopper-gravity-v0"}
+
+
+def test_success_is_missing_only_where_the_task_defines_none(submission: Write) -> None:
+    frame = results.episodes(submission(groups=("humanoid-standup-run",), protocols=("single",)))
+    assert frame["success"].dtype == "boolean"
+    defined = frame["success"].notna().groupby(frame["task"], sort=False).agg(["min", "max"])
+    assert defined.to_numpy().tolist() == [[False, False], [True, True], [True, True]]
+    assert frame["success"].sum() == 0
+
+
+def test_every_point_of_the_curves_is_a_row(submission: Write) -> None:
+    folder = submission(curves=12)
+    frame = results.curves(folder)
+    documents = [
+        read_run(folder / GROUP / protocol / f"run{run}.json")
+        for protocol in ("sequential", "single")
+        for run in (0, 1)
+    ]
+    expected = [(document, curve) for document in documents for curve in document.curves]
+    assert frame["step"].tolist() == [step for _, curve in expected for step in curve.steps]
+    assert frame["return"].tolist() == [value for _, curve in expected for value in curve.returns]
+    keys = [(each.protocol, each.run, curve.task) for each, curve in expected for _ in curve.steps]
+    assert [*zip(frame["protocol"], frame["run"], frame["task"], strict=True)] == keys
+
+
+def test_several_submissions_are_one_frame(submission: Write) -> None:
+    folders = [submission(name=name) for name in ("first", "second")]
+    assert results.episodes(folders)["submission"].unique().tolist() == ["first", "second"]
+    assert results.episodes(folders[0].parent).equals(results.episodes(folders))
+
+
+def test_a_submission_without_curves_gives_an_empty_frame_with_the_same_types(submission: Write) -> None:
+    filled, empty = results.curves(submission(name="a", curves=12)), results.curves(submission(name="b"))
+    assert len(empty) == 0
+    assert empty.dtypes.equals(filled.dtypes)
+
+
+def test_columns_can_be_chosen(submission: Write) -> None:
+    assert results.episodes(submission(), columns=["return", "run"]).columns.tolist() == ["return", "run"]
+
+
+def test_an_unknown_column_is_reported_with_the_closest(submission: Write) -> None:
+    with pytest.raises(BenchError) as error:
+        results.episodes(submission(), columns=["retrun"])
+    assert str(error.value) == "columns: There is no column 'retrun'. Did you mean 'return'?"
+
+
+def test_a_submission_with_problems_is_refused(submission: Write) -> None:
+    folder = submission()
+    log = folder / GROUP / "sequential" / "run0.csv"
+    log.write_text(log.read_text().replace(",false,", ",maybe,", 1), newline="\n")
+    with pytest.raises(BenchError) as error:
+        results.episodes(folder)
+    assert error.value.hint == f"Run: score {folder}"
+
+
+def test_evaluations_during_training_lie_between_those_after_the_stages(submission: Write) -> None:
+    frame = results.evaluations(with_evaluations(submission(runs=(0,), protocols=("sequential",))))
+    first = frame[frame["task"] == IDS[0]]
+    assert first["trained"].tolist() == [0, 1, 1.25, 2, 3, 4, 5]
+    assert first["step"].tolist() == [0, 1000, 250, *[1000] * 4]
+    assert first["episodes"].tolist() == [20, 20, 5, *[20] * 4]
+    # The formula of the submission: 100 per stage, 10 for the first task, and episodes from 0 to 19/8.
+    means = [100.0 * stage + 10 + 9.5 / 8 for stage in range(6)]
+    assert first["return"].tolist() == [*means[:2], 70.0, *means[2:]]
+    assert frame["task"].tolist() == [*IDS] * 7
+
+
+def test_without_evaluations_during_training_the_frame_has_the_evaluations_after_the_stages(
+    submission: Write,
+) -> None:
+    frame = results.evaluations(submission(runs=(0, 1)), columns=["protocol", "run", "stage"])
+    assert len(frame) == 2 * (6 * 5) + 2 * 5
+    assert frame.columns.tolist() == ["protocol", "run", "stage"]
+
+
+def unfinished(folder: Path, text: str) -> Path:
+    path = folder / ".progress" / GROUP / "sequential-run3" / "curve-stage1.csv"
+    path.parent.mkdir(parents=True)
+    path.write_text(f"protocol,run,task,step,return\n{text}", newline="\n")
+    return folder
+
+
+@pytest.mark.parametrize("torn", ["", "sequential,3,a,75", "sequential,3,a,7500,12.", "sequential,3"])
+def test_the_last_line_of_an_unfinished_curve_may_be_incomplete(torn: str, tmp_path: Path) -> None:
+    complete = "sequential,3,a,2500,12.5\nsequential,3,a,5000,13.5\n"
+    frame = results.unfinished_curves(unfinished(tmp_path / "mine", complete + torn))
+    assert [*zip(frame["run"], frame["step"], frame["return"], strict=True)] == [
+        (3, 2500, 12.5),
+        (3, 5000, 13.5),
+    ]
+    assert set(frame["submission"]) == {"mine"}
+    assert set(frame["group"]) == {GROUP}
+
+
+def test_a_curve_of_a_run_that_is_finished_in_the_meantime_has_no_rows(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = unfinished(tmp_path / "mine", "sequential,3,a,2500,12.5\n")
+    find = Path.glob
+
+    def find_and_remove(path: Path, pattern: str) -> list[Path]:
+        found = list(find(path, pattern))
+        for curve in found:
+            curve.unlink()
+        return found
+
+    monkeypatch.setattr(Path, "glob", find_and_remove)
+    assert len(results.unfinished_curves(folder)) == 0
+
+
+def test_a_folder_without_unfinished_runs_gives_an_empty_frame_of_the_same_types(submission: Write) -> None:
+    folder = submission(curves=12)
+    frame = results.unfinished_curves(folder)
+    assert len(frame) == 0
+    assert frame.dtypes.equals(results.curves(folder).dtypes)
+
+
+def test_a_folder_that_does_not_exist_is_an_error(tmp_path: Path) -> None:
+    with pytest.raises(BenchError, match=r"The folder does not exist\. Name the folder of --out\."):
+        results.unfinished_curves(tmp_path / "nothing")

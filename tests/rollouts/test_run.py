@@ -1,0 +1,124 @@
+"""The document of a run: what it holds, how it is written, and what verifications are about."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.run import (
+    Curve,
+    InterimEvaluation,
+    Machine,
+    Memory,
+    PolicyFile,
+    RunDocument,
+    Versions,
+    all_versions,
+    file_sha256,
+    largest_memory,
+    read_run,
+    run_text,
+    write_run,
+)
+
+VERSIONS = Versions(
+    gym_extensions="1.0.0",
+    gymnasium="1.4.0",
+    mujoco="4.0.0",
+    numpy="2.4.6",
+    python="3.11.7",
+    platform="Linux",
+)
+PLAIN = RunDocument(
+    group="pusher-v0",
+    protocol="joint",
+    run=3,
+    versions=VERSIONS,
+    steps=1000,
+    memory=Memory(stored_steps=1, parameters_first=2, parameters_last=3),
+    fingerprints={"task": "0" * 16},
+    log="a" * 64,
+)
+FULL = msgspec.structs.replace(
+    PLAIN,
+    command="gym-extensions train ü",
+    commit="abc",
+    date="2026-11-26",
+    packages={"torch": "2.13"},
+    machine=Machine(processor="Xeon", cores=2),
+    cpu_seconds=1.5,
+    peak_memory_mb=200.25,
+    curves=[Curve(stage=1, task=task, steps=[1, 2], returns=[0.1, -1e300]) for task in ("a", "b")],
+    evaluations=[InterimEvaluation(stage=1, task="a", episodes=5, steps=[1], returns=[2.0])],
+    policies=PolicyFile(sha256="b" * 64, size=10, url="https://example.org/run3.npz"),
+)
+
+
+@pytest.mark.parametrize("document", [PLAIN, FULL])
+def test_a_document_is_read_as_it_was_written(tmp_path: Path, document: RunDocument) -> None:
+    write_run(tmp_path / "run3.json", document)
+    assert read_run(tmp_path / "run3.json") == document
+
+
+def test_the_text_has_a_key_per_line_and_a_curve_per_line() -> None:
+    text = run_text(FULL)
+    assert json.loads(text) == msgspec.to_builtins(FULL)
+    lines = text.splitlines()
+    assert len(lines) == 2 + len(RunDocument.__struct_fields__) + 3 + 2
+    assert [line for line in lines if line.startswith('  {"stage"')][1].endswith("-1e+300]}")
+    assert "ü" in text
+
+
+def test_a_number_that_is_not_finite_is_not_written() -> None:
+    with pytest.raises(ValueError, match="JSON"):
+        run_text(msgspec.structs.replace(PLAIN, cpu_seconds=float("nan")))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "fact"),
+    [
+        ('"cpu_seconds"', '"cpu_second"', "cpu_second"),
+        ('"run": 3', '"run": -1', r"\$.run"),
+        ('"protocol": "joint"', '"protocol": "both"', r"\$.protocol"),
+        ('"format": 1', '"format": 2', r"\$.format"),
+        ('"log": "a', '"log": "A', r"\$.log"),
+        ('"date": null', '"date": "yesterday"', r"\$.date"),
+        ('"steps": 1000, ', "", "steps"),
+    ],
+)
+def test_what_is_wrong_is_named_by_its_path(tmp_path: Path, old: str, new: str, fact: str) -> None:
+    text = run_text(PLAIN).replace(",\n", ", ")
+    assert old in text
+    (tmp_path / "run3.json").write_text(text.replace(old, new))
+    with pytest.raises(BenchError, match=fact):
+        read_run(tmp_path / "run3.json")
+
+
+def test_the_digest_is_about_the_log_and_the_policies_alone() -> None:
+    digest = FULL.digest
+    assert msgspec.structs.replace(FULL, command="", curves=[], cpu_seconds=None).digest == digest
+    assert msgspec.structs.replace(FULL, log="c" * 64).digest != digest
+    assert msgspec.structs.replace(FULL, policies=None).digest != digest
+    other = PolicyFile(sha256="b" * 64, size=99)  # packed anew, and elsewhere
+    assert msgspec.structs.replace(FULL, policies=other).digest == digest
+
+
+def test_the_sha256_of_a_file(tmp_path: Path) -> None:
+    (tmp_path / "empty").write_bytes(b"")
+    assert file_sha256(tmp_path / "empty").startswith("e3b0c442")
+
+
+def test_memory_and_versions_of_several_runs() -> None:
+    other = msgspec.structs.replace(
+        FULL,
+        memory=Memory(stored_steps=9, parameters_first=1, parameters_last=3),
+        versions=msgspec.structs.replace(VERSIONS, numpy="2.5"),
+    )
+    assert largest_memory([PLAIN, other]) == Memory(stored_steps=9, parameters_first=2, parameters_last=3)
+    assert largest_memory([]) is None
+    versions = all_versions([PLAIN, other, FULL])
+    assert (versions["numpy"], versions["torch"], "blas" in versions) == ("2.4.6, 2.5", "2.13", False)

@@ -1,0 +1,137 @@
+"""The log of a run: its text, and the columns of all runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gym_extensions.catalog.groups import group
+from gym_extensions.catalog.protocol import evaluation_seed
+from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.tables import (
+    CurvePoint,
+    Episode,
+    TableError,
+    append_curves,
+    log_frame,
+    log_of,
+    log_text,
+    prescribed_rows,
+    read_log,
+    write_log,
+)
+
+from .examples import HALF, LOG
+
+TASKS = (HALF, "gym_extensions/Hopper-v0")
+EPISODES = [
+    Episode(1, TASKS[1], 0, 7, 1000, 1.5, False, None),
+    Episode(0, TASKS[1], 0, 7, 12, -0.1, True, True),
+    Episode(0, TASKS[0], 1, 9, 1000, 1e-300, False, False),
+]
+TEXT = f"""stage,task,episode,seed,length,return,terminated,success
+0,{TASKS[0]},1,9,1000,1e-300,false,false
+0,{TASKS[1]},0,7,12,-0.1,true,true
+1,{TASKS[1]},0,7,1000,1.5,false,
+"""
+
+
+def test_rows_are_sorted_by_stage_task_in_training_order_and_episode() -> None:
+    assert log_text(EPISODES, TASKS) == TEXT
+
+
+def test_a_log_is_read_as_it_was_written(tmp_path: Path) -> None:
+    write_log(tmp_path / "run0.csv", EPISODES, TASKS)
+    frame = read_log(tmp_path / "run0.csv")
+    assert frame["return"].tolist() == [1e-300, -0.1, 1.5]
+    assert frame["terminated"].tolist() == [False, True, False]
+    assert frame["success"].tolist() == [0, 1, -1]
+    assert frame["seed"].dtype == np.int64
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False))
+def test_every_return_is_read_to_the_last_bit(value: float) -> None:
+    text = log_text([Episode(1, HALF, 0, 1, 1, value, False, None)], TASKS)
+    assert log_frame(text.encode())["return"].item() == value
+
+
+@given(st.integers(0, len(TEXT) - 1), st.binary(max_size=3))
+def test_a_damaged_log_gives_a_line_and_nothing_else(position: int, damage: bytes) -> None:
+    data = TEXT.encode()
+    try:
+        frame = log_frame(data[:position] + damage + data[position + 1 :])
+    except TableError as error:
+        assert 1 <= error.line <= 8
+    else:
+        assert len(frame) <= 4
+
+
+@pytest.mark.parametrize(
+    ("change", "line", "fact"),
+    [
+        (lambda text: "\ufeff" + text, 1, "byte order mark"),
+        (lambda text: text.replace(",", ";"), 1, "header"),
+        (lambda text: text[:-9], 4, "cell"),
+        (lambda text: text[:-1], 4, "no line end"),
+        (lambda text: text.replace("1.5", "1_5"), 4, "`return`"),
+        (lambda text: text.replace("1.5", '"1.5"'), 4, "character"),
+        (lambda text: text.replace("-0.1", ""), 3, "`return`"),
+        (lambda text: text.replace(",9,", f",{10**30},"), 2, "`seed`"),
+        (lambda text: text.replace("true,true", "true,1"), 3, "`success`"),
+        (lambda text: text.split("\n")[0] + "\n", 1, "no rows"),
+        (lambda text: text + "\n", 5, "cell"),
+        (lambda text: text + "x" * 1001, 5, "1000 characters"),
+    ],
+)
+def test_the_first_wrong_line_is_named(
+    tmp_path: Path, change: Callable[[str], str], line: int, fact: str
+) -> None:
+    path = tmp_path / "run0.csv"
+    path.write_text(change(TEXT), encoding="utf-8", newline="\n")
+    with pytest.raises(BenchError, match=fact) as error:
+        read_log(path)
+    assert error.value.where == f"{path}, line {line}"
+
+
+def test_a_file_that_cannot_be_read_is_an_error_too(tmp_path: Path) -> None:
+    with pytest.raises(BenchError, match="No such file"):
+        read_log(tmp_path / "run0.csv")
+
+
+def test_runs_follow_each_other_in_the_columns_and_rows_keep_their_lines() -> None:
+    frame = log_frame(TEXT.encode())
+    log = log_of({3: frame, 0: frame.iloc[:2]}, "sequential", group("hopper-gravity"))
+    assert log.runs == (0, 3)
+    assert log.run.tolist() == [0, 0, 3, 3, 3]
+    assert log.position.tolist() == [0, 2, 0, 2, 2]
+    assert log.max_steps.tolist() == [1000] * 5
+    assert log.episode_keys[-1] == (3, 1, TASKS[1], 0)
+    assert (log.file_of(3), log.line_of(3)) == ("hopper-gravity/sequential/run3.csv", 3)
+    assert (log.file_of(1), log.line_of(1)) == (LOG, 3)
+
+
+def test_the_prescribed_rows_of_a_run() -> None:
+    hopper = group("hopper-gravity")
+    rows = prescribed_rows("sequential", hopper)
+    assert rows["stage"].size == 6 * 5 * 20
+    seed = evaluation_seed(hopper.id, hopper.task_ids[2], 7)
+    assert {name: column[20 * (5 + 2) + 7] for name, column in rows.items()} == {
+        "stage": 1,
+        "position": 2,
+        "episode": 7,
+        "seed": seed,
+    }
+    assert set(prescribed_rows("joint", hopper)["stage"].tolist()) == {1}
+
+
+def test_points_of_an_unfinished_curve_are_appended(tmp_path: Path) -> None:
+    path = tmp_path / "curve-stage1.csv"
+    for step in (10, 20):
+        append_curves(path, [CurvePoint("joint", 3, HALF, step, step / 4)])
+    expected = f"protocol,run,task,step,return\njoint,3,{HALF},10,2.5\njoint,3,{HALF},20,5.0\n"
+    assert path.read_text() == expected

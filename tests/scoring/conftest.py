@@ -1,0 +1,55 @@
+"""Scorecards of made-up entries, each scored once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from gym_extensions.scoring.pipeline import score_folder
+from gym_extensions.scoring.references import References
+from gym_extensions.scoring.scorecard import Scorecard
+
+from .entries import FIVE, Enter, Value
+
+
+@pytest.fixture(scope="session")
+def cards() -> dict[object, Scorecard]:
+    """The scorecards of these tests, which never change, by how they were made."""
+    return {}
+
+
+@pytest.fixture
+def enter(
+    submission: Callable[..., Path],
+    references: References,
+    manifest_text: str,
+    cards: dict[object, Scorecard],
+) -> Enter:
+    def make(
+        name: str,
+        level: float,
+        *,
+        runs: tuple[int, ...] = FIVE,
+        task_conditioned: bool = False,
+        protocols: tuple[str, ...] = ("sequential",),
+        value: Value | None = None,
+    ) -> Scorecard:
+        key = (name, level, runs, task_conditioned, protocols, value)
+        if key in cards:
+            return cards[key]
+        manifest = manifest_text.replace('"smoke"', '"100k"')
+        if task_conditioned:
+            manifest = manifest.replace("task_in_evaluation = false", "task_in_evaluation = true")
+
+        def around_level(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
+            return stage * level / 5 + 10.0 * (run * 3 % 5) + position - episode / 20
+
+        folder = submission(
+            name=name, runs=runs, manifest=manifest, protocols=protocols, value=value or around_level
+        )
+        cards[key] = score_folder(folder, references)
+        return cards[key]
+
+    return make

@@ -1,0 +1,85 @@
+"""Which boards exist, in which order, and which scores of an entry a board shows."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from gym_extensions.catalog.groups import SUITES
+from gym_extensions.scoring.boards import (
+    BoardKey,
+    board_keys,
+    lookup,
+)
+from gym_extensions.scoring.metrics import MetricValue
+from gym_extensions.scoring.scorecard import GroupScore, Scorecard, SuiteScore
+
+METRICS = {"final_performance": MetricValue(mean=0.5, runs=(0.5,))}
+
+
+def on_group(budget: str) -> GroupScore:
+    """A score on a group, trained with this budget."""
+    return GroupScore(
+        level="verified",
+        budget=budget,
+        runs=(0,),
+        tasks=(),
+        metrics=METRICS,
+        reference={},
+        return_matrix=(((1.0,),),),
+    )
+
+
+def card(groups: dict[str, dict[str, str]], suites: dict[str, str] | None = None) -> Scorecard:
+    """A scorecard without a manifest: budgets by group and protocol, and sequential budgets by suite."""
+    return Scorecard(
+        name="entry",
+        title="Entry",
+        level="verified",
+        manifest=None,
+        readme="A text.",
+        notes=("Runs 0, 1 are identical.",),
+        groups={
+            name: {protocol: on_group(budget) for protocol, budget in protocols.items()}
+            for name, protocols in groups.items()
+        },
+        suites={
+            name: {"sequential": SuiteScore(budget, SUITES[name], METRICS)}
+            for name, budget in (suites or {}).items()
+        },
+    )
+
+
+def test_groups_are_before_suites_then_by_name_protocol_and_budget() -> None:
+    cards = [
+        card({"walker2d-gravity-v0": {"joint": "1M", "single": "1M", "sequential": "100k"}}),
+        card({"hopper-gravity-v0": {"sequential": "paper"}}, suites={"gravity": "1M"}),
+        card({"walker2d-gravity-v0": {"sequential": "1M"}}),
+    ]
+    assert board_keys(cards) == [
+        BoardKey("hopper-gravity-v0", "sequential", "paper", False),
+        BoardKey("walker2d-gravity-v0", "sequential", "1M", False),
+        BoardKey("walker2d-gravity-v0", "sequential", "100k", False),
+        BoardKey("walker2d-gravity-v0", "single", "1M", False),
+        BoardKey("walker2d-gravity-v0", "joint", "1M", False),
+        BoardKey("gravity", "sequential", "1M", False),
+    ]
+
+
+def test_the_smoke_budget_has_no_board() -> None:
+    assert board_keys([card({"hopper-gravity-v0": {"sequential": "smoke"}})]) == []
+
+
+def test_a_board_shows_the_score_of_its_group_protocol_and_budget() -> None:
+    entry = card({"hopper-gravity-v0": {"sequential": "1M"}}, suites={"gravity": "1M"})
+    key = BoardKey("hopper-gravity-v0", "sequential", "1M", False)
+    assert lookup(entry, key) is entry.groups["hopper-gravity-v0"]["sequential"]
+    assert lookup(entry, replace(key, group="gravity")) is entry.suites["gravity"]["sequential"]
+    assert lookup(entry, replace(key, group="humanoid-gravity-v0")) is None
+    assert lookup(entry, replace(key, protocol="joint")) is None
+    assert lookup(entry, replace(key, budget="100k")) is None
+    assert lookup(entry, replace(key, task_conditioned=True)) is None
+
+
+def test_a_board_of_a_suite_has_the_suites_groups_and_a_group_has_itself() -> None:
+    assert BoardKey("gravity", "sequential", "1M", False).groups == SUITES["gravity"]
+    assert BoardKey("pusher-v0", "sequential", "1M", False).groups == ("pusher-v0",)

@@ -1,0 +1,178 @@
+"""Duplicates: entries that share most of their episodes, whatever was changed in the copy."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from gym_extensions.catalog.groups import GROUPS
+from gym_extensions.rollouts.reader import read
+from gym_extensions.rollouts.run import PolicyFile
+from gym_extensions.scoring.leaderboard import board, duplicate_entries
+from gym_extensions.scoring.scorecard import DecisionSummary, Scorecard
+from gym_extensions.scoring.signs import SIZE, Sketch, is_common, run_sketches
+
+from .entries import GROUP, KEY, Enter, at_level
+
+RUNS = (0, 1, 2)
+
+Value = Callable[[str, int, int, int, int], float]
+
+
+def sketch(*numbers: int) -> Sketch:
+    return tuple(f"{number:08x}" for number in numbers)
+
+
+def honest(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
+    """Returns without a common episode between runs."""
+    return 7.0 * stage + 100.0 * run + 31.0 * position + episode / 8 + 0.123456
+
+
+@pytest.fixture
+def sketches(submission: Callable[..., Path]) -> Callable[..., tuple[Sketch, ...]]:
+    def make(name: str, value: Value = honest, runs: tuple[int, ...] = RUNS) -> tuple[Sketch, ...]:
+        folder = submission(name=name, value=value, runs=runs, protocols=("sequential",))
+        return run_sketches(read(folder).groups[GROUP], "sequential")
+
+    return make
+
+
+def noise(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
+    return honest(protocol, run, stage, position, episode) * (1 + 3e-13)
+
+
+def other_runs(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
+    return honest(protocol, 2 - run, stage, position, episode)
+
+
+def a_fifth_invented(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
+    return honest(protocol, run, stage, position, episode) + (50.0 if episode % 5 == 0 else 0.0)
+
+
+def one_run_invented(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
+    return honest(protocol, run, stage, position, episode) + (55.0 if run == 1 else 0.0)
+
+
+def other_early_stages(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
+    return honest(protocol, run, stage, position, episode) + (1.5 if stage < 5 else 0.0)
+
+
+@pytest.mark.parametrize("copy", [noise, other_runs, a_fifth_invented, one_run_invented, other_early_stages])
+def test_a_changed_copy_is_recognized(sketches: Callable[..., tuple[Sketch, ...]], copy: Value) -> None:
+    entries = {"copy": sketches("copy", copy), "original": sketches("original")}
+    assert duplicate_entries(entries) == {"original": "copy"}
+
+
+def test_a_copy_with_further_runs_is_recognized(sketches: Callable[..., tuple[Sketch, ...]]) -> None:
+    entries = {"copy": sketches("copy", runs=tuple(range(8))), "original": sketches("original")}
+    assert duplicate_entries(entries) == {"original": "copy"}
+
+
+def test_in_navigation_a_copy_has_the_same_policies(submission: Callable[..., Path]) -> None:
+    """Agents that stand still have equal episodes there: those show nothing."""
+    folder = submission(value=lambda protocol, run, *_: 1.0 + run, runs=RUNS, protocols=("sequential",))
+    entry = replace(read(folder).groups[GROUP], group=GROUPS["nav-state"])
+
+    def published(digest: str | None) -> tuple[Sketch, ...]:
+        runs = {
+            run: msgspec.structs.replace(document, policies=digest and PolicyFile(sha256=digest * 64, size=1))
+            for run, document in entry.runs["sequential"].items()
+        }
+        return run_sketches(replace(entry, runs={"sequential": runs}), "sequential")
+
+    assert duplicate_entries({"still": published("a"), "other": published("b")}) == {}
+    assert duplicate_entries({"still": published("a"), "copy": published("a")}) == {"copy": "still"}
+    assert duplicate_entries({"still": published(None), "other": published(None)}) == {}
+
+
+def test_an_equal_sequential_log_is_a_copy_and_an_equal_single_or_joint_log_is_not(enter: Enter) -> None:
+    cards = [enter(name, 500, protocols=("sequential", "single", "joint")) for name in "ab"]
+    for protocol, original in (("sequential", "a"), ("single", None), ("joint", None)):
+        first, second = board(cards, replace(KEY, protocol=protocol)).rows
+        assert (first.duplicate_of, second.duplicate_of) == (None, original), protocol
+        assert (first.ranked, second.ranked) == (True, original is None), protocol
+
+
+def test_a_copy_follows_the_first_by_name_without_a_rank(enter: Enter) -> None:
+    made = board([enter(name, 500) for name in ("original", "copied", "again")] + [enter("other", 501)], KEY)
+    assert [(entry.name, entry.duplicate_of, entry.ranked) for entry in made.rows] == [
+        ("other", None, True),
+        ("again", None, True),
+        ("copied", "again", False),
+        ("original", "again", False),
+    ]
+    assert "again" in made.rows[2].why
+    assert made.ranked == 2
+
+
+def test_of_identical_entries_the_verified_one_counts(enter: Enter) -> None:
+    claimed = at_level(enter("a", 500), "claimed")
+    rows = board([claimed, enter("b", 500)], KEY).rows
+    assert [(entry.name, entry.duplicate_of) for entry in rows] == [("b", None), ("a", "b")]
+
+
+def test_of_identical_verified_entries_the_one_that_was_accepted_first_counts(enter: Enter) -> None:
+    def accepted(name: str, date: str) -> Scorecard:
+        return replace(enter(name, 500), decisions=(DecisionSummary("accepted", "M.", date, ""),))
+
+    for cards in (
+        [accepted("a", "2026-02-01"), accepted("b", "2026-01-01")],
+        [enter("a", 500), accepted("b", "2026-01-01")],
+    ):
+        rows = board(cards, KEY).rows
+        assert [(entry.name, entry.duplicate_of) for entry in rows] == [("b", None), ("a", "b")]
+
+
+def shifted(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
+    return honest(protocol, run, stage, position, episode) + 0.05
+
+
+def same_early_stages(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
+    return honest(protocol, run, stage, position, episode) + (1.5 if stage == 5 else 0.0)
+
+
+@pytest.mark.parametrize("other", [shifted, same_early_stages])
+def test_other_episodes_after_the_last_stage_are_another_entry(
+    sketches: Callable[..., tuple[Sketch, ...]], other: Value
+) -> None:
+    """Methods that differ from the second task on share the episodes of the first stages."""
+    assert duplicate_entries({"a": sketches("a"), "b": sketches("b", other)}) == {}
+
+
+def test_a_sketch_has_sixteen_sorted_digests(sketches: Callable[..., tuple[Sketch, ...]]) -> None:
+    made = sketches("a")
+    assert [len(run) for run in made] == [SIZE] * len(RUNS)
+    assert all(list(run) == sorted(run) for run in made)
+
+
+@pytest.mark.parametrize(("count", "expected"), [(16, True), (8, True), (7, False), (0, False)])
+def test_half_of_the_smallest_digests_of_both_are_common(count: int, expected: bool) -> None:
+    first = sketch(*range(16))
+    second = sketch(*sorted([*range(count), *range(100, 116 - count)]))
+    assert is_common(first, second) == expected
+
+
+def test_each_duplicate_names_the_first_of_the_mapping() -> None:
+    same = [sketch(1, 2)]
+    assert duplicate_entries({"c": same, "a": same, "b": same}) == {"a": "c", "b": "c"}
+
+
+@pytest.mark.parametrize("names", [("a", "b"), ("b", "a")])
+def test_a_copy_of_two_entries_names_the_first(names: tuple[str, str]) -> None:
+    entries = dict(zip(names, ([sketch(3)], [sketch(1)]), strict=True))
+    copy = [sketch(1), sketch(3)]
+    assert duplicate_entries(entries | {"copy": copy}) == {"copy": names[0]}
+
+
+def test_two_groups_of_duplicates_stay_apart() -> None:
+    first, second = [sketch(1)], [sketch(2)]
+    entries = {"a": first, "b": second, "c": first, "d": second}
+    assert duplicate_entries(entries) == {"c": "a", "d": "b"}
+
+
+def test_entries_without_runs_are_not_duplicates() -> None:
+    assert duplicate_entries({"a": [], "b": [], "c": [()], "d": [()]}) == {}

@@ -1,0 +1,75 @@
+"""The frames of scorecards, and that --csv and --markdown have their numbers."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from gym_extensions.scoring.frames import METRIC_DTYPES, csv_text, markdown_text, metrics_frame
+from gym_extensions.scoring.metrics import BY_NAME
+from gym_extensions.scoring.pipeline import score_folders
+from gym_extensions.scoring.scorecard import ScorecardDocument
+
+Write = Callable[..., Path]
+
+
+@pytest.fixture
+def document(submission: Write, known: None) -> ScorecardDocument:
+    """A submission with a suite, and a submission with two problems."""
+    bodies = ("hopper", "walker2d", "halfcheetah", "humanoid")
+    submission(name="good", groups=tuple(f"{body}-gravity" for body in bodies), runs=(0, 1, 2))
+    bad = submission(name="bad")
+    for name in ("a", "b"):
+        (bad / f"{name}.txt").write_text("")
+    return score_folders([bad.parent])
+
+
+def test_the_csv_read_back_is_the_frame(document: ScorecardDocument) -> None:
+    frame = metrics_frame(document)
+    dtypes = {name: dtype for name, dtype in METRIC_DTYPES.items() if dtype != "float64"}
+    read = pd.read_csv(io.StringIO(csv_text(document)), dtype=dtypes, float_precision="round_trip")
+    read = read.fillna({"why": ""})
+    pd.testing.assert_frame_equal(read, frame, check_exact=True)
+
+
+def test_the_csv_writes_numbers_by_repr_and_missing_values_empty(document: ScorecardDocument) -> None:
+    metrics = document.submissions[1].groups["hopper-gravity-v0"]["sequential"].metrics
+    final = metrics["final_performance"]
+    rows = [row for row in csv.reader(io.StringIO(csv_text(document))) if "hopper-gravity-v0" in row]
+    start = ["good", "claimed", "hopper-gravity-v0", "sequential", "smoke", "3"]
+    assert rows[0] == [*start, "final_performance", repr(final.mean), repr(final.low), repr(final.high), ""]
+    assert [*start, "joint_gap", "", "", "", "It needs joint runs, which this entry lacks."] in rows
+
+
+def test_a_problem_is_a_row_with_a_name_and_a_reason(document: ScorecardDocument) -> None:
+    problems = metrics_frame(document).query("name == 'bad'")
+    assert problems["why"].tolist() == [
+        "unexpected-name: a.txt: Unexpected file.",
+        "unexpected-name: b.txt: Unexpected file.",
+    ]
+    assert problems.drop(columns=["name", "why"]).isna().all(axis=None)
+
+
+def test_markdown_has_the_frames_rows(document: ScorecardDocument) -> None:
+    frame = metrics_frame(document).query("name == 'good'")
+    rows = re.findall(
+        r"^\| (.*) \| (.*) \| (.*) \| (?:higher|lower|–) \|$", markdown_text(document), re.MULTILINE
+    )
+    expected = [
+        (
+            BY_NAME[metric].title,
+            "–" if pd.isna(mean) else f"{mean:.3f}",
+            why or f"{low:.3f} to {high:.3f}",
+        )
+        for metric, mean, low, high, why in frame[["metric", "mean", "low", "high", "why"]].itertuples(
+            index=False
+        )
+    ]
+    assert rows == expected
+    assert len(rows) == 5 * (13 + 1)

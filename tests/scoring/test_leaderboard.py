@@ -1,0 +1,311 @@
+"""Boards: scores of the scorecards, the order, ranks with their reasons, floors and differences of pairs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import permutations
+from pathlib import Path
+
+import pytest
+from scipy import stats
+
+from gym_extensions.scoring.boards import (
+    Board,
+    BoardEntry,
+    BoardKey,
+    BoardsDocument,
+    VersusNext,
+    board_keys,
+)
+from gym_extensions.scoring.leaderboard import board, boards, family
+from gym_extensions.scoring.metrics import METRICS, MetricValue
+from gym_extensions.scoring.pipeline import score_folder, score_folders
+from gym_extensions.scoring.references import Reference, References
+from gym_extensions.scoring.scorecard import DecisionSummary, Scorecard
+
+from ..conftest import MANIFEST
+from .entries import FIVE, GROUP, KEY, Enter, at_level, final_ranks, names, on_gravity
+
+
+def test_scores_are_those_of_the_scorecards_and_do_not_move_when_an_entry_joins(enter: Enter) -> None:
+    first, second, third = enter("a", 300), enter("b", 600), enter("c", 613)
+
+    def scores(made: Board) -> dict[str, dict[str, tuple[float | None, ...]]]:
+        return {
+            entry.name: {name: (value.mean, value.low, value.high) for name, value in entry.metrics.items()}
+            for entry in made.rows
+        }
+
+    before, after = board([first, second], KEY), board([third, first, second], KEY)
+    assert {name: scores(after)[name] for name in "ab"} == scores(before)
+    assert scores(before)["a"] == {
+        name: (value.mean, value.low, value.high)
+        for name, value in first.groups[GROUP]["sequential"].metrics.items()
+    }
+    assert (final_ranks(before), final_ranks(after)) == ([(1, 1), (2, 2)], [(1, 2), (1, 2), (3, 3)])
+
+
+def test_agents_that_observe_the_task_have_a_board_of_their_own(enter: Enter) -> None:
+    cards = [enter("conditioned", 900, task_conditioned=True), enter("plain", 100)]
+    assert [(key.task_conditioned, names(board(cards, key))) for key in board_keys(cards)] == [
+        (False, ["plain"]),
+        (True, ["conditioned"]),
+    ]
+
+
+def test_the_smoke_budget_is_on_no_board(submission: Callable[..., Path], references: References) -> None:
+    assert boards([score_folder(submission(runs=FIVE), references)]) == BoardsDocument(boards=())
+    assert BoardsDocument(boards=()).format == 1
+
+
+def test_a_reported_entry_is_on_a_board_without_a_rank() -> None:
+    card = score_folder(Path(__file__).parents[2] / "submissions" / "henderson2017-trpo")
+    made = board([card], BoardKey("hopper-gravity-v0", "sequential", "paper", False))
+    assert (made.ranked, made.rows[0].why) == (0, "Reported from a publication: no logs.")
+    assert made.rows[0].metrics["final_performance"].mean is None
+
+
+def test_the_order_of_the_entries_does_not_matter(enter: Enter) -> None:
+    """In any order, ties in final performance included, which the name decides."""
+    cards = [enter("b", 500), enter("a", 500), enter("high", 900), enter("few", 500, runs=(0, 1))]
+    made = [boards(order) for order in permutations(cards)]
+    assert names(made[0].boards[0]) == ["high", "a", "b", "few"]
+    assert all(other == made[0] for other in made)
+
+
+def test_an_entry_on_a_suite_has_the_fewest_runs_of_its_groups(enter: Enter) -> None:
+    card = on_gravity(enter("a", 300), 0.5)
+    few = replace(card.groups[GROUP]["sequential"], runs=(0, 1, 2))
+    card = replace(card, groups={**card.groups, GROUP: {"sequential": few}})
+    (entry,) = board([card], BoardKey("gravity", "sequential", "100k", False)).rows
+    assert (entry.runs, entry.why) == (3, "Fewer than 5 runs.")
+
+
+def test_an_entry_has_what_its_agents_observe_and_store(enter: Enter) -> None:
+    card = enter("a", 300)
+    (entry,) = board([card], KEY).rows
+    assert card.manifest is not None
+    assert (entry.observes, entry.memory) == (card.manifest.observes, card.manifest.memory)
+    assert entry.memory is not None
+    assert entry.memory.stored_steps == 2000
+
+
+def versus_next(entry: BoardEntry) -> VersusNext:
+    assert entry.vs_next is not None
+    return entry.vs_next
+
+
+def test_entries_are_sorted_by_final_performance_and_ranked_by_intervals(enter: Enter) -> None:
+    made = board([enter("low", 200), enter("high", 900), enter("tied", 901)], KEY)
+    assert names(made) == ["tied", "high", "low"]
+    assert final_ranks(made) == [(1, 2), (1, 2), (3, 3)]
+    assert made.ranked == 3
+    tied, high, low = made.rows
+    assert (versus_next(tied).name, versus_next(tied).separated) == ("high", False)
+    assert versus_next(tied).more_runs is None  # more than 100
+    assert (versus_next(high).separated, versus_next(high).more_runs) == (True, 0)
+    assert low.vs_next is None
+    assert [entry.why for entry in made.rows] == ["", "", ""]
+    assert [entry.runs for entry in made.rows] == [5, 5, 5]
+
+
+@pytest.mark.parametrize(("where", "gap", "more"), [(GROUP, 1.25, 7), ("gravity", 0.625, 6)])
+def test_the_runs_that_would_separate_two_are_those_of_every_group(
+    enter: Enter, where: str, gap: float, more: int
+) -> None:
+    # One and a quarter deviations apart on both: the suite's is half a group's. See test_ranking.
+    cards = [on_gravity(enter("high", 900), gap), on_gravity(enter("low", 200), 0.0)]
+    high, _ = board(cards, BoardKey(where, "sequential", "100k", False)).rows
+    versus = versus_next(high)
+    assert (versus.name, versus.separated, versus.more_runs) == ("low", False, more)
+
+
+def test_entries_with_fewer_runs_are_below_without_a_rank_and_count_nowhere(enter: Enter) -> None:
+    made = board(
+        [at_level(enter("few", 950, runs=(0, 1)), "verified"), enter("low", 200), enter("high", 900)], KEY
+    )
+    assert names(made) == ["high", "low", "few"]
+    assert final_ranks(made) == [(1, 1), (2, 2), None]
+    assert made.rows[2].why == "Fewer than 5 runs."
+
+
+def test_an_entry_that_learned_nothing_has_no_rank_for_forgetting(enter: Enter) -> None:
+    idle = enter("idle", 0, value=lambda p, run, stage, j, e: float((run * 7 + stage * 3 + j + e) % 11) - 5)
+    learner, still = board([idle, enter("learner", 900)], KEY).rows
+    assert still.metrics["forgetting"].rank_note == "nothing learned to forget"
+    assert still.metrics["forgetting"].rank is None
+    assert learner.metrics["forgetting"].rank == (1, 1)
+    assert learner.metrics["forgetting"].rank_note == ""
+
+
+def test_the_joint_gap_is_ranked_with_five_joint_runs(enter: Enter) -> None:
+    both = ("sequential", "joint")
+    cards = [enter("low", 200, protocols=both), enter("high", 900, protocols=both), enter("without", 500)]
+    few = enter("few", 400, protocols=both)
+    joint = few.groups[GROUP]["joint"]
+    four = {name: replace(value, runs=value.runs[:4]) for name, value in joint.metrics.items()}
+    protocols = {**few.groups[GROUP], "joint": replace(joint, metrics=four)}
+    made = board([*cards, replace(few, groups={GROUP: protocols})], KEY)
+    ranks = {entry.name: entry.metrics["joint_gap"].rank for entry in made.rows}
+    # Joint returns are a fifth of the sequential ones: the gap is −.8 level, and lower is better.
+    assert ranks == {"high": (1, 1), "low": (2, 2), "without": None, "few": None}
+
+
+def test_each_ranked_entry_is_compared_with_the_first_over_m_minus_1_tests(enter: Enter) -> None:
+    first, near, far = board([enter("a", 900), enter("b", 899), enter("c", 100)], KEY).rows
+    assert first.vs_leader is None
+    assert near.vs_leader is not None
+    assert far.vs_leader is not None
+    assert (near.vs_leader.name, near.vs_leader.separated) == ("a", False)
+    assert (far.vs_leader.name, far.vs_leader.separated) == ("a", True)
+    a, c = (entry.metrics["final_performance"].mean for entry in (first, far))
+    assert a is not None
+    assert c is not None
+    assert far.vs_leader.difference.mean == pytest.approx(a - c)
+
+
+def with_metrics(card: Scorecard, **values: MetricValue) -> Scorecard:
+    """The scorecard with other values of some sequential metrics on ``GROUP``."""
+    score = card.groups[GROUP]["sequential"]
+    changed = replace(score, metrics={**score.metrics, **values})
+    return replace(card, groups={GROUP: {"sequential": changed}})
+
+
+def test_final_performance_sorts_a_board_whatever_the_other_metrics_are(enter: Enter) -> None:
+    def shifted(name: str, final: float, learning: float) -> Scorecard:
+        return with_metrics(
+            enter(name, 300),
+            final_performance=MetricValue(mean=final, runs=(final,) * 5),
+            learning_performance=MetricValue(mean=learning, runs=(learning,) * 5),
+        )
+
+    made = board([shifted("learns", 0.2, 0.9), shifted("ends", 0.8, 0.1)], KEY)
+    assert names(made) == ["ends", "learns"]
+
+
+def test_an_entry_without_final_performance_has_its_reason_and_no_rank(enter: Enter) -> None:
+    card = with_metrics(enter("a", 300), final_performance=MetricValue(why="Every task is unsolved."))
+    (entry,) = board([card], KEY).rows
+    assert (entry.ranked, entry.why) == (False, "Every task is unsolved.")
+    assert entry.metrics["learning_performance"].mean is not None
+
+
+def test_a_rank_needs_verified_logs(enter: Enter) -> None:
+    made = board([at_level(enter("claimed", 900), "claimed"), enter("verified", 100)], KEY)
+    assert [(entry.name, entry.level, entry.ranked) for entry in made.rows] == [
+        ("verified", "verified", True),
+        ("claimed", "claimed", False),
+    ]
+    assert made.ranked == 1
+    assert made.rows[1].why.startswith("Claimed:")
+    assert board([at_level(enter("again", 300), "reproduced")], KEY).ranked == 1
+
+
+def test_the_logs_of_the_board_count_and_not_those_of_other_boards(enter: Enter) -> None:
+    card = at_level(enter("a", 300, protocols=("sequential", "joint")), "claimed", "joint")
+    assert board([card], KEY).rows[0].ranked
+    assert not board([card], replace(KEY, protocol="joint")).rows[0].ranked
+
+
+def test_a_metric_that_needs_other_runs_is_ranked_only_if_they_are_verified(enter: Enter) -> None:
+    both = enter("a", 300, protocols=("sequential", "single", "joint"))
+    for protocol, metric in (("single", "asymptotic_transfer"), ("joint", "joint_gap")):
+        (entry,) = board([at_level(both, "claimed", protocol)], KEY).rows
+        assert entry.metrics[metric].rank is None
+        assert protocol in entry.metrics[metric].rank_note
+        assert entry.metrics["final_performance"].rank == (1, 1)
+    (entry,) = board([both], KEY).rows
+    assert (entry.metrics["joint_gap"].rank, entry.metrics["joint_gap"].rank_note) == ((1, 1), "")
+
+
+def test_a_withdrawn_entry_is_on_no_board_and_an_accepted_one_has_its_date(enter: Enter) -> None:
+    def decided(action: str) -> Scorecard:
+        return replace(enter("a", 300), decisions=(DecisionSummary(action, "M.", "2026-01-02", "why"),))  # type: ignore[arg-type]
+
+    assert boards([decided("withdrawn")]) == BoardsDocument(boards=())
+    assert boards([decided("accepted")]).boards[0].rows[0].accepted == "2026-01-02"
+    assert boards([enter("a", 300)]).boards[0].rows[0].accepted == ""
+
+
+def with_agents(references: References, random: float, zero: float) -> References:
+    """The references with the mean returns of both agents of the floor, the same on every task."""
+    agents = {"random": random, "zero": zero}
+    tasks = {
+        name: Reference(task.floor, task.ceiling, task.unsolved, agents)
+        for name, task in references.tasks.items()
+    }
+    return References("synthetic", tasks)
+
+
+@pytest.mark.parametrize("group", [GROUP, "gravity"])
+def test_random_and_zero_are_computed_from_the_floors(
+    enter: Enter, references: References, group: str
+) -> None:
+    cards = [on_gravity(enter("a", 300), 0.5)]
+    key = BoardKey(group, "sequential", "100k", False)
+    made = board(cards, key, with_agents(references, -250.0, 100.0))
+    assert [floor.name for floor in made.floors] == ["random", "zero"]
+    random = {name: value.mean for name, value in made.floors[0].metrics.items()}
+    assert list(random) == [metric.name for metric in METRICS["sequential"]]
+    assert random["final_performance"] == random["learning_performance"] == -0.25
+    assert random["forgetting"] == random["zero_shot_transfer"] == random["asymptotic_transfer"] == 0
+    assert (random["forward_transfer_auc"], random["cvar_10"]) == (None, None)
+    assert made.floors[1].metrics["final_performance"].mean == 0.1
+    assert {value.rank for floor in made.floors for value in floor.metrics.values()} == {None}
+    assert (names(made), made.ranked) == (["a"], 1)
+
+
+def test_a_board_has_no_floors_where_a_task_has_no_such_reference(
+    enter: Enter, references: References
+) -> None:
+    assert board([enter("a", 300)], KEY, references).floors == ()
+    assert board([enter("a", 300)], KEY, References("none", {})).floors == ()
+
+
+def test_every_pair_has_welchs_interval_and_p_value_of_every_metric_of_both(enter: Enter) -> None:
+    cards = [enter("high", 900), enter("low", 200), enter("few", 500, runs=(0,))]
+    made = board(cards, KEY)
+    assert [(pair.first, pair.second) for pair in made.pairs] == [
+        ("high", "low"),
+        ("high", "few"),
+        ("low", "few"),
+    ]
+    runs = [card.groups[GROUP]["sequential"].metrics["forgetting"].runs for card in cards[:2]]
+    expected = stats.ttest_ind(*runs, equal_var=False)
+    found = made.pairs[0].metrics["forgetting"]
+    interval = expected.confidence_interval(0.95)
+    assert [found.low, found.high] == pytest.approx([interval.low, interval.high])
+    assert found.p_value == pytest.approx(expected.pvalue, rel=1e-9)
+    alone = made.pairs[1].metrics["final_performance"]
+    assert (alone.low, alone.high, alone.p_value) == (None, None, None)
+
+
+@pytest.mark.parametrize(
+    ("algorithm", "expected"),
+    [
+        ("trpo", "trpo"),
+        ("TRPO-2017", "trpo"),
+        ("sac_fresh_buffer", "sac"),
+        (" ppo (ours)", "ppo"),
+        ("τ", "τ"),
+    ],
+)
+def test_the_family_is_the_beginning_of_the_name(algorithm: str, expected: str) -> None:
+    assert family(algorithm) == expected
+
+
+def test_a_row_names_the_other_entries_of_its_author_and_family(
+    tmp_path: Path, submission: Callable[..., Path]
+) -> None:
+    for name, author, algorithm in [
+        ("a", "A. Author", "trpo"),
+        ("b", "a.  author", "TRPO-2"),
+        ("c", "A. Author", "sac"),
+        ("d", "B. Author", "trpo"),
+    ]:
+        manifest = MANIFEST.replace('"smoke"', '"100k"').replace("A. Nonymous", author)
+        manifest = manifest.replace('algorithm = "formula"', f'algorithm = "{algorithm}"')
+        submission(name=name, protocols=("single",), runs=(0,), manifest=manifest)
+    (board,) = boards(score_folders([tmp_path]).submissions).boards
+    assert {row.name: row.related for row in board.rows} == {"a": ("b",), "b": ("a",), "c": (), "d": ()}

@@ -1,0 +1,143 @@
+"""The formulas against the same definitions written as plain loops, and laws that they must keep."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable
+
+import pytest
+from scipy import stats
+
+from gym_extensions.scoring.metrics import BY_NAME, Run, iqm
+from gym_extensions.scoring.statistics import Number
+
+Matrix = list[list[float]]
+
+
+def function(name: str) -> Callable[[Run], Number]:
+    """The formula of a metric."""
+    formula = BY_NAME[name].function
+    assert formula is not None
+    return formula
+
+
+def run_of(matrix: Matrix, single: list[float] | None = None) -> Run:
+    """A run whose p[s][j] is ``matrix[s][j - 1]``."""
+    T = len(matrix[0])
+    cells = {(s, j): matrix[s][j - 1] for s in range(T + 1) for j in range(1, T + 1)}
+    return Run(T, tuple(range(1, T + 1)), cells, single_task=dict(enumerate(single or [], 1)))
+
+
+def matrices(count: int = 30) -> list[Matrix]:
+    rng = random.Random(2)
+    sizes = [rng.randint(2, 8) for _ in range(count)]
+    return [[[rng.uniform(-1, 2) for _ in range(T)] for _ in range(T + 1)] for T in sizes]
+
+
+def backward_transfer(R: Matrix) -> float:
+    """Lopez-Paz & Ranzato 2017, equation 3: 1/(T−1) Σ_{i<T} R[T][i] − R[i][i]."""
+    T = len(R[0])
+    total = 0.0
+    for i in range(1, T):
+        total += R[T][i - 1] - R[i][i - 1]
+    return total / (T - 1)
+
+
+def zero_shot(R: Matrix) -> float:
+    """Lopez-Paz & Ranzato 2017, equation 4: 1/(T−1) Σ_{i≥2} R[i−1][i] − b_i, b the untrained policy's."""
+    T = len(R[0])
+    total = 0.0
+    for i in range(2, T + 1):
+        total += R[i - 1][i - 1] - R[0][i - 1]
+    return total / (T - 1)
+
+
+def worst_forgetting(R: Matrix) -> float:
+    """Chaudhry et al. 2018, equation 3, at k = T: each earlier task's best so far, less what is left."""
+    T = len(R[0])
+    drops = []
+    for j in range(1, T):
+        best = -float("inf")
+        for stage in range(j, T):
+            best = max(best, R[stage][j - 1])
+        drops.append(best - R[T][j - 1])
+    return sum(drops) / (T - 1)
+
+
+def average(R: Matrix) -> float:
+    """Díaz-Rodríguez et al. 2018: the mean of the lower triangle with its diagonal."""
+    T = len(R[0])
+    cells = []
+    for i in range(1, T + 1):
+        for j in range(1, i + 1):
+            cells.append(R[i][j - 1])
+    return sum(cells) / (T * (T + 1) / 2)
+
+
+@pytest.mark.parametrize(
+    ("formula", "plain"),
+    [
+        (function("forgetting"), lambda R: -backward_transfer(R)),
+        (function("zero_shot_transfer"), zero_shot),
+        (function("worst_case_forgetting"), worst_forgetting),
+        (function("average_lower_triangle"), average),
+    ],
+    ids=["forgetting", "zero-shot transfer", "worst-case forgetting", "average of the lower triangle"],
+)
+def test_formulas_are_those_of_the_papers_that_they_name(
+    formula: Callable[[Run], Number], plain: Callable[[Matrix], float]
+) -> None:
+    for matrix in matrices():
+        assert formula(run_of(matrix)) == pytest.approx(plain(matrix), abs=1e-12)
+
+
+def test_learning_less_final_is_forgetting_times_its_share_of_the_tasks() -> None:
+    for matrix in matrices():
+        run = run_of(matrix)
+        learned, final, forgotten = (
+            function("learning_performance")(run),
+            function("final_performance")(run),
+            function("forgetting")(run),
+        )
+        assert learned is not None
+        assert final is not None
+        assert forgotten is not None
+        assert learned - final == pytest.approx(forgotten * (run.T - 1) / run.T, abs=1e-12)
+
+
+def test_worst_case_forgetting_is_never_less_than_forgetting() -> None:
+    for matrix in matrices():
+        worst, plain = (
+            f(run_of(matrix)) for f in (function("worst_case_forgetting"), function("forgetting"))
+        )
+        assert worst is not None
+        assert plain is not None
+        assert worst >= plain - 1e-12
+
+
+def test_a_policy_that_is_better_everywhere_by_the_same_forgets_the_same() -> None:
+    for matrix in matrices():
+        raised = [[value + 0.5 for value in row] for row in matrix]
+        for formula in (
+            function("forgetting"),
+            function("zero_shot_transfer"),
+            function("worst_case_forgetting"),
+        ):
+            assert formula(run_of(raised)) == pytest.approx(formula(run_of(matrix)), abs=1e-12)
+        final = function("final_performance")(run_of(matrix))
+        assert final is not None
+        assert function("final_performance")(run_of(raised)) == pytest.approx(final + 0.5)
+
+
+def test_the_interquartile_mean_is_scipys_trimmed_mean() -> None:
+    rng = random.Random(4)
+    for count in range(1, 40):
+        values = [rng.gauss(0, 1) for _ in range(count)]
+        assert iqm([values]) == pytest.approx(stats.trim_mean(values, 0.25), abs=1e-12)
+
+
+@pytest.mark.parametrize(("episodes", "expected"), [(1, 0.0), (10, 0.0), (11, 0.5), (20, 0.5), (21, 1.0)])
+def test_cvar_is_the_mean_of_the_lowest_tenth_rounded_up(episodes: int, expected: float) -> None:
+    # Of the returns 0, 1, 2, … the lowest tenth is 0, from 11 episodes 0 and 1, from 21 episodes 0 to 2.
+    run = Run(1, (1,), {}, final_episodes={1: tuple(map(float, reversed(range(episodes))))})
+    assert function("cvar_10")(run) == expected

@@ -1,0 +1,79 @@
+"""Many submissions at once: the same document in any order and place, and an error stops no other."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.layout import submission_folders
+from gym_extensions.rollouts.reader import read
+from gym_extensions.scoring import pipeline
+from gym_extensions.scoring.pipeline import (
+    Scorer,
+    find_submissions,
+    score_folders,
+    scorecard_document,
+    scorecards,
+)
+from gym_extensions.scoring.references import References
+
+Write = Callable[..., Path]
+PROTOCOLS = ("sequential", "single", "joint")
+
+
+@pytest.fixture
+def many(submission: Write) -> Path:
+    """A folder of three submissions, one of them broken."""
+    for name in ("b", "a", "c"):
+        folder = submission(name=f"all/{name}", runs=(0, 1, 2), curves=12, protocols=PROTOCOLS)
+    (folder / "notes.txt").write_text("")
+    return folder.parent
+
+
+def test_an_unforeseen_error_is_a_problem_of_that_submission_alone(
+    submission: Callable[..., Path], references: References, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folders = [submission(name=name) for name in "ab"]
+
+    def failing(path: Path, *arguments: Any, **options: Any) -> object:
+        if path.name == "a":
+            raise ZeroDivisionError
+        return read(path, *arguments, **options)
+
+    monkeypatch.setattr(pipeline, "read", failing)
+    broken, good = scorecards(folders, Scorer(references), workers=1)
+    (problem,) = broken.problems
+    assert (problem.rule, problem.where) == ("fault-of-the-scorer", "a")
+    assert "ZeroDivisionError" in problem.message
+    assert "please report it" in problem.hint
+    assert good.level == "claimed"
+
+
+def test_a_path_that_does_not_exist_is_an_error(tmp_path: Path) -> None:
+    with pytest.raises(BenchError) as raised:
+        find_submissions([tmp_path / "nowhere"])
+    assert raised.value.code == "no-such-folder"
+    assert "nowhere" in str(raised.value)
+
+
+def test_the_path_and_the_order_of_folders_do_not_matter(many: Path, references: References) -> None:
+    folders = submission_folders([many])
+    whole = score_folders(folders, references).to_json()
+    assert score_folders(folders[::-1], references).to_json() == whole
+    assert score_folders([many], references).to_json() == whole
+    moved = many.rename(many.with_name("elsewhere"))
+    assert score_folders([moved], references).to_json() == whole
+    assert str(moved.parent) not in whole
+
+
+def test_workers_do_not_matter(many: Path, references: References) -> None:
+    folders = submission_folders([many])
+    one, two = (
+        scorecard_document(list(scorecards(folders, Scorer(references), workers)), references).to_json()
+        for workers in (1, 2)
+    )
+    assert one == two

@@ -1,0 +1,157 @@
+"""The paper as an entry: every printed number, and the frozen findings computed again."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from gym_extensions.catalog.groups import GROUPS
+from gym_extensions.scoring.pipeline import score_folder
+from gym_extensions.scoring.published import (
+    COLUMNS,
+    PaperCell,
+    PaperColumns,
+    PaperRow,
+    findings,
+    task_id,
+)
+from gym_extensions.scoring.scorecard import GroupScore, Scorecard
+
+from .consistency import (
+    Printed,
+    PrintedGroup,
+    contradictions,
+    copies,
+    deviation_rule,
+    mean_agrees,
+    pooled,
+    printed_groups,
+    repair,
+    row_mean,
+)
+
+ENTRY = Path(__file__).parents[2] / "submissions" / "henderson2017-trpo"
+PAPER = printed_groups("henderson2017")
+TOTALS = [(group, column) for group in PAPER.values() for column in group.total]
+
+
+@pytest.fixture(scope="module")
+def card() -> Scorecard:
+    return score_folder(ENTRY)
+
+
+@pytest.fixture(scope="module")
+def hopper(card: Scorecard) -> GroupScore:
+    return card.groups["hopper-gravity-v0"]["sequential"]
+
+
+def test_the_frozen_totals_are_those_of_the_printed_rows() -> None:
+    frozen = findings("henderson2017")
+    assert set(frozen) == set(PAPER)
+    for group in PAPER.values():
+        cells = {column: group.column(column) for column in COLUMNS}
+        totals = {name: PaperCell(row_mean(c), pooled(c)) if c else None for name, c in cells.items()}
+        assert frozen[group.id].paper_total == PaperColumns(**totals), group.id
+
+
+def test_the_frozen_contradictions_are_those_of_the_printed_numbers() -> None:
+    frozen = findings("henderson2017")
+    for group in PAPER.values():
+        assert list(frozen[group.id].contradictions) == contradictions(group, PAPER), group.id
+
+
+def test_all_sixteen_groups_and_285_printed_values_are_there() -> None:
+    assert len(PAPER) == 16
+    assert sum(len(cells) for group in PAPER.values() for cells in group.rows.values()) == 251
+    assert len(TOTALS) == 34
+
+
+def test_groups_and_tasks_are_ours_in_our_order() -> None:
+    ours = {group.id: group.task_ids for group in GROUPS.values()}
+    for group in PAPER.values():
+        assert tuple(task_id(name) for name in group.rows) == ours[group.id]
+
+
+def test_33_of_34_printed_total_means_are_the_means_of_their_rows() -> None:
+    wrong = [(group.id, column) for group, column in TOTALS if not mean_agrees(group, column)]
+    assert wrong == [("hopper-gravity-v0", "fully_trained")]
+
+
+def test_the_wrong_total_would_be_right_with_another_row() -> None:
+    hopper = PAPER["hopper-gravity-v0"]
+    assert list(copies(PAPER)) == [
+        (
+            ("hopper-gravity-v0", "HopperGravityHalf-v0"),
+            ("halfcheetah-gravity-v0", "HalfCheetahGravityHalf-v0"),
+        )
+    ]
+    right = repair(hopper, "fully_trained", "HopperGravityHalf-v0")
+    assert (round(right.mean, 2), round(right.std, 1)) == (259.13, 144.0)
+    cells = [right, *hopper.column("fully_trained")[1:]]
+    assert row_mean(cells) == pytest.approx(990.95)
+    assert pooled(cells) == pytest.approx(1022.32)
+
+
+def test_fully_trained_is_pooled_in_nine_of_ten_groups_and_19_of_the_others_are_averaged() -> None:
+    rules: dict[str, list[tuple[str, str]]] = {"pooled": [], "averaged": [], "": []}
+    for group, column in TOTALS:
+        rules[deviation_rule(group, column)].append((group.id, column))
+    assert {column for _, column in rules["pooled"]} == {"fully_trained"}
+    assert len(rules["pooled"]) == 9
+    assert len(rules["averaged"]) == 19
+    assert rules[""] == [
+        ("hopper-gravity-v0", "fully_trained"),
+        ("hopper-gravity-v0", "first_step"),
+        ("hopper-body-v0", "first_step"),
+        ("halfcheetah-body-v0", "first_step"),
+        ("humanoid-body-v0", "first_step"),
+        ("striker-v0", "after_env_training"),
+    ]
+
+
+def test_the_entry_is_reported_and_says_what_it_lacks(card: Scorecard, hopper: GroupScore) -> None:
+    assert (card.level, card.problems, len(card.groups)) == ("reported", (), 16)
+    assert (hopper.runs, hopper.return_matrix, hopper.budget) == ((), (), "paper")
+    assert hopper.missing_for_full_entry == ("logs", "5 runs", "the evaluation matrix", "training curves")
+    assert {value.mean for value in hopper.metrics.values()} == {None}
+
+
+def test_a_row_is_as_printed_and_totals_are_printed_and_recomputed(
+    card: Scorecard, hopper: GroupScore
+) -> None:
+    assert hopper.paper_table[3] == PaperRow(
+        task="gym_extensions/HopperGravityOneAndQuarter-v0",
+        printed_task="HopperGravityOneAndQuarter-v0",
+        fully_trained=PaperCell(922.76, 128.71),
+        after_env_training=PaperCell(3006.17, 847.30),
+        first_step=PaperCell(818.08, 255.85),
+        single_env=PaperCell(3028.04, 875.81),
+    )
+    assert hopper.printed_total is not None
+    assert hopper.printed_total.fully_trained == PaperCell(990.95, 1022.32)
+    assert hopper.paper_total is not None
+    assert hopper.paper_total.fully_trained is not None
+    assert hopper.paper_total.fully_trained.mean == pytest.approx(1238.31)
+    wall = card.groups["hopper-wall-v0"]["sequential"].printed_total
+    assert wall is not None
+    assert wall.fully_trained is None
+
+
+def test_nothing_is_computed_from_the_repaired_value(hopper: GroupScore) -> None:
+    assert hopper.paper_table[0].fully_trained == PaperCell(1495.93, 823.51)
+
+
+def test_a_table_without_a_mistake_has_no_contradiction() -> None:
+    rows = {
+        name: {"fully_trained": cell, "after_env_training": cell}
+        for name, cell in (("A-v0", Printed(1.0, 1.0)), ("B-v0", Printed(3.0, 1.0)))
+    }
+    good = PrintedGroup("good-v0", rows, {"fully_trained": Printed(2.0, 1.41)})
+    assert contradictions(good, {"good-v0": good}) == []
+    bad = PrintedGroup("bad-v0", rows, {"fully_trained": Printed(2.1, 1.2)})
+    assert contradictions(bad, {"bad-v0": bad}) == [
+        "The printed total mean of Fully Trained, 2.10, is not the mean of its rows, 2.00.",
+        "The printed total deviation of Fully Trained, 1.20, is neither that of all episodes pooled, 1.41, "
+        "nor the rows' averaged, 1.00.",
+    ]

@@ -1,0 +1,174 @@
+"""The published JSON Schemas, and the tables of the documentation that are made from the same types."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from collections.abc import Callable
+from copy import deepcopy
+from pathlib import Path
+from typing import Any
+
+import pytest
+from jsonschema import Draft202012Validator, ValidationError
+
+from gym_extensions.scoring.leaderboard import boards
+from gym_extensions.scoring.pipeline import score_folders
+from gym_extensions.scoring.schema import schema_texts, schemas, tables, updated
+from gym_extensions.scoring.scorecard import ScorecardDocument
+
+ROOT = Path(__file__).parents[2]
+SUBMISSIONS = sorted(path.parent for path in ROOT.glob("submissions/*/submission.toml"))
+Json = dict[str, Any]
+
+
+SCORED = [path for path in SUBMISSIONS if path.name in ("henderson2017-trpo", "multi-head")]
+"""Entries with and without every protocol, joint runs, policies and rows; scoring all takes seconds."""
+
+
+def check(name: str, document: Json) -> None:
+    """Raises ValidationError where a document does not follow its schema."""
+    Draft202012Validator(schemas()[name]).validate(document)
+
+
+@pytest.fixture(scope="module")
+def document() -> ScorecardDocument:
+    return score_folders(SCORED)
+
+
+@pytest.fixture(scope="module")
+def scorecards(document: ScorecardDocument) -> Json:
+    parsed: Json = json.loads(document.to_json())
+    return parsed
+
+
+@pytest.fixture(scope="module")
+def boards_json(document: ScorecardDocument) -> Json:
+    parsed: Json = json.loads(boards(document.submissions).to_json())
+    return parsed
+
+
+def manifest(folder: Path) -> Json:
+    return tomllib.loads((folder / "submission.toml").read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize("name", list(schemas()))
+def test_a_schema_is_a_valid_schema(name: str) -> None:
+    Draft202012Validator.check_schema(schemas()[name])
+    assert json.loads(schema_texts()[name]) == schemas()[name]
+
+
+@pytest.mark.parametrize("folder", SUBMISSIONS, ids=lambda folder: folder.name)
+def test_the_committed_manifests_follow_the_schema(folder: Path) -> None:
+    check("submission.json", manifest(folder))
+
+
+def test_the_scorecards_of_the_committed_submissions_follow_the_schema(scorecards: Json) -> None:
+    assert len(scorecards["submissions"]) == len(SCORED) == 2
+    check("scorecard.json", scorecards)
+
+
+def test_the_boards_of_the_committed_submissions_follow_the_schema(boards_json: Json) -> None:
+    assert boards_json["boards"]
+    check("boards.json", boards_json)
+
+
+def remove_title(manifest: Json) -> None:
+    del manifest["title"]
+
+
+def misspell_key(manifest: Json) -> None:
+    manifest["protocol"]["algoritm"] = manifest["protocol"].pop("algorithm")
+
+
+def unknown_budget(manifest: Json) -> None:
+    manifest["protocol"]["budget"] = "2M"
+
+
+def negative_count(manifest: Json) -> None:
+    manifest["tuning"]["steps"] = -1
+
+
+def count_that_is_true(manifest: Json) -> None:
+    manifest["tuning"]["steps"] = True
+
+
+def no_tuning(manifest: Json) -> None:
+    del manifest["tuning"]
+
+
+def file_address(manifest: Json) -> None:
+    manifest["code"]["url"] = "file:///etc"
+
+
+def nested_hyperparameter(manifest: Json) -> None:
+    manifest["hyperparameters"] = {"layers": [[100]]}
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        remove_title,
+        misspell_key,
+        unknown_budget,
+        negative_count,
+        count_that_is_true,
+        no_tuning,
+        file_address,
+        nested_hyperparameter,
+    ],
+)
+def test_a_broken_manifest_is_refused(change: Callable[[Json], None]) -> None:
+    broken = manifest(ROOT / "submissions" / "trpo-2017")
+    change(broken)
+    with pytest.raises(ValidationError):
+        check("submission.json", broken)
+
+
+def test_a_reported_manifest_may_lack_what_only_logs_need() -> None:
+    reported = manifest(ROOT / "submissions" / "henderson2017-trpo")
+    assert "tuning" not in reported
+    with pytest.raises(ValidationError, match="'tuning' is a required property"):
+        check("submission.json", {key: value for key, value in reported.items() if key != "reported"})
+
+
+@pytest.mark.parametrize("key", ["name", "why", "extra"])
+def test_a_broken_scorecard_is_refused(scorecards: Json, key: str) -> None:
+    broken = deepcopy(scorecards)
+    card = next(card for card in broken["submissions"] if card["name"] == "multi-head")
+    metric = card["groups"]["hopper-gravity-v0"]["sequential"]["metrics"]["forgetting"]
+    if key == "name":
+        card["name"] = 7
+    elif key == "why":
+        del metric["why"]
+    else:
+        metric["extra"] = 1.0
+    with pytest.raises(ValidationError, match=f"'{key}'|7 is not of type"):
+        check("scorecard.json", broken)
+
+
+DOCS = Path(__file__).parents[2] / "docs"
+PAGES = ("metrics.md", "scorecard.md")
+MANIFEST = {"keys Code", "keys Memory", "keys Observes", "keys Protocol", "keys Tuning"}
+"""Sections of submission.toml, which docs/rollout-log.md documents."""
+HAND_WRITTEN = {"keys Problem", "keys PaperColumns", *MANIFEST}
+"""Types that docs/scorecard.md describes in a sentence."""
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_the_tables_are_up_to_date(page: str) -> None:
+    text = (DOCS / page).read_text(encoding="utf-8")
+    assert updated(text) == text, "Run: make docs"
+
+
+def test_every_type_of_the_documents_has_a_table() -> None:
+    text = "".join((DOCS / page).read_text(encoding="utf-8") for page in PAGES)
+    absent = {name for name in tables() if f"<!-- table: {name} -->" not in text}
+    assert absent == HAND_WRITTEN
+
+
+def test_every_key_of_a_table_has_a_description() -> None:
+    rows = [row for name, table in tables().items() if name not in HAND_WRITTEN for row in table.splitlines()]
+    assert [
+        row for row in rows if row.endswith("| |") or (row.endswith("|  |") and row.count("|") == 3)
+    ] == []

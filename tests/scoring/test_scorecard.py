@@ -1,0 +1,353 @@
+"""The scorecard: its fields, what is null and why, and that no score depends on other entries."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+from shutil import rmtree
+
+import msgspec
+import pytest
+
+from gym_extensions.rollouts.manifest import Observes
+from gym_extensions.rollouts.reader import read
+from gym_extensions.rollouts.review import Action, Decision, Review, read_review, write_review
+from gym_extensions.scoring.metrics import METRICS, MetricValue
+from gym_extensions.scoring.pipeline import score_folder, score_folders
+from gym_extensions.scoring.references import References
+from gym_extensions.scoring.scorecard import GroupScore, ReferencesInfo, ReferenceValue
+
+from ..conftest import VERSIONS, verification
+from .entries import rewrite
+
+NAME, GROUP = "hopper-gravity", "hopper-gravity-v0"
+Write = Callable[..., Path]
+
+
+def group_score(folder: Path, references: References, protocol: str = "sequential") -> GroupScore:
+    """The scores of a submission on the one group of these tests."""
+    return score_folder(folder, references).groups[GROUP][protocol]
+
+
+def half_width(value: MetricValue) -> float:
+    """Half the width of the interval."""
+    assert value.mean is not None
+    assert value.high is not None
+    return value.high - value.mean
+
+
+def value(folder: Path, references: References, metric: str) -> MetricValue:
+    """A metric of the sequential runs."""
+    return group_score(folder, references).metrics[metric]
+
+
+def test_the_document_field_by_field(submission: Write, references: References) -> None:
+    document = score_folders([submission(curves=12)], references)
+    assert document.format == 1
+    assert document.references == ReferencesInfo("synthetic", "0" * 64)
+    (card,) = document.submissions
+    assert (card.name, card.title, card.level, card.problems) == ("entry", "An entry", "claimed", ())
+    assert card.manifest is not None
+    assert card.manifest.observes == Observes(
+        task_in_training=False, task_in_evaluation=False, boundaries=False
+    )
+    assert list(card.groups) == [GROUP]
+    score = card.groups[GROUP]["sequential"]
+    assert (score.budget, score.runs) == ("smoke", (0, 1))
+    assert score.tasks[0] == "gym_extensions/HopperGravityHalf-v0"
+    assert list(score.metrics) == [metric.name for metric in METRICS["sequential"]]
+    assert score.reference["gym_extensions/Hopper-v0"] == ReferenceValue(0.0, 1000.0, False)
+    assert (len(score.return_matrix), len(score.return_matrix[0]), len(score.return_matrix[0][0])) == (
+        2,
+        6,
+        5,
+    )
+    assert [(curve.run, len(curve.points)) for curve in score.curves] == [(0, 12)] * 5 + [(1, 12)] * 5
+    assert tuple(curve.task for curve in score.curves[:5]) == score.tasks
+
+
+def test_single_runs_have_a_return_matrix_of_one_stage(submission: Write, references: References) -> None:
+    score = group_score(submission(), references, "single")
+    assert [len(run) for run in score.return_matrix] == [1, 1]
+    assert score.return_matrix[1][0][2] == 100 + 10 * 3 + 1 + 0.5 + 1.1875
+    assert (score.paper_table, score.paper_total) == ((), None)
+
+
+def test_scores_by_hand(submission: Write, references: References) -> None:
+    """R[s][j] = 100 s + 10 j + run + the mean of episode / 8, which is 1.1875; p is R / 1000."""
+    score = group_score(submission(), references)
+    assert score.return_matrix[1][2][3] == 100 * 2 + 10 * 4 + 1 + 1.1875
+    metrics = score.metrics
+    assert metrics["final_performance"].runs == pytest.approx([0.5311875, 0.5321875])
+    assert metrics["learning_performance"].runs == pytest.approx([0.3311875, 0.3321875])
+    assert metrics["forgetting"].runs == pytest.approx([-0.25, -0.25])
+    # Alone R = 100 + 10 j + run + .5 + …, at stage j 100 j + 10 j + run + …
+    assert metrics["asymptotic_transfer"].mean == pytest.approx((100 + 200 + 300 + 400) / 4 / 1000 - 0.0005)
+    final = metrics["final_performance"]
+    assert final.mean == pytest.approx(0.5316875)
+    assert half_width(final) == pytest.approx(12.7062047362 * 0.0005)
+    fully_trained, _, first_step, single_env = score.paper_table[1].cells()
+    assert fully_trained and first_step and single_env
+    assert fully_trained.mean == pytest.approx(500 + 20 + 0.5 + 1.1875)
+    assert first_step.mean == pytest.approx(100 + 20 + 0.5 + 1.1875)
+    assert single_env.mean == pytest.approx(100 + 20 + 0.5 + 1.1875 + 0.5)
+    deviation = math.sqrt(0.25 + sum((episode / 8 - 1.1875) ** 2 for episode in range(20)) / 20)
+    assert fully_trained.std == pytest.approx(deviation)
+
+
+def test_learning_is_final_plus_forgetting_of_all_but_the_last(
+    submission: Write, references: References
+) -> None:
+    folder = submission(
+        value=lambda p, run, stage, j, e: float((run * 37 + stage * 101 + j * 59 + e * 7) % 300)
+    )
+    metrics = group_score(folder, references).metrics
+    runs = [metrics[name].runs for name in ("learning_performance", "final_performance", "forgetting")]
+    assert [len(values) for values in runs] == [2, 2, 2]
+    for learning, final, forgetting in zip(*runs, strict=True):
+        assert learning - final == pytest.approx(forgetting * 4 / 5, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("changes", "metric", "why"),
+    [
+        (
+            {"protocols": ("sequential",)},
+            "asymptotic_transfer",
+            "It needs single-task runs, which this entry lacks.",
+        ),
+        (
+            {"protocols": ("sequential",)},
+            "forward_transfer_auc",
+            "It needs single-task runs and training curves, which this entry lacks.",
+        ),
+        ({}, "joint_gap", "It needs joint runs, which this entry lacks."),
+        (
+            {"curves": 9},
+            "forward_transfer_auc",
+            "A training curve that it needs is missing or has fewer than 10 points.",
+        ),
+    ],
+)
+def test_a_metric_without_its_input_is_null_and_says_why(
+    changes: dict[str, object], metric: str, why: str, submission: Write, references: References
+) -> None:
+    assert value(submission(**changes), references, metric) == MetricValue(why=why)
+
+
+def test_one_run_has_a_mean_and_no_interval_and_says_so(submission: Write, references: References) -> None:
+    final = value(submission(runs=(0,)), references, "final_performance")
+    assert final.mean == pytest.approx(0.5311875)
+    assert final.runs == (final.mean,)
+    assert (final.low, final.high, final.ends) == (None, None, None)
+    assert final.why == "One run has no interval."
+
+
+def test_without_references_every_normalised_metric_is_null_and_the_returns_stay(submission: Write) -> None:
+    nothing = References("2", {})
+    score = group_score(submission(), nothing)
+    assert {value.why for value in score.metrics.values()} == {
+        "No reference agent was trained on 5 of 5 tasks (references version 2), "
+        "gym_extensions/HopperGravityHalf-v0 among them."
+    }
+    fully_trained = score.paper_table[0].fully_trained
+    assert fully_trained is not None
+    assert fully_trained.mean > 0
+    assert (score.profile, score.iqm) == (None, None)
+
+
+def test_a_submission_with_problems_has_no_score(submission: Write, references: References) -> None:
+    folder = submission()
+    (folder / "notes.txt").write_text("")
+    card = score_folder(folder, references)
+    assert (card.level, card.groups, card.suites) == (None, {}, {})
+    (problem,) = card.problems
+    assert (problem.rule, problem.where) == ("unexpected-name", "notes.txt")
+
+
+def test_the_scorecard_has_the_text_of_the_readme(submission: Write, references: References) -> None:
+    folder = submission(protocols=("joint",))
+    assert score_folder(str(folder), references).readme == ""
+    (folder / "README.md").write_bytes("# Überblick\r\n".encode())
+    assert score_folder(str(folder), references).readme == "# Überblick\n"
+    (folder / "README.md").write_bytes(b"\x1b[31m")
+    card = score_folder(str(folder), references)
+    assert ([problem.rule for problem in card.problems], card.readme) == (["readme-character"], "")
+
+
+def test_no_number_moves_when_somebody_joins(submission: Write, references: References) -> None:
+    first, second = submission(name="a"), submission(name="b", value=lambda p, r, s, j, e: 5.0 * s + j + r)
+    alone = score_folder(first, references)
+    together = score_folders([second, first], references).submissions
+    assert [card.name for card in together] == ["a", "b"]
+    assert together[0] == alone
+
+
+def test_a_suite_is_the_mean_over_its_groups_and_needs_them_all(
+    submission: Write, references: References
+) -> None:
+    bodies = tuple(f"{body}-gravity" for body in ("hopper", "walker2d", "halfcheetah", "humanoid"))
+    whole = score_folder(submission(name="whole", groups=bodies), references)
+    assert sorted(whole.suites) == ["gravity"]
+    final = whole.suites["gravity"]["sequential"].metrics["final_performance"]
+    assert final.mean == pytest.approx(0.5316875)
+    # Four groups of equal variance: SE² = 4 · .0005² / 16, with four degrees of freedom.
+    assert half_width(final) == pytest.approx(2.7764451052 * 0.0005 / 2)
+    part = score_folder(submission(name="part", groups=bodies[:3]), references)
+    assert part.suites == {}
+
+
+def test_the_joint_gap_of_a_suite_is_the_mean_of_its_groups(
+    submission: Write, references: References
+) -> None:
+    bodies = tuple(f"{body}-gravity" for body in ("hopper", "walker2d", "halfcheetah", "humanoid"))
+    protocols = ("sequential", "single", "joint")
+    card = score_folder(submission(groups=bodies, protocols=protocols), references)
+    gaps = [card.groups[f"{body}-v0"]["sequential"].metrics["joint_gap"].mean for body in bodies]
+    gap = card.suites["gravity"]["sequential"].metrics["joint_gap"]
+    # Joint and sequential runs have a squared error of .0005² each, and two groups' runs four degrees in all.
+    assert gap.mean == pytest.approx(sum(mean for mean in gaps if mean is not None) / 4)
+    assert half_width(gap) == pytest.approx(2.3060041352 * 0.0005 * math.sqrt(2) / 2)
+    assert gap.why == ""
+
+
+def test_a_suite_names_the_groups_in_which_a_metric_has_no_value(
+    submission: Write, references: References
+) -> None:
+    bodies = tuple(f"{body}-gravity" for body in ("hopper", "walker2d", "halfcheetah", "humanoid"))
+    folder = submission(groups=bodies)
+    for body in bodies[1:3]:
+        rmtree(folder / body / "single")
+    metrics = score_folder(folder, references).suites["gravity"]["sequential"].metrics
+    assert (
+        metrics["asymptotic_transfer"].why
+        == "It has no value in walker2d-gravity-v0, halfcheetah-gravity-v0."
+    )
+
+
+def reviewed(folder: Path, *runs: str, **facts: object) -> None:
+    """Adds a verification of these runs, as they are, to the review of a submission."""
+    digests = {
+        key: digest
+        for entry in read(folder).groups.values()
+        for protocol in entry.logs
+        for key, digest in entry.digests(protocol).items()
+    }
+    review = read_review(folder)
+    part = verification({key: digests[key] for key in runs or digests}, **facts)
+    write_review(folder, msgspec.structs.replace(review, verifications=[*review.verifications, part]))
+
+
+@pytest.mark.parametrize(
+    ("runs", "facts", "levels"),
+    [
+        ((), {}, ("verified", "verified", "verified")),
+        ((f"{NAME}/single/run0", f"{NAME}/single/run1"), {}, ("claimed", "claimed", "verified")),
+        ((f"{NAME}/sequential/run0",), {}, ("claimed", "claimed", "claimed")),
+        ((), {"passed": False}, ("claimed", "claimed", "claimed")),
+        ((), {"retrained": [f"{NAME}/sequential/run1"]}, ("verified", "reproduced", "verified")),
+    ],
+    ids=["all", "one log", "one run", "refused", "trained again"],
+)
+def test_the_level_of_an_entry_is_the_lowest_of_its_logs(
+    submission: Write,
+    references: References,
+    runs: tuple[str, ...],
+    facts: dict[str, object],
+    levels: tuple[str, str, str],
+) -> None:
+    folder = submission()
+    reviewed(folder, *runs, **facts)
+    card = score_folder(folder, references)
+    logs = card.groups[GROUP]
+    assert (card.level, logs["sequential"].level, logs["single"].level) == levels
+
+
+def test_a_changed_run_is_claimed_again(submission: Write, references: References) -> None:
+    reviewed(submission())
+    changed = submission(value=lambda *key: float(sum(key[1:])))
+    card = score_folder(changed, references)
+    assert card.level == "claimed"
+    assert [(part.runs, part.current) for part in card.verifications] == [(4, 0)]
+
+
+def test_a_scorecard_has_what_the_review_says(submission: Write, references: References) -> None:
+    folder = submission()
+    reviewed(
+        folder, episodes=60, repeated=58, difference="run 0, stage 1: 1e-9", p_value=0.25, date="2026-01-02"
+    )
+    (part,) = score_folder(folder, references).verifications
+    assert (part.date, part.episodes, part.repeated, part.p_value) == ("2026-01-02", 60, 58, 0.25)
+    assert (part.logs, part.runs, part.current) == ((f"{NAME}/sequential", f"{NAME}/single"), 4, 4)
+    assert part.difference == "run 0, stage 1: 1e-9"
+
+
+@pytest.mark.parametrize(
+    ("actions", "state"),
+    [
+        ((), ("", False, 0)),
+        (("accepted",), ("2026-01-01", False, 0)),
+        (("accepted", "challenged"), ("2026-01-01", False, 1)),
+        (("accepted", "challenged", "accepted"), ("2026-01-03", False, 0)),
+        (("accepted", "withdrawn", "challenged"), ("2026-01-01", True, 1)),
+        (("accepted", "withdrawn", "accepted"), ("2026-01-03", False, 0)),
+    ],
+)
+def test_the_last_decision_holds(
+    submission: Write,
+    references: References,
+    actions: tuple[Action, ...],
+    state: tuple[str, bool, int],
+) -> None:
+    folder = submission(protocols=("joint",))
+    decisions = [
+        Decision(action=action, by="M.", date=f"2026-01-0{day}", reason="")
+        for day, action in enumerate(actions, 1)
+    ]
+    write_review(folder, Review(decisions=decisions))
+    card = score_folder(folder, references)
+    assert (card.accepted, card.withdrawn, len(card.challenges)) == state
+
+
+def test_a_scorecard_does_not_depend_on_where_the_folder_lies(
+    submission: Write, references: References, tmp_path: Path
+) -> None:
+    folder = submission(runs=(0, 1, 2, 3, 4))
+    before = score_folder(folder, references)
+    (tmp_path / "elsewhere").mkdir()
+    assert score_folder(folder.rename(tmp_path / "elsewhere" / "entry"), references) == before
+
+
+def test_success_rates_are_shares_of_episodes(submission: Write, references: References) -> None:
+    folder = submission(groups=("humanoid-standup-run",), protocols=("single",), runs=(0, 1))
+    lines = (folder / "humanoid-standup-run" / "single" / "run0.csv").read_text().splitlines()
+    for number in range(21, 26):  # five of the 20 episodes on the second task
+        lines[number] = lines[number].replace("false,false", "false,true")
+    rewrite(folder, "humanoid-standup-run/single/run0", "\n".join(lines) + "\n")
+    score = score_folder(folder, references).groups["humanoid-standup-run-v0"]["single"]
+    assert score.success_rates == (((None, 0.25, 0.0),), ((None, 0.0, 0.0),))
+
+
+def test_a_group_without_success_has_no_success_rates(submission: Write, references: References) -> None:
+    assert group_score(submission(), references).success_rates == ()
+
+
+def test_a_log_that_is_claimed_says_why(submission: Write, references: References) -> None:
+    def why(folder: Path) -> str:
+        return score_folder(folder, references).groups[GROUP]["joint"].why_claimed
+
+    folder = submission(protocols=("joint",))
+    assert "run0 is not verified yet" in why(folder)
+    assert "0, 1" in why(submission(name="bare", protocols=("joint",), policies=False))
+    reviewed(submission(protocols=("joint",)))
+    assert why(folder) == ""
+    assert "changed" in why(submission(protocols=("joint",), value=lambda *key: float(sum(key[1:]))))
+    reviewed(folder, passed=False, date="2026-01-02")
+    assert "2026-01-02 did not pass" in why(folder)
+
+
+def test_a_score_says_how_each_run_was_trained(submission: Write, references: References) -> None:
+    first, second = group_score(submission(), references).provenance
+    assert (first.run, second.run, first.policies) == (0, 1, True)
+    assert (first.versions["numpy"], first.cpu_seconds) == (VERSIONS.numpy, None)

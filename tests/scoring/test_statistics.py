@@ -1,0 +1,363 @@
+"""Statistics: by hand, and against ``scipy.stats``."""
+
+from __future__ import annotations
+
+import math
+import random
+from itertools import combinations
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from gym_extensions.scoring.statistics import (
+    ALPHA,
+    Interval,
+    Summary,
+    critical_value,
+    difference,
+    holm,
+    interval,
+    interval_from_error,
+    mean,
+    mean_of_groups,
+    power,
+    quantile,
+    rank_intervals,
+    rounded_quantile,
+    runs_to_separate,
+    significant_pairs,
+    standard_deviation,
+    subtract,
+    summary,
+    to_interval,
+    two_sided_p,
+    welch,
+    welch_satterthwaite,
+    zero_mean_p,
+)
+
+
+def test_the_mean_of_an_empty_input_is_none() -> None:
+    assert mean([]) is None
+    assert mean(iter([1.0, 2.0, 6.0])) == 3.0
+
+
+def test_the_mean_is_summed_exactly() -> None:
+    assert sum([0.1] * 10) != 1.0
+    assert mean([0.1] * 10) == 0.1
+    assert mean([1e16, 1.0, -1e16, 1.0]) == 0.5
+
+
+def test_the_standard_deviation_by_hand() -> None:
+    # Residuals -2, 0, 2: 8/3 for a population, 8/2 for a sample.
+    assert standard_deviation([1.0, 3.0, 5.0]) == pytest.approx((8 / 3) ** 0.5, rel=1e-15)
+    assert standard_deviation([1.0, 3.0, 5.0], ddof=1) == 2.0
+    assert standard_deviation([4.0]) == 0.0
+
+
+DF = [1.0, 1.2, 1.5, 2.0, 2.5, 4.0, 8.0, 30.0, 200.0, 1e4]
+
+
+@pytest.mark.parametrize("probability", [0.6, 0.9, 0.975, 0.999])
+def test_quantiles_of_one_and_two_degrees_of_freedom_have_closed_forms(probability: float) -> None:
+    assert quantile(probability, 1) == pytest.approx(math.tan(math.pi * (probability - 0.5)), rel=1e-12)
+    tails = 4 * probability * (1 - probability)
+    assert quantile(probability, 2) == pytest.approx((2 * probability - 1) * math.sqrt(2 / tails), rel=1e-12)
+
+
+def test_p_values_of_one_degree_of_freedom_by_hand() -> None:
+    # Cauchy: P(|T| ≥ t) = 1 − 2 arctan(t) / π.
+    t = np.array([0.0, 1.0, -1.0, math.sqrt(3), math.inf, -math.inf])
+    assert two_sided_p(t, 1.0).tolist() == pytest.approx([1, 1 / 2, 1 / 2, 1 / 3, 0, 0], rel=1e-14)
+
+
+@pytest.mark.parametrize("df", DF)
+@pytest.mark.parametrize("alpha", [0.05, 0.05 / 45, 0.05 / 499_500])
+def test_the_p_value_of_a_critical_value_is_alpha(alpha: float, df: float) -> None:
+    assert float(two_sided_p(critical_value(alpha, df), df)) == pytest.approx(alpha, rel=1e-12)
+
+
+@pytest.mark.parametrize("df", [4.0, 8.0, 18.5, 100.0, 1980.0])
+@pytest.mark.parametrize("shift", [0.0, 1.0, 3.0, 6.0])
+def test_power_is_the_tail_of_the_noncentral_t(df: float, shift: float) -> None:
+    critical = critical_value(0.05, df)
+    assert power(shift, critical, df) == pytest.approx(float(stats.nct.sf(critical, df, shift)), abs=1e-9)
+
+
+@pytest.mark.parametrize("df", [4.0, 8.5, 20.0, 990.0])
+@pytest.mark.parametrize("alpha", [0.05, 0.05 / 499_500])
+def test_power_never_decreases_and_is_a_number_for_any_shift(alpha: float, df: float) -> None:
+    critical = critical_value(alpha, df)
+    shifts = [0.0, 1.0, 2.8, 5.0, 10.0, 38.0, 40.0, 1e3, 1e6, 1e150, math.inf]
+    powers = [power(shift, critical, df) for shift in shifts]
+    assert powers == sorted(powers)
+    assert 0.95 < powers[-1] <= 1
+
+
+def samples(count: int) -> list[tuple[list[float], list[float]]]:
+    rng = random.Random(7)
+    return [
+        (
+            [rng.gauss(rng.uniform(-1, 1), rng.uniform(0.1, 2)) for _ in range(rng.randint(2, 9))],
+            [rng.gauss(0, 1) for _ in range(rng.randint(2, 9))],
+        )
+        for _ in range(count)
+    ]
+
+
+def test_an_interval_by_hand() -> None:
+    # s = 1, standard error 1/√3, t(.975, 2) = .95 √(2 / .0975).
+    half_width = 0.95 * math.sqrt(2 / 0.0975) / math.sqrt(3)
+    result = interval([1.0, 2.0, 3.0])
+    assert (result.low, result.high) == pytest.approx((2 - half_width, 2 + half_width), rel=1e-11)
+    assert result.standard_error == pytest.approx(1 / math.sqrt(3), rel=1e-15)
+    assert result.df == 2
+
+
+def test_a_single_run_has_no_interval() -> None:
+    assert interval([0.5]) == Interval(0.5)
+    assert difference([0.5], [0.25, 0.5]) == Interval(0.125)
+    assert to_interval(mean_of_groups([summary([1.0]), summary([2.0, 4.0])])) == Interval(2.0)
+
+
+def test_runs_without_variance_have_an_interval_without_width() -> None:
+    assert interval([0.25] * 3) == Interval(0.25, 0.25, 0.25, 0.0, 2)
+    assert difference([1.0, 1.0], [3.0, 3.0]) == Interval(-2.0, -2.0, -2.0, 0.0, 2.0)
+
+
+def test_an_interval_agrees_with_scipy_stats() -> None:
+    for values, _ in samples(50):
+        result = interval(values)
+        low, high = stats.t.interval(0.95, len(values) - 1, sum(values) / len(values), stats.sem(values))
+        assert (result.low, result.high) == pytest.approx((low, high), rel=1e-10, abs=1e-10)
+
+
+def test_the_interval_of_a_difference_agrees_with_scipy_stats_at_fractional_degrees_of_freedom() -> None:
+    fractional = 0
+    for first, second in samples(100):
+        result = difference(first, second)
+        expected = stats.ttest_ind(first, second, equal_var=False)
+        low, high = expected.confidence_interval(0.95)
+        assert result.df == pytest.approx(expected.df, rel=1e-10)
+        assert (result.low, result.high) == pytest.approx((low, high), rel=1e-10, abs=1e-10)
+        fractional += 1 < expected.df < 2.5 and expected.df % 1 > 0.01
+    assert fractional >= 10
+
+
+@pytest.mark.parametrize("df", [1, 1.2, 2, 4, 7.3, 200, 1e4])
+def test_the_quantile_of_an_interval_has_12_significant_digits(df: float) -> None:
+    value = rounded_quantile(df)
+    assert len(repr(value).replace(".", "")) <= 12
+    assert value == pytest.approx(float(stats.t.ppf(0.975, df)), rel=1e-11)
+
+
+@pytest.mark.parametrize("df", [0.0, 0.5, math.nan])
+def test_fewer_than_one_degree_of_freedom_is_an_error(df: float) -> None:
+    with pytest.raises(ValueError, match="at least 1 degree of freedom"):
+        interval_from_error(0.0, 1.0, df)
+
+
+def test_a_summary_by_hand() -> None:
+    assert summary([1.0, 3.0, 5.0]) == Summary(3.0, 4 / 3, 2.0, 3, 4.0, 1.0)
+    assert summary([2.0]) == Summary(2.0, 0.0, 0.0, 1, 0.0, 0.0)
+
+
+def test_the_mean_of_groups_by_hand() -> None:
+    # Squared errors 4/3 and 1/3 over 4: total 5/12; df = (5/12)² / ((1/3)²/2 + (1/12)²/2) = 50/17.
+    result = mean_of_groups([summary([1.0, 3.0, 5.0]), summary([1.0, 2.0, 3.0])])
+    assert (result.mean, result.runs) == (2.5, 3)
+    assert (result.squared_error, result.df) == pytest.approx((5 / 12, 50 / 17), rel=1e-14)
+    # With n runs per group: squared error 5/4 / n, and (n − 1) · 25/17 degrees of freedom.
+    assert (result.variance, result.groups) == pytest.approx((5 / 4, 25 / 17), rel=1e-14)
+
+
+def test_welch_satterthwaite_by_hand() -> None:
+    assert welch_satterthwaite([(1.0, 4.0), (3.0, 2.0)]) == (2.0, 16 / (1 / 4 + 9 / 2))
+    assert welch_satterthwaite([(1.0, 4.0), (0.0, 2.0)]) == (1.0, 4.0)
+    assert welch_satterthwaite([(0.0, 4.0), (0.0, 2.0)]) == (0.0, 6.0)
+
+
+def test_degrees_of_freedom_are_at_least_the_smallest_where_squares_underflow() -> None:
+    # The square of 3.85e-162 is three times the smallest positive number, a quarter of it rounds to one.
+    assert welch_satterthwaite([(3.85e-162, 4.0), (0.0, 9.0)])[1] == 4.0
+
+
+@pytest.mark.parametrize("values", [[0.1, 0.4, 0.2], [-3.0, 1.0], [1e-9, 2e-9, -4e-9, 1e-9], [5.0, 6.0, 5.5]])
+def test_the_p_value_is_that_of_scipy(values: list[float]) -> None:
+    assert zero_mean_p(summary(values)) == pytest.approx(stats.ttest_1samp(values, 0.0).pvalue, rel=1e-12)
+
+
+@pytest.mark.parametrize(("values", "p_value"), [([0.0, 0.0], 1.0), ([2.0, 2.0], 0.0), ([-1.0, 1.0], 1.0)])
+def test_without_variance_a_mean_is_zero_or_it_is_not(values: list[float], p_value: float) -> None:
+    assert zero_mean_p(summary(values)) == p_value
+
+
+def random_board(rng: random.Random, entries: int, spread: float) -> list[list[float]]:
+    """Entries of two to nine runs with true means about ``spread`` apart."""
+    return [
+        [rng.gauss(rng.gauss(0, spread), rng.uniform(0.1, 2)) for _ in range(rng.randint(2, 9))]
+        for _ in range(entries)
+    ]
+
+
+def adjusted(p_values: list[float]) -> list[float]:
+    """Holm's adjusted p values, from their definition."""
+    ascending = sorted(p_values)
+    return [
+        max(min(1.0, (len(p_values) - rank) * p) for rank, p in enumerate(ascending) if p <= value)
+        for value in p_values
+    ]
+
+
+@pytest.mark.parametrize(
+    ("p_values", "rejected"),
+    [
+        # .01 ≤ .05/4, .013 ≤ .05/3, .03 > .05/2: it stops, although .04 ≤ .05.
+        ([0.03, 0.01, 0.04, 0.013], [False, True, False, True]),
+        ([0.05], [True]),
+        ([0.051], [False]),
+        ([0.025, 0.025], [True, True]),
+        ([], []),
+    ],
+)
+def test_holms_procedure_by_hand(p_values: list[float], rejected: list[bool]) -> None:
+    assert holm(np.array(p_values)).tolist() == rejected
+
+
+def test_welchs_test_by_hand() -> None:
+    # Squared errors 1/3 and 4/3, difference -2: t = -2 / √(5/3), df = (5/3)² / ((1/3)²/2 + (4/3)²/2).
+    t, df = welch([summary([0.0, 1.0, 2.0]), summary([1.0, 3.0, 5.0])])
+    assert (t.tolist(), df.tolist()) == (pytest.approx([-2 / math.sqrt(5 / 3)]), pytest.approx([50 / 17]))
+
+
+@pytest.mark.parametrize("spread", [0.0, 1.0, 3.0, 10.0, 30.0])
+def test_significant_pairs_are_those_of_scipy_stats_with_holms_correction(spread: float) -> None:
+    rng = random.Random(2)
+    for entries in (2, 3, 10, 40):
+        runs = random_board(rng, entries, spread)
+        samples = [(float(np.mean(row)), float(np.std(row, ddof=1)), float(len(row))) for row in runs]
+        pairs = [(*a, *b) for a, b in combinations(samples, 2)]
+        p_values = stats.ttest_ind_from_stats(*np.transpose(pairs), equal_var=False).pvalue.tolist()
+        significant = significant_pairs([summary(values) for values in runs])
+        assert significant[np.triu_indices(entries, 1)].tolist() == [p <= ALPHA for p in adjusted(p_values)]
+        assert (significant == significant.T).all()
+        assert not significant.diagonal().any()
+
+
+def test_entries_without_variance_differ_if_their_means_do() -> None:
+    entries = [summary([1.0] * 5), summary([1.0] * 5), summary([2.0] * 5)]
+    t, df = welch(entries)
+    assert (t.tolist(), df.tolist()) == ([0, -math.inf, -math.inf], [8, 8, 8])
+    expected = [[False, False, True], [False, False, True], [True, True, False]]
+    assert significant_pairs(entries).tolist() == expected
+
+
+def test_one_entry_has_no_pair() -> None:
+    assert significant_pairs([summary([1.0, 2.0])]).tolist() == [[False]]
+    assert significant_pairs([]).shape == (0, 0)
+
+
+@pytest.mark.parametrize(
+    ("better", "ranks"),
+    [("higher", [(4, 4), (1, 2), (2, 3), (1, 3)]), ("lower", [(1, 1), (3, 4), (2, 3), (2, 4)])],
+)
+def test_rank_intervals_by_hand(better: str, ranks: list[tuple[int, int]]) -> None:
+    # Entry 0 is worse than all others, entry 2 worse than entry 1; entry 3 is tied with both.
+    entries = [summary([mean, mean + 1]) for mean in (0.0, 7.0, 5.0, 6.0)]
+    significant = np.array([[0, 1, 1, 1], [1, 0, 1, 0], [1, 1, 0, 0], [1, 0, 0, 0]], dtype=np.bool_)
+    assert rank_intervals(entries, significant, better) == ranks
+
+
+def test_the_level_of_one_entry_or_two_is_that_of_one_pair() -> None:
+    between = subtract(summary([0.0, 1.0, 2.0]), summary([1.0, 2.0, 3.0]))
+    assert runs_to_separate(between, 1) == runs_to_separate(between, 2) == 17
+
+
+def test_ranks_do_not_depend_on_the_order_of_entries() -> None:
+    rng = random.Random(5)
+    entries = [summary([rng.gauss(center, 1) for _ in range(5)]) for center in range(8)]
+    ranks = rank_intervals(entries, significant_pairs(entries), "higher")
+    backwards = rank_intervals(entries[::-1], significant_pairs(entries[::-1]), "higher")
+    assert backwards == ranks[::-1]
+
+
+def entry(mean: float, deviation: float, groups: int = 1, runs: int = 5) -> Summary:
+    """An entry with that mean and standard deviation over runs in each of its groups."""
+    steps = [index - (runs - 1) / 2 for index in range(runs)]
+    unit = math.sqrt(sum(step * step for step in steps) / (runs - 1))
+    group = summary([mean + deviation * math.sqrt(groups) * step / unit for step in steps])
+    return group if groups == 1 else mean_of_groups([group] * groups)
+
+
+def needed(gap: float, first: float, second: float, entries: int, groups: int = 1) -> int | None:
+    """The number of runs that separates two entries with these deviations on a board of ``entries``."""
+    return runs_to_separate(subtract(entry(gap, first, groups), entry(0, second, groups)), entries)
+
+
+def has_power(runs: int, gap: float, first: list[float], second: list[float], entries: int) -> bool:
+    """Whether Welch's test has a power of 80 %, from the definition and the noncentral t of scipy.stats.
+
+    ``first`` and ``second`` are the standard deviations over runs of each entry, one per group.
+    """
+    count = len(first)
+    squares = [deviation * deviation / runs / count**2 for deviation in (*first, *second)]
+    df = (runs - 1) * sum(squares) ** 2 / sum(square * square for square in squares)
+    critical = stats.t.isf(ALPHA / (entries * (entries - 1) / 2) / 2, df)
+    return bool(stats.nct.sf(critical, df, gap / math.sqrt(sum(squares))) >= 0.8)
+
+
+def test_a_difference_of_one_deviation_takes_17_runs() -> None:
+    # The entry of any table of sample sizes for d = 1, a power of 80 % and a level of 5 %.
+    assert needed(1.0, 1.0, 1.0, 2) == 17
+
+
+@pytest.mark.parametrize(("gap", "runs"), [(0.401, 99), (0.399, 100), (0.397, None), (0.01, None), (0, None)])
+def test_more_than_100_runs_are_none(gap: float, runs: int | None) -> None:
+    assert needed(gap, 1.0, 1.0, 2) == runs
+
+
+@pytest.mark.parametrize(("gap", "deviation"), [(1.0, 0.0), (1e6, 1.0), (1.0, 1e-150), (1.0, 1e-161)])
+def test_the_result_is_at_least_the_runs_of_a_full_entry(gap: float, deviation: float) -> None:
+    assert needed(gap, deviation, deviation, 2) == 5
+    assert needed(gap, deviation, deviation, 1000) == 5
+
+
+def test_the_result_is_the_smallest_number_with_the_power() -> None:
+    rng = random.Random(13)
+    for _ in range(12):
+        gap, entries = rng.uniform(0.5, 4), rng.randint(2, 30)
+        first, second = rng.uniform(0.1, 2), rng.uniform(0.1, 2)
+        candidates = (runs for runs in range(5, 101) if has_power(runs, gap, [first], [second], entries))
+        assert needed(gap, first, second, entries) == next(candidates, None)
+
+
+@pytest.mark.parametrize(("entries", "groups", "runs"), [(10, 1, 25), (10, 4, 23), (2, 1, 12), (2, 4, 11)])
+def test_each_group_of_a_suite_adds_degrees_of_freedom(entries: int, groups: int, runs: int) -> None:
+    # A difference of 1.25 deviations; four groups have 8 (n − 1) degrees of freedom, one has 2 (n − 1).
+    assert needed(1.25, 1.0, 1.0, entries, groups) == runs
+    deviations = [math.sqrt(groups)] * groups
+    assert [has_power(n, 1.25, deviations, deviations, entries) for n in (runs - 1, runs)] == [False, True]
+
+
+def test_the_result_on_a_suite_whose_groups_differ_in_deviations_and_runs() -> None:
+    rng = random.Random(17)
+    for _ in range(12):
+        count, entries, gap = rng.randint(2, 6), rng.randint(2, 20), rng.uniform(0.3, 2)
+        first, second = ([rng.uniform(0.1, 2) for _ in range(count)] for _ in range(2))
+        upper, lower = (
+            mean_of_groups([entry(mean, deviation, runs=rng.randint(5, 12)) for deviation in deviations])
+            for mean, deviations in ((gap, first), (0.0, second))
+        )
+        candidates = (runs for runs in range(5, 101) if has_power(runs, gap, first, second, entries))
+        assert runs_to_separate(subtract(upper, lower), entries) == next(candidates, None)
+
+
+@pytest.mark.parametrize("runs", [3, 5, 10])
+def test_intervals_cover_the_mean_in_95_per_cent(runs: int) -> None:
+    draws = np.random.default_rng(1).normal(size=(20_000, runs)).tolist()
+    intervals = [interval(values) for values in draws]
+    covered = [
+        each.low <= 0 <= each.high for each in intervals if each.low is not None and each.high is not None
+    ]
+    assert 0.945 <= sum(covered) / len(draws) <= 0.955

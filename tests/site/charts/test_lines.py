@@ -1,0 +1,160 @@
+"""Line charts and performance profiles."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+from xml.etree import ElementTree
+
+import pytest
+
+from gym_extensions.site.boards import Leaderboard, entrant
+from gym_extensions.site.charts import lines as line_charts
+from gym_extensions.site.charts.lines import Line, line_chart
+from gym_extensions.site.charts.svg import Scale
+
+from ..browser import files, typed
+
+X = Scale(0.0, 1.0, 0.0, 100.0)
+Y = Scale(0.0, 1.0, 100.0, 0.0)
+
+
+def test_lines_levels_and_shading_have_the_coordinates_of_their_values() -> None:
+    mean = [(0.0, 0.0), (0.5, 1.0)]
+    svg = ElementTree.fromstring(line_chart([mean, mean], X, Y, "", bold=mean, since=0.5, levels=[1.0]))
+    assert [line.get("points") for line in svg.iter("polyline")] == ["0.0,100.0 50.0,0.0"]
+    assert [(line.get("class"), line.get("d")) for line in svg.iter("path")] == [
+        ("thin", "M0 200l100-200"),
+        ("thin", "M0 200l100-200"),
+        ("stops", "M0.0 100.0h0"),
+    ]
+    assert [(dot.get("cx"), dot.get("cy")) for dot in svg.iter("circle")] == [("50.0", "0.0")]
+    assert [area.get("width") for area in svg.iter("rect")] == ["50.0"]
+    assert [level.text for level in svg.iter("text")] == ["1"]
+
+
+def test_markup_in_a_label_is_escaped() -> None:
+    svg = line_chart([[(0, 0), (1, 1)]], X, Y, '"><script>alert(1)</script>')
+    assert "<script" not in svg
+    assert ElementTree.fromstring(svg).get("aria-label") == '"><script>alert(1)</script>'
+
+
+HALVES = ((-0.5, 1.0), (0.0, 1.0), (0.5, 0.5), (1.0, 0.25), (1.5, 0.0), (2.0, 0.0))
+TAUS, SHARES = (list(side) for side in zip(*HALVES, strict=True))
+BOARD = "boards/hopper-gravity-v0-sequential-100k.html"
+HOSTILE = '"><script>alert(1)</script>'
+UNSOLVED = "Every task of this group is unsolved: no reference agent has learned it."
+
+
+def scores(document: dict[str, Any], entry: int = 0) -> dict[str, Any]:
+    """The sequential scores of an entry on the Hopper gravity group."""
+    groups = document["submissions"][entry]["groups"]
+    sequential: dict[str, Any] = groups["hopper-gravity-v0"]["sequential"]
+    return sequential
+
+
+def profiled(document: dict[str, Any], *entries: int) -> dict[str, str]:
+    """The site, with that profile and an interquartile mean for these entries."""
+    for entry in entries:
+        scores(document, entry).update(profile={"tau": TAUS, "fraction": SHARES}, iqm=0.4321)
+    return dict(files(document))
+
+
+def text(page: str) -> str:
+    """The text of a page, with single spaces."""
+    return re.sub(r"\s+", " ", re.sub(r"<[^>]+>", " ", page))
+
+
+def test_a_profile_goes_through_the_points_of_the_document() -> None:
+    line = Line("p1", "Agile", None, HALVES)
+    drawn = ElementTree.fromstring(line_charts.of_board([line])).findall("polyline")
+    assert [polyline.get("points") for polyline in drawn] == [
+        "40.0,24.0 106.4,24.0 172.8,94.0 239.2,129.0 305.6,164.0 372.0,164.0"
+    ]
+
+
+def test_points_between_two_of_the_same_share_are_omitted() -> None:
+    flat = tuple((step / 20, 1.0) for step in range(-10, 41))
+    drawn = ElementTree.fromstring(line_charts.of_board([Line("p1", "", None, flat)])).findall("polyline")
+    assert [polyline.get("points") for polyline in drawn] == ["40.0,24.0 372.0,24.0"]
+
+
+def test_the_label_of_a_profile_has_the_shares_at_four_scores() -> None:
+    words = "above 0: 100 %, above 0.5: 50 %, above 1: 25 %, above 2: 0 %"
+    assert line_charts.describe(HALVES).replace("\u202f", " ") == words
+    label = ElementTree.fromstring(line_charts.of_board([Line("p1", "Agile", None, HALVES)])).get(
+        "aria-label"
+    )
+    assert str(label).replace("\u202f", " ") == f"Agile: {words}"
+
+
+def test_both_scales_have_tick_labels_and_titles() -> None:
+    texts = [
+        element.text
+        for element in ElementTree.fromstring(line_charts.of_board([Line("p1", "", None, HALVES)]))
+    ]
+    for label in (
+        *("0\u202f%", "50\u202f%", "100\u202f%", "−0.5", "0", "0.5", "1", "1.5", "2"),
+        "share of runs and tasks above the score",
+        "score at the end (0 floor, 1 reference)",
+    ):
+        assert label in texts
+
+
+def test_the_first_entry_is_drawn_last_and_six_lines_are_drawn(
+    document: dict[str, Any],
+) -> None:
+    profiled(document, 0, 1)
+    whole = typed(document)
+    boards = Leaderboard(whole.references, tuple(map(entrant, whole.submissions))).boards
+    (row, *_) = next(board for board in boards if board.group == "hopper-gravity-v0").rows
+    lines = line_charts.profiles([row] * 8)
+    assert [line.kind for line in lines] == ["p1", "p2", "p3", "p4", "p5", "p6"]
+    drawn = ElementTree.fromstring(line_charts.of_board(lines)).findall("polyline")
+    assert [polyline.get("class") for polyline in drawn] == [f"line {line.kind}" for line in reversed(lines)]
+
+
+def test_the_page_of_an_entry_has_its_profile_and_interquartile_mean(
+    document: dict[str, Any],
+) -> None:
+    page = profiled(document, 0)["submissions/agile.html"]
+    assert page.count('<svg class="profile"') == 1
+    assert "Above 0: 100 %, above 0.5: 50 %, above 1: 25 %, above 2: 0 %" in text(page)
+    row = page.split("#final_performance")[-1].split("</tr>")[0]
+    assert "interquartile mean 0.43" in text(row)
+    assert "interquartile mean" not in text(page.split("#learning_performance")[-1].split("</tr>")[0])
+
+
+def test_a_board_draws_and_names_the_entries_that_have_a_profile(document: dict[str, Any]) -> None:
+    board = profiled(document, 0, 1)[BOARD]
+    drawing, key = board.split('<svg class="profile"')[1].split("</svg>", maxsplit=1)
+    assert drawing.count("<polyline") == 2
+    assert re.findall(r"<title>(\w+)</title>", drawing) == ["Keeper", "Agile"]
+    named = re.findall(r'class="line (p\d)".*?</svg> (\w+)', key)
+    assert named == [("p1", "Agile"), ("p2", "Keeper")]
+    assert "0.43" in text(key)
+
+
+def test_a_board_without_profiles_draws_none(document: dict[str, Any]) -> None:
+    assert "Performance profile:" not in dict(files(document))[BOARD]
+
+
+@pytest.mark.parametrize("entry", ["Title & sons", HOSTILE])
+def test_the_title_of_an_entry_is_escaped_in_the_drawing(document: dict[str, Any], entry: str) -> None:
+    document["submissions"][0]["title"] = entry
+    page = profiled(document, 0)[BOARD]
+    assert page.count("<script") == page.count("static/table.js") + page.count("static/regions.js")
+    svg = '<svg class="profile"' + page.split('<svg class="profile"')[1].split("</svg>")[0] + "</svg>"
+    assert ElementTree.fromstring(svg).findtext("polyline/title") == entry
+
+
+def test_without_a_profile_the_page_says_why(document: dict[str, Any]) -> None:
+    null: dict[str, Any] = {"mean": None, "low": None, "high": None, "runs": [], "why": UNSOLVED}
+    scores(document).update(profile=None, iqm=None)
+    scores(document)["metrics"]["final_performance"] = null
+    page = dict(files(document))["submissions/agile.html"]
+    assert '<svg class="profile"' not in page
+    assert f"No performance profile. {UNSOLVED}" in text(page)
+    scores(document)["metrics"] = dict.fromkeys(scores(document)["metrics"], null)
+    page = dict(files(document))["submissions/agile.html"]
+    assert f"No metrics. {UNSOLVED} There is no performance profile either." in text(page)

@@ -1,0 +1,42 @@
+"""Boards made from the values of runs, for the tests of boards and of their leaders."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from gym_extensions.site.boards import Board, Leaderboard, entrant
+
+from .browser import typed
+
+FIVE = (-0.02, -0.01, 0.0, 0.01, 0.02)
+"""Offsets of five runs from their mean: standard deviation .0158, interval ± .0196."""
+
+Card = dict[str, Any]
+
+
+def around(mean: float, runs: int = 5, wide: float = 1.0) -> list[float]:
+    """Values of runs around a mean."""
+    return [mean + wide * spread for spread in FIVE[:runs]]
+
+
+def boards_of(*cards: Card) -> tuple[Board, ...]:
+    """The boards of these cards."""
+    references = {"version": "made-up", "sha256": ""}
+    return leaderboard({"format": 1, "references": references, "submissions": list(cards)}).boards
+
+
+def leaderboard(document: Card) -> Leaderboard:
+    """The leaderboard of these JSON values."""
+    whole = typed(document)
+    return Leaderboard(whole.references, tuple(map(entrant, whole.submissions)))
+
+
+def only(*cards: Card) -> Board:
+    """The only board of these cards."""
+    (board,) = boards_of(*cards)
+    return board
+
+
+def names(board: Board) -> list[str]:
+    """Its entries from top to bottom."""
+    return [row.entry.name for row in board.rows]

@@ -1,0 +1,222 @@
+"""The first entry of a board, and the sentence on how certain its lead is."""
+
+from __future__ import annotations
+
+import pytest
+
+from gym_extensions.site.text import rank
+from gym_extensions.site.trial import COLUMNS, nothing_to_forget
+
+from .conftest import Make, estimate
+from .made_boards import Card, around, boards_of, leaderboard, names, only
+
+
+def test_a_board_is_sorted_by_final_performance_then_name(entry: Make) -> None:
+    board = only(entry("b", around(0.3)), entry("c", around(0.9)), entry("a", around(0.3)))
+    assert names(board) == ["c", "a", "b"]
+
+
+def test_an_entry_without_a_value_is_last_and_not_at_zero(entry: Make) -> None:
+    board = only(entry("unsolved", None), entry("worse", around(-0.5)))
+    assert names(board) == ["worse", "unsolved"]
+    assert [row.entry.why for row in board.rows] == ["", "Every task is unsolved."]
+
+
+def test_each_entry_without_a_rank_has_its_own_reason(entry: Make) -> None:
+    cards = [entry("lucky", around(0.9, runs=4)), entry("full", around(0.4)), entry("open", None)]
+    assert [(row.entry.name, row.entry.why) for row in only(*cards).rows] == [
+        ("full", ""),
+        ("lucky", "Fewer than 5 runs."),
+        ("open", "Every task is unsolved."),
+    ]
+
+
+def test_the_column_after_learning_performance_is_forgetting() -> None:
+    columns = COLUMNS["sequential"]
+    assert columns.index("forgetting") == columns.index("learning_performance") + 1
+
+
+def test_task_conditioned_entries_have_a_separate_board(entry: Make) -> None:
+    conditioned = {"task_in_training": True, "task_in_evaluation": True, "boundaries": True}
+    first, second = boards_of(entry("a", around(0.5)), entry("b", around(0.9), observes=conditioned))
+    assert (names(first), first.task_conditioned) == (["a"], False)
+    assert (names(second), second.task_conditioned) == (["b"], True)
+    assert second.id == "hopper-gravity-v0-sequential-100k-task-conditioned"
+
+
+def test_observing_the_task_only_in_training_does_not_change_the_board(entry: Make) -> None:
+    observes = {"task_in_training": True, "task_in_evaluation": False, "boundaries": False}
+    assert not only(entry("a", around(0.5), observes=observes)).task_conditioned
+
+
+def test_every_budget_has_its_board_except_smoke(entry: Make) -> None:
+    boards = boards_of(
+        *(entry(f"at-{name}", around(0.5), budget=name) for name in ("smoke", "100k", "1M", "paper"))
+    )
+    assert [(board.budget, names(board)) for board in boards] == [
+        ("paper", ["at-paper"]),
+        ("1M", ["at-1M"]),
+        ("100k", ["at-100k"]),
+    ]
+
+
+def test_a_refused_submission_is_not_on_a_board(document: Card) -> None:
+    broken = document["submissions"][-1]
+    broken["groups"] = document["submissions"][0]["groups"]
+    assert "broken" not in {row.entry.name for board in leaderboard(document).boards for row in board.rows}
+
+
+def test_a_published_table_alone_has_no_board(entry: Make) -> None:
+    table = entry("table", None, level="reported")
+    assert boards_of(table) == ()
+    assert names(only(table, entry("a", around(0.5)))) == ["a", "table"]
+
+
+def test_ranks_are_intervals_and_a_single_entry_has_none(entry: Make) -> None:
+    tied = only(entry("a", around(0.9)), entry("b", around(0.899)), entry("c", around(0.1)))
+    ranks = [rank(row.rank("final_performance")) for row in tied.rows]
+    assert ranks == ["rank 1–2", "rank 1–2", "rank 3"]
+    assert [row.rank("final_performance") for row in only(entry("a", around(0.9))).rows] == [None]
+
+
+def test_an_entry_has_no_rank_on_a_metric_where_no_other_is_ranked(entry: Make) -> None:
+    nothing = around(0.0)
+    single = only(entry("a", around(0.9)), entry("b", around(0.1), nothing), entry("c", around(0.2), nothing))
+    assert [rank(row.rank("forgetting")) for row in single.rows] == ["", "", ""]
+    assert [rank(row.rank("final_performance")) for row in single.rows] == ["rank 1", "rank 2", "rank 3"]
+    two = only(entry("a", around(0.9)), entry("b", around(0.1)), entry("c", around(0.2), nothing))
+    assert [rank(row.rank("forgetting")) for row in two.rows] == ["rank 1–2", "", "rank 1–2"]
+
+
+def test_entries_are_tied_with_those_that_the_board_does_not_separate(entry: Make) -> None:
+    board = only(entry("a", around(0.9)), entry("b", around(0.899)), entry("c", around(0.1)))
+    assert [row.tied("final_performance") for row in board.rows] == [1, 1, 0]
+
+
+def test_the_least_forgetting_is_among_those_that_learned(entry: Make) -> None:
+    cards = [entry("blind", around(0.0), around(0.0)), entry("a", around(0.5)), entry("b", around(0.4))]
+    scores = [card["groups"]["hopper-gravity-v0"]["sequential"]["metrics"] for card in cards]
+    for metrics, lost in zip(scores, (-0.5, 0.2, 0.1), strict=True):
+        metrics["forgetting"] = estimate(around(lost))
+    least = only(*cards).least_forgetting
+    assert least is not None
+    assert least.entry.name == "b"
+
+
+def test_an_entry_without_a_rank_is_not_called_the_best(entry: Make) -> None:
+    board = only(entry("lucky", around(0.9, runs=4)), entry("one", around(0.4, runs=1)))
+    assert (board.best, board.least_forgetting) == (None, None)
+    assert board.leader is not None
+    assert (board.leader.row.entry.name, board.why_no_rank) == ("lucky", "Fewer than 5 runs.")
+    ranked = only(entry("lucky", around(0.9, runs=4)), entry("full", around(0.4)))
+    assert [row.entry.name for row in (ranked.best, ranked.least_forgetting) if row] == ["full", "full"]
+
+
+def test_an_identical_entry_follows_the_first_and_has_no_rank(entry: Make) -> None:
+    board = only(entry("b", around(0.5)), entry("a", around(0.5)), entry("c", around(0.4)))
+    assert [(row.entry.name, row.duplicate_of, row.ranked) for row in board.rows] == [
+        ("a", None, True),
+        ("b", "a", False),
+        ("c", None, True),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("learning", "note"),
+    [
+        ([0.4, 0.5, 0.6, 0.5, 0.5], ""),
+        ([0.05, 0.05, 0.051, 0.05, 0.05], ""),
+        ([-0.1, 0.1, 0.0, 0.05, -0.05], "nothing learned to forget"),
+        ([0.9, 0.1], "nothing learned to forget, as far as 2 runs can show"),
+        ([0.0999], "nothing learned to forget"),
+        ([0.1], ""),
+    ],
+)
+def test_an_agent_that_learned_nothing_has_nothing_to_forget(
+    entry: Make, learning: list[float], note: str
+) -> None:
+    (row,) = only(entry("a", around(0.5, runs=len(learning)), learning)).rows
+    assert (nothing_to_forget(row.trial) if row.trial.learned_nothing else "") == note
+    assert bool(row.entry.metrics["forgetting"].rank_note) is bool(note), "the scorer disagrees"
+
+
+@pytest.mark.parametrize(
+    ("runs", "sentence"),
+    [
+        ({"a": around(0.9)}, "It is the only ranked entry."),
+        (
+            {"a": around(0.9), "b": around(0.5), "c": around(0.4)},
+            "It is significantly better than every other ranked entry (95\u202f% confidence).",
+        ),
+        ({"a": around(0.9, runs=2)}, "It is the only entry with a score."),
+        (
+            {"a": around(0.9, runs=4), "b": around(0.5, runs=4)},
+            "Its interval lies above the intervals of all other entries.",
+        ),
+        (
+            {"a": around(0.9, runs=2), "b": around(0.85, runs=2), "c": around(0.82, runs=2)},
+            "Its interval overlaps with B (b) and C (c), so the order may be due to chance.",
+        ),
+        (
+            {"a": around(0.9, runs=2), **{name: around(0.88, runs=2) for name in "bcde"}},
+            "Its interval overlaps with 4 others, so the order may be due to chance.",
+        ),
+        (
+            {"a": [0.9], "b": around(0.1, runs=2)},
+            "It has one run, so its uncertainty is unknown.",
+        ),
+        (
+            {"a": around(0.9, runs=2), "b": [0.1]},
+            "Its interval lies above the intervals and single runs of all other entries.",
+        ),
+        (
+            {"a": around(0.9, runs=2), "b": [0.87]},
+            "Its interval overlaps with B (b), so the order may be due to chance.",
+        ),
+    ],
+)
+def test_the_certainty_of_a_lead_follows_from_its_runs(
+    entry: Make, runs: dict[str, list[float]], sentence: str
+) -> None:
+    leader = only(*(entry(name, values) for name, values in runs.items())).leader
+    assert leader is not None
+    assert (leader.row.entry.name, leader.certainty) == ("a", sentence)
+
+
+def test_a_tie_at_the_top_has_its_size_and_the_interval_of_the_distance(entry: Make) -> None:
+    leader = only(entry("a", around(0.92, wide=3)), entry("b", around(0.9, wide=3))).leader
+    assert leader is not None
+    # Difference .02; s = .0474 on both sides: √(2 · .0474² / 5) = .03, t(.975, 8) = 2.306: ± .0692.
+    assert leader.certainty == (
+        "A tie at the top of 2 entries. Its distance to B (b) is 0.02, "
+        "and could be anything from −0.05 to 0.09."
+    )
+
+
+@pytest.mark.parametrize(("ahead", "ends"), [(0.0001, "−0.07 to 0.07"), (0.0049, "−0.06 to 0.07")])
+def test_a_difference_that_two_digits_do_not_show_is_zero(entry: Make, ahead: float, ends: str) -> None:
+    leader = only(entry("a", around(0.5 + ahead, wide=3)), entry("b", around(0.5, wide=3))).leader
+    assert leader is not None
+    assert leader.certainty.endswith(f"Its distance to B (b) is 0.00, and could be anything from {ends}.")
+
+
+def test_a_small_significant_difference_is_not_zero(entry: Make) -> None:
+    three = {"a": 0.504, "b": 0.5, "c": 0.5}
+    cards = [entry(name, around(mean, wide=0.01)) for name, mean in three.items()]
+    cards[2] = entry("c", around(0.499, wide=9))
+    leader = only(*cards).leader
+    assert leader is not None
+    assert leader.certainty == (
+        "A tie at the top of 2 entries. "
+        "It is significantly better than B (b), by less than 0.01, but not than all others."
+    )
+
+
+def test_a_ranked_entry_leads_before_a_better_one_with_fewer_runs(entry: Make) -> None:
+    leader = only(entry("lucky", around(0.9, runs=1)), entry("full", around(0.4))).leader
+    assert leader is not None
+    assert leader.row.entry.name == "full"
+
+
+def test_a_board_without_scores_has_no_leader(entry: Make) -> None:
+    assert only(entry("a", None)).leader is None

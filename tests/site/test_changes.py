@@ -1,0 +1,120 @@
+"""The page of changes and its feed: releases, and decisions on entries."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree as ET
+
+import pytest
+
+from gym_extensions.site.changes import ATOM, EntryEvent, Release, changelog, entry_events, feed, releases
+
+from .browser import read, typed
+
+CHANGELOG = """# Changelog
+
+<!-- releases -->
+## 1.1.0 (2027-02-01)
+
+### Scores
+
+- A score moved.
+
+### Added
+
+- A page with `code`.
+- Another.
+
+## 1.0.0 (2026-12-01)
+
+### Added
+
+- Everything.
+"""
+EVENT = EntryEvent("agile", "Agile", "2026-11-22", "Accepted", "A reason.")
+
+
+@pytest.fixture
+def changelog_file(tmp_path: Path) -> Path:
+    (tmp_path / "CHANGELOG.md").write_text(CHANGELOG, encoding="utf-8")
+    return tmp_path / "CHANGELOG.md"
+
+
+def test_releases_have_their_changes_by_kind(changelog_file: Path) -> None:
+    assert releases(changelog_file) == (
+        Release(
+            "1.1.0",
+            "2027-02-01",
+            (("Scores", ("A score moved.",)), ("Added", ("A page with `code`.", "Another."))),
+        ),
+        Release("1.0.0", "2026-12-01", (("Added", ("Everything.",)),)),
+    )
+
+
+def test_an_installation_without_a_changelog_has_no_releases(tmp_path: Path) -> None:
+    assert releases(tmp_path / "CHANGELOG.md") == ()
+
+
+def test_the_source_tree_has_its_changelog_where_the_page_reads_it() -> None:
+    assert releases(changelog())
+
+
+def test_the_feed_has_releases_and_events_by_date(changelog_file: Path) -> None:
+    root = ET.fromstring(feed(releases(changelog_file), (EVENT,)))
+    entries = root.findall(f"{{{ATOM}}}entry")
+    assert [entry.findtext(f"{{{ATOM}}}title") for entry in entries] == [
+        "gym-extensions 1.1.0",
+        "gym-extensions 1.0.0",
+        "Accepted: Agile (agile)",
+    ]
+    assert root.findtext(f"{{{ATOM}}}updated") == "2027-02-01T00:00:00Z"
+    ids = [element.text or "" for element in root.iter(f"{{{ATOM}}}id")]
+    assert len(set(ids)) == 4
+    assert all(identifier.startswith("urn:uuid:") for identifier in ids)
+    links = [link.get("href") for link in root.iter(f"{{{ATOM}}}link")]
+    assert links == ["feed.xml", "changes.html", "changes.html", "changes.html", "submissions/agile.html"]
+
+
+def test_the_identifier_of_an_event_follows_from_it_alone() -> None:
+    [first] = ET.fromstring(feed((), (EVENT,))).findall(f"{{{ATOM}}}entry/{{{ATOM}}}id")
+    [*_, again] = ET.fromstring(feed((Release("2.0", "2028-01-01", ()),), (EVENT,))).findall(
+        f"{{{ATOM}}}entry/{{{ATOM}}}id"
+    )
+    assert first.text == again.text == "urn:uuid:" + (first.text or "").removeprefix("urn:uuid:")
+
+
+def test_a_feed_without_items_is_a_feed() -> None:
+    root = ET.fromstring(feed((), ()))
+    assert root.findtext(f"{{{ATOM}}}updated") == "2026-01-01T00:00:00Z"
+
+
+@pytest.mark.parametrize("title", ["<b>&amp;", "\N{CJK UNIFIED IDEOGRAPH-7B97} ]]>", "\ufffe\x00"])
+def test_every_title_makes_a_valid_document(title: str) -> None:
+    event = EntryEvent("x", title, "2026-11-22", "Accepted", title)
+    ET.fromstring(feed((), (event,)))
+
+
+def decided(document: dict[str, Any], index: int, action: str, date: str) -> None:
+    """Adds a decision to an entry of the document."""
+    decision = {"action": action, "by": "maintainer", "date": date, "reason": "A reason."}
+    document["submissions"][index].setdefault("decisions", []).append(decision)
+
+
+def test_events_are_decisions_newest_first(document: dict[str, Any]) -> None:
+    decided(document, 0, "accepted", "2026-11-20")
+    decided(document, 1, "withdrawn", "2026-11-21")
+    decided(document, 0, "challenged", "2026-11-22")
+    events = entry_events(typed(document).submissions)
+    assert [(event.name, event.event) for event in events] == [
+        ("agile", "Challenged"),
+        ("keeper", "Withdrawn"),
+        ("agile", "Accepted"),
+    ]
+
+
+def test_the_page_lists_entries_and_links_the_feed(document: dict[str, Any]) -> None:
+    decided(document, 0, "accepted", "2026-11-22")
+    page = read(document)["changes.html"]
+    assert "2026-11-22 Accepted: Agile agile" in page.text
+    assert "feed.xml" in {attributes.get("href") for _, attributes in page.elements}

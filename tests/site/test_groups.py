@@ -1,0 +1,136 @@
+"""Pages of groups and suites: tasks, references, printed tables and what a score of 1 means."""
+
+from __future__ import annotations
+
+import copy
+import re
+from typing import Any
+
+from gym_extensions.scoring.references import load_references
+
+from .browser import read
+
+
+def test_an_unsolved_task_is_named_and_has_raw_returns(document: dict[str, Any]) -> None:
+    scores = document["submissions"][0]["groups"]["hopper-gravity-v0"]["sequential"]
+    scores["reference"]["gym_extensions/Hopper-v0"] = {"floor": 0.0, "ceiling": None, "unsolved": True}
+    page = read(document)["submissions/agile.html"]
+    assert "Not scored (unsolved): Hopper. No reference agent has learned this task" in page.text
+    assert "raw return (unsolved)" in page.text
+    assert any(
+        attributes.get("class", "").startswith("unsolved") for tag, attributes in page.elements if tag == "td"
+    )
+
+
+def test_a_group_without_references_has_raw_returns(document: dict[str, Any]) -> None:
+    scores = document["submissions"][0]["groups"]["hopper-gravity-v0"]["sequential"]
+    for task in scores["tasks"]:
+        scores["reference"][task] = {"floor": None, "ceiling": None, "unsolved": None}
+    for name in scores["metrics"]:
+        scores["metrics"][name] = {
+            "mean": None,
+            "low": None,
+            "high": None,
+            "runs": [],
+            "why": "There is no reference.",
+        }
+    page = read(document)["submissions/agile.html"]
+    assert "No metrics. There is no reference." in page.text
+    assert "900" in page.text
+
+
+def test_a_published_table_shows_what_it_has_and_lists_what_is_missing(document: dict[str, Any]) -> None:
+    table = document["submissions"][1]
+    table.update(level="reported", groups={"hopper-gravity-v0": table["groups"]["hopper-gravity-v0"]})
+    scores = table["groups"]["hopper-gravity-v0"]["sequential"]
+    null: dict[str, Any] = {"mean": None, "low": None, "high": None, "runs": [], "why": "Reported: no floor."}
+    scores.update(
+        level="reported",
+        budget="paper",
+        runs=[],
+        return_matrix=[],
+        metrics=dict.fromkeys(scores["metrics"], null),
+        missing_for_full_entry=["logs", "5 runs"],
+        printed_total={**scores["paper_total"], "fully_trained": {"mean": 990.95, "std": 1022.32}},
+        notes=["The printed total is not the mean of its rows."],
+    )
+    pages = read(document)
+    text = pages["submissions/keeper.html"].text
+    for sentence in (
+        "Missing: logs, 5 runs.",
+        "No metrics. Reported: no floor.",
+        "Group, as printed 990.95 ± 1022.32",
+        "The printed total is not the mean of its rows.",
+    ):
+        assert sentence in text
+    assert "Evaluation matrix" not in text
+    assert "Reported elsewhere" in pages["entries.html"].text
+    assert "boards/hopper-gravity-v0-sequential-paper.html" not in pages
+
+
+def test_a_suite_is_on_a_board_before_its_groups_and_on_the_page_of_the_entry(
+    document: dict[str, Any],
+) -> None:
+    card = document["submissions"][0]
+    scores = card["groups"]["hopper-gravity-v0"]["sequential"]
+    bodies = ("hopper", "walker2d", "halfcheetah", "humanoid")
+    card["groups"] = {f"{body}-gravity-v0": {"sequential": scores} for body in bodies}
+    metrics = {name: {**value, "runs": []} for name, value in scores["metrics"].items()}
+    card["suites"] = {
+        "gravity": {"sequential": {"budget": "100k", "groups": list(card["groups"]), "metrics": metrics}}
+    }
+    pages = read(document)
+    first = next(
+        a["href"] for tag, a in pages["index.html"].elements if a.get("href", "").startswith("boards/")
+    )
+    assert first == "boards/gravity-sequential-100k.html"
+    for path in ("index.html", "groups.html", "groups/gravity.html", first):
+        assert "gravity suite, mean of 4 groups" in pages[path].text
+    assert "gravity suite, mean of 4 groups" in pages["submissions/agile.html"].text
+
+
+def test_an_entry_on_several_groups_has_a_page_of_results_per_group(document: dict[str, Any]) -> None:
+    built = read(document)
+    paths = [f"submissions/keeper/{body}-gravity-v0.html" for body in ("hopper", "walker2d")]
+    links = {a.get("href", "") for _, a in built["submissions/keeper.html"].elements}
+    for path in paths:
+        assert "Evaluation matrix" in built[path].text
+        assert path.removeprefix("submissions/") in {link.removeprefix("../submissions/") for link in links}
+    assert "Evaluation matrix" not in built["submissions/keeper.html"].text
+    assert "Evaluation matrix" in built["submissions/agile.html"].text
+    assert not [path for path in built if path.startswith("submissions/agile/")]
+
+
+def test_a_group_page_spells_out_what_one_means(document: dict[str, Any]) -> None:
+    current = load_references()
+    document["references"] = {"version": current.version, "sha256": current.digest}
+    text = read(document)["groups/halfcheetah-gravity-v0.html"].text
+    assert re.search(
+        r"1 = [\w-]+, \w+ steps, five runs: returns \d+, \d+, \d+, \d+, \d+; mean \d+\. 0 = ", text
+    )
+    document["references"]["sha256"] = "00" * 32
+    text = read(document)["groups/halfcheetah-gravity-v0.html"].text
+    assert "No reference has been measured." in text
+    assert "measured.." not in text
+
+
+def test_the_one_of_a_task_of_navigation_is_the_oracle(document: dict[str, Any]) -> None:
+    current = load_references()
+    document["references"] = {"version": current.version, "sha256": current.digest}
+    text = read(document)["groups/nav-state-v0.html"].text
+    assert re.search(r"1 = oracle: return −\d+\. 0 = the zero action: return −1000\.", text)
+
+
+def test_a_group_page_has_the_numbers_of_a_publication_beside_those_of_the_first_entries(
+    document: dict[str, Any],
+) -> None:
+    printed = copy.deepcopy(document["submissions"][0])
+    printed.update(name="printed", title="Printed", level="reported")
+    printed["groups"]["hopper-gravity-v0"].pop("single")
+    printed["groups"]["hopper-gravity-v0"]["sequential"]["level"] = "reported"
+    document["submissions"].append(printed)
+    page = read(document)["groups/hopper-gravity-v0.html"]
+    assert "The paper’s four columns" in page.text
+    assert "Gravity Half Printed printed" in page.text
+    assert "Agile agile" in page.text.split("four columns")[1]
+    assert "four columns" not in read(document)["groups/walker2d-gravity-v0.html"].text

@@ -1,0 +1,241 @@
+"""Kinematics, pictures and players of the Watch panel."""
+
+from __future__ import annotations
+
+import gzip
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+
+from gym_extensions.catalog.protocol import EVALUATION_EPISODES
+from gym_extensions.catalog.sheets import sheet
+from gym_extensions.catalog.tasks import task
+from gym_extensions.envs.effects.wall_and_sensor import fan_of
+from gym_extensions.envs.make import construct_mujoco
+from gym_extensions.envs.mujoco_model import compile_model
+from gym_extensions.scoring.poses import Clip, Poses, TaskPoses, load_entry, motion_of, write
+from gym_extensions.scoring.scorecard import Scorecard
+from gym_extensions.site.motion import (
+    Episode,
+    Watch,
+    WatchedTask,
+    episode_dots,
+    placed,
+    stroboscopes,
+    watched_task,
+    watches,
+)
+from gym_extensions.site.text import fixed
+
+from .browser import Reader, files, typed
+
+SIDE = (90.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["HopperWall", "Walker2dBigFoot", "HalfCheetah", "HumanoidSmallHand", "PusherMovingGoal", "Striker"],
+)
+def test_the_center_of_every_shape_is_that_of_its_geom(name: str) -> None:
+    row = task(name)
+    model, facts = compile_model(row), sheet(row.id)
+    data = mujoco.MjData(model)
+    assert facts is not None and facts.skeleton is not None
+    random = np.random.default_rng(0)
+    coordinates = random.normal(0, 1, (2, model.nq + 2))
+    shapes = [
+        shape for shape in placed(facts.skeleton._replace(view=SIDE), coordinates) if shape.role != "beam"
+    ]
+    geoms = [
+        geom
+        for geom in range(model.ngeom)
+        if model.geom_bodyid[geom] > 0 and not model.geom(geom).name.startswith("plate")
+    ]
+    assert len(shapes) == len(geoms)
+    for frame in range(2):
+        data.qpos[:] = coordinates[frame, : model.nq]
+        if model.nmocap:
+            data.mocap_pos[0, :2] = coordinates[frame, model.nq :]
+        mujoco.mj_kinematics(model, data)
+        centers = [(shape.start[frame] + shape.end[frame]) / 2 for shape in shapes]
+        np.testing.assert_allclose(centers, data.geom_xpos[geoms][:, [0, 2]], atol=1e-4)
+
+
+def test_a_camera_from_above_shows_y_upwards() -> None:
+    facts = sheet("gym_extensions/Pusher-v0")
+    assert facts is not None and facts.skeleton is not None
+    rows = np.zeros((2, 11))
+    rows[1, 7] = 0.2  # the object slides along y
+    before, after = next(
+        shape for shape in placed(facts.skeleton._replace(view=(90.0, -90.0)), rows) if shape.role == "object"
+    ).start
+    np.testing.assert_allclose(after - before, (0.0, 0.2), atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["HopperWithSensor", "HumanoidWall", "HumanoidStandupWithSensor"])
+def test_beams_are_those_of_the_sensor(name: str) -> None:
+    env: Any = construct_mujoco(name)
+    env.reset(seed=0)
+    facts = sheet(task(name).id)
+    assert facts is not None and facts.skeleton is not None
+    coordinates = np.append(env.data.qpos, [2.0, 0.0])[None]
+    shapes = placed(facts.skeleton._replace(view=SIDE), coordinates)
+    beams = [shape for shape in shapes if shape.role.endswith("beam")]
+    origin, directions = fan_of(task(name).body)(env.data.qpos, env._root_lift())
+    np.testing.assert_allclose([beam.start[0] for beam in beams], [origin[[0, 2]]] * 10, atol=2e-3)
+    ends = origin + 10 * directions
+    np.testing.assert_allclose([beam.end[0] for beam in beams], ends[:, [0, 2]], atol=2e-3)
+
+
+ROOT = Path(__file__).parents[2]
+PLAYER = ROOT / "site/gym_extensions/site/static/watch.js"
+GROUP = "hopper-gravity-v0"
+
+
+def poses_of(document: dict[str, Any], speed: float = 0.02) -> Poses:
+    """Poses of the first entry: a Hopper that slides forward at a constant height."""
+    scores = document["submissions"][0]["groups"][GROUP]["sequential"]
+    matrix, tasks = scores["return_matrix"][0], scores["tasks"]
+    track = np.zeros((61, 6))
+    track[:, 0], track[:, 1] = speed * np.arange(61), 1.25
+
+    def clip(stage: int, index: int) -> Clip:
+        return Clip(
+            stage=stage,
+            episode=2,
+            steps=500,
+            success=None,
+            returns=(matrix[stage][index],) * EVALUATION_EPISODES,
+            frames=61,
+            motion=motion_of(track, 0.01),
+        )
+
+    rows = [
+        TaskPoses(
+            task=task,
+            after=clip(index + 1, index),
+            end=clip(len(tasks), index) if index + 1 < len(tasks) else None,
+            unit=0.01,
+            steps_per_second=125.0,
+            steps_per_frame=125 / 15,
+        )
+        for index, task in enumerate(tasks)
+    ]
+    return Poses(submission="agile", group=GROUP, run=0, tasks=tuple(rows))
+
+
+def panel_of(document: dict[str, Any], poses: Poses) -> Watch:
+    card = typed(document).submissions[0]
+    return watches(card, {GROUP: poses})[GROUP]
+
+
+def compressed(text: str) -> int:
+    return len(gzip.compress(text.encode(), 9, mtime=0))
+
+
+@pytest.fixture
+def card(document: dict[str, Any]) -> Scorecard:
+    return typed(document).submissions[0]
+
+
+def test_every_task_has_two_episodes_and_the_last_one(document: dict[str, Any]) -> None:
+    tasks = panel_of(document, poses_of(document)).tasks
+    assert [len(task.episodes) for task in tasks] == [2, 2, 2, 2, 1]
+    assert [episode.title for episode in tasks[0].episodes] == ["Right after its training", "At the end"]
+    assert tasks[4].episodes[0].title == "At the end, right after its training"
+
+
+def test_an_episode_is_described_in_words(document: dict[str, Any]) -> None:
+    episode = panel_of(document, poses_of(document)).tasks[0].episodes[0]
+    returned = fixed(document["submissions"][0]["groups"][GROUP]["sequential"]["return_matrix"][0][1][0], 1)
+    assert episode.facts == f"return {returned}, 500 steps (4.0 s), 1.2 m forward"
+
+
+def test_poses_of_an_earlier_log_are_not_shown(document: dict[str, Any], card: Scorecard) -> None:
+    poses = poses_of(document)
+    document["submissions"][0]["groups"][GROUP]["sequential"]["return_matrix"][0][5][0] += 1.0
+    assert watches(typed(document).submissions[0], {GROUP: poses}) == {}
+    assert watches(card, {}) == {}
+
+
+def test_the_panel_and_its_script_are_on_the_page_of_the_entry(
+    document: dict[str, Any], tmp_path: Path
+) -> None:
+    write(tmp_path, "hopper-gravity", poses_of(document))
+    texts = dict(files(document, agile=tmp_path))
+    page = Reader(texts["submissions/agile.html"])
+    assert page.errors == []
+    assert "Watch run 0" in page.text
+    assert page.text.count("Right after its training") == 4
+    sections = [attributes for tag, attributes in page.elements if attributes.get("class") == "watch"]
+    assert [section["data-task"] for section in sections] == ["0", "1", "2", "3", "4"]
+    assert sections[0]["data-script"] == f"../submissions/agile/poses-{GROUP}.js"
+    script = texts[f"submissions/agile/poses-{GROUP}.js"]
+    arguments = re.fullmatch(r"watchPoses\((.*)\);\n", script)
+    assert arguments
+    name, data = json.loads(f"[{arguments[1]}]")
+    assert name == sections[0]["data-poses"]
+    assert [len(row["clips"]) for row in data["tasks"]] == [2, 2, 2, 2, 1]
+    assert "static/watch.js" not in texts["submissions/keeper.html"]
+
+
+def test_a_picture_has_twelve_poses_the_last_one_opaque(document: dict[str, Any]) -> None:
+    [drawing, _] = stroboscopes(panel_of(document, poses_of(document)).tasks[0])
+    opacities = re.findall(r'<path( opacity="\.\d")? d="', drawing)
+    assert len(opacities) == 12
+    assert opacities[-1] == ""
+
+
+@pytest.mark.parametrize(
+    ("speed", "ticks"), [(0.1, 7), (0.02, 0)], ids=["6 m along the track", "1.2 m moved apart"]
+)
+def test_the_floor_has_a_tick_per_metre_where_distances_are_true(
+    document: dict[str, Any], speed: float, ticks: int
+) -> None:
+    [drawing, _] = stroboscopes(panel_of(document, poses_of(document, speed)).tasks[0])
+    [floor] = re.findall(r'class="floor" d="([^"]*)"', drawing)
+    assert floor.count("v5") == ticks
+
+
+def test_the_dots_show_every_episode_and_ring_the_one_shown(document: dict[str, Any]) -> None:
+    [dots, _] = episode_dots(panel_of(document, poses_of(document)).tasks[0].episodes)
+    assert dots.count("h0") == EVALUATION_EPISODES
+    assert dots.count('class="shown"') == 1
+
+
+def test_a_path_is_drawn_over_its_map_with_the_goal(document: dict[str, Any]) -> None:
+    name = "gym_extensions/State-Based-Navigation-2d-Map0-Goal0-v0"
+    facts = sheet(name)
+    assert facts is not None
+    poses = poses_of(document)
+    row = poses.tasks[4]
+    clip = row.after
+    track = np.array([[100.0, 80.0], [103.0, 84.0]])
+    walk = replace(clip, frames=2, motion=motion_of(track, 0.1))
+    mapped = replace(row, task=name, after=walk, unit=0.1, steps_per_second=0.0, steps_per_frame=4.0)
+    episode = Episode(walk, "At the end", mapped, facts, False)
+    [drawing] = stroboscopes(WatchedTask(name, (episode,)), "../")
+    assert 'd="M100 400l3-4"' in drawing
+    assert 'href="../pictures/map0-goal0.svg"' in drawing
+    assert episode.facts.endswith("500 steps")
+
+
+@pytest.mark.parametrize("name", ["trpo-2017", "random"])
+def test_pictures_of_committed_entries_take_less_than_a_kilobyte(name: str) -> None:
+    for poses in load_entry(ROOT / "submissions" / name).values():
+        for row in poses.tasks:
+            task = watched_task(row)
+            assert task is not None
+            assert all(compressed(drawing) < 1024 for drawing in stroboscopes(task)), row.task
+
+
+def test_the_player_is_one_local_file_below_five_kilobytes() -> None:
+    source = PLAYER.read_text()
+    assert compressed(source) < 5 * 1024
+    assert not re.search(r"https?:|\bimport\b|\beval\b|new Function", source)

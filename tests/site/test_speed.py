@@ -1,0 +1,87 @@
+"""The speed page: ratios, targets, peak memory, and public names of what was measured."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import pytest
+
+from gym_extensions.site.speed import Measurement, comparison, label, peak_memory
+
+from .browser import Reader, files
+
+
+def memory(ratio: float) -> Measurement:
+    """Peak memory as `make bench` writes it: the ratio is limit / peak, so above 1 is good."""
+    return {
+        "measure": "memory",
+        "rounds": 1,
+        "per_second": {"512 lanes": round(ratio, 1), "1.5 GB": 1.0},
+        "ratios": {"1.5 GB": ratio},
+        "bars": {"1.5 GB": 1.0},
+    }
+
+
+@pytest.mark.parametrize(
+    ("ratio", "peak", "within"), [(1.25, 1.2, True), (1.0, 1.5, True), (0.75, 2.0, False)]
+)
+def test_peak_memory_is_compared_with_its_limit(ratio: float, peak: float, within: bool) -> None:
+    measured = peak_memory(memory(ratio))
+    assert (measured.name, measured.limit) == ("512 environments", 1.5)
+    assert measured.peak == pytest.approx(peak)
+    assert measured.within_limit is within
+
+
+def test_memory_is_shown_in_gigabytes_and_not_as_a_speed(document: dict[str, Any]) -> None:
+    page = dict(files(document))["speed.html"]
+    (section,) = re.findall(r'<section aria-labelledby="memory">.*?</section>', page, re.DOTALL)
+    text = Reader(section).text
+    assert "Peak memory Limit Limit / peak" in text
+    assert re.search(r"512 Humanoid environments \d\.\d\d GB 1\.50 GB (met|exceeded) \d\.\d\d", text)
+    assert "er second" not in text
+    assert "fast" not in text
+    assert "1.5 GB" not in Reader(page.replace(section, "")).text
+
+
+def test_every_column_has_a_title(document: dict[str, Any]) -> None:
+    for path, text in files(document):
+        assert not re.findall(r"<th[^>]*>\s*</th>", text), path
+
+
+def test_the_first_variant_is_compared_with_the_others() -> None:
+    row: Measurement = {
+        "measure": "stepping, raw",
+        "task": "Hopper",
+        "lanes": 64,
+        "threads": 1,
+        "per_second": {"make_batch": 200.0, "Batch.step": 50.0},
+        "ratios": {"Batch.step": 4.0},
+        "bars": {"Batch.step": 5.0},
+    }
+    measured = comparison(row)
+    ours, theirs = measured.variants
+    assert (ours.name, ours.share, ours.ratio, ours.reached) == ("make_vec", 1.0, None, None)
+    assert (theirs.name, theirs.share, theirs.ratio, theirs.reached) == ("Batch.step", 0.25, 4.0, False)
+    assert measured.title == "Stepping compared with raw physics"
+    assert measured.settings == "64 environments, 1 thread"
+
+
+@pytest.mark.parametrize(
+    ("name", "public"),
+    [
+        ("1 lanes", "1 environment"),
+        ("512 lanes", "512 environments"),
+        ("512 Humanoid lanes", "512 Humanoid environments"),
+        ("make_batch", "make_vec"),
+        ("EnvPool", "EnvPool"),
+    ],
+)
+def test_a_measured_variant_has_its_public_name(name: str, public: str) -> None:
+    assert label(name) == public
+
+
+def test_the_speed_page_does_not_show_the_keys_of_the_measurements(document: dict[str, Any]) -> None:
+    text = Reader(dict(files(document))["speed.html"]).text
+    assert "512 Humanoid environments" in text
+    assert not re.findall(r"\blanes\b|make_batch|\bbars?\b", text)

@@ -1,0 +1,122 @@
+"""A page per task: what differs, references, best entries."""
+
+from __future__ import annotations
+
+import posixpath
+from urllib.parse import urlsplit
+
+import pytest
+
+from gym_extensions.catalog.tasks import TASKS, task
+from gym_extensions.scoring.references import load_references
+from gym_extensions.scoring.scorecard import ReferencesInfo
+from gym_extensions.site.api import task_path
+from gym_extensions.site.build import files as site_files
+from gym_extensions.site.tasks import (
+    Measured,
+    TaskView,
+    best_entries,
+    gravity_arrows,
+    measured,
+    reference_dots,
+)
+
+from .browser import Reader, typed
+from .conftest import everything
+
+SOLVED = Measured(10.0, "zero", "trpo", "100k", (90.0, 110.0), 100.0)
+UNSOLVED = Measured(10.0, "random", "trpo", "100k", (9.0, 12.0), None)
+
+
+@pytest.fixture(scope="module")
+def pages() -> dict[str, str]:
+    """Every text file of the site, with the references. All entries but *Zero action* were replayed."""
+    document, current = everything(), load_references()
+    document["references"] = {"version": current.version, "sha256": current.digest}
+    for card in document["submissions"]:
+        if card["level"] and card["title"] == "Zero action":
+            card["level"] = "claimed"
+    return dict(site_files(typed(document)))
+
+
+def page(pages: dict[str, str], name: str) -> Reader:
+    return Reader(pages[task_path(task(name).id)])
+
+
+def test_every_published_task_has_a_page_that_the_list_links_to(pages: dict[str, str]) -> None:
+    links = {attributes.get("href") for _, attributes in Reader(pages["tasks.html"]).elements}
+    assert {task_path(task_id) for task_id in TASKS} <= links
+    assert all(task_path(task_id) in pages for task_id in TASKS)
+
+
+def test_pages_are_valid_and_their_links_lead_somewhere(pages: dict[str, str]) -> None:
+    for name in ("HopperBigFoot", "Humanoid", "PusherMovingGoal", "Image-Based-Navigation-2d-Map1-Goal2"):
+        path = task_path(task(name).id)
+        reader = Reader(pages[path])
+        assert reader.errors == []
+        for _, attributes in reader.elements:
+            address = urlsplit(attributes.get("href") or attributes.get("src") or "data:,")
+            if address.scheme or not address.path or "pictures/" in address.path:
+                continue
+            assert posixpath.normpath(posixpath.join("tasks", address.path)) in pages, address.path
+
+
+def test_a_page_says_what_differs_and_by_how_much(pages: dict[str, str]) -> None:
+    text = page(pages, "HopperBigFoot").text
+    assert "radius and mass × 1.25 (radius: foot_geom 0.06 → 0.075 m; mass 5.316 → 6.644 kg)" in text
+    assert "Nothing: it is the base body." in page(pages, "Hopper").text
+
+
+def test_a_page_shows_the_task_beside_its_base_body(pages: dict[str, str]) -> None:
+    images = [attributes for tag, attributes in page(pages, "HopperBigFoot").elements if tag == "img"]
+    assert [image["src"] for image in images] == ["../pictures/hopperbigfoot.webp", "../pictures/hopper.webp"]
+    assert {(image["width"], image["height"]) for image in images} == {("480", "360")}
+
+
+def test_gravity_is_shown_as_two_arrows(pages: dict[str, str]) -> None:
+    labels = [attributes.get("aria-label") for _, attributes in page(pages, "HopperGravityHalf").elements]
+    assert "gravity 0.5 times that of the base body" in labels
+    assert "V60" in gravity_arrows(0.5)
+
+
+def test_a_page_has_definition_spaces_fingerprint_versions_and_groups(pages: dict[str, str]) -> None:
+    text = page(pages, "HopperGravityHalf").text
+    for part in ("motor of thigh_joint", "velocity of rootx", "1000 steps.", "v0: first published version"):
+        assert part in text
+    assert TaskView(task("HopperGravityHalf"), None, ()).fingerprint in text
+    assert "hopper-gravity-v0 (task 1 of 5)" in text
+
+
+def test_the_best_entries_are_sorted_by_the_return_at_the_end(pages: dict[str, str]) -> None:
+    text = page(pages, "HopperGravityHalf").text
+    assert text.index("Keeper") < text.index("Agile")
+    assert "Zero action" not in text
+    assert "No verified entry has trained on this task in sequence yet." in page(pages, "Striker").text
+    assert best_entries(()) == {}
+
+
+def test_the_1_of_navigation_is_an_oracle(pages: dict[str, str]) -> None:
+    text = page(pages, "State-Based-Navigation-2d-Map0-Goal0").text
+    assert "1 is the mean return of an oracle that knows the map and takes the fewest steps, −43.0." in text
+    assert "Each dot is" not in text
+    text = page(pages, "Pusher").text
+    assert "1 is the return of trpo after 300k steps on this task alone, −" in text
+    assert "Each dot is the mean return of one reference run" in text
+
+
+def test_references_are_dots_between_0_and_1() -> None:
+    drawing = reference_dots(SOLVED)
+    assert drawing.count("<circle") == 2
+    assert ">1</text>" in drawing
+    assert "floor 10.0; runs of the reference agent 90.0, 110.0" in drawing
+
+
+def test_an_unsolved_task_shows_its_attempts_and_no_1() -> None:
+    drawing = reference_dots(UNSOLVED)
+    assert drawing.count("<circle") == 2
+    assert 'class="tick key"' in drawing
+    assert ">1</text>" not in drawing
+
+
+def test_references_of_another_version_are_not_shown() -> None:
+    assert measured(ReferencesInfo("another", "0" * 64)) == {}

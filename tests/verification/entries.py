@@ -1,0 +1,159 @@
+"""Small honest entries: networks with drawn weights, and the episodes that they have on this machine."""
+
+from __future__ import annotations
+
+import functools
+import shutil
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from gym_extensions.catalog.fingerprints import published
+from gym_extensions.catalog.groups import group as group_of
+from gym_extensions.catalog.protocol import BUDGETS, EVALUATION_EPISODES, evaluation_seed, stages
+from gym_extensions.rollouts.layout import DOCUMENT, LOG, POLICIES, run_file
+from gym_extensions.rollouts.policy import (
+    Key,
+    Policy,
+    content_sha256,
+    policy_keys,
+    run_arrays,
+    write_policies,
+)
+from gym_extensions.rollouts.run import (
+    Memory,
+    PolicyFile,
+    RunDocument,
+    Versions,
+    file_sha256,
+    read_run,
+    write_run,
+)
+from gym_extensions.rollouts.tables import Episode, read_log, write_log
+from gym_extensions.verification.episodes import Cell, Player
+from gym_extensions.verification.repeat import this_machine
+from gym_extensions.versions import version
+
+from ..conftest import MANIFEST
+
+GROUP = "hopper-wall"
+RUNS = (0, 1, 2, 3, 4)
+Row = dict[str, object]
+Policies = dict[Key, Policy]
+
+
+def network(seed: int, head: str = "deterministic", actions: int = 3, inputs: int = 21) -> Policy:
+    """A linear policy with drawn weights."""
+    rng = np.random.default_rng(seed)
+    return Policy(
+        action_offset=np.zeros(actions),
+        action_scale=np.ones(actions),
+        weights=(rng.normal(0, 0.5, (inputs, actions)),),
+        biases=(rng.normal(0, 0.5, actions),),
+        squash="tanh",
+        head=head,
+        log_sigma=np.full(actions, -0.5) if head == "gaussian" else None,
+    )
+
+
+def write_run_files(
+    folder: Path, protocol: str, run: int, policies: Policies, played: Policies | None = None
+) -> None:
+    """Writes the log, the document and the policies of a run.
+
+    Args:
+        folder: the entry.
+        protocol: of the run.
+        run: its number.
+        policies: those that are stored.
+        played: those whose episodes are logged; by default the stored ones.
+    """
+    members = group_of(GROUP)
+    player, episodes = Player(members), []
+    for stage in stages(protocol, len(members.tasks)):
+        for index, task in enumerate(members.tasks):
+            seeds = tuple(evaluation_seed(members.id, task.id, each) for each in range(EVALUATION_EPISODES))
+            policy = (played or policies)[stage, task.name if protocol == "single" else None]
+            noise = None if policy.head == "deterministic" else 1000 * run + 10 * stage + index
+            outcomes = player.outcomes(policy, Cell(stage, index, seeds, noise))
+            episodes += [
+                Episode(stage, task.id, number, seed, *outcome)
+                for number, (seed, outcome) in enumerate(zip(seeds, outcomes, strict=True))
+            ]
+    player.close()
+    paths = [folder / run_file(GROUP, protocol, run, suffix) for suffix in (LOG, DOCUMENT, POLICIES)]
+    write_log(paths[0], episodes, members.task_ids)
+    write_policies(paths[2], policies)
+    names = ("gym_extensions", "gymnasium", "mujoco")
+    versions = {name: version(name.replace("_", "-")) for name in names} | {"python": "3.11.0"}
+    document = RunDocument(
+        group=members.id,
+        protocol=protocol,  # type: ignore[arg-type]
+        run=run,
+        versions=Versions(**versions, **this_machine()),
+        steps=BUDGETS["100k"].steps_for(GROUP) * len(members.tasks),
+        memory=Memory(stored_steps=0, parameters_first=36, parameters_last=36),
+        fingerprints={task.id: published(task.id) for task in members.tasks},
+        log=file_sha256(paths[0]),
+        policies=PolicyFile(sha256=content_sha256(run_arrays(policies)), size=paths[2].stat().st_size),
+    )
+    write_run(paths[1], document)
+
+
+def write_entry(folder: Path, head: str = "deterministic", protocol: str = "sequential") -> Path:
+    """Writes an honest entry of five runs."""
+    folder.mkdir(parents=True)
+    for run in RUNS:
+        keys = policy_keys(protocol, group_of(GROUP))
+        policies = {key: network(100 * run + number, head) for number, key in enumerate(keys)}
+        write_run_files(folder, protocol, run, policies)
+    evaluation = "deterministic" if head == "deterministic" else "sampled"
+    text = MANIFEST.replace('"smoke"', '"100k"').replace(
+        'evaluation = "sampled"', f'evaluation = "{evaluation}"'
+    )
+    (folder / "submission.toml").write_text(text, encoding="utf-8", newline="\n")
+    return folder
+
+
+@functools.cache
+def honest(root: Path, head: str = "deterministic") -> Path:
+    """An honest entry, made once per root. It must not be changed."""
+    return write_entry(root / head / "honest", head)
+
+
+def copy(entry: Path, target: Path) -> Path:
+    """A copy of an entry that may be changed."""
+    return Path(shutil.copytree(entry, target))
+
+
+def change_log(entry: Path, edit: Callable[[Row], Mapping[str, object]], run: int | None = None) -> Path:
+    """Changes rows of the logs of all runs or of one, and states the new digests."""
+    for path in sorted(entry.glob("*/*/run*.csv")):
+        if run is not None and path.stem != f"run{run}":
+            continue
+        frame = read_log(path)
+        rows = [row | edit(row) for row in frame.to_dict("records")]
+        success = {1: True, 0: False, -1: None}
+        episodes = [
+            Episode(
+                int(row["stage"]),
+                str(row["task"]),
+                int(row["episode"]),
+                int(row["seed"]),
+                int(row["length"]),
+                float(row["return"]),
+                bool(row["terminated"]),
+                success[row["success"]],
+            )
+            for row in rows
+        ]
+        write_log(path, episodes, group_of(GROUP).task_ids)
+        change_document(path.with_suffix(".json"), log=file_sha256(path))
+    return entry
+
+
+def change_document(path: Path, **changes: object) -> None:
+    """Changes values of a run's document."""
+    write_run(path, msgspec.structs.replace(read_run(path), **changes))

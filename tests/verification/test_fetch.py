@@ -1,0 +1,132 @@
+"""Policies that lie elsewhere: a local server that is honest, slow, too large, or leads somewhere else."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Iterator
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+
+import pytest
+
+from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.run import PolicyFile
+from gym_extensions.verification import fetch
+from gym_extensions.verification.fetch import Fetcher, is_public
+
+CONTENT = b"policies" * 100
+DIGEST = "a" * 64
+
+
+class Server(BaseHTTPRequestHandler):
+    """Answers by the path."""
+
+    def do_GET(self) -> None:
+        """The file, a redirect, or silence."""
+        port = self.server.server_address[1]
+        if self.path == "/hanging":
+            time.sleep(1.0)
+            return
+        if self.path == "/missing":
+            self.send_error(404)
+            return
+        if self.path.startswith("/to/"):
+            self.send_response(302)
+            self.send_header("Location", f"http://{self.path.removeprefix('/to/')}:{port}/file")
+            self.end_headers()
+            return
+        self.send_response(200)
+        self.end_headers()
+        try:
+            while True:
+                self.wfile.write(CONTENT)
+                if self.path != "/endless":
+                    return
+        except OSError:
+            return
+
+    def log_message(self, *_: object) -> None:
+        """Nothing."""
+
+
+@pytest.fixture
+def server() -> Iterator[str]:
+    httpd = ThreadingHTTPServer(("127.0.0.1", 0), Server)
+    threading.Thread(target=httpd.serve_forever, daemon=True).start()
+    yield f"http://127.0.0.1:{httpd.server_address[1]}"
+    httpd.shutdown()
+    httpd.server_close()
+
+
+def policies(url: str, size: int = len(CONTENT)) -> PolicyFile:
+    return PolicyFile(sha256=DIGEST, size=size, url=url)
+
+
+def refusal(fetcher: Fetcher, file: PolicyFile) -> BenchError:
+    with pytest.raises(BenchError) as error:
+        fetcher.fetch(file, "hopper-wall/sequential/run0")
+    assert list(fetcher.cache.glob("*")) == []
+    assert error.value.where == "hopper-wall/sequential/run0"
+    return error.value
+
+
+def test_a_file_is_fetched_once(server: str, tmp_path: Path) -> None:
+    fetcher = Fetcher(tmp_path)
+    path = fetcher.fetch(policies(f"{server}/file"), "run")
+    assert path.read_bytes() == CONTENT
+    stamp = path.stat().st_mtime_ns
+    assert fetcher.fetch(policies(f"{server}/file"), "run").stat().st_mtime_ns == stamp
+
+
+def test_what_is_missing_or_does_not_answer_is_named(
+    server: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(fetch, "IDLE_SECONDS", 0.2)
+    for name in ("missing", "hanging"):
+        assert refusal(Fetcher(tmp_path), policies(f"{server}/{name}")).code == "policies-missing"
+
+
+@pytest.mark.parametrize(("name", "size"), [("endless", len(CONTENT)), ("file", 10), ("file", 10_000)])
+def test_another_size_than_stated_is_refused_while_it_streams(
+    server: str, tmp_path: Path, name: str, size: int
+) -> None:
+    assert refusal(Fetcher(tmp_path), policies(f"{server}/{name}", size)).code == "policies-size"
+
+
+@pytest.mark.parametrize("url", ["http://example.org/x", "file:///etc/passwd", "s3://bucket/x", "ftp://x/y"])
+def test_a_workflow_reads_nothing_but_https(tmp_path: Path, url: str) -> None:
+    assert refusal(Fetcher(tmp_path, public_only=True), policies(url)).code == "policies-address"
+
+
+def test_a_workflow_connects_to_no_private_address(
+    server: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(fetch, "PUBLIC_SCHEMES", ("http",))
+    error = refusal(Fetcher(tmp_path, public_only=True), policies(f"{server}/file"))
+    assert "public address" in error.message
+
+
+def test_a_workflow_follows_no_redirect_to_a_private_address_or_another_scheme(
+    server: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(fetch, "PUBLIC_SCHEMES", ("http",))
+    monkeypatch.setattr(fetch, "is_public", lambda address: address == "127.0.0.1")
+    fetcher = Fetcher(tmp_path, public_only=True)
+    assert "public address" in refusal(fetcher, policies(f"{server}/to/127.0.0.2")).message
+    assert fetcher.fetch(policies(f"{server}/to/127.0.0.1"), "run").read_bytes() == CONTENT
+    monkeypatch.setattr(fetch, "PUBLIC_SCHEMES", ("https", "http"))
+    assert refusal(Fetcher(tmp_path / "b", True), policies("ftp://127.0.0.1/x")).code == "policies-address"
+
+
+@pytest.mark.parametrize(
+    ("address", "expected"),
+    [
+        ("93.184.216.34", True),
+        ("2606:2800:220:1:248:1893:25c8:1946", True),
+        *((private, False) for private in ("127.0.0.1", "10.1.2.3", "169.254.169.254", "192.168.0.1")),
+        *((private, False) for private in ("::1", "fe80::1", "fd00::1", "::ffff:127.0.0.1", "224.0.0.1")),
+    ],
+)
+def test_which_addresses_are_public(address: str, expected: bool) -> None:
+    assert is_public(address) is expected

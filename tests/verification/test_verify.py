@@ -1,0 +1,200 @@
+"""An entry is verified: its episodes are repeated, its policies run on new seeds, and that decides."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from gym_extensions.catalog.groups import group
+from gym_extensions.rollouts.policy import policy_keys, read_policies
+from gym_extensions.rollouts.reader import read
+from gym_extensions.rollouts.review import level, read_review
+from gym_extensions.rollouts.run import PolicyFile, read_run
+from gym_extensions.scoring.poses import load_entry
+from gym_extensions.verification import cli, episodes
+from gym_extensions.verification.cli import main
+
+from . import entries
+from .entries import GROUP, change_document, change_log, copy, honest
+
+VALUE = "3f" * 20
+
+
+@pytest.fixture(scope="session")
+def workshop(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("entries")
+
+
+@pytest.fixture
+def entry(workshop: Path, tmp_path: Path) -> Path:
+    """A copy of an honest entry with deterministic policies."""
+    return copy(honest(workshop), tmp_path / "mine")
+
+
+def verify(entry: Path, *options: str) -> int:
+    return main([str(entry), "--seeds", VALUE, "--cache", str(entry.parent / "cache"), *options])
+
+
+def sequential_level(entry: Path) -> str:
+    submission = read(entry)
+    (submitted,) = submission.groups.values()
+    return level(submission.review, submitted.digests("sequential"))
+
+
+def test_an_honest_entry_is_verified_and_the_record_says_what_was_done(entry: Path) -> None:
+    assert sequential_level(entry) == "claimed"
+    assert verify(entry, "--write") == 0
+    (record,) = read_review(entry).verifications
+    tasks = len(group(GROUP).tasks)
+    assert record.passed
+    assert record.value == VALUE
+    assert (record.repeated, record.episodes) == (5 * (tasks + 1) * tasks * 20,) * 2
+    assert record.cells == 5 * (2 * tasks - 1)
+    assert record.difference == ""
+    assert sorted(record.runs) == [f"{GROUP}/sequential/run{run}" for run in range(5)]
+    assert sequential_level(entry) == "verified"
+    (poses,) = load_entry(entry).values()
+    assert poses.shows((0,), (_means(entry),))
+
+
+def _means(entry: Path) -> tuple[tuple[float, ...], ...]:
+    """The mean return of every stage and task of run 0."""
+    (submitted,) = read(entry).groups.values()
+    log, count = submitted.logs["sequential"], len(submitted.group.tasks)
+    means = log.return_[log.run == 0].reshape(count + 1, count, -1).mean(axis=2)
+    return tuple(map(tuple, means.tolist()))
+
+
+def test_without_seeds_nothing_is_recorded(entry: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([str(entry), "--cache", str(entry.parent / "cache")]) == 0
+    assert "not a record" in capsys.readouterr().out
+    assert main([str(entry), "--write"]) == 2
+    assert not (entry / "review.toml").exists()
+
+
+def test_the_first_draw_stands_and_new_files_are_drawn_for_anew(
+    entry: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    change_log(entry, lambda row: {"return": row["return"] * 1.5})
+    assert verify(entry, "--write") == 1
+    refused = (entry / "review.toml").read_bytes()
+    assert verify(entry, "--write", "--seeds", "4f" * 20) == 0
+    assert "verified before" in capsys.readouterr().out
+    assert (entry / "review.toml").read_bytes() == refused
+    assert sequential_level(entry) == "claimed"
+    change_log(entry, lambda row: {"return": row["return"] / 1.4}, run=3)
+    assert verify(entry, "--write") == 1
+    first, second = read_review(entry).verifications
+    assert list(second.runs) == [f"{GROUP}/sequential/run3"]
+    assert len(first.runs) == 5, "the refusal stays on record"
+
+
+def test_an_episode_that_differs_is_named_with_its_place_and_size(
+    entry: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    place = {"stage": 1, "episode": 7, "task": group(GROUP).task_ids[1]}
+
+    def lower(row: dict[str, object]) -> dict[str, object]:
+        is_there = all(row[name] == value for name, value in place.items())
+        return {"return": row["return"] - 0.25} if is_there else {}  # type: ignore[operator]
+
+    change_log(entry, lower, run=2)
+    assert verify(entry) == 1
+    out = capsys.readouterr().out
+    assert f"{GROUP}/sequential/run2: stage 1, {group(GROUP).tasks[1].name}, episode 7" in out
+    assert "difference 0.25" in out
+
+
+def test_a_difference_on_another_machine_neither_raises_nor_lowers_the_level(
+    entry: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    change_log(entry, lambda row: {"return": row["return"] - 1e-9}, run=2)
+    for path in entry.glob("*/*/*.json"):
+        versions = msgspec.structs.replace(read_run(path).versions, blas="openblas Zen")
+        change_document(path, versions=versions)
+    assert verify(entry, "--write") == 0
+    assert "openblas Zen" in capsys.readouterr().out
+    (record,) = read_review(entry).verifications
+    assert record.repeated < record.episodes
+    assert "run2" in record.difference
+
+
+def test_policies_that_sample_are_not_repeated_and_are_verified(workshop: Path, tmp_path: Path) -> None:
+    entry = copy(honest(workshop, "gaussian"), tmp_path / "mine")
+    assert verify(entry, "--write") == 0
+    (record,) = read_review(entry).verifications
+    assert (record.passed, record.repeated) == (True, 0)
+
+
+def test_an_interrupted_verification_goes_on_where_it_was(
+    entry: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    save, saved = episodes.Store.save, list[str]()
+
+    def interrupted(self: episodes.Store, request: episodes.RunRequest, result: episodes.Played) -> None:
+        save(self, request, result)
+        saved.append(request.name)
+        if len(saved) == 2:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(episodes.Store, "save", interrupted)
+    assert verify(entry, "--write") == 130
+    assert f"--seeds {VALUE}" in capsys.readouterr().err
+    assert not (entry / "review.toml").exists(), "no half-written review"
+    assert verify(entry, "--write") == 0
+    assert len(saved) == len(set(saved)) == 5
+
+
+def test_a_log_without_policies_is_claimed_and_says_why(
+    entry: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    change_document(entry / GROUP / "sequential" / "run4.json", policies=None)
+    (entry / GROUP / "sequential" / "run4.npz").unlink()
+    assert verify(entry, "--write") == 1
+    assert f"{GROUP}/sequential/run4" in capsys.readouterr().out
+    assert sequential_level(entry) == "claimed"
+
+
+def test_policies_of_another_digest_are_refused(entry: Path) -> None:
+    path = entry / GROUP / "sequential" / "run1.json"
+    change_document(path, policies=PolicyFile(sha256="0" * 64, size=1))
+    assert verify(entry, "--write") == 1
+    (record,) = read_review(entry).verifications
+    assert "digest" in record.difference
+    assert not record.passed
+
+
+def test_a_policy_of_another_task_is_refused(entry: Path) -> None:
+    members = group(GROUP)
+    keys = policy_keys("sequential", members)
+    wrong = dict.fromkeys(keys, entries.network(1, actions=6))
+    played = read_policies(entry, members, "sequential", 0)
+    entries.write_run_files(entry, "sequential", 0, wrong, played)
+    assert verify(entry, "--write") == 1
+    assert "6 actions" in read_review(entry).verifications[0].difference
+
+
+@pytest.mark.parametrize("value", ["xyz", "3f", "3f" * 65])
+def test_seeds_that_are_no_such_number_are_named(
+    entry: Path, value: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([str(entry), "--seeds", value]) == 2
+    assert "--seeds" in capsys.readouterr().err
+
+
+def test_several_processes_find_the_same(entry: Path, tmp_path: Path) -> None:
+    assert verify(entry, "--write") == 0
+    first = read_review(entry)
+    (entry / "review.toml").unlink()
+    options = ["--seeds", VALUE, "--write", "--jobs", "2", "--cache", str(tmp_path / "other")]
+    assert main([str(entry), *options]) == 0
+    assert read_review(entry) == first
+
+
+def test_a_mistake_of_the_format_stops_everything(entry: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (entry / GROUP / "sequential" / "run1.csv").unlink()
+    assert verify(entry) == 1
+    assert "nothing was run" in capsys.readouterr().out
+    assert cli.Store(entry.parent / "cache" / "verify") is not None
