@@ -15,7 +15,6 @@ COMMANDS = {
         "gym_extensions.baselines.cli:main",
         "train an agent through a protocol and write a submission",
     ),
-    "record": ("gym_extensions.baselines.cli:record", "record policies that were trained elsewhere"),
     "score": ("gym_extensions.scoring.cli:main", "check and score submissions"),
     "verify": ("gym_extensions.verification.cli:main", "run the policies of submissions on new seeds"),
     "site": ("gym_extensions.site.cli:main", "build the pages of the leaderboard"),

@@ -38,7 +38,7 @@ from .conftest import QUICK_GROUP, SHORT_GROUP, digests, log_rows
 
 GROUP = group(SHORT_GROUP)
 PATH = Path("mine/submission.toml")
-CARD = Card("climber", hyperparameters={"step": 0.1, "widths": (4, 4)}, stored_steps=10)
+CARD = Card("climber", hyperparameters={"step": 0.1, "widths": [4, 4]}, stored_steps=10)
 HOLD = """
 import sys, time
 from pathlib import Path

@@ -119,7 +119,7 @@ def test_a_maintainer_decides_by_name_and_reason(workshop: Path, tmp_path: Path)
 
 
 def higher(entry: Path) -> None:
-    change_log(entry, lambda row: {"return": row["return"] * 1.2 + 5})  # type: ignore[operator]
+    change_log(entry, lambda row: {"return": row["return"] * 1.2 + 5})
 
 
 def elsewhere(forge: Forge) -> Forge:

@@ -6,6 +6,7 @@ import functools
 import shutil
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -40,7 +41,7 @@ from ..conftest import MANIFEST
 
 GROUP = "hopper-wall"
 RUNS = (0, 1, 2, 3, 4)
-Row = dict[str, object]
+Row = dict[str, Any]
 Policies = dict[Key, Policy]
 
 
@@ -134,7 +135,10 @@ def change_log(entry: Path, edit: Callable[[Row], Mapping[str, object]], run: in
         if run is not None and path.stem != f"run{run}":
             continue
         frame = read_log(path)
-        rows = [row | edit(row) for row in frame.to_dict("records")]
+        records: list[Row] = [
+            dict(zip(frame.columns, values, strict=True)) for values in frame.itertuples(index=False)
+        ]
+        rows: list[Row] = [{**row, **edit(row)} for row in records]
         success = {1: True, 0: False, -1: None}
         episodes = [
             Episode(

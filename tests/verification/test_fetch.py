@@ -24,7 +24,7 @@ class Server(BaseHTTPRequestHandler):
 
     def do_GET(self) -> None:
         """The file, a redirect, or silence."""
-        port = self.server.server_address[1]
+        port = int(self.headers["Host"].rpartition(":")[2])
         if self.path == "/hanging":
             time.sleep(1.0)
             return

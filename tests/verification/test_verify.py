@@ -13,11 +13,12 @@ from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.review import level, read_review
 from gym_extensions.rollouts.run import PolicyFile, read_run
 from gym_extensions.scoring.poses import load_entry
-from gym_extensions.verification import cli, episodes
+from gym_extensions.verification import episodes
 from gym_extensions.verification.cli import main
+from gym_extensions.verification.episodes import Store
 
 from . import entries
-from .entries import GROUP, change_document, change_log, copy, honest
+from .entries import GROUP, Row, change_document, change_log, copy, honest
 
 VALUE = "3f" * 20
 
@@ -96,9 +97,9 @@ def test_an_episode_that_differs_is_named_with_its_place_and_size(
 ) -> None:
     place = {"stage": 1, "episode": 7, "task": group(GROUP).task_ids[1]}
 
-    def lower(row: dict[str, object]) -> dict[str, object]:
+    def lower(row: Row) -> Row:
         is_there = all(row[name] == value for name, value in place.items())
-        return {"return": row["return"] - 0.25} if is_there else {}  # type: ignore[operator]
+        return {"return": row["return"] - 0.25} if is_there else {}
 
     change_log(entry, lower, run=2)
     assert verify(entry) == 1
@@ -197,4 +198,4 @@ def test_a_mistake_of_the_format_stops_everything(entry: Path, capsys: pytest.Ca
     (entry / GROUP / "sequential" / "run1.csv").unlink()
     assert verify(entry) == 1
     assert "nothing was run" in capsys.readouterr().out
-    assert cli.Store(entry.parent / "cache" / "verify") is not None
+    assert Store(entry.parent / "cache" / "verify") is not None

@@ -13,9 +13,9 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from gym_extensions.baselines import recording as record
     from gym_extensions.baselines.adapters.sb3 import sb3
     from gym_extensions.baselines.agent import Agent, Card, Context, Factory, Observes, Resumable
+    from gym_extensions.baselines.recording import record
     from gym_extensions.baselines.train_agent import train
     from gym_extensions.baselines.training.events import (
         BatchTrained,
