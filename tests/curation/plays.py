@@ -62,6 +62,11 @@ PLAYS: dict[str, tuple[str, str, Play]] = {
         "submissions/conftest.py",
         lambda project: commit(project, {"submissions/conftest.py": "import os\n"}),
     ),
+    "a folder of traces": (
+        "stray-file",
+        f"{NEW}/hopper-gravity/traces/run0.npz",
+        lambda project: commit(project, {f"{NEW}/hopper-gravity/traces/run0.npz": "x"}),
+    ),
     "a folder of submissions in capitals": (
         "stray-file",
         "Submissions/new/submission.toml",

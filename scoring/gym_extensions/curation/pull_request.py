@@ -19,6 +19,7 @@ from gym_extensions.rollouts.layout import (
     NAME,
     POSES,
     REVIEW,
+    is_of_old_form,
     is_reserved,
     max_bytes,
 )
@@ -163,11 +164,13 @@ def written_by_the_base(pull_request: PullRequest) -> Iterator[Finding]:
 
 @rule
 def stray_file(pull_request: PullRequest) -> Iterator[Finding]:
-    """The folder of submissions contains only folders of entries, and is named in lower case."""
+    """Every file belongs to an entry, and every file of policies to a run."""
     for path in pull_request.paths:
         names = path.split("/")
         if is_data(path) and not (names[0] == SUBMISSIONS and len(names) > 2):
             yield Finding(path, "The file belongs to no entry.", "Move it into the folder of the entry.")
+        elif is_of_old_form("/".join(names[2:])):
+            yield Finding(path, "The file belongs to no run.", "Put the policies of a run into its run<N>.npz.")
 
 
 @rule

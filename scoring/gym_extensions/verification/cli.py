@@ -112,14 +112,14 @@ def with_retraining(path: Path, report: Report) -> Report:
 
 
 def write_poses(path: Path, report: Report) -> None:
-    """Writes the poses of the first sequential run of every group that was verified."""
+    """Writes the poses of the first sequential run of every published group that was verified."""
     if report.verification is None or not report.verification.passed:
         return
     submission = read(path, merge_runs=False)
     runs = runs_of(submission)
     shown: dict[str, Run] = {}
     for name in report.verification.runs:
-        if runs[name].log.protocol == "sequential":
+        if name in runs and runs[name].log.protocol == "sequential":
             shown.setdefault(runs[name].log.group.name, runs[name])
     for group_name, run in shown.items():
         if run.number == run.log.runs[0] and not (run.document.policies and run.document.policies.url):

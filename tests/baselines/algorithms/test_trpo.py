@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -20,10 +19,11 @@ from gym_extensions.baselines.training.recorder import Recorder
 from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.protocol import budget
 from gym_extensions.envs import make_vec
+from gym_extensions.rollouts.run import read_run
 
 BOX = gym.spaces.Box(-1, 1, (3,), np.float32)
 WIDE = gym.spaces.Box(-2, 2, (2,), np.float32)
-ENTRY = Path(__file__).parents[3] / "submissions/trpo-2017/hopper-gravity/curves.csv"
+ENTRY = Path(__file__).parents[3] / "submissions/trpo-2017/hopper-gravity/sequential/run0.json"
 
 
 class Corridor(gym.vector.VectorEnv[Any, Any, Any]):
@@ -150,9 +150,8 @@ def test_trpo_2017_learns_as_in_the_committed_entry() -> None:
         recorder.single_observation_space, recorder.single_action_space, training_seed(0, tasks.id, "agent")
     )
     agent.learn(recorder, 2 * plan.batch_steps)
-    with ENTRY.open() as log:
-        rows = [row for row in csv.DictReader(log) if (row["protocol"], row["run"]) == ("sequential", "0")]
-    expected = [(int(row["step"]), float(row["return"])) for row in rows[:2]]
+    curve = read_run(ENTRY).curves[0]
+    expected = list(zip(curve.steps, curve.returns, strict=True))
     points = [(point.step, point.return_) for point in recorder.points]
     np.testing.assert_allclose(points[0], expected[0], rtol=1e-6)
     np.testing.assert_allclose(points[1], expected[1], rtol=2e-2)
