@@ -170,7 +170,7 @@ def stray_file(pull_request: PullRequest) -> Iterator[Finding]:
         if is_data(path) and not (names[0] == SUBMISSIONS and len(names) > 2):
             yield Finding(path, "The file belongs to no entry.", "Move it into the folder of the entry.")
         elif is_of_old_form("/".join(names[2:])):
-            yield Finding(path, "The file belongs to no run.", "Put the policies of a run into its run<N>.npz.")
+            yield Finding(path, "The file belongs to no run.", "Put a run's policies into run<N>.npz.")
 
 
 @rule
