@@ -7,7 +7,7 @@ export OPENBLAS_NUM_THREADS ?= 1
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: help leaderboard test browser extras attack check docs docsite findings bench slow coverage clean
+.PHONY: help leaderboard test browser extras check docs docsite findings bench slow coverage clean
 
 help:  ## list the commands
 	@awk -F ':.*  ## ' '/^[a-z]+:.*  ## / { printf "make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -28,9 +28,6 @@ extras: .venv/everything.installed  ## run the tests of the extras cluster, sbx 
 
 slow: .venv/everything.installed  ## run the tests that train for minutes
 	.venv/bin/pytest -m slow
-
-attack: .venv/everything.installed  ## play the attacks of docs/security.md (minutes)
-	.venv/bin/pytest -n 2 --dist load -m attack tests/attacks
 
 check: .venv/everything.installed  ## check style, types, import layers and workflows
 	.venv/bin/ruff check .

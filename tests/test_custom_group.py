@@ -78,10 +78,16 @@ def options(folder: Path) -> list[str]:
     return ["--groups", str(folder / "light.toml"), "--references", str(folder / "light-references.json")]
 
 
+def test_a_byte_order_mark_at_the_start_of_the_file_is_ignored(folder: Path, tmp_path: Path) -> None:
+    (tmp_path / "light.toml").write_bytes(b"\xef\xbb\xbf" + (folder / "light.toml").read_bytes())
+    assert load_group(tmp_path / "light.toml") == load_group(folder / "light.toml")
+
+
 def test_a_python_object_trains_the_same_submission_as_a_file(folder: Path, tmp_path: Path) -> None:
     light = customize("Hopper", [Gravity(0.3)], max_steps=20)
     group = TaskGroup("hopper-light", (customize("HopperGravityOneAndHalf"), light))
     assert group == load_group(folder / "light.toml")
+
     train("random", group, "sequential", "smoke", 0, out=tmp_path / "random")
     run = (tmp_path / "random" / LOG).read_bytes()
     assert run.count(b"\n") == 1 + 3 * 2 * 20

@@ -25,6 +25,13 @@ def test_a_good_submission_exits_0_and_a_bad_one_1(submission: Write, known: Non
     assert cli.main([str(folder)]) == 1
 
 
+def test_python_without_docstrings_scores(submission: Write) -> None:
+    code = "import sys; from gym_extensions.scoring import cli; cli.main(sys.argv[1:])"
+    command = [sys.executable, "-OO", "-c", code, str(submission()), "--json"]
+    shown = subprocess.run(command, capture_output=True, check=True, text=True).stdout
+    assert json.loads(shown)["submissions"][0]["problems"] == []
+
+
 GROUP_SCREEN = """\
 entry  An entry  (claimed)
 

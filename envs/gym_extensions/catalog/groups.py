@@ -228,7 +228,7 @@ def load_group(path: str | Path) -> TaskGroup:
     """
     where = str(path)
     try:
-        table = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+        table = tomllib.loads(Path(path).read_text(encoding="utf-8-sig"))
     except OSError as error:
         raise BenchError("unreadable-group", f"{error.strerror or error}.", where) from error
     except ValueError as error:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -79,8 +80,8 @@ RULES: dict[str, Rule] = {}
 
 
 def add_rule(name: str, scope: Scope, text: str, check: Check) -> None:
-    """Adds a rule. Raises ``ValueError`` if there is one of that name."""
-    if name in RULES or not text:
+    """Adds a rule. Raises ``ValueError`` if there is one of that name, or it has no docstring."""
+    if name in RULES or not (text or sys.flags.optimize > 1):
         raise ValueError(f"Rule {name!r} is defined twice or has no text.")
     RULES[name] = Rule(name, scope, text, check)
 
