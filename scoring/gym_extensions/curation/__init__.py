@@ -1,1 +1,1 @@
-"""Decides which submissions are on the boards: the ledger, challenges, and the gate for pull requests."""
+"""Decides which submissions are on the boards: the gate for pull requests, reviews and decisions."""

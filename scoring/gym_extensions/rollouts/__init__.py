@@ -1,1 +1,1 @@
-"""The format of a submission, with rollout logs, manifest and traces. Writes, reads and checks it."""
+"""The format of a submission, with rollout logs, documents and policies. Writes, reads and checks it."""

@@ -18,7 +18,6 @@ MEMORY = "memory"
 """The measure whose rows compare peak memory with a limit."""
 TITLES = {
     "navigation": "Navigation",
-    "replay": "Replay",
     "stepping, raw": "Stepping compared with raw physics",
     "stepping, peers": "Stepping compared with other libraries",
     "lanes": "Stepping by number of environments",
