@@ -145,6 +145,7 @@ def test_an_anchor_lies_clearly_above_the_floor() -> None:
     assert (found.mean, found.standard_error, found.provisional) == (100.0, 5.0, False)
     assert experts.anchor(card, floor=76.0, floor_deviation=10.0) is None  # below five standard errors
     assert experts.anchor(card, floor=70.0, floor_deviation=16.0) is None  # below two deviations
+    assert experts.anchor(card, floor=float("nan"), floor_deviation=float("nan")) is None
 
 
 def test_a_provisional_expert_is_a_provisional_anchor() -> None:

@@ -15,7 +15,8 @@ import numpy as np
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.catalog.tasks import task as published_task
 from gym_extensions.errors import BenchError, did_you_mean
-from gym_extensions.rollouts.policy import Policy
+from gym_extensions.files import write_bytes
+from gym_extensions.rollouts.policy import Policy, content_sha256
 
 DATA = Path(__file__).parent / "data"
 """Holds ``<task>.npz``, the policy, and ``<task>.json``, its card."""
@@ -131,12 +132,13 @@ def anchor(card: Card, floor: float, floor_deviation: float) -> Anchor | None:
 
     Args:
         card: of the task's expert.
-        floor: mean return of the floor agent.
+        floor: mean return of the floor agent; NaN if it was not measured.
         floor_deviation: standard deviation of the floor agent's episodes.
     """
     measured = card.measurement
     gap = measured.mean - floor
-    if gap <= STANDARD_ERRORS * measured.standard_error or gap <= FLOOR_DEVIATIONS * floor_deviation:
+    least = max(STANDARD_ERRORS * measured.standard_error, FLOOR_DEVIATIONS * floor_deviation)
+    if not gap > least:  # also without a floor
         return None
     return Anchor(measured.mean, measured.standard_error, bool(card.provisional))
 
@@ -197,17 +199,12 @@ def write(policy: Policy, card: Card, folder: Path = DATA) -> None:
         raise BenchError("bad-card", "A measurement is not finite.", name)
     folder.mkdir(parents=True, exist_ok=True)
     write_policy(folder / f"{name}.npz", policy)
-    _replace(folder / f"{name}.json", msgspec.json.format(msgspec.json.encode(card), indent=1) + b"\n")
+    write_bytes(folder / f"{name}.json", msgspec.json.format(msgspec.json.encode(card), indent=1) + b"\n")
 
 
 def digest(policy: Policy) -> str:
     """SHA-256 of a policy's arrays: name, type, shape and values of each, in the order of their names."""
-    found = hashlib.sha256()
-    for name, array in sorted(policy.arrays().items()):
-        values = np.ascontiguousarray(array, array.dtype.newbyteorder("<"))
-        found.update(f"{name} {values.dtype.str} {','.join(map(str, array.shape))}\n".encode())
-        found.update(values.tobytes())
-    return found.hexdigest()
+    return content_sha256(policy.arrays())
 
 
 def write_policy(path: Path, policy: Policy) -> None:
@@ -215,7 +212,7 @@ def write_policy(path: Path, policy: Policy) -> None:
     content = io.BytesIO()
     arrays: dict[str, Any] = policy.arrays()
     np.savez_compressed(content, **arrays)
-    _replace(path, content.getvalue())
+    write_bytes(path, content.getvalue())
 
 
 def read_policy(path: Path) -> Policy:
@@ -229,12 +226,6 @@ def read_policy(path: Path) -> Policy:
             return Policy.from_arrays({name: file[name] for name in file.files})
     except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
         raise BenchError("bad-policy", f"The file is not a policy: {error}.", str(path)) from error
-
-
-def _replace(path: Path, content: bytes) -> None:
-    partial = path.with_name(f".{path.name}.partial")
-    partial.write_bytes(content)
-    partial.replace(path)
 
 
 def _name(task: str | Task) -> str:

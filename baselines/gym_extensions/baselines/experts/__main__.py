@@ -42,7 +42,7 @@ def main(argv: list[str] | None = None) -> int:
         candidates = [work.resolved(name) or "" for name in args.candidates]
         _print(measuring.screen(work, [(row, name) for row in rows for name in candidates]))
     elif args.command == "select":
-        _print(measuring.select(work, _tasks(args.tasks), args.episodes))
+        _print(measuring.select(work, _tasks(args.tasks), args.episodes, args.rivals))
     elif args.command == "publish":
         for task in _tasks(args.tasks):
             card = measuring.publish(work, task, args.episodes, args.folder)
@@ -51,7 +51,7 @@ def main(argv: list[str] | None = None) -> int:
         return _check(args.tasks or experts.names(args.folder), args.episodes, args.folder)
     elif args.command == "tables":
         prose = args.page.read_text(encoding="utf-8").split(MARKER)[0]
-        lines = measuring.tables(args.folder, args.references)
+        lines = measuring.tables(work, args.folder, args.references)
         args.page.write_text(f"{prose}{MARKER}\n" + "\n".join(lines) + "\n", encoding="utf-8")
     return 0
 
@@ -75,6 +75,7 @@ def _parser() -> argparse.ArgumentParser:
     command = commands.add_parser("select", help="give the best candidates their selection episodes")
     command.add_argument("tasks", nargs="*", help="names or regular expressions; all by default")
     command.add_argument("--episodes", type=int, default=QUICK)
+    command.add_argument("--rivals", type=int, default=2, help="candidates beside the best")
     command = commands.add_parser("publish", help="measure the selected policies and write them with cards")
     command.add_argument("tasks", nargs="*", help="names or regular expressions; all by default")
     command.add_argument("--episodes", type=int, default=QUICK)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import math
 import re
@@ -22,8 +21,10 @@ from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.tasks import TASKS, Task
 from gym_extensions.catalog.tasks import task as published_task
 from gym_extensions.envs import make_vec
+from gym_extensions.envs.rollout import run_episodes
 from gym_extensions.experts import Card, Measurement, Step, seed
-from gym_extensions.rollouts.policy import Policy
+from gym_extensions.rollouts.policy import Policy, has_policies, read_policies
+from gym_extensions.rollouts.tables import read_log
 
 LANES = 100
 """Episodes that are stepped together. A matrix product may depend on it in the last bit, so it is fixed."""
@@ -32,6 +33,8 @@ SCREENING = 20
 BEAM_SCALE = 0.25
 """What a policy without range sensor divides the beams by when it gets one; its weights for them are 0."""
 STORED = "stored:"
+STORED_NAME = re.compile(r"(sequential|single|joint)-run(\d+)-stage(\d+)(?:-(.+))?")
+"""Protocol, run, stage and, in the single protocol, task of a stored policy."""
 STAGE_STEPS = 300_000
 """Environment steps per task in the protocol of the entries."""
 QUICK = 100
@@ -56,23 +59,11 @@ def episodes(policy: Policy, task: Task, seeds: Sequence[int]) -> tuple[list[flo
     return returns, successes
 
 
-def _together(policy: Policy, task: Task, seeds: Sequence[int]) -> Iterator[tuple[float, bool | None]]:
-    env: Any = make_vec(task, len(seeds))
-    space = env.single_action_space
-    observations, _ = env.reset(seed=list(seeds))
-    totals = np.zeros(len(seeds))
-    running = np.ones(len(seeds), bool)
-    successes: list[bool | None] = [None] * len(seeds)
-    while running.any():
-        actions = np.clip(policy.act(observations), space.low, space.high).astype(space.dtype)
-        observations, rewards, terminated, truncated, infos = env.step(actions)
-        totals[running] += rewards[running]
-        for index in np.flatnonzero(running & (terminated | truncated)):
-            if "is_success" in infos and infos["_is_success"][index]:
-                successes[index] = bool(infos["is_success"][index])
-        running &= ~(terminated | truncated)
+def _together(policy: Policy, task: Task, seeds: Sequence[int]) -> list[tuple[float, bool | None]]:
+    env = make_vec(task, len(seeds))
+    outcomes = run_episodes(env, seeds, lambda observations, *_: policy.act(observations))
     env.close()
-    return zip(totals.tolist(), successes, strict=True)
+    return [(outcome.return_, outcome.success) for outcome in outcomes]
 
 
 def num_observations(task: Task) -> int:
@@ -136,13 +127,13 @@ class Workplace:
     def policy(self, candidate: str, task: Task) -> Policy:
         """The policy of a candidate, fitted to the task's observations."""
         if candidate.startswith(STORED):
-            path = stored_path(self._submissions, candidate)
+            policy = stored_policy(self._submissions, candidate)
         else:
             run, steps = candidate.rsplit("@", 1)
-            path = self.folder / "policies" / run / f"{steps}.npz"
+            policy = experts.read_policy(self.folder / "policies" / run / f"{steps}.npz")
         if task.name not in self._sizes:
             self._sizes[task.name] = num_observations(task)
-        policy = fitted(experts.read_policy(path), self._sizes[task.name])
+        policy = fitted(policy, self._sizes[task.name])
         return replace(policy, head="deterministic")
 
     def returns(self, candidate: str, task: Task, purpose: str) -> dict[str, Any]:
@@ -177,11 +168,11 @@ class Workplace:
         )
         return {row["candidate"]: summary(row, len(row["returns"])) for row in rows}
 
-    def select(self, task: Task, count: int) -> str | None:
+    def select(self, task: Task, count: int, most_rivals: int = 2) -> str | None:
         """The candidate with the best mean over ``count`` selection seeds; None without candidates.
 
-        The best by the episodes so far gets the missing ones, until the best has all of them; then the second
-        does if it could still be better, its mean within two standard errors of the difference.
+        The best by the episodes so far gets the missing ones, until the best has all of them. Then the next
+        ``most_rivals`` do if they could still be better, by two standard errors of the difference.
         """
         while found := sorted(self.candidates(task).items(), key=lambda item: -item[1].mean):
             (name, best), *others = found
@@ -190,7 +181,7 @@ class Workplace:
                 continue
             rivals = [
                 other
-                for other, seen in others[:2]
+                for other, seen in others[:most_rivals]
                 if seen.episodes < count
                 and best.mean - seen.mean < 2 * math.hypot(best.standard_error, seen.standard_error)
             ]
@@ -226,6 +217,14 @@ class Workplace:
         paths = sorted((self.folder / "policies").glob("*/run*.json"))
         return [self.run(path.parent.name) for path in paths]
 
+    def cpu_seconds(self) -> tuple[float, float]:
+        """CPU seconds of all training runs, and of all evaluations."""
+        rows = (json.loads(path.read_text()) for path in self.folder.glob("returns/*/*/*.json"))
+        return (
+            sum(run["checkpoints"][-1]["cpu_seconds"] for run in self.runs()),
+            sum(row["cpu_seconds"] for row in rows),
+        )
+
     def steps_tried(self, task: Task) -> int:
         """Environment steps of all runs whose checkpoints are candidates of a task."""
         return sum(row["checkpoints"][-1]["steps"] for row in self.runs() if task.name in row["targets"])
@@ -248,30 +247,31 @@ def summary(row: dict[str, Any], count: int) -> Measurement:
     )
 
 
-def stored_path(submissions: Path, candidate: str) -> Path:
-    """The file of a stored policy."""
-    entry, group, file = candidate.removeprefix(STORED).split("/")
-    return submissions / entry / group / "policies" / f"{file}.npz"
+def stored_policy(submissions: Path, candidate: str) -> Policy:
+    """A policy of an entry, such as ``stored:trpo/hopper-body/sequential-run1-stage8``."""
+    entry, group_name, name = candidate.removeprefix(STORED).split("/")
+    match = STORED_NAME.fullmatch(name)
+    assert match is not None, candidate
+    protocol, run, stage, task_name = match.groups()
+    policies = read_policies(submissions / entry, GROUPS[group_name], protocol, int(run))
+    return policies[int(stage), task_name]
 
 
 def stored_candidates(submissions: Path) -> dict[str, list[tuple[float, str]]]:
     """Per task the stored policies with their mean return in the logs of the entries, the best first."""
-    found: dict[str, dict[str, list[float]]] = defaultdict(lambda: defaultdict(list))
-    for path in sorted(submissions.glob("*/*/*.csv")):
-        entry, group, protocol = path.parts[-3], path.parts[-2], path.stem
-        if entry not in ENTRIES or protocol not in ("sequential", "single", "joint"):
+    found: dict[str, list[tuple[float, str]]] = defaultdict(list)
+    for path in sorted(submissions.glob("*/*/*/run*.csv")):
+        entry, group_name, protocol, run = *path.parts[-4:-1], path.stem
+        if entry not in ENTRIES or not has_policies(
+            submissions / entry, GROUPS[group_name], protocol, int(run.removeprefix("run"))
+        ):
             continue
-        with path.open(newline="") as file:
-            for row in csv.DictReader(file):
-                name = row["task"].removeprefix("gym_extensions/").removesuffix("-v0")
-                stage = f"{protocol}-run{row['run']}-stage{row['stage']}"
-                stage += f"-{name}" if protocol == "single" else ""
-                found[name][f"{STORED}{entry}/{group}/{stage}"].append(float(row["return"]))
-    ranked = {}
-    for name, policies in found.items():
-        means = sorted(((float(np.mean(values)), key) for key, values in policies.items()), reverse=True)
-        ranked[name] = [(mean, key) for mean, key in means if stored_path(submissions, key).exists()]
-    return ranked
+        means = read_log(path).groupby(["stage", "task"], as_index=False)["return"].mean()
+        for stage, task_id, mean in means.itertuples(index=False):
+            name = task_id.removeprefix("gym_extensions/").removesuffix("-v0")
+            ending = f"-{name}" if protocol == "single" else ""
+            found[name].append((mean, f"{STORED}{entry}/{group_name}/{protocol}-{run}-stage{stage}{ending}"))
+    return {name: sorted(policies, reverse=True) for name, policies in found.items()}
 
 
 def harvest(work: Workplace, submissions: Path, family: str, own: int = 3, general: int = 4) -> Iterator[str]:
@@ -301,10 +301,10 @@ def screen(work: Workplace, pairs: Sequence[tuple[Task, str]]) -> Iterator[str]:
         yield f"{row.name} {candidate} {seen.mean:.0f} ± {seen.deviation:.0f}"
 
 
-def select(work: Workplace, tasks: Sequence[Task], count: int) -> Iterator[str]:
+def select(work: Workplace, tasks: Sequence[Task], count: int, most_rivals: int) -> Iterator[str]:
     """Selects the expert of each task; yields a line for each."""
     for row in tasks:
-        best = work.select(row, count)
+        best = work.select(row, count, most_rivals)
         seen = work.candidates(row).get(best or "")
         yield f"{row.name} {best} {seen.mean:.1f} ± {seen.deviation:.1f}" if seen else f"{row.name} none"
 
@@ -366,10 +366,9 @@ def floors(references: Path) -> dict[str, tuple[float, float]]:
     return found
 
 
-def tables(folder: Path, references: Path) -> Iterator[str]:
+def tables(work: Workplace, folder: Path, references: Path) -> Iterator[str]:
     """The lines of the documentation's tables, one per body, and the sums."""
-    known, total, anchors, provisional = floors(references), 0.0, 0, 0
-    counted: set[str] = set()
+    known, anchors, provisional = floors(references), 0, 0
     for family in dict.fromkeys(FAMILIES.values()):
         yield f"\n### {family}\n"
         yield "| task | floor | expert | standard error | episodes | steps | CPU minutes | state |"
@@ -382,16 +381,15 @@ def tables(folder: Path, references: Path) -> Iterator[str]:
                 yield f"| {task.name} | {floor:,.0f} | | | | | | open: no expert |"
                 continue
             card = experts.card(task, folder)
-            for step in card.history:
-                total += (step.cpu_seconds or 0.0) if step.name not in counted else 0.0
-                counted.add(step.name)
             anchor = experts.anchor(card, floor, spread)
             anchors += anchor is not None
             provisional += anchor is not None and anchor.provisional
             yield _row(task, card, floor, anchor)
+    training, evaluation = work.cpu_seconds()
     yield (
         f"\n{anchors} tasks have an anchor, {provisional} of them provisional. "
-        f"The training runs in the histories took {total / 60:,.0f} CPU minutes.\n"
+        f"All training runs, those of no expert included, took {training / 60:,.0f} CPU minutes, "
+        f"and all evaluations {evaluation / 60:,.0f}.\n"
     )
 
 

@@ -30,7 +30,6 @@ class Recipe:
             with its top at .12 m.
         parent: the candidate to start from, ``best:<task>`` for the best so far of a task,
             ``last:<run>`` for the last checkpoint of a run, or None.
-        learner: ``trpo`` or ``sac``.
         steps: environment steps.
         batch_steps: transitions per batch of TRPO.
         num_envs: environments.
@@ -42,14 +41,11 @@ class Recipe:
         least_log_sigma: lower bound of TRPO's exploration noise.
         initial_log_sigma: TRPO's exploration noise at the start.
         discount: γ of TRPO.
-        buffer: transitions in SAC's replay buffer.
-        keep_models: whether the checkpoints of SAC can be trained further.
     """
 
     name: str
     tasks: tuple[str, ...]
     parent: str | None = None
-    learner: str = "trpo"
     steps: int = 500_000
     batch_steps: int = 2_000
     num_envs: int = 25
@@ -61,8 +57,6 @@ class Recipe:
     least_log_sigma: float = -1.0
     initial_log_sigma: float = -1.0
     discount: float = 0.995
-    buffer: int = 100_000
-    keep_models: bool = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "targets", self.targets or (self.tasks[-1],))
@@ -151,9 +145,6 @@ WALK = (("reward_forward", 3.0), ("reward_survive", -0.6))
 FASTER = (("reward_forward", 9.0), ("reward_survive", -0.6))
 """The same with a speed that counts ten times as much."""
 TABLE = (
-    Recipe("sac-HalfCheetah", ("HalfCheetah",), learner="sac", steps=800_000, num_envs=16, keep_models=True),
-    Recipe("trpo-Hopper", ("Hopper",), steps=2_000_000),
-    Recipe("trpo-Walker2d", ("Walker2d",), steps=2_500_000),
     _large(
         "trpo-Humanoid-run",
         ("Humanoid",),
@@ -165,7 +156,7 @@ TABLE = (
         "trpo-Humanoid-fast",
         ("Humanoid",),
         "last:trpo-Humanoid-run-seed0",
-        2_000_000,
+        600_000,
         bonus=FASTER,
     ),
     _large(
@@ -205,6 +196,15 @@ TABLE = (
         batch_steps=20_000,
         targets=("HalfCheetahWall", "HalfCheetahNoisyWall"),
     ),
+    Recipe(
+        "trpo-HopperWall-mix",
+        ("HopperWithSensor", "HopperWall:0.12", "HopperWall:0.22", "HopperWall"),
+        "stored:trpo/hopper-body/sequential-run1-stage8",
+        steps=1_000_000,
+        num_envs=24,
+        value_batches=10,
+        targets=("HopperWall", "HopperNoisyWall"),
+    ),
     _large(
         "trpo-HopperWall-low",
         ("HopperWithSensor", "HopperWall:0.1", "HopperWall:0.17", "HopperWall:0.24"),
@@ -219,22 +219,8 @@ TABLE = (
         2_000_000,
         targets=("HopperWall", "HopperNoisyWall"),
     ),
-    _large(
-        "trpo-Walker2dWall-low",
-        ("Walker2dWithSensor", "Walker2dWall:0.1", "Walker2dWall:0.17", "Walker2dWall:0.24"),
-        "best:Walker2d",
-        1_500_000,
-        targets=("Walker2dWall",),
-    ),
-    _large(
-        "trpo-Walker2dWall-high",
-        ("Walker2dWithSensor", "Walker2dWall:0.24", "Walker2dWall:0.31", "Walker2dWall"),
-        "last:trpo-Walker2dWall-low-seed0",
-        2_000_000,
-        targets=("Walker2dWall", "Walker2dNoisyWall"),
-    ),
 )
-"""Bases, and ways over the walls."""
+"""Walking, and ways over the walls."""
 FURTHER = {
     "Hopper": 500_000,
     "Walker2d": 600_000,
@@ -252,17 +238,15 @@ RECIPES = {row.name: row for row in TABLE}
 def recipe(name: str) -> Recipe:
     """A run of the table, or ``trpo-<task>``, which continues from the best candidate of the task.
 
+    ``trpo-<task>-walk`` does so with the bonus ``WALK``.
+
     Raises:
         BenchError: there is no such run.
     """
     if name in RECIPES:
         return RECIPES[name]
-    learner, _, task = name.partition("-")
+    task = name.removeprefix("trpo-")
     row = published_task(task.removesuffix("-walk"))
     steps = FURTHER[FAMILIES[row.base]]
-    if learner == "sac":
-        return Recipe(
-            name, (row.name,), learner="sac", steps=200_000, num_envs=16, checkpoint=50_000, buffer=100_000
-        )
     bonus = WALK if task.endswith("-walk") else ()
     return _large(name, (row.name,), f"best:{row.name}", steps, checkpoint=100_000, bonus=bonus)

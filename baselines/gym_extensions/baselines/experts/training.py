@@ -1,4 +1,4 @@
-"""Trains the runs of the table: TRPO from a policy, or SAC, with a checkpoint every so many steps."""
+"""Trains the runs of the table: TRPO, usually from a policy, with a checkpoint every so many steps."""
 
 from __future__ import annotations
 
@@ -25,18 +25,6 @@ from gym_extensions.rollouts.policy import Policy
 
 MOMENTS_COUNT = 1e6
 """Observations that the moments of a policy count as when it is trained further."""
-SAC_SETTINGS: dict[str, Any] = {
-    "learning_rate": 1e-3,
-    "batch_size": 128,
-    "tau": 0.005,
-    "gamma": 0.99,
-    "train_freq": 4,
-    "learning_starts": 1_000,
-    "policy_kwargs": {"net_arch": [64, 64]},
-}
-"""Those of the entry ``sac``, whose sources stand there; the buffer is the recipe's."""
-SAC_WARM_UP = 2_000
-"""Steps of the old policy before the first update, where a run continues another one with an empty buffer."""
 
 
 class TrainingEnv(gym.vector.VectorWrapper[Any, Any, Any]):
@@ -132,7 +120,7 @@ def train(work: Workplace, recipe: Recipe, seed: int, parent: str | None, comman
         return
     folder.mkdir(parents=True, exist_ok=True)
     env = environments(recipe, seed)
-    advance = (_trpo if recipe.learner == "trpo" else _sac)(work, recipe, seed, parent, env)
+    advance = _trpo(work, recipe, seed, parent, env)
     checkpoints: list[dict[str, Any]] = []
     steps, seconds = 0, 0.0
     while steps < recipe.steps:
@@ -149,7 +137,7 @@ def train(work: Workplace, recipe: Recipe, seed: int, parent: str | None, comman
         document = {
             "recipe": recipe.name,
             "seed": seed,
-            "agent": recipe.learner,
+            "agent": "trpo",
             "parent": parent,
             "command": command,
             "tasks": list(recipe.tasks),
@@ -174,38 +162,5 @@ def _trpo(work: Workplace, recipe: Recipe, seed: int, parent: str | None, env: T
     def advance(steps: int) -> tuple[int, Policy]:
         taken = agent.train(collector, steps, recipe.batch_steps)
         return taken, agent.policy()
-
-    return advance
-
-
-def _sac(work: Workplace, recipe: Recipe, seed: int, parent: str | None, env: TrainingEnv) -> Any:
-    from sbx import SAC
-
-    import gym_extensions.baselines.algorithms.sac  # noqa: F401  (sets JAX to one thread)
-    from gym_extensions.baselines.adapters.sb3_policy import exported
-    from gym_extensions.baselines.adapters.sb3_vec_env import BatchVecEnv
-
-    batch = BatchVecEnv(env)
-    folder = work.folder / "policies" / f"{recipe.name}-seed{seed}"
-    settings = SAC_SETTINGS | {"buffer_size": recipe.buffer, "gradient_steps": recipe.num_envs}
-    if parent is None:
-        model = SAC("MlpPolicy", batch, seed=seed, **settings)
-    else:
-        run, steps_before = parent.rsplit("@", 1)
-        model = SAC.load(work.folder / "policies" / run / f"{steps_before}.zip", env=batch)
-        model.set_random_seed(seed)
-        model.learning_starts = model.num_timesteps + SAC_WARM_UP
-        model._sample_action = lambda _starts, noise, count: SAC._sample_action(model, 0, noise, count)
-    done = 0
-
-    def advance(steps: int) -> tuple[int, Policy]:
-        nonlocal done
-        before = model.num_timesteps
-        model.learn(steps, reset_num_timesteps=False)
-        taken = model.num_timesteps - before
-        done += taken
-        if recipe.keep_models:
-            model.save(folder / f"{done}.zip")
-        return taken, exported(model)
 
     return advance
