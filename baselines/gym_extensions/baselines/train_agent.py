@@ -189,21 +189,14 @@ def retrain(
             is another one or has other settings.
     """
     path = folder / MANIFEST
+    name = _recorded_algorithm(folder) if agent else reference_agent(folder)
     tables = entry.read_manifest(path)
-    protocol_table = tables.get("protocol", {})
-    if protocol_table.get("steps", RECORDED) != RECORDED or "reported" in tables:
-        message = "The training of this entry was not recorded, so it cannot be repeated."
-        raise BenchError("not-reproducible", message, str(path))
-    name = str(protocol_table.get("algorithm", ""))
-    if agent is None and name not in algorithms.names():
-        message = f"The algorithm {name!r} is not a reference agent."
-        raise BenchError("not-reproducible", message, str(path), "Train the entry's own agent by hand.")
     out.mkdir(parents=True, exist_ok=True)
     shutil.copyfile(path, out / MANIFEST)  # with it in place, another agent or setting is refused
     evaluations = _interim_of(folder / run_file(group.name, protocol, run, DOCUMENT))
     try:
         (log,) = train(
-            *(agent or name, [group], protocol, str(protocol_table.get("budget")), run),
+            *(agent or name, [group], protocol, str(tables.get("protocol", {}).get("budget")), run),
             out=out,
             jobs=jobs,
             num_envs=tables.get("hyperparameters", {}).get("num_envs"),
@@ -216,6 +209,31 @@ def retrain(
         hint = "Check out the commit of the run."
         raise BenchError("not-reproducible", error.message, str(path), hint) from error
     return log
+
+
+def reference_agent(folder: Path) -> str:
+    """The reference agent that an entry's manifest names.
+
+    Raises:
+        BenchError: the training of the entry was not recorded, or no reference agent has its name.
+    """
+    name = _recorded_algorithm(folder)
+    if name not in algorithms.names():
+        message = f"The algorithm {name!r} is not a reference agent."
+        hint = "Train the entry's own agent by hand."
+        raise BenchError("not-reproducible", message, str(folder / MANIFEST), hint)
+    return name
+
+
+def _recorded_algorithm(folder: Path) -> str:
+    """The algorithm of an entry. Raises ``BenchError`` if its training was not recorded."""
+    path = folder / MANIFEST
+    tables = entry.read_manifest(path)
+    protocol_table = tables.get("protocol", {})
+    if protocol_table.get("steps", RECORDED) != RECORDED or "reported" in tables:
+        message = "The training of this entry was not recorded, so it cannot be repeated."
+        raise BenchError("not-reproducible", message, str(path))
+    return str(protocol_table.get("algorithm", ""))
 
 
 @contextmanager

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import secrets
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -20,7 +20,7 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
-from gym_extensions.catalog.groups import with_custom
+from gym_extensions.catalog.groups import TaskGroup, with_custom
 from gym_extensions.errors import BenchError, reports_mistakes
 from gym_extensions.rollouts.layout import submission_folders
 from gym_extensions.rollouts.reader import read
@@ -82,7 +82,10 @@ def verified(path: Path, value: str, options: argparse.Namespace, *, only_new: b
         options: those of :func:`add_options`, and ``groups``.
         only_new: whether to leave out runs about which a verification has decided.
     """
-    groups = getattr(options, "groups", [])
+    files = getattr(options, "groups", [])
+    groups = with_custom(files)
+    if options.retrain:
+        require_reference_agent(path, groups)
     with progress_bar(path.name) as (progress, task):
 
         def started(cells: int) -> None:
@@ -94,21 +97,28 @@ def verified(path: Path, value: str, options: argparse.Namespace, *, only_new: b
             value,
             Store(options.cache / "verify"),
             Fetcher(options.cache / "policies", options.public_only),
-            groups=with_custom(groups),
-            files=tuple(str(Path(file).resolve()) for file in groups),
+            groups=groups,
+            files=tuple(str(Path(file).resolve()) for file in files),
             jobs=options.jobs,
             started=started,
             done=lambda cells: progress.advance(task, cells),
         )
         report = verifier.verify(only_new=only_new)
-    return with_retraining(path, report) if options.retrain else report
+    return with_retraining(path, report, groups) if options.retrain else report
 
 
-def with_retraining(path: Path, report: Report) -> Report:
+def require_reference_agent(path: Path, groups: Mapping[str, TaskGroup]) -> None:
+    """Raises ``BenchError`` before anything is run if the entry's agent is none of this project."""
+    from gym_extensions.verification.retrain import require_reference_agent  # loads the agents
+
+    require_reference_agent(path, groups)
+
+
+def with_retraining(path: Path, report: Report, groups: Mapping[str, TaskGroup]) -> Report:
     """The report after one drawn run was trained again."""
     from gym_extensions.verification.retrain import retrained  # loads the agents
 
-    return retrained(path, report)
+    return retrained(path, report, groups)
 
 
 def write_poses(path: Path, report: Report) -> None:

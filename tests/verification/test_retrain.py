@@ -1,0 +1,212 @@
+"""A run of a reference agent is trained again: the same bytes, another log, and agents of strangers."""
+
+from __future__ import annotations
+
+import shutil
+from contextlib import AbstractContextManager, nullcontext
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from gym_extensions.baselines import train
+from gym_extensions.catalog.groups import with_custom
+from gym_extensions.envs.rollout import Outcome
+from gym_extensions.rollouts.reader import read
+from gym_extensions.rollouts.review import level, read_review
+from gym_extensions.rollouts.run import file_sha256, read_run
+from gym_extensions.verification import retrain
+from gym_extensions.verification.cli import main
+from gym_extensions.verification.retrain import Cells, compare_cells, drawn_run, train_again
+from gym_extensions.verification.verify import runs_of
+
+from .entries import change_document
+
+VALUE = "3f" * 20
+GROUP_TOML = """
+name = "quick-pusher"
+[[tasks]]
+task = "Pusher"
+max_steps = 10
+[[tasks]]
+task = "Pusher"
+variations = [{kind = "MovingGoal"}]
+max_steps = 10
+"""
+RUN = "quick-pusher/sequential/run0"
+
+
+@pytest.fixture(scope="session")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a custom group and one run of two agents: one repeats its actions, the other samples."""
+    folder = tmp_path_factory.mktemp("trained")
+    (folder / "quick.toml").write_text(GROUP_TOML, encoding="utf-8")
+    for agent in ("trpo", "random"):
+        train(
+            *(agent, str(folder / "quick.toml"), "sequential", "smoke", 0),
+            out=folder / agent,
+            progress=False,
+        )
+    return folder
+
+
+@pytest.fixture
+def workshop(made: Path, tmp_path: Path) -> Path:
+    """A copy of that folder that may be changed."""
+    return Path(shutil.copytree(made, tmp_path / "entries"))
+
+
+def verify(entry: Path, *options: str) -> int:
+    folder = entry.parent
+    common = ["--groups", str(folder / "quick.toml"), "--cache", str(folder.parent / "cache")]
+    return main([str(entry), "--seeds", VALUE, "--retrain", *common, *options])
+
+
+def level_of(entry: Path) -> str:
+    submission = read(entry, with_custom([entry.parent / "quick.toml"]))
+    (submitted,) = submission.groups.values()
+    return level(submission.review, submitted.digests("sequential"))
+
+
+def multiply(entry: Path, stage: int, factor: float) -> Path:
+    """Multiplies the logged returns of a stage, states the new digest, and gives the run's document."""
+    path = entry / f"{RUN}.csv"
+    header, *rows = path.read_text(encoding="utf-8").splitlines()
+    column = header.split(",").index("return")
+    for number, row in enumerate(rows):
+        cells = row.split(",")
+        if cells[0] == str(stage):
+            cells[column] = repr(float(cells[column]) * factor)
+        rows[number] = ",".join(cells)
+    path.write_text("\n".join([header, *rows, ""]), encoding="utf-8", newline="\n")
+    change_document(path.with_suffix(".json"), log=file_sha256(path))
+    return path.with_suffix(".json")
+
+
+@pytest.mark.parametrize("agent", ["trpo", "random"])
+def test_a_run_with_the_same_bytes_is_reproduced(
+    workshop: Path, agent: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert verify(workshop / agent, "--write") == 0
+    assert f"trained again: {RUN}: the same episodes" in capsys.readouterr().out
+    (record,) = read_review(workshop / agent).verifications
+    assert record.passed
+    assert record.retrained == [RUN]
+    assert level_of(workshop / agent) == "reproduced"
+
+
+def test_a_log_that_training_does_not_give_refutes_the_entry(workshop: Path) -> None:
+    """No verification without training sees it: the policies sample, and stage 0 is not run on new seeds."""
+    entry = workshop / "random"
+    multiply(entry, 0, 0.5)
+    assert verify(entry, "--write") == 1
+    (record,) = read_review(entry).verifications
+    assert not record.passed
+    assert record.retrained == []
+    assert record.p_value > 0.05
+    assert record.difference.endswith("means differ after training again")
+    assert level_of(entry) == "claimed"
+
+
+def test_another_log_within_noise_is_not_reproduced_on_the_machine_that_made_it(
+    workshop: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    entry = workshop / "random"
+    multiply(entry, 0, 1 - 1e-9)
+    assert verify(entry, "--write") == 0
+    assert "NOT the same episodes" in capsys.readouterr().out
+    assert level_of(entry) == "verified"
+
+
+@pytest.mark.parametrize(("factor", "expected"), [(1 - 1e-9, "reproduced"), (0.5, "verified")])
+def test_a_run_that_was_made_elsewhere_is_compared_by_its_means_and_refutes_nothing(
+    workshop: Path, factor: float, expected: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    entry = workshop / "random"
+    document = multiply(entry, 0, factor)
+    versions = msgspec.structs.replace(read_run(document).versions, gym_extensions="0.9.0")
+    change_document(document, versions=versions)
+    assert verify(entry, "--write") == 0
+    out = capsys.readouterr().out
+    assert ("means within noise" in out) == (expected == "reproduced")
+    assert ("made elsewhere (gym_extensions 0.9.0 /" in out) == (expected == "verified")
+    assert level_of(entry) == expected
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('algorithm = "random"', 'algorithm = "mine"', "The algorithm 'mine' is not a reference agent."),
+        ('algorithm = "random"', 'algorithm = "os:system"', "is not a reference agent"),
+        ('steps = "recorded"', 'steps = "claimed"', "The training of this entry was not recorded"),
+    ],
+)
+def test_the_agent_of_a_stranger_is_refused_before_anything_is_run(
+    workshop: Path, old: str, new: str, message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = workshop / "random/submission.toml"
+    text = path.read_text(encoding="utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new), encoding="utf-8")
+    assert verify(workshop / "random", "--write") == 2
+    captured = capsys.readouterr()
+    assert captured.err.startswith(f"error: {path}: ")
+    assert message in captured.err
+    assert captured.out == ""
+    assert not (workshop.parent / "cache").exists()
+    assert not (workshop / "random/review.toml").exists()
+
+
+def test_settings_that_the_agent_does_not_have_are_refused(
+    workshop: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = workshop / "trpo/submission.toml"
+    path.write_text(path.read_text(encoding="utf-8").replace("max_kl = 0.04", "max_kl = 0.5"))
+    assert verify(workshop / "trpo", "--write") == 2
+    assert "max_kl" in capsys.readouterr().err
+    assert not (workshop / "trpo/review.toml").exists()
+
+
+def test_training_is_tried_with_one_thread_and_with_all(
+    workshop: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Large matrix products have other last bits then, and no document says which it was."""
+    entry = workshop / "random"
+    tried: list[int] = []
+    other = Path(shutil.copytree(entry, workshop / "other"))
+    multiply(other, 0, 0.5)
+
+    def trained(*_: object, **__: object) -> Path:
+        return (other if len(tried) == 1 else entry) / f"{RUN}.csv"
+
+    def limits(threads: int) -> AbstractContextManager[None]:
+        tried.append(threads)
+        return nullcontext()
+
+    monkeypatch.setattr(retrain, "threadpool_info", lambda: [{"num_threads": 1}, {"num_threads": 8}])
+    monkeypatch.setattr(retrain, "threadpool_limits", limits)
+    monkeypatch.setattr(retrain, "retrain", trained)
+    submission = read(entry, with_custom([workshop / "quick.toml"]), merge_runs=False)
+    assert train_again(entry, runs_of(submission)[RUN]).is_same
+    assert tried == [1, 8]
+
+
+def cells_of(*returns: float) -> Cells:
+    """One cell."""
+    return {(1, 0): [Outcome(10, value, False, None) for value in returns]}
+
+
+def test_cells_without_variance_or_without_episodes_agree_only_if_they_are_equal() -> None:
+    constant = cells_of(*[1.0] * 20)
+    assert compare_cells(constant, constant).is_same
+    other = compare_cells(constant, cells_of(*[1.0 + 1e-12] * 20))
+    assert (other.is_same, other.agrees, other.differing) == (False, False, 1)
+    missing = compare_cells(constant, constant | {(2, 0): constant[1, 0]})
+    assert (missing.differing, missing.cells) == (1, 2)
+
+
+def test_the_value_draws_the_run() -> None:
+    names = [f"pusher/joint/run{run}" for run in range(5)]
+    drawn = {drawn_run(names, f"{value:040x}") for value in range(50)}
+    assert drawn == set(names)
+    assert drawn_run(reversed(names), VALUE) == drawn_run(names, VALUE)
