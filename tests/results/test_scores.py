@@ -56,7 +56,7 @@ def test_every_metric_of_the_scorecard_is_a_row(submission: Write) -> None:
         for protocol, score in protocols.items()
         for metric in METRICS[protocol]
     ]
-    assert len(frame) == len(rows) == 13 + 1
+    assert len(frame) == len(rows) == 15 + 1
     assert [*zip(frame["group"], frame["protocol"], frame["metric"], strict=True)] == [
         (group, protocol, metric) for group, protocol, metric, _ in rows
     ]

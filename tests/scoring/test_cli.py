@@ -140,7 +140,7 @@ def test_csv_has_a_row_for_every_metric(
     assert cli.main([str(submission()), "--csv"]) == 0
     rows = capfdbinary.readouterr().out.decode().splitlines()
     assert rows[0] == "name,level,group,protocol,budget,runs,metric,mean,low,high,why"
-    assert len(rows) == 1 + 13 + 1
+    assert len(rows) == 1 + 15 + 1
     joint = "It needs joint runs, which this entry lacks."
     assert f'entry,claimed,hopper-gravity-v0,sequential,smoke,2,joint_gap,,,,"{joint}"' in rows
 

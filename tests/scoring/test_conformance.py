@@ -63,12 +63,12 @@ def episodes(nested: Any, axes: int) -> np.ndarray[Any, Any] | None:
 def results(case: dict[str, Any]) -> Results:
     arrays = {
         name: episodes(case.get(name), axes)
-        for name, axes in (("sequential", 3), ("single", 2), ("joint", 2))
+        for name, axes in (("sequential", 3), ("single", 2), ("joint", 2), ("cumulative", 2))
     }
     tasks = next(array.shape[-2] for array in arrays.values() if array is not None)
     group = TaskGroup("kit", tuple(Task(f"Task{j}", "Hopper") for j in range(1, tasks + 1)))
     runs = {name: tuple(range(len(array))) for name, array in arrays.items() if array is not None}
-    return Results(group, 1, runs, arrays["sequential"], arrays["single"], arrays["joint"])
+    return dataclasses.replace(Results(group, 1, runs), **arrays)  # type: ignore[arg-type]
 
 
 def references(case: dict[str, Any], group: TaskGroup) -> References:
@@ -77,7 +77,7 @@ def references(case: dict[str, Any], group: TaskGroup) -> References:
     return References("kit", tasks)
 
 
-@pytest.mark.parametrize("protocol", ["sequential", "single", "joint"])
+@pytest.mark.parametrize("protocol", list(METRICS))
 def test_metrics_of_runs(protocol: str) -> None:
     for case in kit(protocol)["cases"]:
         found = results(case)
@@ -95,8 +95,19 @@ def test_metrics_of_runs(protocol: str) -> None:
 def test_every_metric_has_a_case(protocol: str) -> None:
     files = [protocol, "transfer"] if protocol == "sequential" else [protocol]
     inside = {name for file in files for case in kit(file)["cases"] for name in case["expected"]}
-    elsewhere = {"joint_gap"}  # test_the_joint_gap
+    elsewhere = {"joint_gap", "practice", "transfer_at_equal_practice"}  # the two tests below
     assert {metric.name for metric in METRICS[protocol]} - elsewhere <= inside
+
+
+def test_practice_and_transfer_at_equal_practice() -> None:
+    (case,) = [case for case in kit("cumulative")["cases"] if "practice" in case]
+    found = results(case)
+    known = references(case, found.group)
+    got = metric_values(found, known, "sequential", normalized_runs(found, known, "sequential"))
+    for name in ("practice", "transfer_at_equal_practice"):
+        assert got[name].mean == pytest.approx(case[name], abs=EXACT)
+        assert got[name].low is not None
+        assert got[name].runs == ()
 
 
 def test_the_joint_gap() -> None:

@@ -72,4 +72,4 @@ def test_markdown_has_the_frames_rows(document: ScorecardDocument) -> None:
         )
     ]
     assert rows == expected
-    assert len(rows) == 5 * (13 + 1)
+    assert len(rows) == 5 * (15 + 1)

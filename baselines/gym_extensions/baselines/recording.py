@@ -89,8 +89,8 @@ def parse_stage(
     if stage not in (None, 1):
         message = f"Stage {stage!r} is out of range: the protocol {protocol} has stage 1 only."
         raise BenchError("bad-stage", message, "stage", "Leave stage out.")
-    if protocol == "joint":
-        _require_no_task(task, "A joint policy is trained on every task; leave task out.")
+    if protocol in ("joint", "cumulative"):
+        _require_no_task(task, f"The protocol {protocol} has one policy; leave task out.")
         return TrainingJob(group, protocol, run), 1
     if task is None:
         hint = "Name the task that the policy was trained on."
@@ -260,7 +260,7 @@ def record(
             Stable-Baselines3. Actions are clipped to the action space.
         group: a task group: the name of a published group, the TOML file of a custom group, or a
             :class:`gym_extensions.envs.TaskGroup`.
-        protocol: ``"sequential"``, ``"single"`` or ``"joint"``.
+        protocol: ``"sequential"``, ``"single"``, ``"joint"`` or ``"cumulative"``.
         run: the training seed, 0 to 999.
         stage: sequential: the number of tasks that the policy has been trained on, 0 to T. 0 is the policy
             before training.

@@ -83,7 +83,7 @@ def train(
         agent: the name of a reference agent, ``"module:factory"``, or a factory.
         groups: a task group or several: names of published groups, TOML files of custom groups, or
             :class:`gym_extensions.envs.TaskGroup` objects.
-        protocols: ``"sequential"``, ``"single"`` or ``"joint"``, or several.
+        protocols: ``"sequential"``, ``"single"``, ``"joint"`` or ``"cumulative"``, or several.
         budget: ``"smoke"``, ``"100k"``, ``"300k"``, ``"1M"`` or ``"paper"``: training steps per task.
         runs: a training seed from 0 to 999, or several.
         out: the submission's folder.

@@ -8,7 +8,10 @@ from dataclasses import dataclass
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.errors import BenchError, did_you_mean
 
-PROTOCOLS = ("sequential", "single", "joint")
+PROTOCOLS = ("sequential", "single", "joint", "cumulative")
+"""``sequential``: one policy learns the tasks in order. ``single``: one policy per task. ``joint``: one
+policy learns all tasks together. ``cumulative``: one policy learns the last task alone, for the steps of the
+whole sequence, which tells practice from transfer."""
 EVALUATION_EPISODES = 20
 FIRST_REFERENCE_RUN = 1000
 """First training seed of reference runs. A submission may not use this seed or a larger one."""

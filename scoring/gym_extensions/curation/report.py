@@ -33,7 +33,7 @@ class GateScore:
     """The first metric of a submission on a group and protocol."""
 
     group: Annotated[str, about("group id")]
-    protocol: Annotated[str, about("`sequential`, `single` or `joint`")]
+    protocol: Annotated[str, about("`sequential`, `single`, `joint` or `cumulative`")]
     budget: Annotated[str, about("name of the budget")]
     runs: Annotated[int, about("number of runs")]
     metric: Annotated[str, about("name of the metric")]

@@ -119,9 +119,9 @@ def episodes(
     ===========  =======  ==========================================================================
     submission   str      name of the submission's folder
     group        str      group id
-    protocol     str      ``sequential``, ``single`` or ``joint``
+    protocol     str      ``sequential``, ``single``, ``joint`` or ``cumulative``
     run          int64    training seed
-    stage        int64    number of tasks trained so far: 0 untrained; 1 in single and joint logs
+    stage        int64    number of tasks trained so far: 0 untrained; 1 in the other protocols
     task         str      task id
     episode      int64    number of the episode in its run, stage and task, from 0
     seed         int64    reset seed
@@ -186,10 +186,10 @@ def curves(
     ===========  =======  ==========================================================================
     submission   str      name of the submission's folder
     group        str      group id
-    protocol     str      ``sequential``, ``single`` or ``joint``
+    protocol     str      ``sequential``, ``single``, ``joint`` or ``cumulative``
     run          int64    training seed
     task         str      task id
-    step         int64    training steps since the stage began; in joint runs since the run began
+    step         int64    training steps since the stage began
     return       float64  mean return of the training episodes that ended since the point before
     ===========  =======  ==========================================================================
 
@@ -243,7 +243,7 @@ def evaluations(
     ===========  =======  ==========================================================================
     submission   str      name of the submission's folder
     group        str      group id
-    protocol     str      ``sequential``, ``single`` or ``joint``
+    protocol     str      ``sequential``, ``single``, ``joint`` or ``cumulative``
     run          int64    training seed
     stage        int64    the stage in training; 0 before training
     task         str      id of the evaluated task
@@ -322,10 +322,10 @@ def unfinished_curves(folder: str | Path) -> pd.DataFrame:
     ===========  =======  ==========================================================================
     submission   str      name of the submission's folder
     group        str      name of the group's folder
-    protocol     str      ``sequential``, ``single`` or ``joint``
+    protocol     str      ``sequential``, ``single``, ``joint`` or ``cumulative``
     run          int64    training seed
     task         str      task id
-    step         int64    training steps since the stage began; in joint runs since the run began
+    step         int64    training steps since the stage began
     return       float64  mean return of the training episodes that ended since the point before
     ===========  =======  ==========================================================================
 

@@ -51,7 +51,7 @@ def metrics(
     name      str      name of the submission's folder
     level     str      ``reported``, ``claimed``, ``verified`` or ``reproduced``
     group     str      group id, or name of a suite
-    protocol  str      ``sequential``, ``single`` or ``joint``
+    protocol  str      ``sequential``, ``single``, ``joint`` or ``cumulative``
     budget    str      name of the training budget
     runs      Int64    number of runs; missing for a suite, 0 for a reported entry
     metric    str      name of the metric (docs/metrics.md)
@@ -115,7 +115,7 @@ def board(
         group: name or id of a group (``hopper-gravity``, ``hopper-gravity-v0``), name of a suite, or a
             TaskGroup.
         submissions: a submission, a folder of submissions, or a list of these.
-        protocol: ``sequential``, ``single`` or ``joint``.
+        protocol: ``sequential``, ``single``, ``joint`` or ``cumulative``.
         budget: name of the training budget. The site has no board of the budget ``smoke``.
         task_conditioned: whether the agents observe the task in evaluation.
         columns: the columns to return, in this order; all by default.
@@ -175,9 +175,9 @@ def scores(
     ==========  =======  ===========================================================================
     submission  str      name of the submission's folder
     group       str      group id
-    protocol    str      ``sequential``, ``single`` or ``joint``
+    protocol    str      ``sequential``, ``single``, ``joint`` or ``cumulative``
     run         int64    training seed
-    stage       int64    number of tasks trained so far: 0 untrained; 1 in single and joint logs
+    stage       int64    number of tasks trained so far: 0 untrained; 1 in the other protocols
     task        str      task id, in training order
     return      float64  mean over the 20 episodes
     normalized  float64  the same: 0 = floor, 1 = reference; missing for a task without a reference
@@ -186,7 +186,7 @@ def scores(
     Args:
         submissions: a submission, a folder of submissions, or a list of these.
         group: name or id of a group, or a TaskGroup.
-        protocol: ``sequential``, ``single`` or ``joint``.
+        protocol: ``sequential``, ``single``, ``joint`` or ``cumulative``.
         stage: of which stage; -1 for the last one, None for all.
         columns: the columns to return, in this order; all by default.
         groups: custom groups that the submissions may contain: TOML files or TaskGroup objects.

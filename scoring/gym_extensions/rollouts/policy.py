@@ -349,7 +349,7 @@ def read_arrays(folder: Path, group: TaskGroup, protocol: str, run: int) -> dict
     Args:
         folder: the submission.
         group: the group.
-        protocol: sequential, single or joint.
+        protocol: one of ``PROTOCOLS``.
         run: the run.
 
     Raises:
@@ -420,7 +420,7 @@ def read_policies(folder: Path, group: TaskGroup, protocol: str, run: int) -> di
     Args:
         folder: the submission.
         group: the group.
-        protocol: sequential, single or joint.
+        protocol: one of ``PROTOCOLS``.
         run: the run.
 
     Raises:

@@ -25,7 +25,9 @@ Text = Annotated[str, Meta(max_length=4000)]
 Date = Annotated[str, Meta(pattern=r"^\d{4}-\d\d-\d\d$")]
 Sha256 = Annotated[str, Meta(pattern="^[0-9a-f]{64}$")]
 Value = Annotated[str, Meta(pattern="^[0-9a-f]{8,128}$")]
-RunKey = Annotated[str, Meta(pattern=r"^[a-z0-9-]+/(sequential|single|joint)/run(0|[1-9]\d{0,8})$")]
+RunKey = Annotated[
+    str, Meta(pattern=r"^[a-z0-9-]+/(sequential|single|joint|cumulative)/run(0|[1-9]\d{0,8})$")
+]
 """The name of a run: ``hopper-gravity/sequential/run3``."""
 Count = Annotated[int, Meta(ge=0)]
 Probability = Annotated[float, Meta(ge=0, le=1)]

@@ -118,7 +118,7 @@ class RunDocument(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
     format: Literal[1] = FORMAT
     group: Text
-    protocol: Literal["sequential", "single", "joint"]
+    protocol: Literal["sequential", "single", "joint", "cumulative"]
     run: Count
     command: Annotated[str, Meta(max_length=4000)] = ""
     commit: Text = ""

@@ -17,7 +17,7 @@ from gym_extensions.rollouts.tables import Floats, Log
 
 TOLERANCE = 1e-5
 """Largest difference of identical returns, absolute and relative: a copy with noise is the same run."""
-PAIRED_PROTOCOLS = (("sequential", "single"), ("joint",))
+PAIRED_PROTOCOLS = (("sequential", "single"), ("joint",), ("cumulative",))
 """Protocols whose runs belong together: a run of one agent has both a sequential and a single log."""
 
 
@@ -81,7 +81,7 @@ def merge_identical_runs(submitted: SubmittedGroup) -> SubmittedGroup:
     """The group with identical runs counted as one, and a note per set of identical runs.
 
     A sequential and a single run of one training seed are a pair; two pairs are identical if both logs are.
-    Joint runs are compared by themselves.
+    Joint and cumulative runs are compared by themselves.
     """
     for protocols in PAIRED_PROTOCOLS:
         logs = [submitted.logs[name] for name in protocols if name in submitted.logs]
@@ -98,7 +98,8 @@ def _merge(submitted: SubmittedGroup, logs: list[Log]) -> SubmittedGroup:
     copies = [runs for runs in sets.values() if len(runs) > 1]
     if not copies:
         return submitted
-    kind = "Joint runs" if logs[0].protocol == "joint" else "Runs"
+    protocol = logs[0].protocol
+    kind = "Runs" if protocol in PAIRED_PROTOCOLS[0] else f"{protocol.capitalize()} runs"
     notes = [
         f"{kind} {', '.join(map(str, runs))} are identical in every episode and count as one."
         for runs in copies

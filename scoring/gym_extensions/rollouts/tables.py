@@ -283,7 +283,7 @@ def log_of(frames: Mapping[int, pd.DataFrame], protocol: str, group: TaskGroup) 
 
     Args:
         frames: the rows of each run; at least one.
-        protocol: sequential, single or joint.
+        protocol: one of ``PROTOCOLS``.
         group: the group.
     """
     runs = sorted(frames)
@@ -318,6 +318,10 @@ def prescribed_rows(protocol: str, group: TaskGroup) -> dict[str, Integers]:
     }
 
 
+WHOLE_BUDGET = ("joint", "cumulative")
+"""The protocols whose one stage has the training steps of all tasks."""
+
+
 def stage_steps(budget: Budget, group: TaskGroup, protocol: str) -> int:
-    """Training steps of a stage: of a task, or of all tasks together in the joint protocol."""
-    return budget.steps_for(group.name) * (len(group.tasks) if protocol == "joint" else 1)
+    """Training steps of a stage: of a task, or of all tasks together where the protocol has one stage."""
+    return budget.steps_for(group.name) * (len(group.tasks) if protocol in WHOLE_BUDGET else 1)

@@ -157,7 +157,7 @@ class Board:
 
     group: Annotated[str, about("group id or suite name")]
     published: Annotated[bool, about("false for a custom group, which `score --groups` adds")]
-    protocol: Annotated[str, about("`sequential`, `single` or `joint`")]
+    protocol: Annotated[str, about("`sequential`, `single`, `joint` or `cumulative`")]
     budget: Annotated[str, about("name of the budget")]
     task_conditioned: Annotated[bool, about("whether its agents observe the task in evaluation")]
     ranked: Annotated[int, about("M, the number of ranked entries")]
@@ -253,7 +253,7 @@ def board_keys(cards: Sequence[Scorecard]) -> list[BoardKey]:
         for scores in (card.groups, card.suites)
         for name, protocols in scores.items()
         for protocol, score in protocols.items()
-        if BUDGETS[score.budget].on_boards
+        if BUDGETS[score.budget].on_boards and protocol != "cumulative"  # a control, not a contest
     }
     budgets, protocols = list(BUDGETS), list(PROTOCOLS)
     return sorted(

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Annotated
 
-from gym_extensions.catalog.protocol import CURVE_POINTS
+from gym_extensions.catalog.protocol import CURVE_POINTS, PROTOCOLS
 from gym_extensions.scoring.documents import about
 from gym_extensions.scoring.statistics import Interval, Number, mean, standard_deviation
 
@@ -32,6 +32,7 @@ class Run:
         normalized_returns: p[s][j] by (s, j).
         final_episodes: normalized returns of the evaluation episodes at stage T, by j.
         single_task: p_single[j] by j.
+        cumulative: p_cumulative[T] by T; empty without a cumulative run of this training seed.
         auc: area under the training curve in the sequential log, by j.
         single_task_auc: area under the training curve in the single log, by j.
     """
@@ -41,6 +42,7 @@ class Run:
     normalized_returns: dict[tuple[int, int], float] = field(default_factory=dict)
     final_episodes: dict[int, tuple[float, ...]] = field(default_factory=dict)
     single_task: dict[int, float] = field(default_factory=dict)
+    cumulative: dict[int, float] = field(default_factory=dict)
     auc: dict[int, float] = field(default_factory=dict)
     single_task_auc: dict[int, float] = field(default_factory=dict)
 
@@ -217,6 +219,33 @@ TABLE = (
         limits="Rare failures: two of twenty episodes are averaged.",
     ),
     Metric(
+        "practice",
+        "Practice",
+        "p_cumulative[T] − p_single[T]",
+        lambda run: run.cumulative[run.T] - run.single_task[run.T] if run.T in run.scored else None,
+        NOT_RANKED,
+        needs=("single", "cumulative"),
+        limits="Whether the earlier tasks helped: both policies saw the last task alone.",
+    ),
+    Metric(
+        "transfer_at_equal_practice",
+        "Transfer at equal practice",
+        "p[T][T] − p_cumulative[T]",
+        lambda run: run.p(run.T, run.T) - run.cumulative[run.T] if run.T in run.scored else None,
+        NOT_RANKED,
+        needs=("cumulative",),
+        limits="Any task but the last.",
+    ),
+    Metric(
+        "last_task_performance",
+        "Last-task performance",
+        "p_cumulative[T]",
+        lambda run: run.p(run.T, run.T) if run.T in run.scored else None,
+        NOT_RANKED,
+        protocols=("cumulative",),
+        limits="Any task but the last, which alone was trained.",
+    ),
+    Metric(
         "single_task_performance",
         "Single-task performance",
         "mean over j of p_single[j]",
@@ -230,8 +259,7 @@ TABLE = (
 """Every metric. To add one, add a row here and a worked example in ``conformance/``."""
 
 METRICS: dict[str, tuple[Metric, ...]] = {
-    protocol: tuple(metric for metric in TABLE if protocol in metric.protocols)
-    for protocol in ("sequential", "single", "joint")
+    protocol: tuple(metric for metric in TABLE if protocol in metric.protocols) for protocol in PROTOCOLS
 }
 """The metrics of each protocol in the order of the table; the first one sorts the protocol's boards."""
 
@@ -252,8 +280,8 @@ class MetricValue:
     runs: Annotated[
         tuple[float, ...],
         about(
-            "one value per run, in the order of the group's `runs`; empty for `joint_gap` "
-            "(joint and sequential runs are not paired) and in suites"
+            "one value per run, in the order of the group's `runs`; empty in suites and for the metrics that "
+            "compare with joint or cumulative runs"
         ),
     ] = ()
     why: Annotated[str, about("why the mean or the interval is null, as a sentence; else empty")] = ""

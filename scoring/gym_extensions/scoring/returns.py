@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +38,7 @@ class Results:
         sequential: returns [run, stage, task, episode], or None without the log.
         single: returns [run, task, episode], or None without the log.
         joint: returns [run, task, episode], or None without the log.
+        cumulative: returns [run, task, episode], or None without the log.
         curves: training curves by (protocol, run, task id).
         successes: [run, stage, task, episode] by protocol: 1, 0, or -1 where the task defines no success.
     """
@@ -48,16 +49,18 @@ class Results:
     sequential: Returns | None = None
     single: Returns | None = None
     joint: Returns | None = None
+    cumulative: Returns | None = None
     curves: dict[tuple[str, int, str], Curve] = field(default_factory=dict)
     successes: dict[str, Successes] = field(default_factory=dict)
 
     @functools.cached_property
     def returns(self) -> dict[str, Cells]:
-        """Returns [run][stage][task][episode] by protocol. Single and joint logs have one stage."""
+        """Returns [run][stage][task][episode] by protocol. All but sequential logs have one stage."""
         arrays = {
             "sequential": self.sequential,
             "single": None if self.single is None else self.single[:, None],
             "joint": None if self.joint is None else self.joint[:, None],
+            "cumulative": None if self.cumulative is None else self.cumulative[:, None],
         }
         return {protocol: array.tolist() for protocol, array in arrays.items() if array is not None}
 
@@ -111,6 +114,7 @@ def results(entry: SubmittedGroup, budget: str) -> Results:
         sequential=_array(entry.logs.get("sequential")),
         single=_array(entry.logs.get("single")),
         joint=_array(entry.logs.get("joint")),
+        cumulative=_array(entry.logs.get("cumulative")),
         curves={
             (protocol, run, curve.task): (curve.steps, curve.returns)
             for protocol, documents in entry.runs.items()
@@ -144,6 +148,9 @@ def normalized_runs(results: Results, references: References, protocol: str) -> 
     }
     T = len(ids)
     single = dict(zip(results.runs.get("single", ()), results.means.get("single", ()), strict=True))
+    cumulative = dict(
+        zip(results.runs.get("cumulative", ()), results.means.get("cumulative", ()), strict=True)
+    )
     first_stage = 0 if protocol == "sequential" else T
     runs = []
     for seed, episodes, means in zip(
@@ -166,6 +173,11 @@ def normalized_runs(results: Results, references: References, protocol: str) -> 
                     j: reference.normalize(single[seed][0][j - 1])
                     for j, reference in (scored if seed in single else {}).items()
                 },
+                cumulative={
+                    j: reference.normalize(cumulative[seed][0][j - 1])
+                    for j, reference in (scored if seed in cumulative else {}).items()
+                    if j == T
+                },
                 auc=_areas(results, protocol, seed, with_curves),
                 single_task_auc=_areas(results, "single", seed, with_curves),
             )
@@ -182,6 +194,7 @@ NEEDS = {
     "sequential": "sequential runs",
     "single": "single-task runs",
     "joint": "joint runs",
+    "cumulative": "cumulative runs",
     "curves": "training curves",
 }
 """What metrics need besides their own log, in words."""
@@ -237,7 +250,7 @@ def metric_values(
     Args:
         results: the group's raw returns.
         references: floors and ceilings.
-        protocol: ``sequential``, ``single`` or ``joint``.
+        protocol: ``sequential``, ``single``, ``joint`` or ``cumulative``.
         runs: the protocol's normalized runs; empty where a task of the group has no reference.
     """
     unknown = no_reference(results.group.task_ids, references)
@@ -250,6 +263,9 @@ def metric_values(
         elif metric.function is None:
             joint = _over_runs(FINAL, normalized_runs(results, references, "joint"))
             values[metric.name] = _joint_gap(values[FINAL.name], joint)
+        elif "cumulative" in metric.needs:  # made for some runs of the sequence only
+            paired = _over_runs(metric, [run for run in runs if run.cumulative])
+            values[metric.name] = replace(paired, runs=())
         else:
             values[metric.name] = _over_runs(metric, runs)
     return values
@@ -267,7 +283,7 @@ def floor_values(
         agent: ``random`` or ``zero``.
         task_ids: the group's tasks.
         references: floors and ceilings, with the agent's mean return of each task.
-        protocol: ``sequential``, ``single`` or ``joint``.
+        protocol: ``sequential``, ``single``, ``joint`` or ``cumulative``.
 
     Returns:
         The values by name of the metric; empty where a task has no reference or no such mean.

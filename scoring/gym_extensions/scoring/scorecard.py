@@ -195,7 +195,7 @@ class GroupScore:
         tuple[tuple[tuple[float, ...], ...], ...],
         about(
             "mean raw returns `[run][stage][task]`: stages 0 to T in `sequential`, the last stage alone in "
-            "`single` and `joint`; empty in a reported entry"
+            "the other protocols; empty in a reported entry"
         ),
     ]
     success_rates: Annotated[
@@ -210,13 +210,11 @@ class GroupScore:
         tuple[tuple[str, ...], ...],
         about(
             "what equal runs have in common, by which boards recognize copies: 16 digests of episodes per "
-            "run, in navigation the digest of the policies; empty in `single`, `joint` and reported entries"
+            "run, in navigation the digest of the policies; empty but in `sequential`"
         ),
     ] = ()
     missing_for_full_entry: Annotated[tuple[str, ...], about("what a full entry still needs, in words")] = ()
-    paper_table: Annotated[
-        tuple[PaperRow, ...], about("one row per task; empty in `single` and `joint`")
-    ] = ()
+    paper_table: Annotated[tuple[PaperRow, ...], about("one row per task; empty outside `sequential`")] = ()
     paper_total: Annotated[
         PaperColumns | None,
         about("totals of the paper's table: mean of the rows' means, deviation of all episodes pooled"),

@@ -56,7 +56,7 @@ def estimate(groups: Groups, names: Sequence[str], protocol: str, metric: Metric
     Args:
         groups: scores by group id and protocol.
         names: ids of the groups, which are independent.
-        protocol: ``sequential``, ``single`` or ``joint``.
+        protocol: ``sequential``, ``single``, ``joint`` or ``cumulative``.
         metric: a metric of that protocol.
     """
     parts = [_of_group(groups.get(name, {}), protocol, metric) for name in names]

@@ -94,7 +94,7 @@ class IndexBoard:
 
     id: Annotated[str, about("its name")]
     group: Annotated[str, about("group id or suite name")]
-    protocol: Annotated[str, about("`sequential`, `single` or `joint`")]
+    protocol: Annotated[str, about("`sequential`, `single`, `joint` or `cumulative`")]
     budget: Annotated[str, about("name of the budget")]
     task_conditioned: Annotated[bool, about("whether its agents observe the task in evaluation")]
     entries: Annotated[int, about("number of its entries")]

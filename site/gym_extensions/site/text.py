@@ -182,6 +182,10 @@ PROTOCOLS = {
         "All tasks at once",
         "One policy is trained on all tasks of the group together, with the budget of the whole group.",
     ),
+    "cumulative": (
+        "The last task for the whole budget",
+        "One policy is trained on the last task alone, for the steps of the whole sequence.",
+    ),
 }
 BUDGET_KINDS = {"1M": "long", "300k": "standard", "100k": "quick", "smoke": "tests"}
 """What a budget is for, where its name does not say it."""

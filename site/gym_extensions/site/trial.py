@@ -42,6 +42,7 @@ COLUMNS: dict[str, tuple[str, ...]] = {
     ),
     "single": ("single_task_performance",),
     "joint": ("final_performance", "return_std", "cvar_10"),
+    "cumulative": ("last_task_performance",),
 }
 """The metrics on a protocol's board. The first sorts it; forgetting follows learning performance."""
 NO_METRIC = MetricValue(why="not part of this protocol")
@@ -331,6 +332,7 @@ class Example:
     Args:
         matrix: p[s][j], a row per stage from 0, a column per task.
         single: p_single[j].
+        cumulative: p_cumulative[T].
         areas: areas under the training curves in the sequential log.
         single_areas: those of tasks that are trained alone.
         joint: final performance of the same agent on all tasks at once.
@@ -339,6 +341,7 @@ class Example:
 
     matrix: Matrix
     single: tuple[float, ...]
+    cumulative: float
     areas: tuple[float, ...]
     single_areas: tuple[float, ...]
     joint: float
@@ -356,6 +359,7 @@ class Example:
             normalized_returns={(s, j): row[j - 1] for s, row in enumerate(self.matrix) for j in tasks},
             final_episodes={j: tuple(self.matrix[-1][j - 1] + offset for offset in offsets) for j in tasks},
             single_task=dict(zip(tasks, self.single, strict=True)),
+            cumulative={len(self.single): self.cumulative},
             auc=dict(zip(tasks, self.areas, strict=True)),
             single_task_auc=dict(zip(tasks, self.single_areas, strict=True)),
         )
@@ -372,6 +376,7 @@ class Example:
 EXAMPLE = Example(
     matrix=((0.0, 0.1, 0.0), (0.8, 0.2, 0.1), (0.5, 0.9, 0.3), (0.4, 0.7, 1.0)),
     single=(0.8, 0.8, 0.9),
+    cumulative=0.95,
     areas=(0.5, 0.6, 0.7),
     single_areas=(0.5, 0.4, 0.5),
     joint=0.9,

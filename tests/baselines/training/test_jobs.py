@@ -45,6 +45,13 @@ def test_a_joint_job_trains_all_tasks_at_once_with_the_steps_of_all() -> None:
     assert (stage.trained, stage.steps, stage.evaluated) == (GROUP.tasks, 5000, GROUP.tasks)
 
 
+def test_a_cumulative_job_trains_the_last_task_alone_with_the_steps_of_all() -> None:
+    (job,) = jobs_of(GROUP, "cumulative", [0])
+    (stage,) = job.stages(SMOKE)
+    assert (stage.trained, stage.evaluated) == (GROUP.tasks[-1:], GROUP.tasks)
+    assert stage.steps == SMOKE.steps_for(GROUP.name) * len(GROUP.tasks)
+
+
 def test_the_single_protocol_has_a_job_per_run_and_task() -> None:
     jobs = jobs_of(GROUP, "single", [0, 2])
     assert [job.name for job in jobs] == [

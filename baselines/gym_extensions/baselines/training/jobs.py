@@ -185,6 +185,8 @@ class TrainingJob:
             return [Stage(k, which, steps if which else 0, tasks) for k, which in enumerate(trained)]
         if self.protocol == "joint":
             return [Stage(1, tasks, steps * len(tasks), tasks)]
+        if self.protocol == "cumulative":
+            return [Stage(1, tasks[-1:], steps * len(tasks), tasks)]
         if self.task is None:
             raise ValueError("a job of the single protocol needs a task")
         alone = (tasks[self.task],)

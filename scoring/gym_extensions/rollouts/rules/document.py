@@ -17,7 +17,7 @@ from gym_extensions.rollouts.layout import DOCUMENT, LOG, POLICIES, run_file
 from gym_extensions.rollouts.problem import MAX_QUOTE, Finding, quote, rule
 from gym_extensions.rollouts.rules.manifest import first_invisible
 from gym_extensions.rollouts.run import Curve, InterimEvaluation, RunDocument, Versions
-from gym_extensions.rollouts.tables import stage_steps
+from gym_extensions.rollouts.tables import WHOLE_BUDGET, stage_steps
 
 BUDGET_TOLERANCE = 1.02
 """A run may exceed the budget by 2 %, for an agent whose last batch exceeds it."""
@@ -152,7 +152,7 @@ def over_budget(run: SubmittedRun) -> Iterator[Finding]:
     if run.budget is None:
         return
     steps = stage_steps(run.budget, run.group, run.protocol)
-    total = steps * (1 if run.protocol == "joint" else len(run.group.tasks))
+    total = steps * (1 if run.protocol in WHOLE_BUDGET else len(run.group.tasks))
     hint = "Train within the budget, or name the larger budget in submission.toml."
     if run.document.steps > BUDGET_TOLERANCE * total:
         message = f"The run has {run.document.steps} steps; the budget {run.budget.name!r} has {total}."
@@ -184,6 +184,8 @@ def foreign_curve(run: SubmittedRun) -> Iterator[Finding]:
                 protocol == "sequential" and name == "curves" and part.task != group.task_ids[part.stage - 1]
             ):
                 message = f"Stage {part.stage} trains {group.task_ids[part.stage - 1]}."
+            elif protocol == "cumulative" and name == "curves" and part.task != group.task_ids[-1]:
+                message = f"The cumulative protocol trains {group.task_ids[-1]} alone."
             seen.add((part.stage, part.task))
             if message:
                 yield Finding(where, message, "Include only curves of this run, one per stage and task.")

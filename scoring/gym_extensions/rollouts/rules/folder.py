@@ -158,7 +158,7 @@ def _file_hint(parts: list[str]) -> str:
 
 @rule("folder")
 def no_runs(folder: Folder) -> Iterator[Finding]:
-    """Each group folder contains at least one run, in a folder sequential, single or joint."""
+    """Each group folder contains at least one run, in a folder of a protocol."""
     with_runs = {group for group, _ in folder.runs}
     for item in folder.items:
         if item.kind == "folder" and item.path in folder.groups and item.path not in with_runs:

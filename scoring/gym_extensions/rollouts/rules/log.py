@@ -154,10 +154,10 @@ ROW_RULES = {
         "",
     ),
     "wrong-stage": RowRule(
-        "Stages are 0 to the number of tasks in the sequential protocol, and 1 in single and joint.",
+        "Stages are 0 to the number of tasks in the sequential protocol, and 1 in the others.",
         lambda rows, log: ~np.isin(log.stage, stages(log.protocol, len(log.group.tasks))),
         "Column `stage` is {stage}; expected {stages}.",
-        "The stage is the number of tasks trained so far; it is 1 (trained) in single and joint logs.",
+        "The stage is the number of tasks trained so far; it is 1 (trained) where a protocol has one stage.",
     ),
     "wrong-episode": RowRule(
         f"Episodes of a cell are numbered 0 to {EVALUATION_EPISODES - 1}.",
