@@ -8,13 +8,13 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
 from gym_extensions.catalog.groups import SUITES, TaskGroup
 from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS, STANDARD_BUDGET
 from gym_extensions.errors import BenchError, did_you_mean
+from gym_extensions.metrics import compute
 from gym_extensions.results.frames import (
     CustomGroups,
     Paths,
@@ -29,11 +29,9 @@ from gym_extensions.rollouts.tables import Log
 from gym_extensions.scoring.boards import BoardKey
 from gym_extensions.scoring.frames import METRIC_DTYPES, board_dtypes, board_frame, metrics_frame
 from gym_extensions.scoring.leaderboard import board as board_of
-from gym_extensions.scoring.metrics import METRICS, Metric, Run
 from gym_extensions.scoring.pipeline import Scorer, make_scorer, scorecard_document
 from gym_extensions.scoring.references import References
 from gym_extensions.scoring.scorecard import Scorecard, ScorecardDocument
-from gym_extensions.scoring.statistics import interval
 
 
 def metrics(
@@ -236,7 +234,8 @@ def _means(log: Log, references: References) -> pd.DataFrame:
 def metrics_of(
     matrix: npt.ArrayLike, single: npt.ArrayLike | None = None, columns: Sequence[str] | None = None
 ) -> pd.DataFrame:
-    """The sequential metrics of a matrix of returns from anywhere, without episodes.
+    """The metrics of a matrix of returns from anywhere, as a frame; :func:`gym_extensions.metrics.compute`
+    takes more.
 
     ======  =======  ===============================================================================
     column  dtype    value
@@ -262,44 +261,9 @@ def metrics_of(
     """
     dtypes = {"metric": "str", **dict.fromkeys(("mean", "low", "high"), "float64")}
     check_columns(columns, dtypes)
-    values = np.asarray(matrix, dtype=np.float64)
-    values = values[None] if values.ndim == 2 else values
-    tasks = values.shape[-1] if values.ndim == 3 else 0
-    alone = None if single is None else np.asarray(single, dtype=np.float64).reshape(-1, max(tasks, 1))
-    is_shaped = tasks > 0 and values.shape[1] in (tasks, tasks + 1)
-    if not is_shaped or (alone is not None and len(alone) != len(values)):
-        message = f"The shape is {np.shape(matrix)}" + ("" if single is None else f" and {np.shape(single)}")
-        hint = "Give ([runs,] T or T + 1, T), and ([runs,] T) for single."
-        raise BenchError("bad-matrix", f"{message}.", "matrix", hint)
-    if not np.isfinite(values).all() or (alone is not None and not np.isfinite(alone).all()):
-        raise BenchError("bad-matrix", "A value is not finite.", "matrix", "Leave out runs without results.")
-    first, positions = tasks + 1 - values.shape[1], range(1, tasks + 1)
-    runs = [
-        Run(
-            T=tasks,
-            scored=tuple(positions),
-            normalized_returns={
-                (stage, j): float(row[j - 1]) for stage, row in enumerate(rows, first) for j in positions
-            },
-            single_task={} if alone is None else {j: float(alone[index][j - 1]) for j in positions},
-        )
-        for index, rows in enumerate(values)
-    ]
-    rows_ = [(metric.name, *_interval(metric, runs)) for metric in METRICS["sequential"]]
-    return select_columns(pd.DataFrame(rows_, columns=list(dtypes)).astype(dtypes), columns)
-
-
-def _interval(metric: Metric, runs: Sequence[Run]) -> tuple[float | None, float | None, float | None]:
-    """Mean and interval of a metric over runs; None where the runs lack what it needs."""
-    try:
-        values = [metric.function(run) if metric.function else None for run in runs]
-    except KeyError:
-        return None, None, None
-    known = [value for value in values if value is not None]
-    if len(known) < len(values):
-        return None, None, None
-    found = interval(known)
-    return found.mean, found.low, found.high
+    values = compute(matrix, single)
+    rows = [(name, value.mean, value.low, value.high) for name, value in values.items()]
+    return select_columns(pd.DataFrame(rows, columns=list(dtypes)).astype(dtypes), columns)
 
 
 def _warn_of_another_budget(cards: Sequence[Scorecard], key: BoardKey) -> None:

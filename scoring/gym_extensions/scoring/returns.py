@@ -206,7 +206,8 @@ def missing_words(needs: Iterable[str], results: Results) -> list[str]:
     return [NEEDS[name] for name in needs if name not in present]
 
 
-def _over_runs(metric: Metric, runs: list[Run]) -> MetricValue:
+def over_runs(metric: Metric, runs: list[Run]) -> MetricValue:
+    """The value of a metric over runs, or why there is none."""
     values: list[float] = []
     for run in runs:
         try:
@@ -219,7 +220,7 @@ def _over_runs(metric: Metric, runs: list[Run]) -> MetricValue:
     return MetricValue.of(interval(values), tuple(values), ONE_RUN if len(values) == 1 else "")
 
 
-def _joint_gap(final: MetricValue, joint: MetricValue) -> MetricValue:
+def joint_gap(final: MetricValue, joint: MetricValue) -> MetricValue:
     """Joint minus sequential final performance. Runs are not paired, so the interval is Welch's."""
     if not final.runs or not joint.runs:
         return MetricValue(why=final.why or joint.why)
@@ -261,13 +262,13 @@ def metric_values(
         if why:
             values[metric.name] = MetricValue(why=why)
         elif metric.function is None:
-            joint = _over_runs(FINAL, normalized_runs(results, references, "joint"))
-            values[metric.name] = _joint_gap(values[FINAL.name], joint)
+            joint = over_runs(FINAL, normalized_runs(results, references, "joint"))
+            values[metric.name] = joint_gap(values[FINAL.name], joint)
         elif "cumulative" in metric.needs:  # made for some runs of the sequence only
-            paired = _over_runs(metric, [run for run in runs if run.cumulative])
+            paired = over_runs(metric, [run for run in runs if run.cumulative])
             values[metric.name] = replace(paired, runs=())
         else:
-            values[metric.name] = _over_runs(metric, runs)
+            values[metric.name] = over_runs(metric, runs)
     return values
 
 

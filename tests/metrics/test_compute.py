@@ -1,0 +1,107 @@
+"""Metrics of a matrix from anywhere: the conformance kit through the public function, and wrong input."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gym_extensions import metrics, scoring
+from gym_extensions.errors import BenchError
+from gym_extensions.scoring.metrics import TABLE
+
+KIT = Path(str(scoring.__file__)).parent / "conformance"
+R = [[0.0, 0.1, 0.2], [0.6, 0.3, 0.2], [0.8, 0.7, 0.4], [0.5, 0.4, 0.9]]
+
+
+def cases(name: str) -> list[dict[str, Any]]:
+    found: list[dict[str, Any]] = json.loads((KIT / f"{name}.json").read_text(encoding="utf-8"))["cases"]
+    return found
+
+
+def means(nested: Any, axes: int) -> Any:
+    """The nested lists with a number for each list of episodes below that many axes."""
+    if axes:
+        return [means(inner, axes - 1) for inner in nested]
+    return float(np.mean(nested))
+
+
+@pytest.mark.parametrize("case", cases("sequential"), ids=lambda case: str(case["name"]))
+def test_the_conformance_kit_holds(case: dict[str, Any]) -> None:
+    last = [run[-1] for run in case["sequential"]]
+    counts = {len(cell) for run in last for cell in run if isinstance(cell, list)} or {1}
+    episodes = [[cell if isinstance(cell, list) else [cell] * max(counts) for cell in run] for run in last]
+    found = metrics.compute(
+        means(case["sequential"], 3),
+        means(case["single"], 2) if case.get("single") else None,
+        episodes=episodes,
+        floor=case["floor"],
+        ceiling=case["ceiling"],
+    )
+    for name, expected in case["expected"].items():
+        if expected is None:
+            assert found[name].mean is None, name
+            assert found[name].why, name
+        else:
+            assert found[name].runs == pytest.approx(expected, abs=1e-12), name
+
+
+def test_three_lines_give_every_metric() -> None:
+    values = metrics.compute(R, [0.5, 0.6, 1.0])
+    assert list(values) == list(metrics.FORMULAS) == [metric.name for metric in TABLE]
+    assert values["forgetting"].mean == pytest.approx(0.2)
+    assert values["single_task_performance"].mean == pytest.approx(0.7)
+
+
+def test_joint_runs_and_areas_give_the_metrics_that_need_them() -> None:
+    values = metrics.compute(
+        [R, R], joint=[[1.0, 1.0, 1.0]] * 3, auc=[[0.1, 0.4, 0.6]] * 2, single_auc=[[0.5, 0.2, 0.3]] * 2
+    )
+    assert values["joint_gap"].mean == pytest.approx(0.4)
+    assert values["forward_transfer_auc"].mean == pytest.approx(((0.4 - 0.2) + (0.6 - 0.3)) / 2)
+
+
+def test_a_metric_without_a_value_says_what_it_needs() -> None:
+    values = metrics.compute(R[1:])
+    missing = {name: value.why for name, value in values.items() if value.mean is None}
+    assert missing == {
+        "asymptotic_transfer": "It needs single.",
+        "zero_shot_transfer": "It needs a first row of the untrained agent.",
+        "generalization_to_unseen_tasks": "It needs a first row of the untrained agent.",
+        "forward_transfer_auc": "It needs auc and single_auc.",
+        "joint_gap": "It needs joint.",
+        "return_std": "It needs episodes.",
+        "cvar_10": "It needs episodes.",
+        "single_task_performance": "It needs single.",
+    }
+
+
+@pytest.mark.parametrize(
+    ("arguments", "where", "fact"),
+    [
+        ({"matrix": [[1.0, float("nan")], [0.0, 1.0]]}, "matrix", "index [0, 1] is nan"),
+        ({"matrix": [[1.0, 2.0]]}, "matrix", "1 rows and 2 columns"),
+        ({"matrix": [[1.0], [1.0, 2.0]]}, "matrix", "not an array of numbers"),
+        ({"matrix": R, "single": [[1.0] * 3] * 2}, "single", "(2, 3)"),
+        ({"matrix": R, "joint": [1.0] * 2}, "joint", "(1, 2)"),
+        ({"matrix": R, "floor": [0.0] * 2}, "floor", "Give 3 numbers"),
+        ({"matrix": R, "ceiling": [1.0, 0.0, 1.0]}, "ceiling", "task 2"),
+    ],
+)
+def test_wrong_input_is_an_error_that_names_it(arguments: dict[str, Any], where: str, fact: str) -> None:
+    with pytest.raises(BenchError) as caught:
+        metrics.compute(**arguments)
+    assert caught.value.where == where
+    assert fact in str(caught.value)
+
+
+def test_it_loads_neither_pandas_nor_gymnasium() -> None:
+    code = (
+        "import sys, gym_extensions.metrics; print([n for n in ('pandas', 'gymnasium') if n in sys.modules])"
+    )
+    assert subprocess.check_output([sys.executable, "-c", code], text=True).strip() == "[]"
