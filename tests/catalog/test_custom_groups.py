@@ -125,3 +125,24 @@ def test_the_table_of_variations_has_every_kind_with_its_arguments_and_bodies() 
         every = {"running": running, "all but Navigation": [name for name in BODIES if name != "Navigation"]}
         expected = every.get(bodies, bodies.split(", "))
         assert [body for body in BODIES if variation.fits(BODIES[body])] == expected
+
+
+def test_any_id_of_gymnasium_is_a_task(tmp_path: Path) -> None:
+    file = tmp_path / "own.toml"
+    file.write_text('name = "own"\n[[tasks]]\ntask = "Pendulum-v1"\n[[tasks]]\ntask = "Pendulum-v1"\nmax_steps = 50\n')
+    first, second = load_group(file).tasks
+    assert (first.id, first.max_steps) == ("Pendulum-v1", 200)
+    assert (second.id, second.max_steps) == ("Pendulum-v1.steps-50", 50)
+
+
+@pytest.mark.parametrize(
+    ("task", "fact"),
+    [("Pendulun-v1", "'Pendulun-v1'"), ("no_such_module:Own-v0", "'no_such_module'")],
+)
+def test_an_id_that_gymnasium_does_not_know_is_an_error(tmp_path: Path, task: str, fact: str) -> None:
+    file = tmp_path / "own.toml"
+    file.write_text(f'name = "own"\n[[tasks]]\ntask = "{task}"\n')
+    with pytest.raises(BenchError) as error:
+        load_group(file)
+    assert error.value.code == "unknown-task"
+    assert fact in str(error.value)

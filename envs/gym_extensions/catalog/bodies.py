@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
@@ -45,8 +46,9 @@ version of each of them, although fingerprints do not contain it.
 """
 
 
-Family = Literal["planar", "humanoid", "arm", "navigation"]
-"""Bodies of one family share the layout of their observations."""
+Family = Literal["planar", "humanoid", "arm", "navigation", "gymnasium"]
+"""Bodies of one family share the layout of their observations, except ``gymnasium``, the environments of
+other packages."""
 Frame = Literal["pitch", "torso", "world"]
 """The frame in which range beams are fixed: the planar root, the free torso, or the world."""
 DEFAULT_MAX_STEPS = 1000
@@ -417,12 +419,19 @@ BODIES: dict[str, Body] = {each.name: each for each in (*PLANAR, *HUMANOIDS, *AR
 """Every base body by its name."""
 
 
+GYMNASIUM_ID = re.compile(r"(?:[\w.]+:)?[\w./-]+-v\d+", re.ASCII)
+"""The id of another package's environment in Gymnasium's registry, perhaps after a module to import."""
+
+
 def body(name: str, where: str = "") -> Body:
-    """Returns the base body with that name.
+    """Returns the base body with that name. An id of Gymnasium's registry is a body of its own.
 
     Raises:
         BenchError: no base body has that name; the hint names the closest.
     """
+    if GYMNASIUM_ID.fullmatch(name):
+        text = "That of its package."
+        return Body(name, "gymnasium", "", "", Prose(f"{name} of Gymnasium.", *[text] * 4), UNBOUNDED)
     if name not in BODIES:
         hint = did_you_mean(name, BODIES)
         raise BenchError("unknown-base", f"There is no base body {name!r}.", where, hint)

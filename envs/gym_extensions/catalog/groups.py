@@ -204,7 +204,7 @@ def load_group(path: str | Path) -> TaskGroup:
     """Reads a custom group from a TOML file.
 
     The file holds ``name``, an optional ``version``, and a list of tasks in training order. Each task names a
-    published task and may add variations and a time limit::
+    published task and may add variations and a time limit, or is the id of any Gymnasium environment::
 
         name = "hopper-light"
 
@@ -285,9 +285,7 @@ def _task(table: Mapping[str, Any], where: str) -> Task:
         hint = 'Write variations = [{kind = "Gravity", factor = 0.5}].'
         raise BenchError("malformed-group", "variations is not a list.", where, hint)
     try:
-        base = task(str(table["task"]))
-        return customize(
-            base, [make_variation(each, where) for each in variations], max_steps=table.get("max_steps")
-        )
+        made = [make_variation(each, where) for each in variations]
+        return customize(str(table["task"]), made, max_steps=table.get("max_steps"))
     except BenchError as error:
         raise BenchError(error.code, error.message, error.where or where, error.hint) from error

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import importlib
 import operator
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import MISSING, astuple, dataclass, fields, is_dataclass, replace
 from typing import Any
 
-from gym_extensions.catalog.bodies import BODIES, DEFAULT_MAX_STEPS, Body
+from gym_extensions.catalog.bodies import BODIES, DEFAULT_MAX_STEPS, GYMNASIUM_ID, Body
 from gym_extensions.catalog.bodies import body as body_named
 from gym_extensions.catalog.variations import (
     KINDS,
@@ -34,8 +35,9 @@ class Task:
     """One environment as data.
 
     Args:
-        name: the id without namespace and version, for example ``HopperGravityHalf``.
-        base: the name of the base body.
+        name: the id without namespace and version, for example ``HopperGravityHalf``; the id itself where
+            the base is one of Gymnasium's registry.
+        base: the name of the base body, or an id of Gymnasium's registry (``Pendulum-v1``).
         variations: what differs from the base body.
         version: increases whenever the task changes.
         max_steps: the time limit in environment steps.
@@ -50,7 +52,12 @@ class Task:
     @property
     def id(self) -> str:
         """The Gymnasium id, for example ``gym_extensions/HopperGravityHalf-v0``."""
-        return f"{NAMESPACE}/{self.name}-v{self.version}"
+        return self.name if self.is_foreign else f"{NAMESPACE}/{self.name}-v{self.version}"
+
+    @property
+    def is_foreign(self) -> bool:
+        """Whether the base is an environment of another package, by its id in Gymnasium's registry."""
+        return self.base not in BODIES and GYMNASIUM_ID.fullmatch(self.base) is not None
 
     @property
     def body(self) -> Body:
@@ -238,6 +245,33 @@ def _plain(value: Any) -> Any:
     return [_plain(entry) for entry in value] if isinstance(value, tuple | list) else value
 
 
+def foreign_task(env_id: str, max_steps: int | None = None) -> Task:
+    """Returns the task of an environment of another package. Imports Gymnasium.
+
+    Args:
+        env_id: its id in Gymnasium's registry, with the version (``Pendulum-v1``); ``module:Name-v0`` imports
+            the module that registers it.
+        max_steps: the time limit in environment steps; None takes the registered one.
+
+    Raises:
+        BenchError: there is no such environment, or it has no time limit and none is given.
+    """
+    import gymnasium  # most users of the catalog need no registry
+
+    module, _, name = env_id.rpartition(":")
+    try:
+        if module:
+            importlib.import_module(module)
+        registered = gymnasium.spec(name).max_episode_steps
+    except (gymnasium.error.Error, ImportError) as error:
+        hint = "Install its package; name the module that registers it as in my_module:Name-v0."
+        raise BenchError("unknown-task", f"There is no task {env_id!r}: {error}", hint=hint) from error
+    limit = _limit(max_steps) or registered
+    if limit is None:
+        raise BenchError("no-limit", f"{env_id} has no time limit.", hint="Give max_steps.")
+    return Task(name if limit == registered else f"{name}.steps-{limit}", env_id, max_steps=limit)
+
+
 def customize(
     task: str | Task, variations: Sequence[Variation] = (), *, max_steps: int | None = None
 ) -> Task:
@@ -247,16 +281,22 @@ def customize(
     parameters in its name (``Hopper.Gravity-0.8``), so it never carries the id of a published task.
 
     Args:
-        task: an id (``gym_extensions/HopperGravityHalf-v0``), a bare name (``HopperGravityHalf``), or a Task.
+        task: an id (``gym_extensions/HopperGravityHalf-v0``), a bare name (``HopperGravityHalf``), a Task, or
+            the id of any environment of Gymnasium's registry (``Pendulum-v1``), which takes no variations.
         variations: added after the task's own variations.
         max_steps: the time limit in environment steps; None keeps the task's.
 
     Raises:
         BenchError: the task is unknown, the time limit is below 1, or a value is not a variation.
     """
-    base = task if isinstance(task, Task) else _published(task)
     limit = _limit(max_steps)
     added = _checked(variations)
+    base = task if isinstance(task, Task) else _known_or_foreign(task)
+    if base.is_foreign:
+        if added:
+            message = f"{base.base} is an environment of another package, which takes no variations."
+            raise BenchError("no-variation", message, hint="Register an id of your own with its changes.")
+        return foreign_task(base.base, limit or base.max_steps)
     steps = base.max_steps if limit is None else limit
     if not added and steps == base.max_steps:
         return base
@@ -267,6 +307,11 @@ def customize(
             return candidate
     words = [base.name, *map(label, added), *([f"steps-{steps}"] if steps != base.max_steps else [])]
     return replace(base, name=".".join(words), variations=combined, max_steps=steps)
+
+
+def _known_or_foreign(name: str) -> Task:
+    is_published = name in TASKS or name.startswith(f"{NAMESPACE}/") or not GYMNASIUM_ID.fullmatch(name)
+    return _published(name) if is_published else foreign_task(name)
 
 
 def label(variation: Variation) -> str:

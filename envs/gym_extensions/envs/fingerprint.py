@@ -26,6 +26,8 @@ SEEDS = (0, 1)
 STEPS = 8
 DIGITS = 12
 """Significant digits that are written: three more than the tolerance needs."""
+FOREIGN_DIGITS = 6
+"""The same for environments of other packages, whose digest is compared without a tolerance."""
 TOLERANCE = 1e-9
 """Largest accepted difference, absolute below 1, relative above; differences between CPUs are smaller."""
 
@@ -37,43 +39,47 @@ def actions(space: gym.spaces.Box) -> Iterator[NDArray[np.float32]]:
 
     Uses no generator and no libm.
     """
-    low, high = space.low.astype(np.float64), space.high.astype(np.float64)
+    low, high = (
+        np.where(np.isfinite(end), end, sign).astype(np.float64)
+        for end, sign in ((space.low, -1.0), (space.high, 1.0))
+    )
     size = low.size
     for step in range(STEPS):
         spread = np.modf((step * size + np.arange(size) + 1) * GOLDEN)[0]
         yield (low + (high - low) * spread.reshape(low.shape)).astype(np.float32)
 
 
-def record(task: Task) -> list[dict[str, Any]]:
+def record(task: Task, digits: int = DIGITS) -> list[dict[str, Any]]:
     """Returns seed, rewards, last observation and termination of one episode per seed."""
     env = build(task)
     try:
-        return [_episode(env, seed) for seed in SEEDS]
+        return [_episode(env, seed, digits) for seed in SEEDS]
     finally:
         env.close()
 
 
-def _episode(env: gym.Env[Any, Any], seed: int) -> dict[str, Any]:
+def _episode(env: gym.Env[Any, Any], seed: int, digits: int) -> dict[str, Any]:
     assert isinstance(env.action_space, gym.spaces.Box)
     observation, _ = env.reset(seed=seed)
     rewards, terminated = [], False
     for action in actions(env.action_space):
         observation, reward, terminated, _, _ = env.step(action)
-        rewards.append(_rounded(float(reward)))
+        rewards.append(_rounded(float(reward), digits))
         if terminated:
             break
-    return {"seed": seed, "rewards": rewards, "observation": _summary(observation), "terminated": terminated}
+    last = _summary(observation, digits)
+    return {"seed": seed, "rewards": rewards, "observation": last, "terminated": bool(terminated)}
 
 
-def _rounded(value: float) -> float:
-    return float(f"{value:.{DIGITS}g}")
+def _rounded(value: float, digits: int) -> float:
+    return float(f"{value:.{digits}g}")
 
 
-def _summary(observation: NDArray[Any]) -> Any:
+def _summary(observation: NDArray[Any], digits: int) -> Any:
     """The numbers of an observation, or the digest of a picture, whose integers are exact."""
     if observation.dtype.kind in "iu":
         return {"sha256": hashlib.sha256(observation.tobytes()).hexdigest(), "shape": list(observation.shape)}
-    return [_rounded(float(value)) for value in observation]
+    return [_rounded(float(value), digits) for value in observation.ravel()]
 
 
 ENGINE = ("mujoco", "gymnasium")
@@ -164,10 +170,13 @@ def fingerprint_of(task: Task) -> str:
     """Returns the fingerprint that logs record: the published one, or that of a custom task.
 
     The fingerprint of a custom task covers its definition and its base model. It has no canary values, so it
-    is the same on every machine.
+    is the same on every machine. That of an environment of another package covers its definition and the
+    first steps of two seeded episodes, to 6 digits.
     """
     if TASKS.get(task.id) == task:
         return fingerprints.published(task.id)
+    if task.is_foreign:
+        return digest({"definition": definition(task), "episodes": record(task, FOREIGN_DIGITS)})
     model = hashlib.sha256(base_bytes(task)).hexdigest()
     return digest({"definition": definition(task), "model_sha256": model})
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import Any, cast
+from typing import Any, SupportsFloat, cast
 
 import gymnasium as gym
 from gymnasium.envs.registration import EnvSpec
-from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 
+from gym_extensions.catalog.bodies import IS_SUCCESS
 from gym_extensions.catalog.tasks import TASKS, Task, customize, definition, from_definition, is_definable
 from gym_extensions.catalog.tasks import task as published_task
 from gym_extensions.catalog.variations import Variation
@@ -54,6 +55,8 @@ def make(
         BenchError: the task is unknown, the limit is below 1, or a variation does not fit the base body.
     """
     made = customize(task, variations, max_steps=max_steps)
+    if made.is_foreign:
+        return build(made, render_mode=render_mode)
     spec = made.id if TASKS.get(made.id) == made else spec_of(made)
     return gym.make(spec, render_mode=render_mode, disable_env_checker=True)
 
@@ -93,6 +96,9 @@ def make_vec(
     mode = _autoreset_mode(autoreset_mode)
     distinct = [resolve(task) for task in requested][:count]
     copies = [distinct[index % len(distinct)] for index in range(count)]
+    if any(task.is_foreign for task in distinct):
+        _check_spaces({task: make(task) for task in distinct})
+        return SyncVectorEnv([partial(make, task) for task in copies], autoreset_mode=mode)
     if all(task.body.family == "navigation" for task in distinct):
         from gym_extensions.envs.navigation.env import NavigationVectorEnv
 
@@ -138,6 +144,8 @@ def build(task: Task, **rendering: Any) -> gym.Env[Any, Any]:
     Raises:
         KeywordError: a keyword is not about rendering. It is a ``TypeError``.
     """
+    if task.is_foreign:
+        return _build_foreign(task, **rendering)
     accepted = ("render_mode",) if task.body.family == "navigation" else ("render_mode", *CAMERA)
     for name in rendering:
         if name not in accepted:
@@ -150,6 +158,31 @@ def build(task: Task, **rendering: Any) -> gym.Env[Any, Any]:
     if task.base not in IMPLEMENTATIONS:
         raise ValueError(f"{task.base} has no entry in gym_extensions.envs.mujoco_env.IMPLEMENTATIONS.")
     return TaskEnv(task, **rendering)
+
+
+class _Foreign(gym.Wrapper[Any, Any, Any, Any]):
+    """An environment of another package. It reports no success, because its task defines none."""
+
+    def step(self, action: Any) -> tuple[Any, SupportsFloat, bool, bool, dict[str, Any]]:
+        """Returns what the environment returns, without ``is_success``."""
+        *rest, info = self.env.step(action)
+        return *rest, {key: value for key, value in info.items() if key != IS_SUCCESS}  # type: ignore[return-value]
+
+
+def _build_foreign(task: Task, **rendering: Any) -> gym.Env[Any, Any]:
+    """Makes an environment of Gymnasium's registry, with the wrappers of its registration and the time limit.
+
+    Raises:
+        BenchError: a space is no Box.
+    """
+    env = gym.make(task.base, task.max_steps, disable_env_checker=True, **rendering)
+    for name in ("observation_space", "action_space"):
+        space = getattr(env, name)
+        if not isinstance(space, gym.spaces.Box):
+            env.close()
+            hint = "Agents and policies here need two Boxes: wrap it, and register the result."
+            raise BenchError("bad-space", f"Its {name} is {space}, not a Box.", task.id, hint)
+    return _Foreign(env)
 
 
 def construct_mujoco(task: str | Task, **rendering: Any) -> TaskEnv:

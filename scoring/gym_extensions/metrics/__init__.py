@@ -1,7 +1,7 @@
 """Metrics of continual learning from a matrix of returns, whatever produced it: the reference implementation.
 
 The formulas are those of the scorecards (docs/metrics.md), computed by the same functions. Other
-implementations can be tested with the conformance kit, the JSON files in ``gym_extensions/scoring/conformance``.
+implementations can be tested with the conformance kit, JSON files in ``gym_extensions/scoring/conformance``.
 
 >>> from gym_extensions import metrics
 >>> values = metrics.compute([[1.0, 0.0], [0.5, 1.0]])  # row: tasks trained so far; column: task

@@ -7,15 +7,19 @@
 >>> episodes.groupby(["group", "run", "stage", "task"])["return"].mean()
 """
 
+from gym_extensions.results.foreign import ForeignRuns, foreign_board, foreign_runs
 from gym_extensions.results.frames import curves, episodes, evaluations, unfinished_curves
 from gym_extensions.results.plots import plot_board, plot_curves, plot_matrix, plot_retention
 from gym_extensions.results.scores import board, metrics, metrics_of, scores
 
 __all__ = [
+    "ForeignRuns",
     "board",
     "curves",
     "episodes",
     "evaluations",
+    "foreign_board",
+    "foreign_runs",
     "metrics",
     "metrics_of",
     "plot_board",

@@ -1,0 +1,246 @@
+"""Boards of other benchmarks from their own logs: Continual World and MEAL. Imported, never verified or ranked."""
+
+from __future__ import annotations
+
+import io
+import json
+import re
+import zipfile
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from gym_extensions.errors import BenchError, did_you_mean
+from gym_extensions.metrics import compute
+from gym_extensions.results.frames import check_columns, select_columns
+from gym_extensions.scoring.metrics import METRICS
+
+Array = NDArray[np.float64]
+IMPORTED = "imported"
+NOT_VERIFIED = "Imported from the logs of another benchmark, not verified."
+
+
+@dataclass(frozen=True)
+class ForeignRuns:
+    """The runs of one method in another benchmark's logs.
+
+    Attributes:
+        name: the method.
+        tasks: names of the T tasks, in training order.
+        matrix: (runs, T, T), what :func:`gym_extensions.metrics.compute` takes: row s, column j is the
+            performance on task j + 1 after training on s + 1 tasks. Neither benchmark logs untrained agents.
+        single: (runs, T) final performance of agents trained on one task, as a mean over these; or None.
+        auc: (runs, T) mean performance on a task while it is trained; or None.
+        single_auc: (runs, T) the same of agents trained on one task, as a mean over these; or None.
+    """
+
+    name: str
+    tasks: tuple[str, ...]
+    matrix: Array
+    single: Array | None = None
+    auc: Array | None = None
+    single_auc: Array | None = None
+
+
+def foreign_runs(folder: str | Path, benchmark: str) -> list[ForeignRuns]:
+    """The runs in another benchmark's logs, one value per method, sorted by its name.
+
+    ``continual-world``: every folder below with ``progress.tsv`` and ``config.json`` is a run. The value of a
+    stage is the mean stochastic success rate of its last five evaluations, as in that benchmark's own tables.
+    Runs on a single task give ``single`` and ``single_auc``; runs on all tasks at once are left out.
+
+    ``meal``: every folder ``seed_…`` below with ``0_soup.json``, ``1_soup.json``, … (or another metric, or
+    npz), as that benchmark's download script writes them, is a run. The value of a stage is its last
+    evaluation. The method's name is the path to its seeds.
+
+    Args:
+        folder: the folder with the logs. All methods in it have the same tasks.
+        benchmark: ``continual-world`` or ``meal``.
+
+    Raises:
+        BenchError: there is no run, a file cannot be read, a task or stage is missing or has a value that is
+            not finite, or methods have different tasks (``bad-foreign-log``).
+    """
+    if benchmark not in READERS:
+        hint = did_you_mean(benchmark, READERS)
+        raise BenchError("unknown-benchmark", f"There is no reader of {benchmark!r}.", "benchmark", hint)
+    root = Path(folder)
+    found = sorted(READERS[benchmark](root), key=lambda runs: runs.name)
+    if not found:
+        raise _bad(root, f"No run of {benchmark} is below this folder.", "Name the folder of the logs.")
+    for runs in found[1:]:
+        if runs.tasks != found[0].tasks:
+            message = f"{found[0].name} and {runs.name} have different tasks."
+            raise _bad(root, message, "Name a folder with the runs of one sequence.")
+    return found
+
+
+def foreign_board(
+    folder: str | Path, benchmark: str, columns: Sequence[str] | None = None
+) -> pd.DataFrame:
+    """A board of another benchmark, computed from its logs: one row per method. None has a rank.
+
+    ================  =======  =====================================================================
+    column            dtype    value
+    ================  =======  =====================================================================
+    name              str      the method
+    level             str      ``imported``: nobody has verified the logs
+    runs              int64    number of runs
+    ranked            bool     False
+    why               str      why the entry is not ranked
+    ``METRIC``        float64  mean over runs, in the unit of the logs; may be missing
+    ``METRIC_low``    float64  lower end of its 95 % interval; missing with one run or without a mean
+    ``METRIC_high``   float64  upper end of its 95 % interval; missing with one run or without a mean
+    ================  =======  =====================================================================
+
+    The rows are sorted by final performance, best first.
+
+    Args:
+        folder: the folder with the logs.
+        benchmark: ``continual-world`` or ``meal``; :func:`foreign_runs` says what is read.
+        columns: the columns to return, in this order; all by default.
+
+    Raises:
+        BenchError: as in :func:`foreign_runs`, or a column is unknown.
+    """
+    names = [metric.name for metric in METRICS["sequential"]]
+    ends = [f"{name}{end}" for name in names for end in ("", "_low", "_high")]
+    dtypes = {"name": "str", "level": "str", "runs": "int64", "ranked": "bool", "why": "str"}
+    dtypes |= dict.fromkeys(ends, "float64")
+    check_columns(columns, dtypes)
+    rows = []
+    for runs in foreign_runs(folder, benchmark):
+        found = compute(runs.matrix, runs.single, auc=runs.auc, single_auc=runs.single_auc)
+        cells = [end for name in names for end in (found[name].mean, found[name].low, found[name].high)]
+        rows.append((runs.name, IMPORTED, len(runs.matrix), False, NOT_VERIFIED, *cells))
+    frame = pd.DataFrame(rows, columns=list(dtypes)).astype(dtypes)
+    frame = frame.sort_values(names[0], ascending=False, kind="stable", ignore_index=True)
+    return select_columns(frame, columns)
+
+
+def _bad(path: Path, message: str, hint: str) -> BenchError:
+    return BenchError("bad-foreign-log", message, str(path), hint)
+
+
+LAST_EVALUATIONS = 5
+"""Of a stage, whose mean Continual World's own tables take."""
+SUCCESS = re.compile(r"test/stochastic/(\d+)/(.+)/success")
+
+
+def _continual_world(root: Path) -> Iterator[ForeignRuns]:
+    methods: dict[str, list[tuple[tuple[str, ...], Array, Array]]] = {}
+    alone: dict[str, list[tuple[float, float]]] = {}
+    for path in sorted(root.rglob("progress.tsv")):
+        config, log = _config(path.with_name("config.json")), _progress(path)
+        columns = {int(found[1]): found for name in log if (found := SUCCESS.fullmatch(name))}
+        tasks = tuple(columns[index][2] for index in sorted(columns))
+        if not tasks or sorted(columns) != list(range(len(tasks))):
+            missing = next(index for index in range(len(columns) + 1) if index not in columns)
+            raise _bad(path, f"It has no success rate of task {missing}.", "Log every task.")
+        success = log[[columns[index][0] for index in range(len(tasks))]].to_numpy(dtype=np.float64)
+        if "task" in config:
+            values = _checked(success[:, 0], path)
+            alone.setdefault(str(config["task"]), []).append(
+                (float(values[-LAST_EVALUATIONS:].mean()), float(values.mean()))
+            )
+        elif "train/active_env" in log:
+            stages = [success[log["train/active_env"] == stage] for stage in range(len(tasks))]
+            for stage, values in enumerate(stages):
+                if not len(values):
+                    raise _bad(path, f"It has no row of stage {stage}.", "Train on every task.")
+                _checked(values, path)
+            matrix = np.array([values[-LAST_EVALUATIONS:].mean(axis=0) for values in stages])
+            auc = np.array([values[:, stage].mean() for stage, values in enumerate(stages)])
+            reservoir = config.get("buffer_type") == "reservoir"
+            method = "reservoir" if reservoir else str(config.get("cl_method") or "finetuning")
+            methods.setdefault(method, []).append((tasks, matrix, auc))
+    for method, runs in methods.items():
+        tasks = runs[0][0]
+        if any(other != tasks for other, _, _ in runs):
+            raise _bad(root, f"The runs of {method} have different tasks.", "Separate their folders.")
+        single = single_auc = None
+        if all(name in alone for name in tasks):
+            means = [np.mean(alone[name], axis=0) for name in tasks]
+            single, single_auc = (np.tile(column, (len(runs), 1)) for column in np.transpose(means))
+        matrix, auc = (np.array([run[place] for run in runs]) for place in (1, 2))
+        yield ForeignRuns(method, tasks, matrix, single, auc, single_auc)
+
+
+def _config(path: Path) -> dict[str, object]:
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise _bad(path, f"The file cannot be read: {error}.", "Keep it beside progress.tsv.") from error
+    if not isinstance(content, dict):
+        raise _bad(path, "The file is not a JSON object.", "Keep what Continual World writes.")
+    return content
+
+
+def _progress(path: Path) -> pd.DataFrame:
+    try:
+        return pd.read_csv(path, sep="\t")
+    except (OSError, ValueError) as error:
+        raise _bad(path, f"The file cannot be read: {error}.", "Keep what Continual World writes.") from error
+
+
+def _checked(values: Array, path: Path) -> Array:
+    if not len(values) or not np.isfinite(values).all():
+        raise _bad(path, "A success rate is missing or not finite.", "Leave out runs that stopped early.")
+    return values
+
+
+CURVE = re.compile(r"(\d+)_(soup|success|coverage_fraction|win_rate)\.(json|npz)")
+
+
+def _meal(root: Path) -> Iterator[ForeignRuns]:
+    methods: dict[Path, list[Array]] = {}
+    metrics: Counter[str] = Counter()
+    for folder in sorted(path for path in root.rglob("seed_*") if path.is_dir()):
+        found = {int(match[1]): match for path in folder.iterdir() if (match := CURVE.fullmatch(path.name))}
+        if not found:
+            continue
+        metrics.update({match[2] for match in found.values()})
+        missing = next((index for index in range(max(found)) if index not in found), None)
+        if missing is not None:
+            raise _bad(folder, f"It has no curve of task {missing}.", "Download every task.")
+        curves = [_curve(folder / found[index][0]) for index in range(len(found))]
+        lengths = {len(curve) for curve in curves}
+        if len(lengths) > 1 or lengths.pop() % len(curves) or not len(curves[0]):
+            message = f"Its {len(curves)} curves have {sorted({len(c) for c in curves})} evaluations."
+            raise _bad(folder, message, "Give curves of equal length, a multiple of the number of tasks.")
+        stage = len(curves[0]) // len(curves)
+        methods.setdefault(folder.parent, []).append(np.array(curves).T[stage - 1 :: stage])
+    if len(metrics) > 1:
+        raise _bad(root, f"The curves are of {', '.join(sorted(metrics))}.", "Name a folder with one of them.")
+    for folder, runs in methods.items():
+        name = folder.relative_to(root).as_posix()
+        if len({run.shape for run in runs}) > 1:
+            raise _bad(folder, "Its seeds have different numbers of tasks.", "Separate their folders.")
+        tasks = tuple(str(index) for index in range(len(runs[0])))
+        yield ForeignRuns(root.name if name == "." else name, tasks, np.array(runs))
+
+
+def _curve(path: Path) -> Array:
+    try:
+        if path.suffix == ".npz":
+            with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as file:
+                curve = np.asarray(file["data"], dtype=np.float64)
+        else:
+            curve = np.asarray(json.loads(path.read_text(encoding="utf-8")), dtype=np.float64)
+    except (OSError, ValueError, TypeError, KeyError, EOFError, zipfile.BadZipFile) as error:
+        raise _bad(path, f"The file is not a curve: {error}.", "Keep what MEAL's download writes.") from error
+    if curve.ndim != 1 or not np.isfinite(curve).all():
+        raise _bad(path, "The curve is not a list of finite numbers.", "Leave out runs that diverged.")
+    return curve
+
+
+READERS: dict[str, Callable[[Path], Iterator[ForeignRuns]]] = {
+    "continual-world": _continual_world,
+    "meal": _meal,
+}
+"""What reads the logs of a benchmark."""
