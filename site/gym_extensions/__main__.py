@@ -17,6 +17,7 @@ COMMANDS = {
     ),
     "score": ("gym_extensions.scoring.cli:main", "check and score submissions"),
     "verify": ("gym_extensions.verification.cli:main", "run the policies of submissions on new seeds"),
+    "export": ("gym_extensions.export.cli:main", "write results in the formats of other projects"),
     "site": ("gym_extensions.site.cli:main", "build the pages of the leaderboard"),
     "check-pr": ("gym_extensions.curation.cli:check_pr", "check a pull request with a submission"),
     "maintain": ("gym_extensions.curation.cli:maintain", "review entries and measure the references"),

@@ -129,7 +129,9 @@ def test_the_table_of_variations_has_every_kind_with_its_arguments_and_bodies() 
 
 def test_any_id_of_gymnasium_is_a_task(tmp_path: Path) -> None:
     file = tmp_path / "own.toml"
-    file.write_text('name = "own"\n[[tasks]]\ntask = "Pendulum-v1"\n[[tasks]]\ntask = "Pendulum-v1"\nmax_steps = 50\n')
+    file.write_text(
+        'name = "own"\n[[tasks]]\ntask = "Pendulum-v1"\n[[tasks]]\ntask = "Pendulum-v1"\nmax_steps = 50\n'
+    )
     first, second = load_group(file).tasks
     assert (first.id, first.max_steps) == ("Pendulum-v1", 200)
     assert (second.id, second.max_steps) == ("Pendulum-v1.steps-50", 50)

@@ -1,4 +1,4 @@
-"""Boards of other benchmarks from their own logs: Continual World and MEAL. Imported, never verified or ranked."""
+"""Boards of Continual World and MEAL from their own logs: imported, never verified or ranked."""
 
 from __future__ import annotations
 
@@ -80,9 +80,7 @@ def foreign_runs(folder: str | Path, benchmark: str) -> list[ForeignRuns]:
     return found
 
 
-def foreign_board(
-    folder: str | Path, benchmark: str, columns: Sequence[str] | None = None
-) -> pd.DataFrame:
+def foreign_board(folder: str | Path, benchmark: str, columns: Sequence[str] | None = None) -> pd.DataFrame:
     """A board of another benchmark, computed from its logs: one row per method. None has a rank.
 
     ================  =======  =====================================================================
@@ -216,7 +214,9 @@ def _meal(root: Path) -> Iterator[ForeignRuns]:
         stage = len(curves[0]) // len(curves)
         methods.setdefault(folder.parent, []).append(np.array(curves).T[stage - 1 :: stage])
     if len(metrics) > 1:
-        raise _bad(root, f"The curves are of {', '.join(sorted(metrics))}.", "Name a folder with one of them.")
+        raise _bad(
+            root, f"The curves are of {', '.join(sorted(metrics))}.", "Name a folder with one of them."
+        )
     for folder, runs in methods.items():
         name = folder.relative_to(root).as_posix()
         if len({run.shape for run in runs}) > 1:

@@ -1,0 +1,157 @@
+"""Scorecards as records of Every Eval Ever, one JSON file per submission, in version 0.3.0 of its schema.
+
+The schema is at https://github.com/evaleval/every_eval_ever. Its records were made for language models: what
+has no place there (protocol, budget, level) is in the ``additional_details``, whose values are texts.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+import time
+import uuid
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from gym_extensions.errors import BenchError
+from gym_extensions.files import write_text
+from gym_extensions.results.frames import find, refuse_problems
+from gym_extensions.rollouts.review import REPORTED
+from gym_extensions.scoring.frames import scores
+from gym_extensions.scoring.metrics import METRICS, NOT_RANKED, Metric, MetricValue
+from gym_extensions.scoring.pipeline import make_scorer
+from gym_extensions.scoring.references import References
+from gym_extensions.scoring.scorecard import GroupScore, Scorecard, SuiteScore
+from gym_extensions.versions import version
+
+SCHEMA = "0.3.0"
+NAME = "gym-extensions"
+
+
+def write_records(folder: Path, entries: Sequence[Path], groups: Sequence[str] = ()) -> int:
+    """Writes ``data/gym-extensions/DEVELOPER/ENTRY/UUID.json`` for every submission with a metric.
+
+    Args:
+        folder: the folder, which exists.
+        entries: submissions, or folders of submissions.
+        groups: names of the groups; all if empty.
+
+    Returns:
+        The number of records.
+
+    Raises:
+        BenchError: a path or group does not exist, a submission has problems, or none has a metric.
+    """
+    scorer = make_scorer(only=groups)
+    count = 0
+    for path in find(entries):
+        card = scorer(path)
+        refuse_problems(path, card.problems)
+        if content := record(card, scorer.references, int(time.time())):
+            developer, _, name = content["model_info"]["id"].partition("/")
+            target = folder / "data" / NAME / developer / name / f"{_uuid(content)}.json"
+            write_text(target, json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+            count += 1
+    if not count:
+        raise BenchError("nothing-to-export", "No submission has a metric.", str(entries[0]), "See score.")
+    return count
+
+
+def _uuid(content: dict[str, Any]) -> uuid.UUID:
+    """An identifier that depends on the content alone."""
+    text = json.dumps(content, sort_keys=True)
+    return uuid.UUID(bytes=hashlib.sha256(text.encode()).digest()[:16], version=4)
+
+
+def record(card: Scorecard, references: References, now: int) -> dict[str, Any] | None:
+    """The record of a scorecard, or None if it has no metric with a value.
+
+    Args:
+        card: the scorecard, without problems.
+        references: those that normalize it.
+        now: seconds since 1970.
+    """
+    results = list(_results(card))
+    if not results or card.manifest is None:
+        return None
+    authors = card.manifest.authors
+    developer = _slug(authors[0] if authors else NAME)
+    reported = card.level == REPORTED
+    return {
+        "schema_version": SCHEMA,
+        "evaluation_id": f"{NAME}/{developer}/{card.name}/{now}",
+        "retrieved_timestamp": str(now),
+        "source_metadata": {
+            "source_name": NAME,
+            "source_type": "documentation" if reported else "evaluation_run",
+            "source_organization_name": NAME,
+            "evaluator_relationship": "other" if reported else "first_party",
+            "additional_details": {"level": str(card.level), "references": references.version},
+        },
+        "eval_library": {"name": NAME, "version": version(NAME)},
+        "model_info": {
+            "name": card.title,
+            "id": f"{developer}/{card.name}",
+            "developer": authors[0] if authors else NAME,
+            "additional_details": {
+                "deployment_type": "self_deployed",
+                "model_availability": "open_weights" if _has_policies(card) else "unknown",
+                "authors": ", ".join(authors),
+                "algorithm": card.manifest.protocol.algorithm,
+                "code": f"{card.manifest.code.url} {card.manifest.code.commit}".strip(),
+            },
+        },
+        "evaluation_results": results,
+    }
+
+
+def _has_policies(card: Scorecard) -> bool:
+    runs = [run for group in card.groups.values() for score in group.values() for run in score.provenance]
+    return bool(runs) and all(run.policies for run in runs)
+
+
+def _slug(text: str) -> str:
+    return re.sub(r"[^a-z0-9]+", "-", text.lower()).strip("-") or "unknown"
+
+
+def _results(card: Scorecard) -> Iterator[dict[str, Any]]:
+    for name, protocol, score in scores(card):
+        for metric in METRICS[protocol]:
+            value = score.metrics[metric.name]
+            if metric.better != NOT_RANKED and value.mean is not None:
+                yield _result(name, protocol, score, metric, value)
+
+
+def _result(
+    name: str, protocol: str, score: GroupScore | SuiteScore, metric: Metric, value: MetricValue
+) -> dict[str, Any]:
+    details: dict[str, Any] = {"score": value.mean}
+    if value.ends is not None:
+        low, high = value.ends
+        interval = {"lower": low, "upper": high, "confidence_level": 0.95, "method": "Student's t over runs"}
+        details["uncertainty"] = {"confidence_interval": interval}
+        if value.runs:
+            details["uncertainty"]["num_samples"] = len(value.runs)
+    tasks = score.tasks if isinstance(score, GroupScore) else score.groups
+    return {
+        "evaluation_result_id": f"{name}/{protocol}/{metric.name}",
+        "evaluation_name": f"{name}, {protocol}",
+        "source_data": {
+            "dataset_name": name,
+            "source_type": "other",
+            "additional_details": {"tasks": ", ".join(tasks), "protocol": protocol, "budget": score.budget},
+        },
+        "metric_config": {
+            "evaluation_description": metric.formula,
+            "metric_id": f"gym_extensions.{metric.name}",
+            "metric_name": metric.title,
+            "metric_unit": "normalized return: 0 = floor, 1 = reference",
+            "lower_is_better": metric.better == "lower",
+            "score_type": "continuous",
+            "min_score": "-Infinity",
+            "max_score": "Infinity",
+        },
+        "score_details": details,
+    }

@@ -1,0 +1,168 @@
+"""Folders for Hugging Face: the policies of entries and the experts, each with a model card.
+
+Each folder below ``models`` and ``datasets`` is one repository.
+"""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from gym_extensions import experts
+from gym_extensions.catalog.groups import GROUPS
+from gym_extensions.errors import BenchError
+from gym_extensions.export.episodes import LICENSE, NAME, TAGS, front_matter, write_dataset
+from gym_extensions.files import write_text
+from gym_extensions.results.frames import find, refuse_problems
+from gym_extensions.rollouts.layout import DOCUMENT, POLICIES, Folder, scan
+from gym_extensions.scoring.frames import scores
+from gym_extensions.scoring.metrics import METRICS
+from gym_extensions.scoring.pipeline import make_scorer
+from gym_extensions.scoring.scorecard import Scorecard
+from gym_extensions.versions import version
+
+LOAD = """```python
+from gym_extensions.catalog.groups import group
+from gym_extensions.rollouts.policy import read_policies
+from pathlib import Path
+
+policies = read_policies(Path("."), group("{group}"), "{protocol}", {run})
+```"""
+
+
+def write_repositories(
+    folder: Path, entries: Sequence[Path], groups: Sequence[str] = (), with_experts: bool = False
+) -> list[str]:
+    """Writes ``models/NAME`` for every entry with policies, ``models/experts``, and ``datasets/episodes``.
+
+    Args:
+        folder: the folder, which exists.
+        entries: submissions, or folders of submissions.
+        groups: names of the groups; all if empty.
+        with_experts: whether to write the experts.
+
+    Returns:
+        The paths of the repositories.
+
+    Raises:
+        BenchError: a path or group does not exist, a submission has problems, or there is nothing to write.
+    """
+    scorer = make_scorer(only=groups)
+    found = find(entries) if entries else []
+    cards = {path: scorer(path) for path in found}
+    for path, card in cards.items():
+        refuse_problems(path, card.problems)
+    written = ["models/experts"] if with_experts else []
+    if with_experts:
+        write_experts(folder / "models" / "experts")
+    for path, card in cards.items():
+        if write_entry(folder / "models" / card.name, scan(path), card):
+            written.append(f"models/{card.name}")
+    logged = [path for path, card in cards.items() if any(_protocols(card))]
+    if logged:
+        names = {id_ for card in cards.values() for id_, _ in _protocols(card)}
+        write_dataset(folder / "datasets" / "episodes", logged, names)
+        written.append("datasets/episodes")
+    if not written:
+        hint = "Name entries with logs, or --experts."
+        raise BenchError("nothing-to-export", "There are neither policies nor logs.", str(folder), hint)
+    return written
+
+
+def _protocols(card: Scorecard) -> Iterator[tuple[str, str]]:
+    """The group ids and protocols of a scorecard that have runs."""
+    for id_, protocols in card.groups.items():
+        yield from ((id_, protocol) for protocol, score in protocols.items() if score.runs)
+
+
+def write_entry(target: Path, source: Folder, card: Scorecard) -> bool:
+    """Writes the policies and documents of an entry's runs and their card; False if it has no policies."""
+    names = {group.id: name for name, group in GROUPS.items()}
+    wanted = {(names[id_], protocol) for id_, protocol in _protocols(card) if id_ in names}
+    copied: list[tuple[str, str, int]] = []
+    for (group, protocol), runs in source.runs.items():
+        for run in (run for run, suffixes in runs.items() if POLICIES in suffixes):
+            if (group, protocol) not in wanted:
+                continue
+            for suffix in (POLICIES, DOCUMENT):
+                path = f"{group}/{protocol}/run{run}{suffix}"
+                (target / path).parent.mkdir(parents=True, exist_ok=True)
+                shutil.copyfile(source.root / path, target / path)
+            copied.append((group, protocol, run))
+    if copied:
+        write_text(target / "README.md", model_card(card, copied))
+    return bool(copied)
+
+
+def model_card(card: Scorecard, runs: Sequence[tuple[str, str, int]]) -> str:
+    """The card of an entry's policies, with its metrics.
+
+    Args:
+        card: the scorecard.
+        runs: group name, protocol and run of every file of policies.
+    """
+    assert card.manifest is not None
+    results = [
+        {
+            "task": {"type": "reinforcement-learning", "name": f"{protocol} training"},
+            "dataset": {"type": name, "name": name},
+            "metrics": [
+                {"type": metric.name, "name": metric.title, "value": value.mean}
+                for metric in METRICS[protocol]
+                if (value := score.metrics[metric.name]).mean is not None
+            ],
+        }
+        for name, protocol, score in scores(card)
+    ]
+    head = {
+        "license": LICENSE,
+        "library_name": NAME,
+        "tags": [*TAGS, card.manifest.protocol.algorithm],
+        "model-index": [{"name": card.name, "results": [each for each in results if each["metrics"]]}],
+    }
+    group, protocol, run = runs[0]
+    lines = [
+        f"# {card.title}",
+        card.manifest.description,
+        f"Authors: {', '.join(card.manifest.authors)}. Level: {card.level}. "
+        f"Training budget: {card.manifest.protocol.budget} steps per task. "
+        f"Evaluation: {card.manifest.protocol.evaluation} actions.",
+        f"`GROUP/PROTOCOL/runN.npz` has the policies of run N after every stage as plain arrays, and "
+        f"`runN.json` says how they were trained: {len(runs)} runs. Metrics are normalized returns, 0 at the "
+        "floor and 1 at the reference, as means over runs.",
+        LOAD.format(group=group, protocol=protocol, run=run),
+    ]
+    return front_matter(head) + "\n" + "\n\n".join(lines) + "\n"
+
+
+def write_experts(target: Path) -> None:
+    """Writes the experts of this version, their cards, and a card of all."""
+    rows = []
+    for name in experts.names():
+        card = experts.card(name)
+        for suffix in (".npz", ".json"):
+            target.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(experts.DATA / f"{name}{suffix}", target / f"{name}{suffix}")
+        measured = card.measurement
+        note = card.provisional.replace("|", "/")
+        rows.append(
+            f"| {name} | {measured.mean:.1f} ± {measured.deviation:.1f} | {measured.episodes} | {note} |"
+        )
+    head = front_matter({"license": LICENSE, "library_name": NAME, "tags": list(TAGS)})
+    text = f"""
+# Experts of gym-extensions {version(NAME)}
+
+One deterministic policy per MuJoCo task as plain arrays, `TASK.npz`, and how it came about, `TASK.json`.
+
+```python
+from pathlib import Path
+from gym_extensions import experts
+
+policy = experts.load("{experts.names()[0]}", Path("."))
+```
+
+| task | return: mean ± standard deviation | episodes | provisional, because |
+|---|---|---|---|
+"""
+    write_text(target / "README.md", head + text + "\n".join(rows) + "\n")

@@ -1,0 +1,135 @@
+"""Episodes of a verified policy as a Minari dataset. Runs the simulator, and needs the extra ``minari``."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gym_extensions.catalog.groups import GROUPS, TaskGroup, group
+from gym_extensions.catalog.protocol import stages
+from gym_extensions.envs import make
+from gym_extensions.envs.fingerprint import require_published_engine
+from gym_extensions.errors import BenchError, did_you_mean
+from gym_extensions.results.frames import refuse_problems
+from gym_extensions.rollouts.layout import run_key
+from gym_extensions.rollouts.policy import Policy, read_policies
+from gym_extensions.rollouts.reader import read
+from gym_extensions.rollouts.review import CLAIMED, level
+from gym_extensions.versions import version
+
+ROOT = "MINARI_DATASETS_PATH"
+"""The environment variable that tells Minari where its datasets are."""
+MAX_EPISODES = 10_000
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """Which policy plays which task: the last stage and the last task where None."""
+
+    group: str
+    protocol: str = "sequential"
+    run: int = 0
+    stage: int | None = None
+    task: str | None = None
+
+
+def write_dataset(folder: Path, entry: Path, wanted: Wanted, count: int = 20) -> str:
+    """Runs a policy and writes its episodes.
+
+    Args:
+        folder: the folder, which becomes Minari's root of datasets.
+        entry: the submission.
+        wanted: the policy and the task.
+        count: number of episodes; their seeds are 0 to count − 1.
+
+    Returns:
+        The id of the dataset.
+
+    Raises:
+        BenchError: Minari is not installed, something that is wanted does not exist, or no verification of
+            the run as it is now has passed.
+    """
+    if not 1 <= count <= MAX_EPISODES:
+        hint = f"Give 1 to {MAX_EPISODES}."
+        raise BenchError("bad-episodes", f"The number is {count}.", "--episodes", hint)
+    try:
+        import minari
+    except ImportError as error:
+        hint = "Run: pip install 'gym-extensions[minari]'"
+        raise BenchError("not-installed", "Minari is not installed.", "minari", hint) from error
+    tasks = group(wanted.group)
+    policy, position, sampled = _policy(entry, tasks, wanted)
+    task = tasks.tasks[position]
+    require_published_engine()
+    stage = "last" if wanted.stage is None else wanted.stage
+    dataset = (
+        f"gym-extensions/{task.name}/{entry.resolve().name}-{wanted.protocol}-run{wanted.run}-{stage}-v0"
+    )
+    with _root(folder):
+        env: Any = minari.DataCollector(make(task))
+        for seed in range(count):
+            noise = np.random.default_rng(seed) if sampled else None
+            observation, _ = env.reset(seed=seed)
+            ended = False
+            while not ended:
+                action = policy.act(np.asarray(observation)[None], noise, position)[0]
+                action = action.reshape(env.action_space.shape)
+                action = np.clip(action, env.action_space.low, env.action_space.high)
+                observation, _, terminated, truncated, _ = env.step(action.astype(env.action_space.dtype))
+                ended = terminated or truncated
+        env.create_dataset(
+            dataset,
+            algorithm_name=entry.resolve().name,
+            requirements=[f"gym-extensions=={version('gym-extensions')}"],
+            description=f"The policy of {run_key(tasks.name, wanted.protocol, wanted.run)}, stage {stage}, "
+            f"on {task.id}, with the seeds 0 to {count - 1}.",
+        )
+        env.close()
+    return dataset
+
+
+def _policy(entry: Path, tasks: TaskGroup, wanted: Wanted) -> tuple[Policy, int, bool]:
+    """The policy, the index of the task, and whether the policy samples its actions."""
+    names = [task.name for task in tasks.tasks]
+    name = names[-1] if wanted.task is None else wanted.task
+    if name not in names:
+        message = f"{tasks.id} has no task {name!r}."
+        raise BenchError("unknown-task", message, "--task", did_you_mean(name, names))
+    known = list(stages(wanted.protocol, len(names)))
+    stage = known[-1] if wanted.stage is None else wanted.stage
+    if stage not in known:
+        hint = f"Choose {known[0]} to {known[-1]}."
+        raise BenchError("unknown-stage", f"There is no stage {stage}.", "--stage", hint)
+    submission = read(entry, GROUPS, only=(tasks.name,), merge_runs=False)
+    refuse_problems(entry, submission.problems)
+    found = submission.groups.get(tasks.id)
+    key = run_key(tasks.name, wanted.protocol, wanted.run)
+    digests = found.digests(wanted.protocol) if found and wanted.protocol in found.logs else {}
+    if key not in digests or submission.manifest is None:
+        raise BenchError("unknown-run", f"It has no run {key}.", str(entry), "Name one of its runs.")
+    if level(submission.review, {key: digests[key]}) == CLAIMED:
+        hint = f"Run: gym-extensions verify {entry}"
+        raise BenchError("not-verified", f"No verification of {key} has passed.", str(entry), hint)
+    policies = read_policies(entry, tasks, wanted.protocol, wanted.run)
+    policy = policies[stage, name if wanted.protocol == "single" else None]
+    return policy, names.index(name), submission.manifest.protocol.evaluation == "sampled"
+
+
+@contextmanager
+def _root(folder: Path) -> Iterator[None]:
+    """Minari's root of datasets is this folder."""
+    before = os.environ.get(ROOT)
+    os.environ[ROOT] = str(folder)
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ[ROOT]
+        else:
+            os.environ[ROOT] = before
