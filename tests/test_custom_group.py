@@ -228,3 +228,21 @@ def test_the_python_of_the_page_trains_and_scores(folder: Path, monkeypatch: pyt
     exec(code, names)
     assert set(names["frame"]["group"]) == {"hopper-light-v0"}
     assert sorted(names["board"]["name"]) == ["other", "random", "random", "zero"]
+
+
+def test_a_group_of_any_gymnasium_environment_is_trained_and_scored_with_its_own_references(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file, out, ceilings = tmp_path / "own.toml", tmp_path / "mine", tmp_path / "references.json"
+    file.write_text('name = "pendulum"\n[[tasks]]\ntask = "Pendulum-v1"\nmax_steps = 20\n')
+    train("random", file, ["sequential", "single"], "smoke", [0, 1], out=out)
+    for name in ("FLOOR_EPISODES", "CEILING_EPISODES"):
+        monkeypatch.setattr(references, name, 20)
+    monkeypatch.setattr(references, "Workers", lambda _: ThisProcess())
+    options = ["--groups", str(file), "--budget", "smoke", "--runs", "1000", "--agent", "random"]
+    assert references.main([*options, "--out", str(ceilings)]) == 0
+    frame = results.metrics(out, groups=[file], references=ceilings)
+    assert set(frame["group"]) == {"pendulum-v0"}
+    scored = results.scores(out, load_group(file), groups=[file], references=ceilings)
+    assert set(scored["task"]) == {"Pendulum-v1.steps-20"}
+    assert scored["return"].lt(0).all()

@@ -72,6 +72,7 @@ PUBLIC = {
         "plot_curves",
         "plot_matrix",
         "plot_retention",
+        "score_matrix",
         "scores",
         "unfinished_curves",
     ],

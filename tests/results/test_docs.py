@@ -32,7 +32,7 @@ def test_the_tables_of_columns_are_those_of_the_docstrings() -> None:
     assert [
         name
         for name in results.__all__
-        if not name.startswith("plot_") and f"<!-- columns: {name} -->" not in text
+        if "  =====" in (getattr(results, name).__doc__ or "") and f"<!-- columns: {name} -->" not in text
     ] == []
 
 

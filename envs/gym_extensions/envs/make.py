@@ -166,7 +166,7 @@ class _Foreign(gym.Wrapper[Any, Any, Any, Any]):
     def step(self, action: Any) -> tuple[Any, SupportsFloat, bool, bool, dict[str, Any]]:
         """Returns what the environment returns, without ``is_success``."""
         *rest, info = self.env.step(action)
-        return *rest, {key: value for key, value in info.items() if key != IS_SUCCESS}  # type: ignore[return-value]
+        return *rest, {key: value for key, value in info.items() if key != IS_SUCCESS}
 
 
 def _build_foreign(task: Task, **rendering: Any) -> gym.Env[Any, Any]:

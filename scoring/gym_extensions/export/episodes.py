@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from datetime import date
 from pathlib import Path
 from typing import Any
 
@@ -65,11 +66,12 @@ def write_dataset(target: Path, entries: Sequence[Path], groups: set[str]) -> No
         "tags": list(TAGS),
         "configs": [{"config_name": "default", "data_files": "data/*.csv"}],
     }
+    names = ", ".join(Path(path).stem for path in files)
     columns = "\n".join(f"| `{name}` | {text} |" for name, text in DESCRIPTIONS.items())
     text = f"""
 # Evaluation episodes of gym-extensions
 
-{count:,} episodes of {len(files)} submissions, one per row. `croissant.json` describes the files.
+{count:,} episodes, one per row, of {names}. `croissant.json` describes the files.
 
 | column | value |
 |---|---|
@@ -78,20 +80,30 @@ def write_dataset(target: Path, entries: Sequence[Path], groups: set[str]) -> No
     write_text(target / "README.md", front_matter(head) + text)
 
 
+TERMS = (
+    *("citeAs", "column", "equivalentProperty", "extract", "field", "fileObject", "fileProperty", "fileSet"),
+    *("format", "includes", "isLiveDataset", "jsonPath", "key", "md5", "parentField", "path", "recordSet"),
+    *("references", "regex", "repeated", "replace", "samplingRate", "separator", "source", "subField"),
+    "transform",
+)
+"""The terms of Croissant. Its validator asks for all of them in the context, used or not."""
+
+
 def croissant(files: dict[str, str]) -> dict[str, Any]:
     """The Croissant 1.0 metadata of the CSV files of episodes.
 
     Args:
         files: the SHA-256 of every file by its path.
     """
-    terms = ("column", "dataType", "extract", "field", "fileObject", "recordSet", "source")
     context: dict[str, Any] = {
         "@language": "en",
         "@vocab": "https://schema.org/",
         "sc": "https://schema.org/",
     }
     context |= {"cr": "http://mlcommons.org/croissant/", "dct": "http://purl.org/dc/terms/"}
-    context |= {"conformsTo": "dct:conformsTo"} | {term: f"cr:{term}" for term in terms}
+    context |= {"rai": "http://mlcommons.org/croissant/RAI/", "conformsTo": "dct:conformsTo"}
+    context |= {term: f"cr:{term}" for term in TERMS}
+    context |= {term: {"@id": f"cr:{term}", "@type": "@json"} for term in ("data", "examples")}
     context["dataType"] = {"@id": "cr:dataType", "@type": "@vocab"}
     return {
         "@context": context,
@@ -101,7 +113,8 @@ def croissant(files: dict[str, str]) -> dict[str, Any]:
         "conformsTo": "http://mlcommons.org/croissant/1.0",
         "license": LICENSE_URL,
         "url": "https://pypi.org/project/gym-extensions/",
-        "version": version(NAME),
+        "version": version(NAME).partition(".dev")[0],
+        "datePublished": date.today().isoformat(),
         "distribution": [
             {
                 "@type": "cr:FileObject",

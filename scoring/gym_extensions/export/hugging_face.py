@@ -13,9 +13,10 @@ from gym_extensions import experts
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.errors import BenchError
 from gym_extensions.export.episodes import LICENSE, NAME, TAGS, front_matter, write_dataset
-from gym_extensions.files import write_text
+from gym_extensions.files import write_bytes, write_text
 from gym_extensions.results.frames import find, refuse_problems
-from gym_extensions.rollouts.layout import DOCUMENT, POLICIES, Folder, scan
+from gym_extensions.rollouts.layout import DOCUMENT, POLICIES, run_file, scan
+from gym_extensions.rollouts.policy import has_policies, npz_bytes, read_arrays
 from gym_extensions.scoring.frames import scores
 from gym_extensions.scoring.metrics import METRICS
 from gym_extensions.scoring.pipeline import make_scorer
@@ -57,7 +58,7 @@ def write_repositories(
     if with_experts:
         write_experts(folder / "models" / "experts")
     for path, card in cards.items():
-        if write_entry(folder / "models" / card.name, scan(path), card):
+        if write_entry(folder / "models" / card.name, path, card):
             written.append(f"models/{card.name}")
     logged = [path for path, card in cards.items() if any(_protocols(card))]
     if logged:
@@ -76,23 +77,23 @@ def _protocols(card: Scorecard) -> Iterator[tuple[str, str]]:
         yield from ((id_, protocol) for protocol, score in protocols.items() if score.runs)
 
 
-def write_entry(target: Path, source: Folder, card: Scorecard) -> bool:
+def write_entry(target: Path, source: Path, card: Scorecard) -> bool:
     """Writes the policies and documents of an entry's runs and their card; False if it has no policies."""
-    names = {group.id: name for name, group in GROUPS.items()}
-    wanted = {(names[id_], protocol) for id_, protocol in _protocols(card) if id_ in names}
-    copied: list[tuple[str, str, int]] = []
-    for (group, protocol), runs in source.runs.items():
-        for run in (run for run, suffixes in runs.items() if POLICIES in suffixes):
-            if (group, protocol) not in wanted:
+    groups = {group.id: group for group in GROUPS.values()}
+    files = scan(source).runs
+    written = []
+    for id_, protocol in _protocols(card):
+        for run in files[groups[id_].name, protocol]:
+            if not has_policies(source, groups[id_], protocol, run):
                 continue
-            for suffix in (POLICIES, DOCUMENT):
-                path = f"{group}/{protocol}/run{run}{suffix}"
-                (target / path).parent.mkdir(parents=True, exist_ok=True)
-                shutil.copyfile(source.root / path, target / path)
-            copied.append((group, protocol, run))
-    if copied:
-        write_text(target / "README.md", model_card(card, copied))
-    return bool(copied)
+            arrays = read_arrays(source, groups[id_], protocol, run)
+            key = groups[id_].name, protocol, run
+            write_bytes(target / run_file(*key, POLICIES), npz_bytes(arrays))
+            shutil.copyfile(source / run_file(*key, DOCUMENT), target / run_file(*key, DOCUMENT))
+            written.append(key)
+    if written:
+        write_text(target / "README.md", model_card(card, written))
+    return bool(written)
 
 
 def model_card(card: Scorecard, runs: Sequence[tuple[str, str, int]]) -> str:

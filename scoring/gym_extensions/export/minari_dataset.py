@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -11,8 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from gym_extensions.catalog.groups import GROUPS, TaskGroup, group
+from gym_extensions.catalog.groups import GROUPS, group
 from gym_extensions.catalog.protocol import stages
+from gym_extensions.catalog.tasks import Task
 from gym_extensions.envs import make
 from gym_extensions.envs.fingerprint import require_published_engine
 from gym_extensions.errors import BenchError, did_you_mean
@@ -39,6 +41,18 @@ class Wanted:
     task: str | None = None
 
 
+@dataclass(frozen=True)
+class Chosen:
+    """A policy, the task with its index in the group, the stage, whether it samples, and who submitted it."""
+
+    policy: Policy
+    task: Task
+    position: int
+    stage: int
+    sampled: bool
+    authors: tuple[str, ...]
+
+
 def write_dataset(folder: Path, entry: Path, wanted: Wanted, count: int = 20) -> str:
     """Runs a policy and writes its episodes.
 
@@ -63,39 +77,42 @@ def write_dataset(folder: Path, entry: Path, wanted: Wanted, count: int = 20) ->
     except ImportError as error:
         hint = "Run: pip install 'gym-extensions[minari]'"
         raise BenchError("not-installed", "Minari is not installed.", "minari", hint) from error
-    tasks = group(wanted.group)
-    policy, position, sampled = _policy(entry, tasks, wanted)
-    task = tasks.tasks[position]
+    chosen = _chosen(entry, wanted)
+    task, name = chosen.task, entry.resolve().name
     require_published_engine()
-    stage = "last" if wanted.stage is None else wanted.stage
-    dataset = (
-        f"gym-extensions/{task.name}/{entry.resolve().name}-{wanted.protocol}-run{wanted.run}-{stage}-v0"
-    )
-    with _root(folder):
+    dataset = f"gym-extensions/{task.name}/{name}-{wanted.protocol}-run{wanted.run}-stage{chosen.stage}-v0"
+    with _root(folder), warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # it asks for an e-mail address and for a link to code
         env: Any = minari.DataCollector(make(task))
         for seed in range(count):
-            noise = np.random.default_rng(seed) if sampled else None
-            observation, _ = env.reset(seed=seed)
-            ended = False
-            while not ended:
-                action = policy.act(np.asarray(observation)[None], noise, position)[0]
-                action = action.reshape(env.action_space.shape)
-                action = np.clip(action, env.action_space.low, env.action_space.high)
-                observation, _, terminated, truncated, _ = env.step(action.astype(env.action_space.dtype))
-                ended = terminated or truncated
+            _play(env, chosen, seed)
         env.create_dataset(
             dataset,
-            algorithm_name=entry.resolve().name,
+            algorithm_name=name,
+            author=", ".join(chosen.authors),
             requirements=[f"gym-extensions=={version('gym-extensions')}"],
-            description=f"The policy of {run_key(tasks.name, wanted.protocol, wanted.run)}, stage {stage}, "
-            f"on {task.id}, with the seeds 0 to {count - 1}.",
+            description=f"The policy of {run_key(wanted.group, wanted.protocol, wanted.run)}, stage "
+            f"{chosen.stage}, on {task.id}, with the seeds 0 to {count - 1}.",
         )
         env.close()
     return dataset
 
 
-def _policy(entry: Path, tasks: TaskGroup, wanted: Wanted) -> tuple[Policy, int, bool]:
-    """The policy, the index of the task, and whether the policy samples its actions."""
+def _play(env: Any, chosen: Chosen, seed: int) -> None:
+    """Runs one episode."""
+    noise = np.random.default_rng(seed) if chosen.sampled else None
+    space = env.action_space
+    observation, _ = env.reset(seed=seed)
+    ended = False
+    while not ended:
+        action = chosen.policy.act(np.asarray(observation)[None], noise, chosen.position)[0]
+        action = np.clip(action.reshape(space.shape), space.low, space.high).astype(space.dtype)
+        observation, _, terminated, truncated, _ = env.step(action)
+        ended = terminated or truncated
+
+
+def _chosen(entry: Path, wanted: Wanted) -> Chosen:
+    tasks = group(wanted.group)
     names = [task.name for task in tasks.tasks]
     name = names[-1] if wanted.task is None else wanted.task
     if name not in names:
@@ -118,7 +135,9 @@ def _policy(entry: Path, tasks: TaskGroup, wanted: Wanted) -> tuple[Policy, int,
         raise BenchError("not-verified", f"No verification of {key} has passed.", str(entry), hint)
     policies = read_policies(entry, tasks, wanted.protocol, wanted.run)
     policy = policies[stage, name if wanted.protocol == "single" else None]
-    return policy, names.index(name), submission.manifest.protocol.evaluation == "sampled"
+    sampled = submission.manifest.protocol.evaluation == "sampled"
+    position = names.index(name)
+    return Chosen(policy, tasks.tasks[position], position, stage, sampled, submission.manifest.authors)
 
 
 @contextmanager

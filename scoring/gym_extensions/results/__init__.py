@@ -10,7 +10,7 @@
 from gym_extensions.results.foreign import ForeignRuns, foreign_board, foreign_runs
 from gym_extensions.results.frames import curves, episodes, evaluations, unfinished_curves
 from gym_extensions.results.plots import plot_board, plot_curves, plot_matrix, plot_retention
-from gym_extensions.results.scores import board, metrics, metrics_of, scores
+from gym_extensions.results.scores import board, metrics, metrics_of, score_matrix, scores
 
 __all__ = [
     "ForeignRuns",
@@ -26,6 +26,7 @@ __all__ = [
     "plot_curves",
     "plot_matrix",
     "plot_retention",
+    "score_matrix",
     "scores",
     "unfinished_curves",
 ]

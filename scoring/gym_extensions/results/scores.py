@@ -193,11 +193,6 @@ def scores(
     Raises:
         BenchError: a group, protocol, path or column is unknown, or a submission has problems.
 
-    Example:
-        The array (runs, tasks) that rliable expects::
-
-            frame = results.scores("submissions/trpo", "hopper-gravity", stage=-1)
-            frame.pivot(index="run", columns="task", values="normalized").to_numpy()
     """
     if isinstance(group, TaskGroup):
         groups, group = (*groups, group), group.name
@@ -218,6 +213,45 @@ def scores(
     if stage is not None:
         frame = frame[frame["stage"] == (frame["stage"].max() if stage == -1 else stage)]
     return select_columns(frame.reset_index(drop=True), columns)
+
+
+def score_matrix(
+    submission: str | Path,
+    group: str | TaskGroup,
+    protocol: str = "sequential",
+    values: str = "normalized",
+    *,
+    stage: int = -1,
+    groups: CustomGroups = (),
+    references: str | Path | None = None,
+) -> pd.DataFrame:
+    """The mean return of every run on every task after one stage, (runs, tasks), which rliable expects.
+
+    The rows are the runs (index ``run``), the columns the tasks in training order (``task``);
+    ``to_numpy()`` gives the array.
+
+    Args:
+        submission: one submission.
+        group: name or id of a group, or a TaskGroup.
+        protocol: ``sequential``, ``single`` or ``joint``.
+        values: ``normalized`` (0 = floor, 1 = reference) or ``return``.
+        stage: of which stage; -1 for the last one.
+        groups: custom groups that the submission may contain: TOML files or TaskGroup objects.
+        references: the references file of the custom groups' tasks.
+
+    Raises:
+        BenchError: as in :func:`scores`; or the path contains several submissions, or none with such runs.
+
+    Example:
+        >>> score_matrix("submissions/trpo", "hopper-gravity").shape
+        (10, 5)
+    """
+    _check("values", values, ("normalized", "return"))
+    frame = scores(submission, group, protocol, stage=stage, groups=groups, references=references)
+    if frame["submission"].nunique() != 1:
+        message = f"There are {frame['submission'].nunique()} submissions with runs of this group and stage."
+        raise BenchError("no-matrix", message, str(submission), "Name one submission.")
+    return frame.pivot(index="run", columns="task", values=values)[list(dict.fromkeys(frame["task"]))]
 
 
 def _means(log: Log, references: References) -> pd.DataFrame:

@@ -1,0 +1,153 @@
+"""`gym-extensions export`: what other projects get, in a new folder, whole or not at all."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+
+from gym_extensions import experts
+from gym_extensions.errors import BenchError
+from gym_extensions.export import cli, every_eval_ever, minari_dataset
+from gym_extensions.export.minari_dataset import Wanted
+from gym_extensions.results.frames import EPISODE_DTYPES
+from gym_extensions.scoring.metrics import METRICS
+from gym_extensions.scoring.pipeline import make_scorer
+
+ENTRY = Path(__file__).resolve().parents[2] / "submissions" / "trpo"
+GROUP = "hopper-gravity"
+
+
+@pytest.fixture(scope="module")
+def repositories(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder for Hugging Face of one group, and of the experts."""
+    out = tmp_path_factory.mktemp("export") / "hf"
+    assert cli.main(["hugging-face", str(ENTRY), "--group", GROUP, "--experts", "--out", str(out)]) == 0
+    return out
+
+
+def test_a_record_of_every_eval_ever_has_every_ranked_metric_and_its_interval(tmp_path: Path) -> None:
+    out = tmp_path / "eee"
+    assert cli.main(["every-eval-ever", str(ENTRY), "--group", GROUP, "--out", str(out)]) == 0
+    [file] = out.rglob("*.json")
+    assert file.relative_to(out).parts[:2] == ("data", "gym-extensions")
+    record = json.loads(file.read_text("utf-8"))
+    assert (record["schema_version"], record["model_info"]["name"]) == ("0.3.0", "TRPO")
+    assert record["source_metadata"]["additional_details"]["level"] == "verified"
+    found = {each["evaluation_result_id"]: each for each in record["evaluation_results"]}
+    scores = make_scorer(only=[GROUP])(ENTRY).groups["hopper-gravity-v0"]
+    ranked = {
+        f"hopper-gravity-v0/{protocol}/{metric.name}": (metric, score.metrics[metric.name])
+        for protocol, score in scores.items()
+        for metric in METRICS[protocol]
+        if metric.better and score.metrics[metric.name].mean is not None
+    }
+    assert found.keys() == ranked.keys()
+    for name, (metric, value) in ranked.items():
+        details, interval = found[name]["score_details"], value.ends
+        assert details["score"] == value.mean
+        assert interval is not None
+        given = details["uncertainty"]["confidence_interval"]
+        assert (given["lower"], given["upper"]) == interval
+        assert found[name]["metric_config"]["lower_is_better"] is (metric.better == "lower")
+
+
+def test_a_model_card_has_its_metadata_and_the_code_that_loads_a_policy(repositories: Path) -> None:
+    card = (repositories / "models" / "trpo" / "README.md").read_text("utf-8")
+    lines = card.split("---")[1].strip().splitlines()
+    head = {key: json.loads(value) for key, _, value in (line.partition(": ") for line in lines)}
+    assert head["library_name"] == "gym-extensions"
+    [index] = head["model-index"]
+    assert {result["dataset"]["name"] for result in index["results"]} == {"hopper-gravity-v0"}
+    code = card.split("```python\n")[1].split("```")[0] + "print(len(policies))"
+    here = repositories / "models" / "trpo"
+    assert subprocess.check_output([sys.executable, "-c", code], cwd=here, text=True).strip() == "6"
+
+
+def test_the_experts_are_copied_with_their_cards(repositories: Path) -> None:
+    folder = repositories / "models" / "experts"
+    assert {path.stem for path in folder.glob("*.npz")} == set(experts.names())
+    assert experts.card("Hopper", folder) == experts.card("Hopper")
+
+
+def test_croissant_describes_every_file_and_column(repositories: Path) -> None:
+    folder = repositories / "datasets" / "episodes"
+    metadata = json.loads((folder / "croissant.json").read_text("utf-8"))
+    [file] = metadata["distribution"]
+    content = (folder / file["contentUrl"]).read_bytes()
+    assert file["sha256"] == hashlib.sha256(content).hexdigest()
+    [records] = metadata["recordSet"]
+    assert [field["name"] for field in records["field"]] == list(EPISODE_DTYPES)
+    assert content.splitlines()[0].decode().split(",") == list(EPISODE_DTYPES)
+
+
+def test_croissants_own_validator_accepts_the_metadata(repositories: Path) -> None:
+    mlcroissant = pytest.importorskip("mlcroissant")
+    dataset = mlcroissant.Dataset(repositories / "datasets" / "episodes" / "croissant.json")
+    assert not dataset.metadata.issues.errors
+
+
+def test_an_existing_folder_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["every-eval-ever", str(ENTRY), "--out", str(tmp_path)]) == 2
+    assert str(tmp_path) in capsys.readouterr().err
+
+
+def test_a_failure_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(folder: Path, *_: Any) -> int:
+        (folder / "half").write_text("written")
+        raise OSError("no space")
+
+    monkeypatch.setattr(every_eval_ever, "write_records", fail)
+    with pytest.raises(OSError, match="no space"):
+        cli.main(["every-eval-ever", str(ENTRY), "--out", str(tmp_path / "out")])
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("wanted", "code"),
+    [
+        (Wanted(GROUP, task="Hoper"), "unknown-task"),
+        (Wanted(GROUP, stage=6), "unknown-stage"),
+        (Wanted(GROUP, run=77), "unknown-run"),
+        (Wanted("no-such-group"), "unknown-group"),
+        (Wanted(GROUP), "not-verified"),
+    ],
+)
+def test_minari_gets_nothing_but_a_verified_policy(
+    wanted: Wanted,
+    code: str,
+    submission: Callable[..., Path],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setitem(sys.modules, "minari", ModuleType("minari"))
+    with pytest.raises(BenchError) as error:
+        minari_dataset.write_dataset(tmp_path, submission(), wanted)
+    assert error.value.code == code
+
+
+def test_without_minari_the_error_says_what_to_install(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "minari", None)
+    with pytest.raises(BenchError, match=r"pip install 'gym-extensions\[minari\]'"):
+        minari_dataset.write_dataset(tmp_path, ENTRY, Wanted(GROUP))
+
+
+def test_minari_loads_the_dataset_and_its_environment(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    minari = pytest.importorskip("minari")
+    out = tmp_path / "minari"
+    assert cli.main(["minari", str(ENTRY), "--group", GROUP, "--episodes", "1", "--out", str(out)]) == 0
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(out))
+    dataset = minari.load_dataset("gym-extensions/HopperGravityOneAndHalf/trpo-sequential-run0-stage5-v0")
+    assert dataset.total_episodes == 1
+    assert dataset.recover_environment().spec.id == "gym_extensions/HopperGravityOneAndHalf-v0"
