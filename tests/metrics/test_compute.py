@@ -66,6 +66,13 @@ def test_joint_runs_and_areas_give_the_metrics_that_need_them() -> None:
     assert values["forward_transfer_auc"].mean == pytest.approx(((0.4 - 0.2) + (0.6 - 0.3)) / 2)
 
 
+def test_practice_on_the_last_task_is_compared() -> None:
+    values = metrics.compute(R, [0.5, 0.6, 1.0], cumulative=1.25)
+    assert values["practice"].mean == pytest.approx(0.25)
+    assert values["transfer_at_equal_practice"].mean == pytest.approx(0.9 - 1.25)
+    assert values["last_task_performance"].mean == 1.25
+
+
 def test_a_metric_without_a_value_says_what_it_needs() -> None:
     values = metrics.compute(R[1:])
     missing = {name: value.why for name, value in values.items() if value.mean is None}
@@ -77,6 +84,9 @@ def test_a_metric_without_a_value_says_what_it_needs() -> None:
         "joint_gap": "It needs joint.",
         "return_std": "It needs episodes.",
         "cvar_10": "It needs episodes.",
+        "practice": "It needs single and cumulative.",
+        "transfer_at_equal_practice": "It needs cumulative.",
+        "last_task_performance": "It needs cumulative.",
         "single_task_performance": "It needs single.",
     }
 
@@ -89,6 +99,7 @@ def test_a_metric_without_a_value_says_what_it_needs() -> None:
         ({"matrix": [[1.0], [1.0, 2.0]]}, "matrix", "not an array of numbers"),
         ({"matrix": R, "single": [[1.0] * 3] * 2}, "single", "(2, 3)"),
         ({"matrix": R, "joint": [1.0] * 2}, "joint", "(1, 2)"),
+        ({"matrix": R, "cumulative": [1.0] * 2}, "cumulative", "(2, 3)"),
         ({"matrix": R, "floor": [0.0] * 2}, "floor", "Give 3 numbers"),
         ({"matrix": R, "ceiling": [1.0, 0.0, 1.0]}, "ceiling", "task 2"),
     ],

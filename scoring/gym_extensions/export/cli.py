@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.errors import BenchError, reports_mistakes
 
 EPILOG = "Nothing is sent anywhere: upload the folder yourself."
@@ -37,7 +38,7 @@ def parser() -> argparse.ArgumentParser:
     add = minari.add_argument
     add("entry", type=Path, metavar="ENTRY", help="a submission's folder")
     add("--group", required=True, metavar="NAME", help="the group")
-    add("--protocol", choices=("sequential", "single", "joint"), default="sequential")
+    add("--protocol", choices=PROTOCOLS, default="sequential")
     add("--run", type=int, default=0, metavar="N", help="the run (default: 0)")
     add("--stage", type=int, metavar="S", help="the policy after S tasks (default: the last one)")
     add("--task", metavar="NAME", help="the task (default: the last one of the group)")

@@ -67,7 +67,7 @@ def write_repositories(
         written.append("datasets/episodes")
     if not written:
         hint = "Name entries with logs, or --experts."
-        raise BenchError("nothing-to-export", "There are neither policies nor logs.", str(folder), hint)
+        raise BenchError("nothing-to-export", "There are neither policies nor logs.", "", hint)
     return written
 
 

@@ -11,7 +11,7 @@ implementations can be tested with the conformance kit, JSON files in ``gym_exte
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -50,7 +50,7 @@ Array = NDArray[np.float64]
 FORMULAS = {metric.name: metric.formula for metric in TABLE}
 """The formula of every metric, by name."""
 
-INPUTS = {"single": "single", "curves": "auc and single_auc", "joint": "joint"}
+INPUTS = {name: name for name in ("single", "joint", "cumulative")} | {"curves": "auc and single_auc"}
 NEEDS_STAGE_0 = ("zero_shot_transfer", "generalization_to_unseen_tasks")
 NEEDS_EPISODES = ("return_std", "cvar_10")
 
@@ -60,6 +60,7 @@ def compute(
     single: ArrayLike | None = None,
     *,
     joint: ArrayLike | None = None,
+    cumulative: ArrayLike | None = None,
     episodes: ArrayLike | None = None,
     auc: ArrayLike | None = None,
     single_auc: ArrayLike | None = None,
@@ -74,6 +75,7 @@ def compute(
         single: ([runs,] T), the same of an agent trained on task j alone, for asymptotic transfer.
         joint: ([runs,] T), the same of an agent trained on all tasks at once, for the joint gap. Its number
             of runs may differ.
+        cumulative: ([runs]), the return on task T of an agent trained on it alone for the steps of all tasks.
         episodes: ([runs,] T, episodes), the returns of single episodes after the last task, for their
             standard deviation and their worst tenth.
         auc: ([runs,] T), the area under the training curve of task j (:func:`area`), for forward transfer.
@@ -111,6 +113,10 @@ def compute(
     p = normalized("matrix", values, 2, -1, runs)
     alone = normalized("single", single, 1, -1, runs)
     together = normalized("joint", joint, 1, -1, 0)
+    practiced = None
+    if cumulative is not None:  # as an array with tasks, of which the last alone counts
+        column = _array("cumulative", cumulative, 0)
+        practiced = normalized("cumulative", np.tile(column[:, None], tasks), 1, -1, runs)
     last = normalized("episodes", episodes, 2, -2, runs)
     areas = normalized("auc", auc, 1, -1, runs)
     single_areas = normalized("single_auc", single_auc, 1, -1, runs)
@@ -131,10 +137,11 @@ def compute(
             single_task=by_task(alone, index),
             auc=by_task(areas, index),
             single_task_auc=by_task(single_areas, index),
+            cumulative=by_task(practiced, index),
         )
         for index in range(runs)
     ]
-    given = {"single": single is not None, "joint": joint is not None}
+    given = {"single": single is not None, "joint": joint is not None, "cumulative": cumulative is not None}
     given["curves"] = auc is not None and single_auc is not None
 
     def value(metric: Metric) -> MetricValue:
@@ -146,7 +153,9 @@ def compute(
         if lacking:
             return MetricValue(why=f"It needs {' and '.join(lacking)}.")
         if metric is JOINT_GAP and together is not None:
-            return joint_gap(over_runs(FINAL, found), over_runs(FINAL, list(_joint(together, scored))))
+            return joint_gap(over_runs(FINAL, found), over_runs(FINAL, _last_stage(together, scored)))
+        if metric.protocols == ("cumulative",) and practiced is not None:
+            return over_runs(metric, _last_stage(practiced, scored))
         return over_runs(metric, found)
 
     return {metric.name: value(metric) for metric in TABLE}
@@ -156,13 +165,13 @@ def _needs(metric: Metric) -> tuple[str, ...]:
     """The inputs of a metric beside the matrix. The area alone is enough for forward transfer."""
     if "curves" in metric.needs:
         return ("curves",)
-    return ("single",) if metric.protocols == ("single",) else metric.needs
+    return metric.needs if "sequential" in metric.protocols else metric.protocols
 
 
-def _joint(array: Array, scored: Sequence[int]) -> Iterator[Run]:
-    for row in array:
-        T = len(row)
-        yield Run(T, tuple(scored), {(T, j): float(row[j - 1]) for j in scored})
+def _last_stage(array: Array, scored: Sequence[int]) -> list[Run]:
+    """Runs of which nothing but the last stage is known, (runs, T)."""
+    T = array.shape[1]
+    return [Run(T, tuple(scored), {(T, j): float(row[j - 1]) for j in scored}) for row in array]
 
 
 def _scale(

@@ -135,7 +135,7 @@ def _continual_world(root: Path) -> Iterator[ForeignRuns]:
     alone: dict[str, list[tuple[float, float]]] = {}
     for path in sorted(root.rglob("progress.tsv")):
         config, log = _config(path.with_name("config.json")), _progress(path)
-        columns = {int(found[1]): found for name in log if (found := SUCCESS.fullmatch(name))}
+        columns = {int(found[1]): found for name in log if (found := SUCCESS.fullmatch(str(name)))}
         tasks = tuple(columns[index][2] for index in sorted(columns))
         if not tasks or sorted(columns) != list(range(len(tasks))):
             missing = next(index for index in range(len(columns) + 1) if index not in columns)
