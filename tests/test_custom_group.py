@@ -20,7 +20,7 @@ from gym_extensions.baselines import cli as train_cli
 from gym_extensions.baselines.algorithms.floors import Random
 from gym_extensions.baselines.execution.workers import ThisProcess
 from gym_extensions.catalog.groups import with_custom
-from gym_extensions.envs import Gravity, TaskGroup, Wall, customize, load_group
+from gym_extensions.envs import Gravity, TaskGroup, Wall, customize, load_group, make
 from gym_extensions.envs.fingerprint import fingerprint_of
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.reader import read
@@ -179,7 +179,7 @@ def test_runs_with_two_fingerprints_of_a_custom_task_are_a_problem(folder: Path,
 
 
 def test_the_page_defines_one_group_in_two_ways(tmp_path: Path) -> None:
-    (text,) = re.findall(r"```toml\n(.*?)```", PAGE, flags=re.DOTALL)
+    text, _ = re.findall(r"```toml\n(.*?)```", PAGE, flags=re.DOTALL)
     (tmp_path / "light.toml").write_text(text, encoding="utf-8")
     definition, _ = re.findall(r"```python\n(.*?)```", PAGE, flags=re.DOTALL)
     names: dict[str, object] = {}
@@ -228,6 +228,21 @@ def test_the_python_of_the_page_trains_and_scores(folder: Path, monkeypatch: pyt
     exec(code, names)
     assert set(names["frame"]["group"]) == {"hopper-light-v0"}
     assert sorted(names["board"]["name"]) == ["other", "random", "random", "zero"]
+
+
+def test_the_page_names_a_module_that_registers_an_environment(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _, text = re.findall(r"```toml\n(.*?)```", PAGE, flags=re.DOTALL)
+    (tmp_path / "pendulum.toml").write_text(text)
+    (tmp_path / "my_tasks.py").write_text(
+        "import gymnasium\ngymnasium.register('mine/HeavyPendulum-v0', kwargs={'g': 12.0},\n"
+        "    entry_point='gymnasium.envs.classic_control:PendulumEnv', max_episode_steps=50)\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    _, heavy = load_group(tmp_path / "pendulum.toml").tasks
+    assert heavy.id == "mine/HeavyPendulum-v0.steps-200"
+    assert make(heavy).unwrapped.g == 12.0  # type: ignore[attr-defined]
 
 
 def test_a_group_of_any_gymnasium_environment_is_trained_and_scored_with_its_own_references(
