@@ -22,14 +22,15 @@ class Successful(PendulumEnv):
 
     def step(self, action: Any) -> Any:
         """As of the pendulum."""
-        *rest, info = super().step(action)
+        *rest, info = super().step(action)  # type: ignore[no-untyped-call]
         return *rest, info | {"is_success": True}
 
 
 @pytest.fixture
 def registered() -> Iterator[str]:
     """The id of an environment that a user registered."""
-    gym.register("mine/Pendulum-v0", entry_point=Successful, max_episode_steps=30, kwargs={"g": 5.0})
+    make_it: Any = Successful
+    gym.register("mine/Pendulum-v0", entry_point=make_it, max_episode_steps=30, kwargs={"g": 5.0})
     yield "mine/Pendulum-v0"
     del gym.registry["mine/Pendulum-v0"]
 

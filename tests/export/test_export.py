@@ -22,7 +22,7 @@ from gym_extensions.scoring.metrics import METRICS
 from gym_extensions.scoring.pipeline import make_scorer
 
 ENTRY = Path(__file__).resolve().parents[2] / "submissions" / "trpo"
-GROUP = "hopper-gravity"
+GROUP, GROUP_ID = "hopper-wall", "hopper-wall-v0"
 
 
 @pytest.fixture(scope="module")
@@ -42,9 +42,9 @@ def test_a_record_of_every_eval_ever_has_every_ranked_metric_and_its_interval(tm
     assert (record["schema_version"], record["model_info"]["name"]) == ("0.3.0", "TRPO")
     assert record["source_metadata"]["additional_details"]["level"] == "verified"
     found = {each["evaluation_result_id"]: each for each in record["evaluation_results"]}
-    scores = make_scorer(only=[GROUP])(ENTRY).groups["hopper-gravity-v0"]
+    scores = make_scorer(only=[GROUP])(ENTRY).groups[GROUP_ID]
     ranked = {
-        f"hopper-gravity-v0/{protocol}/{metric.name}": (metric, score.metrics[metric.name])
+        f"{GROUP_ID}/{protocol}/{metric.name}": (metric, score.metrics[metric.name])
         for protocol, score in scores.items()
         for metric in METRICS[protocol]
         if metric.better and score.metrics[metric.name].mean is not None
@@ -65,10 +65,10 @@ def test_a_model_card_has_its_metadata_and_the_code_that_loads_a_policy(reposito
     head = {key: json.loads(value) for key, _, value in (line.partition(": ") for line in lines)}
     assert head["library_name"] == "gym-extensions"
     [index] = head["model-index"]
-    assert {result["dataset"]["name"] for result in index["results"]} == {"hopper-gravity-v0"}
+    assert {result["dataset"]["name"] for result in index["results"]} == {GROUP_ID}
     code = card.split("```python\n")[1].split("```")[0] + "print(len(policies))"
     here = repositories / "models" / "trpo"
-    assert subprocess.check_output([sys.executable, "-c", code], cwd=here, text=True).strip() == "6"
+    assert subprocess.check_output([sys.executable, "-c", code], cwd=here, text=True).strip() == "3"
 
 
 def test_the_experts_are_copied_with_their_cards(repositories: Path) -> None:
@@ -129,7 +129,7 @@ def test_minari_gets_nothing_but_a_verified_policy(
 ) -> None:
     monkeypatch.setitem(sys.modules, "minari", ModuleType("minari"))
     with pytest.raises(BenchError) as error:
-        minari_dataset.write_dataset(tmp_path, submission(), wanted)
+        minari_dataset.write_dataset(tmp_path, submission(groups=(GROUP,)), wanted)
     assert error.value.code == code
 
 
@@ -148,6 +148,6 @@ def test_minari_loads_the_dataset_and_its_environment(
     out = tmp_path / "minari"
     assert cli.main(["minari", str(ENTRY), "--group", GROUP, "--episodes", "1", "--out", str(out)]) == 0
     monkeypatch.setenv("MINARI_DATASETS_PATH", str(out))
-    dataset = minari.load_dataset("gym-extensions/HopperGravityOneAndHalf/trpo-sequential-run0-stage5-v0")
+    dataset = minari.load_dataset("gym-extensions/HopperWall/trpo-sequential-run0-stage2-v0")
     assert dataset.total_episodes == 1
-    assert dataset.recover_environment().spec.id == "gym_extensions/HopperGravityOneAndHalf-v0"
+    assert dataset.recover_environment().spec.id == "gym_extensions/HopperWall-v0"
