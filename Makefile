@@ -21,10 +21,10 @@ test: .venv/everything.installed  ## run the tests, except the slow ones and the
 browser: .venv/everything.installed  ## run the tests of the pages in Chromium; none may be skipped
 	.venv/bin/pytest --no-skips -m 'slow or not slow' tests/site/in_browser tests/site/test_html5.py
 
-extras: .venv/everything.installed  ## run the tests of the extras cluster, sbx and examples (needs EGL and OSMesa); none may be skipped
-	$(PIP) -e '.[dev,cluster,sbx,examples]'
+extras: .venv/everything.installed  ## run the tests of the extras cluster, sbx, examples, minari and parquet (needs EGL and OSMesa); none may be skipped
+	$(PIP) -e '.[dev,cluster,sbx,examples,minari,parquet]' mlcroissant
 	.venv/bin/pytest --no-skips tests/baselines/algorithms/test_ppo_and_sac.py tests/baselines/execution/test_ray_cluster.py \
-	  tests/envs/test_videos.py
+	  tests/envs/test_videos.py tests/export tests/results/test_frames.py
 
 slow: .venv/everything.installed  ## run the tests that train for minutes
 	.venv/bin/pytest -m slow

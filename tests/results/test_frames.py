@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import msgspec
+import pandas as pd
 import pytest
 
 from gym_extensions import results
@@ -52,6 +53,13 @@ def test_every_logged_episode_is_a_row(submission: Write) -> None:
     assert frame["success"].isna().all()
     assert set(frame["submission"]) == {"entry"}
     assert set(frame["group"]) == {"hopper-gravity-v0"}
+
+
+def test_episodes_come_back_from_parquet(submission: Write, tmp_path: Path) -> None:
+    pytest.importorskip("pyarrow")
+    frame = results.episodes(submission(protocols=("single",)))
+    frame.to_parquet(tmp_path / "episodes.parquet")
+    assert pd.read_parquet(tmp_path / "episodes.parquet").equals(frame)
 
 
 def test_success_is_missing_only_where_the_task_defines_none(submission: Write) -> None:
