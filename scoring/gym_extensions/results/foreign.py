@@ -25,7 +25,7 @@ IMPORTED = "imported"
 NOT_VERIFIED = "Imported from the logs of another benchmark, not verified."
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ForeignRuns:
     """The runs of one method in another benchmark's logs.
 
