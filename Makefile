@@ -7,10 +7,13 @@ export OPENBLAS_NUM_THREADS ?= 1
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: help leaderboard test browser extras check docs docsite findings bench slow coverage clean
+.PHONY: help leaderboard site-assets test browser extras check docs docsite findings bench slow coverage clean
 
 help:  ## list the commands
 	@awk -F ':.*  ## ' '/^[a-z]+:.*  ## / { printf "make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+
+site-assets: .venv/scoring.installed  ## fetch MuJoCo for the browser, 3 MB, for the page Play (needs npm)
+	.venv/bin/python -m gym_extensions.site.mujoco_wasm
 
 leaderboard: .venv/scoring.installed  ## check and score every submission, build _site/
 	@.venv/bin/gym-extensions site submissions --out _site
@@ -18,7 +21,7 @@ leaderboard: .venv/scoring.installed  ## check and score every submission, build
 test: .venv/everything.installed  ## run the tests, except the slow ones and the benchmarks
 	.venv/bin/pytest -n 2 --dist loadgroup $(PYTEST)
 
-browser: .venv/everything.installed  ## run the tests of the pages in Chromium; none may be skipped
+browser: .venv/everything.installed site-assets  ## run the tests of the pages in Chromium; none may be skipped
 	.venv/bin/pytest --no-skips -m 'slow or not slow' tests/site/in_browser tests/site/test_html5.py
 
 extras: .venv/everything.installed  ## run the tests of the extras cluster, sbx, examples, minari and parquet (needs EGL and OSMesa); none may be skipped

@@ -19,6 +19,7 @@ from markupsafe import Markup
 from gym_extensions.errors import BenchError
 from gym_extensions.scoring.scorecard import ReferencesInfo, Scorecard, ScorecardDocument
 from gym_extensions.site.boards import Entrant, Frame, Leaderboard, entrant
+from gym_extensions.site.mujoco_wasm import Simulator
 from gym_extensions.site.output import Output, digest, encoded, kept, kept_path
 from gym_extensions.site.pages import PAGES, TASK_PAGES, Draft, File, Page
 from gym_extensions.site.templating import FOLDER, environment, source_digest
@@ -36,12 +37,16 @@ class Renderer:
         pages: all kinds of pages.
         inputs: the digest of the scorecard of the entry whose pages are written; empty for shared pages.
         folder: the folder of that entry, where it is known.
+        folders: the folders of all entries by name, where they are known.
+        simulator: MuJoCo for the browser, if the site has it.
     """
 
     site: Frame
     pages: tuple[Page, ...]
     inputs: bytes = b""
     folder: Path | None = None
+    folders: Mapping[str, Path] = field(default_factory=dict)
+    simulator: Simulator | None = None
 
     def __call__(self, template: str, path: str, **values: object) -> str:
         """The text of the page at ``path``."""
@@ -70,6 +75,7 @@ class Site:
     pages: tuple[Page, ...] = PAGES
     folders: Mapping[str, Path] = field(default_factory=dict)
     keys: Mapping[str, str] = field(default_factory=dict)
+    simulator: Simulator | None = None
     entrants: dict[str, Entrant] = field(default_factory=dict)
 
     def entry_files(self, card: Scorecard) -> Iterator[File]:
@@ -95,11 +101,13 @@ class Site:
 
     def shared_files(self) -> Iterator[File]:
         """The files that are made from all entries."""
-        render = Renderer(self.leaderboard, self.pages)
+        render = Renderer(
+            self.leaderboard, self.pages, folders=self.folders, simulator=self.simulator
+        )
         for page in self.pages:
             yield from page.publish(self.leaderboard, render)
-        for file in sorted((FOLDER / "static").iterdir()):
-            yield f"static/{file.name}", file.read_bytes()
+        for file in sorted((FOLDER / "static").rglob("*.*")):
+            yield file.relative_to(FOLDER).as_posix(), file.read_bytes()
 
     def files(self, cards: Iterable[Scorecard]) -> Iterator[File]:
         """Every file: those of each entry as it comes, then the others."""
@@ -163,6 +171,7 @@ def build_site(
     *,
     keys: Mapping[str, str] | None = None,
     folders: Mapping[str, Path] | None = None,
+    simulator: Simulator | None = None,
 ) -> Built:
     """Writes the site to ``out``; a failed build leaves ``out`` unchanged.
 
@@ -175,13 +184,14 @@ def build_site(
         base: the result of :func:`base_digest`. Nothing of a site with another one is kept.
         keys: by entry, the key under which its scorecard is kept for the next build.
         folders: by entry, its folder, whose poses Watch panels show; poses of other results are not shown.
+        simulator: MuJoCo for the browser; without it the page Play says that it is missing.
 
     Raises:
         BenchError: ``out`` exists, is not empty, and was not written by an earlier build, or two entries have
             the same name.
     """
     base = base or base_digest(references)
-    site = Site(references, folders=folders or {}, keys=keys or {})
+    site = Site(references, folders=folders or {}, keys=keys or {}, simulator=simulator)
     with Output(out, base) as output, _collected_by_hand():
         for number, (path, content) in enumerate(site.files(cards)):
             if number % COLLECTED_FILES == 0:

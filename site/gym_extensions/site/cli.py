@@ -21,6 +21,7 @@ from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.scoring.screen import show_line
 from gym_extensions.site.boards import Board
 from gym_extensions.site.build import base_digest, build_site
+from gym_extensions.site.mujoco_wasm import FOLDER, load
 from gym_extensions.site.output import folder_key, scorecards_since
 from gym_extensions.site.text import ends, mean
 
@@ -43,6 +44,13 @@ def parser() -> argparse.ArgumentParser:
         help="submission folders, or folders that contain them (default: submissions/)",
     )
     options.add_argument("--out", type=Path, default=Path("_site"), help="output folder (default: _site)")
+    options.add_argument(
+        "--mujoco",
+        type=Path,
+        default=FOLDER,
+        metavar="FOLDER",
+        help=f"MuJoCo for the page Play, as `make site-assets` fetches it (default: {FOLDER}, if it exists)",
+    )
     return options
 
 
@@ -103,7 +111,13 @@ def main(argv: list[str] | None = None) -> int:
             yield card
 
     built = build_site(
-        cards(), info, options.out, base, keys=keys, folders={folder.name: folder for folder in folders}
+        cards(),
+        info,
+        options.out,
+        base,
+        keys=keys,
+        folders={folder.name: folder for folder in folders},
+        simulator=load(options.mujoco),
     )
     # Text from submissions is printed literally, and never stops the output in a narrow encoding.
     if isinstance(sys.stdout, TextIOWrapper):

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from itertools import groupby
@@ -28,7 +28,9 @@ from gym_extensions.site.changes import changelog, entry_events, feed, releases
 from gym_extensions.site.charts.strips import board_scale
 from gym_extensions.site.groups import Group, groups, overview, reasons
 from gym_extensions.site.motion import watches
+from gym_extensions.site.mujoco_wasm import Simulator
 from gym_extensions.site.output import encoded
+from gym_extensions.site.play import offer
 from gym_extensions.site.tables import PAGE_ROWS, board_pages, entry_pages
 from gym_extensions.site.tasks import (
     TaskView,
@@ -62,6 +64,14 @@ class Render(Protocol):
     @property
     def folder(self) -> Path | None:
         """The folder of that entry, where it is known."""
+
+    @property
+    def folders(self) -> Mapping[str, Path]:
+        """The folders of all entries by name, where they are known."""
+
+    @property
+    def simulator(self) -> Simulator | None:
+        """MuJoCo for the browser, if the site has it."""
 
     def __call__(self, template: str, path: str, **values: object) -> str:
         """The text of the page."""
@@ -187,6 +197,16 @@ def _compare(site: Leaderboard, render: Render) -> Iterator[File]:
     boards = [board for board in site.boards if board.leader and len(board.rows) > 1]
     values = {"boards": boards[:MAX_COMPARED], "page_rows": PAGE_ROWS}
     yield "compare.html", render("compare.html", "compare.html", **values)
+
+
+def _play(site: Leaderboard, render: Render) -> Iterator[File]:
+    """The page on which MuJoCo runs in the browser, and its files; without the simulator it says so."""
+    leaders = [board.leader.row.card.name for board in site.boards if board.leader]
+    watch = api.entry_path(leaders[0]) if leaders else "entries.html"
+    play = offer(site, render.folders, render.simulator) if render.simulator else None
+    size = len(render.simulator.wasm) / 1e6 if render.simulator else 0.0
+    yield "play.html", render("play.html", "play.html", play=play, watch=watch, size=size)
+    yield from play.files.items() if play else ()
 
 
 def _metrics(site: Leaderboard, render: Render) -> Iterator[File]:
@@ -315,6 +335,7 @@ PAGES = (
     Page("Submissions", publish_entry=_submission),
     Page("Entries", "entries.html", _entries),
     Page("Compare", "compare.html", _compare),
+    Page("Play", "play.html", _play),
     Page("Metrics", "metrics.html", _metrics),
     Page("Submit", "submit.html", _submit),
     Page("References", "references.html", _references, in_footer=True),

@@ -13,7 +13,7 @@ from gym_extensions.rollouts.review import REPORTED
 from gym_extensions.scoring import highlights
 from gym_extensions.scoring.metrics import BY_NAME
 from gym_extensions.scoring.published import COLUMNS as PAPER_COLUMNS
-from gym_extensions.site import api, exports, motion, speed, tables, tasks, text, trial
+from gym_extensions.site import api, exports, motion, play, speed, tables, tasks, text, trial
 from gym_extensions.site.boards import missing_reasons
 from gym_extensions.site.charts import lines, strips
 from gym_extensions.site.output import digest
@@ -47,6 +47,7 @@ def environment() -> Environment:
         exports=exports,
         line_charts=lines,
         motion=motion,
+        play_link=play.play_link,
         speed=speed,
         strips=strips,
         tables=tables,

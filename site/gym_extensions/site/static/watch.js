@@ -1,9 +1,9 @@
-// The player of the Watch panel: adds Play to every task, and draws both episodes at once on canvases.
+// The player of the Watch panel: adds Play to every task, and draws both episodes at once (figure.js).
 // Kinematics as in motion/kinematics.py, the text of motions as in scoring/poses/vlq.py.
 "use strict";
 (() => {
   const DIGITS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  const SPEEDS = [0.25, 0.5, 1, 2, 4], FREE_BEAM = 0.25;
+  const SPEEDS = [0.25, 0.5, 1, 2, 4];
   const calm = matchMedia("(prefers-reduced-motion: reduce)");
 
   // The coordinates of a clip: an array of numbers per frame.
@@ -70,17 +70,6 @@
     return shapes;
   }
 
-  // The part of a beam before it enters a wall, from 0 to 1; 0 if it misses.
-  function enter(start, along, [, , ...corners]) {
-    let first = 0, last = 1;
-    for (const axis of [0, 1]) {
-      const ends = [corners[axis], corners[axis + 2]].map((side) => (side - start[axis]) / (along[axis] || 1e-9));
-      first = Math.max(first, Math.min(...ends));
-      last = Math.min(last, Math.max(...ends));
-    }
-    return first < last ? first : 0;
-  }
-
   // Linear between two frames.
   function between(rows, time) {
     const frame = Math.min(Math.floor(time), rows.length - 1), next = rows[Math.min(frame + 1, rows.length - 1)];
@@ -122,74 +111,22 @@
     });
 
     function draw(canvas, rows, time) {
-      const width = canvas.clientWidth, height = canvas.clientHeight, dense = devicePixelRatio || 1;
-      canvas.width = width * dense;
-      canvas.height = height * dense;
-      const pen = canvas.getContext("2d"), style = getComputedStyle(canvas);
-      const colour = (name) => style.getPropertyValue(name).trim() || style.color;
-      const q = between(rows, time), middle = task.travels ? q[0] : 0;
-      const scale = Math.min(width / (box[2] - box[0]), height / (box[3] - box[1]));
-      const shift = middle + (box[0] + box[2]) / 2;
-      const X = (x) => width / 2 + (x - shift) * scale, Y = (y) => height - (y - box[1]) * scale;
-      pen.scale(dense, dense);
-      pen.lineCap = pen.lineJoin = "round";
-      pen.font = "11px sans-serif";
-      const disc = (x, y, radius, name) => {
-        pen.fillStyle = colour(name);
-        pen.beginPath();
-        pen.arc(x, y, Math.max(radius, 2), 0, 7);
-        pen.fill();
-      };
-      if (!skeleton) {
-        pen.fillStyle = colour("--strong-rule");
-        for (const [x, y, w, h] of data.maps[task.map]) pen.fillRect(X(x), Y(480 - y), w * scale, h * scale);
-        disc(X(task.goal[0]), Y(480 - task.goal[1]), 20 * scale, "--gain");
-        pen.strokeStyle = colour("--accent");
-        pen.lineWidth = 2;
-        pen.beginPath();
-        for (const [x, y] of [...rows.slice(0, Math.floor(time) + 1), q]) pen.lineTo(X(x), Y(y));
-        pen.stroke();
-        disc(X(q[0]), Y(q[1]), 5, "--ink");
+      const q = between(rows, time), view = figure.view(canvas, box, task.travels ? q[0] : 0);
+      if (skeleton) {
+        if (task.travels) figure.floor(view);
+        figure.shapes(view, placed(skeleton, q));
         return;
       }
-      if (task.travels) {
-        pen.strokeStyle = pen.fillStyle = colour("--soft");
-        pen.beginPath();
-        pen.moveTo(0, Y(0));
-        pen.lineTo(width, Y(0));
-        const half = width / 2 / scale;
-        for (let metre = Math.ceil(shift - half); metre <= shift + half; metre++) {
-          pen.moveTo(X(metre), Y(0));
-          pen.lineTo(X(metre), Y(0) + 5);
-          pen.fillText(`${metre} m`, X(metre) + 3, Y(0) + 11);
-        }
-        pen.stroke();
-      }
-      const shapes = placed(skeleton, q), wall = shapes.find(([role]) => role === "wall");
-      for (const [role, radius, x1, y1, x2, y2] of shapes) {
-        if (role.endsWith("beam")) {
-          const along = [x2 - x1, y2 - y1], hit = wall && enter([x1, y1], along, wall);
-          const length = hit || Math.min(FREE_BEAM, along[1] < 0 ? -y1 / along[1] : 1);
-          pen.strokeStyle = colour(hit ? "--warn-ink" : "--rule");
-          pen.lineWidth = 1;
-          pen.beginPath();
-          pen.moveTo(X(x1), Y(y1));
-          pen.lineTo(X(x1 + length * along[0]), Y(y1 + length * along[1]));
-          pen.stroke();
-        } else if (role === "wall") {
-          pen.fillStyle = colour("--cold");
-          pen.fillRect(X(x1), Y(y2), (x2 - x1) * scale, (y2 - y1) * scale);
-        } else if (role === "goal" || role === "object") {
-          disc(X(x1), Y(y1), radius * scale, role === "goal" ? "--gain" : "--cold");
-        } else {
-          pen.strokeStyle = colour({ body: "--accent", far: "--ring", changed: "--loss" }[role]);
-          pen.lineWidth = Math.max(2 * radius * scale, 1);
-          pen.beginPath();
-          pen.moveTo(X(x1), Y(y1));
-          pen.lineTo(X(x2) + 0.01, Y(y2));
-          pen.stroke();
-        }
-      }
+      const { pen, colour, X, Y, scale, disc } = view;
+      pen.fillStyle = colour("--strong-rule");
+      for (const [x, y, w, h] of data.maps[task.map]) pen.fillRect(X(x), Y(480 - y), w * scale, h * scale);
+      disc(X(task.goal[0]), Y(480 - task.goal[1]), 20 * scale, "--gain");
+      pen.strokeStyle = colour("--accent");
+      pen.lineWidth = 2;
+      pen.beginPath();
+      for (const [x, y] of [...rows.slice(0, Math.floor(time) + 1), q]) pen.lineTo(X(x), Y(y));
+      pen.stroke();
+      disc(X(q[0]), Y(q[1]), 5, "--ink");
     }
 
     const controls = document.createElement("div"), button = section.querySelector(".play");

@@ -1,0 +1,159 @@
+"""MuJoCo for the browser: two files of the npm package ``@mujoco/mujoco``, pinned by their digests.
+
+``make site-assets`` fetches them with ``npm``. They belong to no package and to no commit.
+"""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import hashlib
+import shutil
+import subprocess
+import sys
+import tarfile
+import tempfile
+from dataclasses import dataclass
+from importlib import metadata
+from pathlib import Path
+
+from gym_extensions.errors import BenchError, reports_mistakes
+
+PACKAGE, VERSION = "@mujoco/mujoco", "3.14.0"
+SHA256 = {
+    "mujoco.js": "bc6980e4bc5ee5f809a6cabde0743798637e113d333f9e85124714d42be1ccae",
+    "mujoco.wasm": "2d380f1070a556c3003b4a7c7c10c98a5f61db4e91815de1075ec478e9487e76",
+}
+"""The files that are used, by name."""
+FOLDER = Path(".site-assets")
+"""Where ``make site-assets`` puts them, in the current folder."""
+HINT = "Run: make site-assets"
+
+
+@dataclass(frozen=True)
+class Simulator:
+    """The two files as the site publishes them.
+
+    Args:
+        script: the JavaScript that loads the other.
+        wasm: the WebAssembly, compressed with gzip.
+        license: their licence, Apache-2.0.
+    """
+
+    script: bytes
+    wasm: bytes
+    license: bytes
+
+    def facts(self) -> dict[str, str]:
+        """Paths and digests, for the page's script."""
+        return {
+            "version": VERSION,
+            "script": "play/mujoco.js",
+            "script_integrity": integrity(self.script),
+            "wasm": "play/mujoco.wasm.packed",
+            "wasm_integrity": integrity(self.wasm),
+        }
+
+    def files(self) -> dict[str, bytes]:
+        """The files by their paths in the site."""
+        facts = self.facts()
+        return {
+            facts["script"]: self.script,
+            facts["wasm"]: self.wasm,
+            "play/LICENSE-mujoco.txt": self.license,
+        }
+
+
+def integrity(content: bytes) -> str:
+    """The digest of a file as browsers check it (Subresource Integrity)."""
+    return f"sha256-{base64.b64encode(hashlib.sha256(content).digest()).decode()}"
+
+
+def load(folder: Path) -> Simulator | None:
+    """The files of a folder; None if there is no such folder.
+
+    Raises:
+        BenchError: a file is missing, or is not the pinned one.
+    """
+    if not folder.is_dir():
+        return None
+    script, packed = (_read(folder / name) for name in ("mujoco.js", "mujoco.wasm.gz"))
+    try:
+        wasm = gzip.decompress(packed)
+    except (OSError, EOFError) as error:
+        raise BenchError("bad-asset", f"It is no gzip file: {error}.", str(folder), HINT) from error
+    for name, content in (("mujoco.js", script), ("mujoco.wasm", wasm)):
+        _check(name, content, folder)
+    return Simulator(script, packed, license_of("mujoco"))
+
+
+def license_of(package: str) -> bytes:
+    """The licence that an installed package comes with."""
+    text = metadata.distribution(package).read_text("licenses/LICENSE")
+    return (text or f"See the package {package}.\n").encode()
+
+
+def _read(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise BenchError("bad-asset", f"{error.strerror or error}.", str(path), HINT) from error
+
+
+def _check(name: str, content: bytes, where: Path) -> None:
+    if hashlib.sha256(content).hexdigest() != SHA256[name]:
+        message = f"{name} is not the one of {PACKAGE} {VERSION}."
+        raise BenchError("bad-asset", message, str(where), f"Remove the folder. {HINT}")
+
+
+def fetch(folder: Path) -> None:
+    """Fetches the package with npm, checks the two files and writes them.
+
+    Raises:
+        BenchError: npm is missing or fails, or a file is not the pinned one.
+    """
+    npm = shutil.which("npm")
+    if npm is None:
+        raise BenchError("no-npm", "npm is not installed.", hint="Install Node.js, which has npm.")
+    with tempfile.TemporaryDirectory() as scratch:
+        done = subprocess.run(
+            [npm, "pack", "--silent", f"{PACKAGE}@{VERSION}"],
+            cwd=scratch, capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        archives = list(Path(scratch).glob("*.tgz"))
+        if done.returncode or len(archives) != 1:
+            raise BenchError("no-package", f"npm failed: {done.stderr.strip()[-300:]}", PACKAGE)
+        with tarfile.open(archives[0]) as archive:
+            contents = {name: _member(archive, f"package/{name}") for name in SHA256}
+    for name, content in contents.items():
+        _check(name, content, folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "mujoco.js").write_bytes(contents["mujoco.js"])
+    (folder / "mujoco.wasm.gz").write_bytes(gzip.compress(contents["mujoco.wasm"], 9, mtime=0))
+
+
+def _member(archive: tarfile.TarFile, name: str) -> bytes:
+    try:
+        file = archive.extractfile(name)
+    except KeyError:
+        file = None
+    if file is None:
+        raise BenchError("bad-asset", f"The package has no {name}.", PACKAGE)
+    return file.read()
+
+
+@reports_mistakes
+def main(argv: list[str] | None = None) -> int:
+    """Fetches the files into ``.site-assets``, unless they are there."""
+    folder = Path(argv[0]) if argv else FOLDER
+    try:
+        is_there = load(folder) is not None
+    except BenchError:
+        is_there = False
+    if not is_there:
+        fetch(folder)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,299 @@
+// The controls of the page Play, and its two sides: each a world with a policy, drawn while it runs.
+import { readPolicies } from "./policy.js";
+import { beams } from "./rules.js";
+import { World } from "./world.js";
+import { camera, drawSpace } from "./space.js";
+
+const SPEEDS = [0.25, 0.5, 1, 2, 4], PUSH = 0.15, PUSH_REACH = 1, LONGEST_FRAME = 0.1, MOST_WORK = 40;
+const BOX = [-1.7, -0.2, 1.9, 2], NEAR = 0.4, PAUSE = 1.5;
+const calm = matchMedia("(prefers-reduced-motion: reduce)");
+const by = (id) => document.getElementById(`play-${id}`);
+const fill = (select, rows) => select.replaceChildren(...rows.map(([value, text]) => new Option(text, value)));
+const normal = () => Math.sqrt(-2 * Math.log(1 - Math.random())) * Math.cos(2 * Math.PI * Math.random());
+
+// One of the two figures: menus, a canvas, a policy, and its own world.
+class Side {
+  constructor(figure, panel) {
+    this.panel = panel;
+    this.canvas = figure.querySelector("canvas");
+    this.caption = figure.querySelector("figcaption");
+    this.menu = figure.querySelector(".policy");
+    this.stages = figure.querySelector(".stage-of");
+    this.menu.addEventListener("change", () => this.load().then(() => panel.restart()));
+    this.stages.addEventListener("change", () => panel.restart());
+    this.canvas.addEventListener("pointerdown", (event) => this.grasp(event));
+    this.canvas.addEventListener("pointermove", (event) => this.drag(event));
+    for (const name of ["pointerup", "pointercancel"]) this.canvas.addEventListener(name, () => this.world.grasp(null));
+  }
+
+  // The policies that fit the task: its expert, and the entries of the group. Keeps the choice where it can.
+  offer(task, group, preferred) {
+    const rows = group.entries.map((entry) => [entry.file, entry.title]);
+    if (task.expert) rows.unshift([task.expert, task.provisional ? "Expert (provisional)" : "Expert of the task"]);
+    if (preferred) rows.push(["", "no second body"]);
+    const chosen = [...this.menu.options].find((option) => option.selected)?.text;
+    fill(this.menu, rows);
+    const kept = rows.find(([, text]) => text === chosen) || rows[preferred && rows.length > 2 ? 1 : 0];
+    this.menu.value = kept ? kept[0] : "";
+    return this.load();
+  }
+
+  async load() {
+    const { value, selectedOptions: [option] } = this.menu, stage = this.stages.value;
+    this.policies = null;
+    this.problem = "";
+    if (value) {
+      try {
+        const reply = await fetch(new URL(value, this.panel.site));
+        if (!reply.ok) throw new Error("The policies could not be loaded.");
+        const policies = readPolicies(await reply.arrayBuffer());
+        if (value !== this.menu.value) return;
+        this.policies = policies;
+      } catch (error) {
+        this.problem = `${option.text}: ${error.message}`;
+      }
+    }
+    const names = (this.policies || []).map((_, i) => [i, i ? `${i}: after ${this.panel.group.tasks[i - 1]}` : "0: before training"]);
+    const single = names.length === 1;
+    fill(this.stages, single ? [[0, "trained"]] : names);
+    this.stages.disabled = names.length < 2;
+    this.stages.value = stage && stage < names.length ? stage : names.length - 1;
+  }
+
+  get policy() {
+    return this.policies?.[this.stages.value];
+  }
+
+  get running() {
+    return this.policy && this.world && !this.world.ended;
+  }
+
+  place(mujoco, body, xml, settings) {
+    if (this.world?.body !== body) this.world = new World(mujoco, body, xml);
+    this.world.change(settings);
+  }
+
+  reset(start) {
+    this.owed = 0;
+    this.top = BOX[3];
+    this.world.reset(start);
+    this.canvas.hidden = !this.policy;
+  }
+
+  step(task) {
+    this.world.step(this.policy.act(this.world.observe(this.policy.inputs), task, normal));
+    if (this.released && this.world.data.time > this.released) {
+      this.released = 0;
+      this.world.grasp(null);
+    }
+  }
+
+  push(direction) {
+    const { data, torso } = this.world, at = [...data.xipos.subarray(3 * torso, 3 * torso + 3)];
+    this.world.grasp({ body: torso, target: [at[0] + direction * PUSH_REACH, at[1], at[2]] });
+    this.released = data.time + PUSH;
+  }
+
+  draw() {
+    const { world, caption, policy } = this;
+    if (!policy) {
+      caption.textContent = this.problem;
+      return;
+    }
+    const shapes = world.shapes(), seconds = world.steps * world.dt, { qpos } = world.data;
+    if (world.body.is_planar) this.drawPlane(shapes, qpos);
+    else drawSpace(figure.view(this.canvas, BOX, 0), shapes, [qpos[0], qpos[1]]);
+    const end = !world.ended ? "" : world.fell ? " It fell." : " End of the episode.";
+    caption.textContent = `Return ${world.total.toFixed(1)}, step ${world.steps} (${seconds.toFixed(1)} s), ${qpos[0].toFixed(1)} m.${end}`;
+  }
+
+  drawPlane(shapes, qpos) {
+    const { world, policy } = this;
+    const flat = shapes.map(([role, radius, a, b]) => (role === "wall"
+      ? [role, 0, a[0] - b[0], a[2] - b[2], a[0] + b[0], a[2] + b[2]] : [role, radius, a[0], a[2], b[0], b[2]]));
+    this.top = Math.max(this.top, ...flat.filter(([role]) => role !== "wall").map((shape) => Math.max(shape[3], shape[5]) + 0.2));
+    this.view = figure.view(this.canvas, [BOX[0], BOX[1], BOX[2], this.top], qpos[0]);
+    if (world.settings.wall !== null && policy.inputs > world.rules.observe(world.data, world.model).length) {
+      const [origin, directions] = beams(world.body.beams, qpos, world.lift);
+      flat.push(...directions.map((d) => ["beam", 0, origin[0], origin[2], origin[0] + 10 * d[0], origin[2] + 10 * d[2]]));
+    }
+    figure.floor(this.view);
+    figure.shapes(this.view, flat);
+  }
+
+  // Pixel positions of the ends of a shape, and the point of the world under a pixel at the depth of that shape.
+  projection() {
+    if (!this.world.body.is_planar) return camera(this.canvas, this.world.data.qpos);
+    const { X, Y, scale, shift, width, height } = this.view;
+    return {
+      zoom: scale,
+      project: ([x, , z]) => [X(x), Y(z), 1],
+      unproject: (px, py) => [(px - width / 2) / scale + shift, 0, (height - py) / scale + BOX[1]],
+    };
+  }
+
+  grasp(event) {
+    if (!this.running) return;
+    const { project, zoom } = this.projection(), pixel = [event.offsetX, event.offsetY];
+    let best = [NEAR, null];
+    for (const [role, , start, end, body] of this.world.shapes()) {
+      if (role === "wall") continue;
+      const a = project(start), b = project(end), along = [b[0] - a[0], b[1] - a[1]];
+      const length = along[0] ** 2 + along[1] ** 2 || 1;
+      const share = Math.min(Math.max(((pixel[0] - a[0]) * along[0] + (pixel[1] - a[1]) * along[1]) / length, 0), 1);
+      const distance = Math.hypot(a[0] + share * along[0] - pixel[0], a[1] + share * along[1] - pixel[1]) * a[2] / zoom;
+      if (distance < best[0]) best = [distance, { body, depth: a[2] }];
+    }
+    this.grip = best[1];
+    if (!this.grip) return;
+    this.canvas.setPointerCapture(event.pointerId);
+    this.released = 0;
+    this.world.grasp({ body: this.grip.body, target: this.projection().unproject(...pixel, this.grip.depth) });
+    this.panel.touched = true;
+  }
+
+  drag(event) {
+    if (!this.grip || !this.world.hand) return;
+    this.world.grasp({ body: this.grip.body, target: this.projection().unproject(event.offsetX, event.offsetY, this.grip.depth) });
+  }
+}
+
+class Panel {
+  constructor(mujoco, index, site) {
+    Object.assign(this, { mujoco, index, site, models: {}, running: true, touched: false, work: [0, 0] });
+    this.sides = [...document.querySelectorAll(".sides figure")].map((figure) => new Side(figure, this));
+    fill(by("group"), index.groups.map(({ id }) => [id, id]));
+    fill(by("speed"), SPEEDS.map((speed) => [speed, `${speed} ×`]));
+    by("speed").value = 1;
+  }
+
+  get group() {
+    return this.index.groups.find(({ id }) => id === by("group").value);
+  }
+
+  get task() {
+    return this.index.tasks[by("task").value];
+  }
+
+  get settings() {
+    const factor = Number(by("factor").value);
+    return {
+      gravity: Number(by("gravity").value),
+      limbs: factor === 1 ? {} : { [by("part").value]: factor },
+      wall: by("has-wall").checked ? Number(by("wall").value) : null,
+    };
+  }
+
+  async start() {
+    const wanted = new URLSearchParams(location.hash.slice(2)).get("task"), groups = this.index.groups;
+    const group = groups.find(({ tasks }) => tasks.includes(wanted)) || groups[0];
+    by("group").value = group.id;
+    by("group").addEventListener("change", () => this.chooseGroup());
+    by("task").addEventListener("change", () => this.chooseTask());
+    for (const name of ["gravity", "factor", "part", "wall", "has-wall"]) by(name).addEventListener("input", () => this.change());
+    by("run").addEventListener("click", () => this.run(!this.running));
+    by("again").addEventListener("click", () => this.restart());
+    by("back").addEventListener("click", () => this.push(-1));
+    by("forward").addEventListener("click", () => this.push(1));
+    by("panel").hidden = false;
+    await this.chooseGroup(wanted);
+    requestAnimationFrame((now) => this.frame(now));
+  }
+
+  chooseGroup(wanted) {
+    fill(by("task"), this.group.tasks.map((name) => [name, name]));
+    if (this.group.tasks.includes(wanted)) by("task").value = wanted;
+    return this.chooseTask();
+  }
+
+  async chooseTask() {
+    const task = this.task, body = this.index.bodies[task.body], [[part, factor] = [Object.keys(body.parts)[0], 1]] = Object.entries(task.limbs);
+    fill(by("part"), Object.keys(body.parts).map((name) => [name, name]));
+    by("part").value = part;
+    by("factor").value = factor;
+    by("gravity").value = task.gravity;
+    by("has-wall").checked = task.wall;
+    const [near, far] = body.wall.range;
+    by("wall").value = near + Math.random() * (far - near);
+    this.models[body.name] ||= await (await fetch(new URL(body.model, this.site))).text();
+    await Promise.all(this.sides.map((side, i) => side.offer(task, this.group, i)));
+    if (task !== this.task) return;
+    for (const side of this.sides) side.place(this.mujoco, body, this.models[body.name], this.settings);
+    this.describe();
+    this.restart();
+  }
+
+  change() {
+    for (const side of this.sides) side.world.change(this.settings);
+    this.describe();
+  }
+
+  describe() {
+    const { settings, task } = this, text = (id, value) => { by(id).nextElementSibling.value = value; };
+    text("gravity", `${settings.gravity.toFixed(2)} g`);
+    text("factor", `× ${Number(by("factor").value).toFixed(2)}`);
+    text("wall", `${Number(by("wall").value).toFixed(1)} m`);
+    by("wall").disabled = !by("has-wall").checked;
+    this.isTask = settings.gravity === task.gravity && (settings.wall !== null) === task.wall
+      && JSON.stringify(settings.limbs) === JSON.stringify(task.limbs);
+  }
+
+  // Both sides start from one state.
+  restart() {
+    const [first] = this.sides, start = first.world.drawStart();
+    for (const side of this.sides) side.reset(start);
+    this.touched = false;
+    this.over = 0;
+    this.show();
+  }
+
+  push(direction) {
+    for (const side of this.sides) if (side.running) side.push(direction);
+    this.touched = true;
+  }
+
+  run(on) {
+    this.running = on;
+    by("run").textContent = on ? "Pause" : "Play";
+  }
+
+  frame(now) {
+    const elapsed = Math.min((now - (this.before ?? now)) / 1000, LONGEST_FRAME);
+    this.before = now;
+    if (this.running) this.advance(elapsed);
+    this.show();
+    requestAnimationFrame((next) => this.frame(next));
+  }
+
+  advance(elapsed) {
+    const task = this.group.tasks.indexOf(by("task").value), active = this.sides.filter((side) => side.running);
+    for (const side of active) {
+      side.owed += elapsed * by("speed").value;
+      const begin = performance.now();
+      let steps = 0;
+      for (; side.owed >= side.world.dt && side.running; steps++) {
+        if (performance.now() - begin > MOST_WORK) side.owed = 0;
+        side.step(task);
+        side.owed -= side.world.dt;
+      }
+      this.work[0] += steps * side.world.dt;
+      this.work[1] += (performance.now() - begin) / 1000;
+    }
+    this.over = active.length ? 0 : this.over + elapsed;
+    if (this.over > PAUSE && !calm.matches) this.restart();
+  }
+
+  show() {
+    for (const side of this.sides) {
+      side.draw();
+      side.canvas.setAttribute("aria-label", `${this.task.body} under ${side.menu.selectedOptions[0]?.text}`);
+    }
+    const [simulated, spent] = this.work, ratio = spent > 0 ? simulated / spent : 0;
+    const world = this.touched ? "The body was pushed: this return is not one of the task."
+      : this.isTask ? `This is ${by("task").value}.` : "This world is no task of the benchmark.";
+    by("status").textContent = `${world}${ratio ? ` One body simulates ${ratio.toFixed(ratio < 10 ? 1 : 0)} × as fast as real time.` : ""}`;
+    by("status").dataset.ratio = ratio;
+  }
+}
+
+export const startPanel = (mujoco, index, site) => new Panel(mujoco, index, site).start();
