@@ -101,9 +101,7 @@ class Site:
 
     def shared_files(self) -> Iterator[File]:
         """The files that are made from all entries."""
-        render = Renderer(
-            self.leaderboard, self.pages, folders=self.folders, simulator=self.simulator
-        )
+        render = Renderer(self.leaderboard, self.pages, folders=self.folders, simulator=self.simulator)
         for page in self.pages:
             yield from page.publish(self.leaderboard, render)
         for file in sorted((FOLDER / "static").rglob("*.*")):

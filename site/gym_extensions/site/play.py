@@ -1,8 +1,8 @@
 """What the page Play offers: bodies, tasks, and policies that a script in the browser evaluates.
 
-The site has not room for every policy. It publishes the experts of the tasks, then of each group the first run
-of the entries that trained in sequence, the best entries first, until ``MAX_BYTES`` are reached. Policies that
-take more than ``MAX_FILE_BYTES`` are left out.
+There is no room for every policy. The site publishes the experts of the tasks, then of each group the first
+run of the entries that trained in sequence, the best entries first, until ``MAX_BYTES`` are reached. Policies
+of more than ``MAX_FILE_BYTES`` are left out.
 """
 
 from __future__ import annotations

@@ -11,12 +11,16 @@ from gym_extensions.scoring.pipeline import references_info
 from gym_extensions.scoring.poses import write
 from gym_extensions.scoring.references import load_references
 from gym_extensions.site.build import Site
+from gym_extensions.site.mujoco_wasm import FOLDER, load
 from gym_extensions.site.pages import Draft
 
 from ..browser import typed
 from ..conftest import everything, learner, sequential, submission
 from ..test_motion import poses_of
+from ..test_play import write_run
 
+ASSETS = Path(__file__).parents[3] / FOLDER
+"""The simulator of Play, where ``make site-assets`` has fetched it."""
 TASK = "tasks/hopperwall-v0.html"
 MANY = "many-"
 """The prefix of the entries that fill a board of two pages; their own pages are not written."""
@@ -36,6 +40,7 @@ PAGES = {
     "entry of several groups": "submissions/keeper.html",
     "refused entry": "submissions/broken.html",
     "compare": "compare.html",
+    "play": "play.html",
     "metrics": "metrics.html",
     "data": "data.html",
     "references": "references.html",
@@ -59,11 +64,10 @@ def write_site(folder: Path) -> Path:
     document = everything()
     many = [_many(index) for index in range(52)]
     document["submissions"] = sorted(document["submissions"] + many, key=lambda entry: entry["name"])
-    write(folder.parent / "agile", "hopper-gravity", poses_of(document))
+    write(write_run(folder.parent / "agile"), "hopper-gravity", poses_of(document))
     info = references_info(load_references())
-    for path, content in Site(info, folders={"agile": folder.parent / "agile"}).files(
-        typed(document).submissions
-    ):
+    site = Site(info, folders={"agile": folder.parent / "agile"}, simulator=load(ASSETS))
+    for path, content in site.files(typed(document).submissions):
         if isinstance(content, Draft) and (
             path.startswith(f"submissions/{MANY}") or (path.startswith("tasks/") and path != TASK)
         ):

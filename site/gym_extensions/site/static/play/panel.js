@@ -215,15 +215,18 @@ class Panel {
     by("has-wall").checked = task.wall;
     const [near, far] = body.wall.range;
     by("wall").value = near + Math.random() * (far - near);
+    this.ready = false; // policies and bodies of two tasks do not fit each other
     this.models[body.name] ||= await (await fetch(new URL(body.model, this.site))).text();
     await Promise.all(this.sides.map((side, i) => side.offer(task, this.group, i)));
     if (task !== this.task) return;
     for (const side of this.sides) side.place(this.mujoco, body, this.models[body.name], this.settings);
     this.describe();
+    this.ready = true;
     this.restart();
   }
 
   change() {
+    if (!this.ready) return;
     for (const side of this.sides) side.world.change(this.settings);
     this.describe();
   }
@@ -240,6 +243,7 @@ class Panel {
 
   // Both sides start from one state.
   restart() {
+    if (!this.ready) return;
     const [first] = this.sides, start = first.world.drawStart();
     for (const side of this.sides) side.reset(start);
     this.touched = false;
@@ -260,8 +264,10 @@ class Panel {
   frame(now) {
     const elapsed = Math.min((now - (this.before ?? now)) / 1000, LONGEST_FRAME);
     this.before = now;
-    if (this.running) this.advance(elapsed);
-    this.show();
+    if (this.ready) {
+      if (this.running) this.advance(elapsed);
+      this.show();
+    }
     requestAnimationFrame((next) => this.frame(next));
   }
 

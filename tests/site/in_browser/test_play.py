@@ -1,0 +1,285 @@
+"""Play in a browser: physics and rules against the environments, the controls, and what can fail.
+
+Without the simulator, which ``make site-assets`` fetches, the tests are skipped. MuJoCo for the browser is
+3.14, the environments' is newer. Measured over 50 steps, observations of planar bodies agree to 4e-5,
+positions of the humanoids to 0.02 and their rewards to 0.1; their velocities and forces differ at contacts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import mujoco
+import numpy as np
+import pytest
+
+from gym_extensions import experts
+from gym_extensions.catalog.tasks import task
+from gym_extensions.catalog.variations import Wall
+from gym_extensions.envs.mujoco_env import TaskEnv
+from gym_extensions.site.play import policy_file
+
+from ..test_play import hopper_policy
+from .made_site import ASSETS
+from .test_layout import AXE, SERIOUS, WIDE
+from .test_loading import reports
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
+
+pytestmark = [
+    pytest.mark.skipif(not ASSETS.is_dir(), reason="the simulator is not there (make site-assets)"),
+    pytest.mark.xdist_group("play"),
+]
+STARTS, STEPS = 10, 50
+
+WORLD = """async ([name, options]) => {
+  const from = (path) => import(new URL(path, location.href));
+  const [{ World, loadMujoco }, { readPolicies }] = await Promise.all(
+    ["static/play/world.js", "static/play/policy.js"].map(from));
+  const index = await (await fetch("play/index.json")).json();
+  globalThis.mujoco ||= await loadMujoco(index.mujoco, new URL(".", location.href));
+  const task = index.tasks[name], body = index.bodies[task.body];
+  const world = new World(mujoco, body, await (await fetch(body.model)).text());
+  world.change({ gravity: task.gravity, limbs: task.limbs, wall: options.wall ?? null });
+  const [expert] = readPolicies(await (await fetch(task.expert)).arrayBuffer());
+  %s
+}"""
+FOLLOW = """
+  world.reset(options);
+  const rows = [];
+  for (const action of options.actions) {
+    const observation = world.observe(expert.inputs), chosen = [...expert.act(observation)];
+    rows.push({ observation, chosen, reward: world.step(action), ended: world.fell });
+  }
+  return rows;"""
+EPISODES = """
+  return options.starts.map((start) => {
+    world.reset(start);
+    while (!world.ended) world.step(expert.act(world.observe(expert.inputs)));
+    return world.total;
+  });"""
+ACT = """async ([path, bytes, observation, task]) => {
+  const { readPolicies } = await import(new URL("static/play/policy.js", location.href));
+  const [policy] = readPolicies(new Uint8Array(bytes).buffer);
+  return [...policy.act(observation, task)];
+}"""
+
+
+@pytest.fixture(scope="module")
+def loaded(browser: Browser, http_address: str) -> Iterator[Page]:
+    """The page, before the simulator is loaded."""
+    context = browser.new_context(viewport={"width": 1300, "height": 900})
+    context.set_default_timeout(120_000)
+    page = context.new_page()
+    page.goto(f"{http_address}play.html")
+    yield page
+    context.close()
+
+
+def start(name: str, seed: int = 0) -> tuple[TaskEnv, dict[str, Any]]:
+    """An environment in a start state near rest, and that state; a wall stands at 2.5 m."""
+    env = TaskEnv(task(name))
+    env.reset(seed=seed)
+    rng = np.random.default_rng(seed)
+    qpos = env.init_qpos + rng.uniform(-0.005, 0.005, env.model.nq)
+    qvel = env.init_qvel + rng.uniform(-0.005, 0.005, env.model.nv)
+    mujoco.mj_resetData(env.model, env.data)
+    wall = next((each for each in env.task.variations if isinstance(each, Wall) and not each.parked), None)
+    if wall is not None:
+        env.data.mocap_pos[0] = 2.5, 0.0, wall.centre_height
+    env.set_state(qpos, qvel)
+    return env, {"qpos": qpos.tolist(), "qvel": qvel.tolist(), "wall": 2.5 if wall else None}
+
+
+def act(env: TaskEnv, name: str, observation: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    """The expert's action."""
+    low, high = env.action_space.low, env.action_space.high
+    return np.clip(experts.load(name).act(observation[None])[0], low, high).astype(np.float32)
+
+
+PLANAR = ("Hopper", "Walker2d", "HalfCheetah", "HalfCheetahGravityHalf", "HalfCheetahBigTorso", "HopperWall")
+HUMANOIDS = ("Humanoid", "HumanoidBigFoot", "HumanoidWall", "HumanoidStandup", "HumanoidStandupAndRun")
+
+
+@pytest.mark.parametrize("name", [*PLANAR, *HUMANOIDS])
+def test_the_script_follows_the_environment_step_by_step(loaded: Page, name: str) -> None:
+    env, state = start(name)
+    observation = env._get_obs()
+    rows = []
+    for _ in range(STEPS):
+        action = act(env, name, observation)
+        after, reward, ended, _, _ = env.step(action)
+        rows.append((observation, action, reward, ended))
+        observation = after
+        if ended:
+            break
+    state["actions"] = [row[1].astype(float).tolist() for row in rows]
+    seen = loaded.evaluate(WORLD % FOLLOW, [name, state])
+    np.testing.assert_allclose(seen[0]["observation"], rows[0][0], rtol=1e-9, atol=1e-12)
+    part, close, near = (slice(None), 1e-3, 1e-3) if name in PLANAR else (slice(0, 22), 0.05, 0.2)
+    for row, (observation, _, reward, ended) in zip(seen, rows, strict=True):
+        np.testing.assert_allclose(row["observation"][part], observation[part], rtol=close, atol=close)
+        assert row["reward"] == pytest.approx(reward, abs=near)
+        assert row["ended"] == ended
+    low, high = env.action_space.low, env.action_space.high
+    np.testing.assert_allclose(np.clip(seen[0]["chosen"], low, high), rows[0][1], atol=1e-5)
+
+
+@pytest.mark.parametrize("name", ["Hopper", "HalfCheetah"])
+def test_an_expert_returns_what_it_returns_in_python(loaded: Page, name: str) -> None:
+    """Small differences grow over an episode, so the mean over ten starts is compared."""
+    policy, returns, starts = experts.load(name), [], []
+    for seed in range(STARTS):
+        env, state = start(name, seed)
+        starts.append(state)
+        total, observation, ended = 0.0, env._get_obs(), False
+        low, high = env.action_space.low, env.action_space.high
+        for _ in range(env.task.max_steps):
+            action = np.clip(policy.act(observation[None])[0], low, high).astype(np.float32)
+            observation, reward, ended, _, _ = env.step(action)
+            total += float(reward)
+            if ended:
+                break
+        returns.append(total)
+    seen = loaded.evaluate(WORLD % EPISODES, [name, {"starts": starts}])
+    assert np.mean(seen) == pytest.approx(np.mean(returns), rel=0.02)
+
+
+def test_the_script_evaluates_every_kind_of_array(loaded: Page) -> None:
+    """Masks, an axis of tasks, clipped observations, an output activation and a squashed action."""
+    rng, plain = np.random.default_rng(5), hopper_policy(3)
+    policy = replace(
+        plain,
+        weights=(plain.weights[0], rng.normal(size=(2, 4, 3)).astype("f4")),
+        biases=(plain.biases[0], rng.normal(size=(2, 3)).astype("f4")),
+        masks=(rng.random((2, 11, 4)) < 0.5, None),
+        activation="elu",
+        output_activation="leaky_relu",
+        squash="tanh",
+        observation_clip=1.5,
+    )
+    observation = rng.normal(size=11) * 3
+    for index in (0, 1, 4):
+        expected = policy.act(observation[None], task=index)[0]
+        seen = loaded.evaluate(ACT, ["", list(policy_file([policy])), observation.tolist(), index])
+        np.testing.assert_allclose(seen, expected, rtol=1e-5)
+
+
+@pytest.fixture
+def panel(page: Page, http_address: str) -> Page:
+    """The page with the simulator, on the second task of hopper-gravity."""
+    page.set_viewport_size({"width": 1300, "height": 900})
+    page.lines = reports(page, http_address, "play.html#?task=HopperGravityThreeQuarters")  # type: ignore[attr-defined]
+    page.locator("#play-load").press("Enter")
+    page.wait_for_function("() => Number(document.querySelector('#play-status').dataset.ratio) > 0")
+    return page
+
+
+def caption(panel: Page, side: int) -> str:
+    return panel.locator(".sides figcaption").nth(side).inner_text()
+
+
+def test_two_bodies_run_side_by_side_faster_than_real_time(panel: Page) -> None:
+    panel.wait_for_function(
+        "() => /step \\d\\d/.test(document.querySelector('.sides figcaption').textContent)"
+    )
+    status = panel.locator("#play-status")
+    assert status.inner_text().startswith("This is HopperGravityThreeQuarters.")
+    assert float(status.get_attribute("data-ratio") or 0) > 1
+    assert "× as fast as real time" in status.inner_text()
+    policies = panel.locator("select.policy")
+    assert [policies.nth(side).locator("option:checked").inner_text() for side in (0, 1)] == [
+        "Expert of the task",
+        "Agile",
+    ]
+    assert all(caption(panel, side).startswith("Return ") for side in (0, 1))
+    assert panel.lines == []  # type: ignore[attr-defined]
+
+
+def test_the_keyboard_pauses_pushes_and_changes_the_world(panel: Page) -> None:
+    panel.locator("#play-again").press("Enter")
+    panel.locator("#play-run").press("Space")
+    assert panel.locator("#play-run").inner_text() == "Play"
+    paused = caption(panel, 0)
+    panel.wait_for_timeout(100)
+    assert caption(panel, 0) == paused
+    panel.locator("#play-gravity").press("ArrowLeft")
+    assert panel.locator("#play-gravity + output").inner_text() == "0.70 g"
+    panel.wait_for_function("() => document.querySelector('#play-status').textContent.includes('no task')")
+    panel.locator("#play-has-wall").press("Space")
+    panel.locator("#play-factor").press("ArrowRight")
+    assert panel.locator("#play-factor + output").inner_text() == "× 1.05"
+    panel.locator("#play-run").press("Space")
+    panel.locator("#play-forward").press("Enter")
+    panel.wait_for_function("() => document.querySelector('#play-status').textContent.includes('pushed')")
+    panel.locator("#play-group").select_option("humanoid-gravity-v0")
+    panel.wait_for_function(
+        "() => document.querySelector('#play-status').textContent.startsWith('This is Humanoid')"
+    )
+    assert panel.lines == []  # type: ignore[attr-defined]
+
+
+def test_the_mouse_pulls_a_body(panel: Page) -> None:
+    canvas = panel.locator(".sides canvas").first
+    box = canvas.bounding_box()
+    assert box
+    panel.locator("#play-again").click()
+    panel.mouse.move(box["x"] + 0.47 * box["width"], box["y"] + 0.6 * box["height"])
+    panel.mouse.down()
+    panel.mouse.move(box["x"] + 0.2 * box["width"], box["y"] + 0.2 * box["height"])
+    panel.wait_for_function("() => document.querySelector('#play-status').textContent.includes('pushed')")
+    panel.mouse.up()
+
+
+def test_the_panel_fits_a_narrow_screen_and_is_accessible(panel: Page) -> None:
+    panel.evaluate(AXE)
+    assert panel.evaluate(SERIOUS, ["#none", {}]) == []
+    panel.set_viewport_size({"width": 320, "height": 700})
+    assert panel.evaluate(WIDE) == []
+
+
+def problem(page: Page) -> str:
+    """The sentence that the page shows instead of the bodies; it ends with a link to Watch."""
+    note = page.locator("#play-problem")
+    note.wait_for()
+    assert str(note.locator("a").get_attribute("href")).startswith("submissions/")
+    return note.inner_text()
+
+
+def test_from_a_file_the_page_says_what_to_do(page: Page, address: str) -> None:
+    assert reports(page, address, "play.html") == []
+    assert "python -m http.server" in problem(page)
+    assert not page.locator("#play-load").is_visible()
+
+
+def test_without_webassembly_the_page_says_what_to_do(page: Page, http_address: str) -> None:
+    page.add_init_script("delete globalThis.WebAssembly")
+    page.goto(f"{http_address}play.html")
+    assert "Play needs WebAssembly." in problem(page)
+
+
+@pytest.mark.parametrize(
+    "reply", [{"body": b"other bytes"}, {"status": 404}], ids=["another digest", "missing"]
+)
+def test_a_simulator_that_is_not_the_built_one_is_not_run(
+    page: Page, http_address: str, reply: dict[str, Any]
+) -> None:
+    page.route("**/mujoco.wasm.packed", lambda route: route.fulfill(**reply))
+    page.goto(f"{http_address}play.html")
+    page.locator("#play-load").click()
+    assert "The simulator did not load." in problem(page)
+    assert not page.locator("#play-panel").is_visible()
+
+
+def test_policies_of_an_unknown_format_are_named(page: Page, http_address: str) -> None:
+    content = policy_file([hopper_policy(0)]).replace(b'"format":1', b'"format":2')
+    page.route("**/agile/*.bin", lambda route: route.fulfill(body=content))
+    page.goto(f"{http_address}play.html")
+    page.locator("#play-load").click()
+    page.wait_for_function(
+        "() => document.querySelectorAll('.sides figcaption')[1].textContent.includes('format 2')"
+    )
+    assert caption(page, 1).startswith("Agile: ")
