@@ -10,7 +10,7 @@ unexport PYTHONDONTWRITEBYTECODE
 .PHONY: help leaderboard site-assets test browser extras check docs docsite findings bench slow coverage clean
 
 help:  ## list the commands
-	@awk -F ':.*  ## ' '/^[a-z]+:.*  ## / { printf "make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*  ## ' '/^[a-z-]+:.*  ## / { printf "make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 site-assets: .venv/scoring.installed  ## fetch MuJoCo for the browser, 3 MB, for the page Play (needs npm)
 	.venv/bin/python -m gym_extensions.site.mujoco_wasm

@@ -5,6 +5,7 @@ from __future__ import annotations
 import gzip
 import hashlib
 import json
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from gym_extensions import experts
 from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.tasks import TASKS, task
 from gym_extensions.errors import BenchError
@@ -66,7 +68,7 @@ def read(content: bytes) -> tuple[dict[str, Any], dict[str, np.ndarray[Any, Any]
 @pytest.fixture
 def built(monkeypatch: pytest.MonkeyPatch) -> Callable[..., dict[str, bytes | str]]:
     """The files of Play for a site in which two entries trained on hopper-gravity, with one expert."""
-    monkeypatch.setattr(play.experts, "names", lambda: ["Hopper", "Pusher"])
+    monkeypatch.setattr(experts, "names", lambda: ["Hopper", "Pusher"])
 
     def build(folders: dict[str, Path], simulator: Simulator | None = SIMULATOR) -> dict[str, bytes | str]:
         scores = {
@@ -220,7 +222,7 @@ def test_the_simulator_is_read_only_if_it_is_the_pinned_one(
 
 
 def test_fetching_without_npm_says_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(mujoco_wasm.shutil, "which", lambda name: None)
+    monkeypatch.setattr(shutil, "which", lambda name: None)
     with pytest.raises(BenchError, match="npm is not installed"):
         mujoco_wasm.fetch(tmp_path / "assets")
     assert not (tmp_path / "assets").exists()

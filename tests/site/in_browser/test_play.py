@@ -97,7 +97,8 @@ def start(name: str, seed: int = 0) -> tuple[TaskEnv, dict[str, Any]]:
 def act(env: TaskEnv, name: str, observation: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
     """The expert's action."""
     low, high = env.action_space.low, env.action_space.high
-    return np.clip(experts.load(name).act(observation[None])[0], low, high).astype(np.float32)
+    action: np.ndarray[Any, Any] = np.clip(experts.load(name).act(observation[None])[0], low, high)
+    return action.astype(np.float32)
 
 
 PLANAR = ("Hopper", "Walker2d", "HalfCheetah", "HalfCheetahGravityHalf", "HalfCheetahBigTorso", "HopperWall")

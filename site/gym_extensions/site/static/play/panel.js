@@ -33,7 +33,7 @@ class Side {
     if (preferred) rows.push(["", "no second body"]);
     const chosen = [...this.menu.options].find((option) => option.selected)?.text;
     fill(this.menu, rows);
-    const kept = rows.find(([, text]) => text === chosen) || rows[preferred && rows.length > 2 ? 1 : 0];
+    const kept = rows.find(([, text]) => text === chosen) || rows[preferred && rows.length > 1 ? 1 : 0];
     this.menu.value = kept ? kept[0] : "";
     return this.load();
   }
@@ -191,6 +191,7 @@ class Panel {
     by("group").addEventListener("change", () => this.chooseGroup());
     by("task").addEventListener("change", () => this.chooseTask());
     for (const name of ["gravity", "factor", "part", "wall", "has-wall"]) by(name).addEventListener("input", () => this.change());
+    by("wall").addEventListener("input", () => { this.wallIsDrawn = false; });
     by("run").addEventListener("click", () => this.run(!this.running));
     by("again").addEventListener("click", () => this.restart());
     by("back").addEventListener("click", () => this.push(-1));
@@ -213,14 +214,12 @@ class Panel {
     by("factor").value = factor;
     by("gravity").value = task.gravity;
     by("has-wall").checked = task.wall;
-    const [near, far] = body.wall.range;
-    by("wall").value = near + Math.random() * (far - near);
+    this.wallIsDrawn = true;
     this.ready = false; // policies and bodies of two tasks do not fit each other
     this.models[body.name] ||= await (await fetch(new URL(body.model, this.site))).text();
     await Promise.all(this.sides.map((side, i) => side.offer(task, this.group, i)));
     if (task !== this.task) return;
     for (const side of this.sides) side.place(this.mujoco, body, this.models[body.name], this.settings);
-    this.describe();
     this.ready = true;
     this.restart();
   }
@@ -241,9 +240,12 @@ class Panel {
       && JSON.stringify(settings.limbs) === JSON.stringify(task.limbs);
   }
 
-  // Both sides start from one state.
+  // Both sides start from one state. A wall that nobody has moved is drawn again, as the task does.
   restart() {
     if (!this.ready) return;
+    const [near, far] = this.index.bodies[this.task.body].wall.range;
+    if (this.wallIsDrawn) by("wall").value = near + Math.random() * (far - near);
+    this.change();
     const [first] = this.sides, start = first.world.drawStart();
     for (const side of this.sides) side.reset(start);
     this.touched = false;
