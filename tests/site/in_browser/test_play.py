@@ -194,7 +194,7 @@ def test_two_bodies_run_side_by_side_faster_than_real_time(panel: Page) -> None:
     policies = panel.locator("select.policy")
     assert [policies.nth(side).locator("option:checked").inner_text() for side in (0, 1)] == [
         "Expert of the task",
-        "Agile",
+        "Agile, run 0",
     ]
     assert all(caption(panel, side).startswith("Return ") for side in (0, 1))
     assert panel.lines == []  # type: ignore[attr-defined]
@@ -283,4 +283,4 @@ def test_policies_of_an_unknown_format_are_named(page: Page, http_address: str) 
     page.wait_for_function(
         "() => document.querySelectorAll('.sides figcaption')[1].textContent.includes('format 2')"
     )
-    assert caption(page, 1).startswith("Agile: ")
+    assert caption(page, 1).startswith("Agile, run 0: ")

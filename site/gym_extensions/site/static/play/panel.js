@@ -28,7 +28,7 @@ class Side {
 
   // The policies that fit the task: its expert, and the entries of the group. Keeps the choice where it can.
   offer(task, group, preferred) {
-    const rows = group.entries.map((entry) => [entry.file, entry.title]);
+    const rows = group.entries.map((entry) => [entry.file, `${entry.title}, run ${entry.run}`]);
     if (task.expert) rows.unshift([task.expert, task.provisional ? "Expert (provisional)" : "Expert of the task"]);
     if (preferred) rows.push(["", "no second body"]);
     const chosen = [...this.menu.options].find((option) => option.selected)?.text;

@@ -41,7 +41,7 @@ export function drawSpace(view, shapes, place) {
   for (const [role, radius, start, end] of shapes) {
     if (role === "wall") continue;
     const [from, to] = [start, end].map(([x, y]) => [x, y, 0]), [, , depth] = project(from);
-    line(from, to, 2 * radius * zoom / depth, mixed(colour("--ink"), "transparent", 0.12));
+    line(from, to, 2 * radius * zoom / depth, mixed(colour("--ink"), colour("--paper"), 0.14));
   }
   const things = shapes.map((shape) => ({ shape, depth: depthOf(shape, project) })).sort((a, b) => b.depth - a.depth);
   for (const { shape: [role, radius, start, end], depth } of things) {
