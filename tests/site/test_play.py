@@ -154,14 +154,14 @@ def test_the_best_entry_comes_first_where_there_is_no_room_for_all(
     files = built(folders)
     assert "play/better/hopper-gravity-v0.bin" in files
     assert "play/worse/hopper-gravity-v0.bin" not in files
-    assert f"on {GROUP}: {play.NO_ROOM}" in str(files["play.html"])
+    assert f"<dt>{play.NO_ROOM}</dt>\n<dd><bdi>worse</bdi> on {GROUP}</dd>" in str(files["play.html"])
 
 
 @pytest.mark.parametrize(
     ("damage", "why"),
     [
         (lambda path: path.unlink(), play.NO_POLICIES),
-        (lambda path: path.write_bytes(b"ONNX"), "not plain arrays"),
+        (lambda path: path.write_bytes(b"ONNX"), play.NOT_ARRAYS),
     ],
     ids=["none", "another format"],
 )

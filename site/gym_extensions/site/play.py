@@ -39,9 +39,10 @@ VARIATIONS = (Gravity, LimbScale, RangeSensor, Wall)
 TYPES = {"float32": "f4", "float64": "f8", "bool": "u1"}
 UNUSED = ("format", "log_sigma", "log_sigma_weight", "log_sigma_clip")
 """Arrays that a deterministic policy does not use."""
-NO_POLICIES = "it published no policies"
-TOO_LARGE = f"its policies take more than {MAX_FILE_BYTES // 10**6} MB"
-NO_ROOM = f"this site offers {MAX_BYTES // 10**6} MB of policies, the best entries first"
+NO_POLICIES = "No policies are published"
+NOT_ARRAYS = "The policies are not plain arrays, which the script needs"
+TOO_LARGE = f"The policies take more than {MAX_FILE_BYTES // 10**6} MB"
+NO_ROOM = f"This site offers {MAX_BYTES // 10**6} MB of policies, the best entries first"
 
 
 def is_playable(task: Task) -> bool:
@@ -59,19 +60,11 @@ def play_link(task: Task) -> str:
     return f"play.html#?task={task.name}" if is_playable(task) and task.version == 0 else ""
 
 
-class Absent(NamedTuple):
-    """An entry of a group that Play does not offer, and why."""
-
-    title: str
-    group: str
-    why: str
-
-
 class Offer(NamedTuple):
-    """The files of Play by path, and the entries that are not offered."""
+    """The files of Play by path, and the results that are not offered (title and group) by the reason."""
 
     files: dict[str, bytes]
-    absent: list[Absent]
+    absent: dict[str, list[tuple[str, str]]]
 
 
 def offer(site: Leaderboard, folders: Mapping[str, Path], simulator: Simulator) -> Offer:
@@ -93,16 +86,15 @@ def offer(site: Leaderboard, folders: Mapping[str, Path], simulator: Simulator) 
             room -= len(files[path])
     groups = {group.id: _group(group) for group in playable_groups()}
     boards = [board for board in site.boards if board.protocol == SEQUENTIAL and board.group in groups]
-    absent = []
+    absent: dict[str, list[tuple[str, str]]] = {}
     for board, row in _in_turn(boards):
-        group = next(group for group in GROUPS.values() if group.id == board.group)
-        content, why = _entry_file(row, group, folders)
-        if len(content) > MAX_FILE_BYTES:
-            why = TOO_LARGE
-        elif len(content) > room:
+        content, why = b"", NO_ROOM
+        if NO_ROOM not in absent:  # of many entries, most are not read
+            content, why = _entry_file(row, board.group, folders)
+        if len(content) > room:
             why = NO_ROOM
         if why:
-            absent.append(Absent(row.card.title, board.group, why))
+            absent.setdefault(why, []).append((row.card.title, board.group))
             continue
         path = f"play/{slug(row.card.name)}/{slug(board.group)}.bin"
         files[path] = content
@@ -126,9 +118,10 @@ def _in_turn(boards: Sequence[Board]) -> Iterator[tuple[Board, Row]]:
         yield from ((board, row) for board, row in zip(boards, rows, strict=True) if row is not None)
 
 
-def _entry_file(row: Row, group: TaskGroup, folders: Mapping[str, Path]) -> tuple[bytes, str]:
+def _entry_file(row: Row, group_id: str, folders: Mapping[str, Path]) -> tuple[bytes, str]:
     """The policies of an entry's first run on a group, and why there are none."""
     folder = folders.get(row.card.name)
+    group = next(group for group in GROUPS.values() if group.id == group_id)
     if folder is None or not row.trial.runs:
         return b"", NO_POLICIES
     run = row.trial.runs[0]
@@ -137,8 +130,9 @@ def _entry_file(row: Row, group: TaskGroup, folders: Mapping[str, Path]) -> tupl
             return b"", NO_POLICIES
         policies = read_policies(folder, group, SEQUENTIAL, run)
     except BenchError:
-        return b"", "its policies are not plain arrays, which the script needs"
-    return policy_file([policies[key] for key in sorted(policies)]), ""
+        return b"", NOT_ARRAYS
+    content = policy_file([policies[key] for key in sorted(policies)])
+    return (content, "") if len(content) <= MAX_FILE_BYTES else (b"", TOO_LARGE)
 
 
 def policy_file(policies: Sequence[Policy]) -> bytes:
