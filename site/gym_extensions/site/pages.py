@@ -28,7 +28,7 @@ from gym_extensions.site.changes import changelog, entry_events, feed, releases
 from gym_extensions.site.charts.strips import board_scale
 from gym_extensions.site.groups import Group, groups, overview, reasons
 from gym_extensions.site.motion import watches
-from gym_extensions.site.mujoco_wasm import Simulator
+from gym_extensions.site.mujoco_wasm import VERSION, Simulator
 from gym_extensions.site.output import encoded
 from gym_extensions.site.play import offer
 from gym_extensions.site.tables import PAGE_ROWS, board_pages, entry_pages
@@ -204,8 +204,9 @@ def _play(site: Leaderboard, render: Render) -> Iterator[File]:
     leaders = [board.leader.row.card.name for board in site.boards if board.leader]
     watch = api.entry_path(leaders[0]) if leaders else "entries.html"
     play = offer(site, render.folders, render.simulator) if render.simulator else None
-    size = len(render.simulator.wasm) / 1e6 if render.simulator else 0.0
-    yield "play.html", render("play.html", "play.html", play=play, watch=watch, size=size)
+    size = sum(map(len, render.simulator.files().values())) / 1e6 if render.simulator else 0.0
+    values = {"play": play, "watch": watch, "size": size, "version": VERSION}
+    yield "play.html", render("play.html", "play.html", **values)
     yield from play.files.items() if play else ()
 
 

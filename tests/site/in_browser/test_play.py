@@ -9,11 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import mujoco
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from gym_extensions import experts
 from gym_extensions.catalog.tasks import task
@@ -94,57 +95,60 @@ def start(name: str, seed: int = 0) -> tuple[TaskEnv, dict[str, Any]]:
     return env, {"qpos": qpos.tolist(), "qvel": qvel.tolist(), "wall": 2.5 if wall else None}
 
 
-def act(env: TaskEnv, name: str, observation: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-    """The expert's action."""
+class Step(NamedTuple):
+    """What the environment showed before a step, the expert's action, and what the step gave."""
+
+    observation: NDArray[Any]
+    action: NDArray[Any]
+    reward: float
+    ended: bool
+
+
+def episode(env: TaskEnv, name: str, steps: int) -> list[Step]:
+    """The first steps of an expert from the environment's present state."""
+    policy, rows, observation = experts.load(name), list[Step](), env._get_obs()
     low, high = env.action_space.low, env.action_space.high
-    action: np.ndarray[Any, Any] = np.clip(experts.load(name).act(observation[None])[0], low, high)
-    return action.astype(np.float32)
+    while len(rows) < steps and not (rows and rows[-1].ended):
+        action = np.clip(policy.act(observation[None])[0], low, high).astype(np.float32)
+        after, reward, ended, _, _ = env.step(action)
+        rows.append(Step(observation, action, float(reward), ended))
+        observation = after
+    return rows
 
 
 PLANAR = ("Hopper", "Walker2d", "HalfCheetah", "HalfCheetahGravityHalf", "HalfCheetahBigTorso", "HopperWall")
+QUICK = ("Hopper", "HalfCheetahBigTorso", "HopperWall", "Humanoid")
+"""Those that run in ``make test``, too."""
 HUMANOIDS = ("Humanoid", "HumanoidBigFoot", "HumanoidWall", "HumanoidStandup", "HumanoidStandupAndRun")
 
 
-@pytest.mark.parametrize("name", [*PLANAR, *HUMANOIDS])
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=() if name in QUICK else pytest.mark.slow) for name in (*PLANAR, *HUMANOIDS)],
+)
 def test_the_script_follows_the_environment_step_by_step(loaded: Page, name: str) -> None:
     env, state = start(name)
-    observation = env._get_obs()
-    rows = []
-    for _ in range(STEPS):
-        action = act(env, name, observation)
-        after, reward, ended, _, _ = env.step(action)
-        rows.append((observation, action, reward, ended))
-        observation = after
-        if ended:
-            break
-    state["actions"] = [row[1].astype(float).tolist() for row in rows]
+    rows = episode(env, name, STEPS)
+    state["actions"] = [row.action.astype(float).tolist() for row in rows]
     seen = loaded.evaluate(WORLD % FOLLOW, [name, state])
-    np.testing.assert_allclose(seen[0]["observation"], rows[0][0], rtol=1e-9, atol=1e-12)
-    part, close, near = (slice(None), 1e-3, 1e-3) if name in PLANAR else (slice(0, 22), 0.05, 0.2)
-    for row, (observation, _, reward, ended) in zip(seen, rows, strict=True):
-        np.testing.assert_allclose(row["observation"][part], observation[part], rtol=close, atol=close)
-        assert row["reward"] == pytest.approx(reward, abs=near)
-        assert row["ended"] == ended
+    np.testing.assert_allclose(seen[0]["observation"], rows[0].observation, rtol=1e-9, atol=1e-12)
     low, high = env.action_space.low, env.action_space.high
-    np.testing.assert_allclose(np.clip(seen[0]["chosen"], low, high), rows[0][1], atol=1e-5)
+    np.testing.assert_allclose(np.clip(seen[0]["chosen"], low, high), rows[0].action, atol=1e-5)
+    part, close, near = (slice(None), 1e-3, 1e-3) if name in PLANAR else (slice(0, 22), 0.05, 0.2)
+    for row, step in zip(seen, rows, strict=True):
+        np.testing.assert_allclose(row["observation"][part], step.observation[part], rtol=close, atol=close)
+        assert row["reward"] == pytest.approx(step.reward, abs=near)
+        assert row["ended"] == step.ended
 
 
 @pytest.mark.parametrize("name", ["Hopper", "HalfCheetah"])
 def test_an_expert_returns_what_it_returns_in_python(loaded: Page, name: str) -> None:
     """Small differences grow over an episode, so the mean over ten starts is compared."""
-    policy, returns, starts = experts.load(name), [], []
+    returns, starts = [], []
     for seed in range(STARTS):
         env, state = start(name, seed)
         starts.append(state)
-        total, observation, ended = 0.0, env._get_obs(), False
-        low, high = env.action_space.low, env.action_space.high
-        for _ in range(env.task.max_steps):
-            action = np.clip(policy.act(observation[None])[0], low, high).astype(np.float32)
-            observation, reward, ended, _, _ = env.step(action)
-            total += float(reward)
-            if ended:
-                break
-        returns.append(total)
+        returns.append(sum(step.reward for step in episode(env, name, env.task.max_steps)))
     seen = loaded.evaluate(WORLD % EPISODES, [name, {"starts": starts}])
     assert np.mean(seen) == pytest.approx(np.mean(returns), rel=0.02)
 

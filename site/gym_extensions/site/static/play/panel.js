@@ -215,6 +215,7 @@ class Panel {
     by("gravity").value = task.gravity;
     by("has-wall").checked = task.wall;
     this.wallIsDrawn = true;
+    this.work = [0, 0];
     this.ready = false; // policies and bodies of two tasks do not fit each other
     this.models[body.name] ||= await (await fetch(new URL(body.model, this.site))).text();
     await Promise.all(this.sides.map((side, i) => side.offer(task, this.group, i)));

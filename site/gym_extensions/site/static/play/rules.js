@@ -12,7 +12,6 @@ function planar({ skip, cost, noise, limit = Infinity, health = null }) {
   return {
     skip,
     noise,
-    bonus: health ? 1 : 0,
     mark: ({ qpos }) => qpos[0],
     observe: ({ qpos, qvel }) => [...qpos.slice(1), ...qvel.map((v) => Math.min(Math.max(v, -limit), limit))],
     reward(data, action, { before, dt }) {
