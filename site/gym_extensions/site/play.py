@@ -131,7 +131,10 @@ def _entry_file(row: Row, group_id: str, folders: Mapping[str, Path]) -> tuple[b
         policies = read_policies(folder, group, SEQUENTIAL, run)
     except BenchError:
         return b"", NOT_ARRAYS
-    content = policy_file([policies[key] for key in sorted(policies)])
+    arrays = [policies[key] for key in sorted(policies) if isinstance(policies[key], Policy)]
+    if len(arrays) < len(policies):
+        return b"", NOT_ARRAYS
+    content = policy_file(arrays)
     return (content, "") if len(content) <= MAX_FILE_BYTES else (b"", TOO_LARGE)
 
 
