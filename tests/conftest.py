@@ -247,9 +247,9 @@ def manifest_text() -> str:
 
 @pytest.fixture(scope="session")
 def references() -> References:
-    """Synthetic references of the gravity groups: floor 0, ceiling 1000, so that p is R / 1000."""
+    """Synthetic references of the gravity groups: floor 0, expert 1000, so that p is R / 1000."""
     tasks = {
-        task: Reference(0.0, 1000.0, False)
+        task: Reference(0.0, 1000.0)
         for body in ("hopper", "walker2d", "halfcheetah", "humanoid")
         for task in group(f"{body}-gravity").task_ids
     }

@@ -15,7 +15,7 @@ from gymnasium.spaces import Box
 
 from gym_extensions import results
 from gym_extensions.__main__ import main
-from gym_extensions.baselines import Factory, references, train
+from gym_extensions.baselines import Factory, measurement, references, train
 from gym_extensions.baselines import cli as train_cli
 from gym_extensions.baselines.algorithms.floors import Random
 from gym_extensions.baselines.execution.workers import ThisProcess
@@ -23,13 +23,14 @@ from gym_extensions.catalog.groups import with_custom
 from gym_extensions.envs import Gravity, TaskGroup, Wall, customize, load_group, make
 from gym_extensions.envs.fingerprint import fingerprint_of
 from gym_extensions.errors import BenchError
+from gym_extensions.experts.references import CURRENT
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.run import read_run, write_run
 from gym_extensions.scoring import cli as score_cli
 from gym_extensions.scoring.boards import BoardKey
 from gym_extensions.scoring.leaderboard import board
 from gym_extensions.scoring.pipeline import score_folder
-from gym_extensions.scoring.references import CURRENT, load_references, read_references
+from gym_extensions.scoring.references import load_references, read_references
 
 LIGHT = """
 name = "hopper-light"
@@ -65,9 +66,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         protocols = ["sequential", "single"] if name == "random" else ["sequential"]
         train(agent, group, protocols, "smoke", [0, 1], out=root / name)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(references, "FLOOR_EPISODES", 20)
-        patch.setattr(references, "CEILING_EPISODES", 20)
-        patch.setattr(references, "Workers", lambda _: ThisProcess())
+        patch.setattr(measurement, "FLOOR_EPISODES", 20)
+        patch.setattr(measurement, "TRAINED_EPISODES", 20)
+        patch.setattr(measurement, "Workers", lambda _: ThisProcess())
         options = ["--groups", str(group), "--budget", "smoke", "--runs", "1000", "--agent", "random"]
         assert references.main([*options, "--out", str(root / "light-references.json")]) == 0
     return root

@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 from figures import draw_learned_and_final, draw_retention
-from groups import FINE_TUNING, group_of, group_rows, groups_without_score, unsolved_tasks
+from groups import FINE_TUNING, group_of, group_rows, groups_without_score, open_tasks
 from page import render
 from retention import as_scores, most_forgotten
 from suites import suites_of
@@ -21,7 +21,7 @@ from gym_extensions.catalog.protocol import STANDARD_BUDGET
 from gym_extensions.files import write_text
 from gym_extensions.results.frames import evaluations
 from gym_extensions.scoring.pipeline import make_scorer
-from gym_extensions.scoring.references import load_references
+from gym_extensions.scoring.references import ALONE, load_references
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER, PAGE = ROOT / "docs" / "findings", ROOT / "docs" / "findings.md"
@@ -59,7 +59,9 @@ def main(submissions: Path = ROOT / "submissions") -> None:
     suites = [
         suite for card in cards if card.name == FINE_TUNING for suite in suites_of(card, STANDARD_BUDGET)
     ]
-    write_text(PAGE, render(groups, without_score, transfers, unsolved_tasks(), suites))
+    alone = [make_scorer(ruler=ALONE)(submissions / FINE_TUNING)] if groups else []
+    by_alone = {group.name: row for group in groups for row in group_rows(alone, GROUPS[group.name].id)}
+    write_text(PAGE, render(groups, without_score, transfers, open_tasks(), suites, by_alone=by_alone))
 
 
 if __name__ == "__main__":

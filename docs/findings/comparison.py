@@ -31,7 +31,10 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Row:
-    """One entry on one group, with the values of its runs."""
+    """One entry on one group: the values of its runs, and intervals that contain the error of the experts.
+
+    Without ``intervals``, they are those over the runs alone.
+    """
 
     name: str
     title: str
@@ -39,6 +42,10 @@ class Row:
     values: tuple[Sequence[float], ...]
     final_verdict: Verdict | None = None
     forgetting_verdict: Verdict | None = None
+    intervals: tuple[Interval, ...] = ()
+
+    def _interval(self, at: int) -> Interval:
+        return self.intervals[at] if self.intervals else interval(self.values[at])
 
     @property
     def runs(self) -> int:
@@ -48,17 +55,17 @@ class Row:
     @property
     def learned(self) -> Interval:
         """Score right after training on a task."""
-        return interval(self.values[0])
+        return self._interval(0)
 
     @property
     def final(self) -> Interval:
         """Score of all tasks at the end."""
-        return interval(self.values[1])
+        return self._interval(1)
 
     @property
     def forgetting(self) -> Interval:
         """Score that was lost in between."""
-        return interval(self.values[2])
+        return self._interval(2)
 
 
 @dataclass(frozen=True)

@@ -38,7 +38,7 @@ def draw_learned_and_final(rows: Sequence[tuple[str, Interval, Interval]], path:
     axes.axvline(1, color="0.8", linewidth=0.8, zorder=0)
     axes.set_yticks(range(len(rows)), [title for title, _, _ in rows])
     axes.invert_yaxis()
-    axes.set_xlabel("score: ring right after training on a task, disc at the end (0 = floor, 1 = reference)")
+    axes.set_xlabel("score: ring right after training on a task, disc at the end (0 = floor, 1 = expert)")
     _save(figure, path)
 
 

@@ -12,6 +12,7 @@ from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS, STANDARD_BUDGET
 from gym_extensions.scoring.references import load_references
 from gym_extensions.scoring.scorecard import Scorecard
+from gym_extensions.scoring.statistics import Interval
 
 FINE_TUNING = "trpo"
 COMPARED = set(names()) - {"random", "zero", "trpo-2017"}
@@ -68,7 +69,10 @@ def group_rows(cards: Sequence[Scorecard], group: str) -> list[Row]:
             continue
         values = tuple(tuple(score.metrics[name].runs) for name in METRICS)
         if min(map(len, values)) >= FULL_ENTRY_RUNS:
-            rows.append(Row(card.name, card.title, card.manifest.observes.task_in_evaluation, values))
+            shown = [score.metrics[name] for name in METRICS]
+            intervals = tuple(Interval(each.mean or 0.0, each.low, each.high) for each in shown)
+            observes = card.manifest.observes.task_in_evaluation
+            rows.append(Row(card.name, card.title, observes, values, intervals=intervals))
     return sorted(rows, key=lambda row: (row.name != FINE_TUNING, -row.final.mean))
 
 
@@ -96,13 +100,11 @@ def groups_without_score(cards: Sequence[Scorecard]) -> list[str]:
     ]
 
 
-def unsolved_tasks() -> dict[str, list[str]]:
-    """The tasks that the reference agent did not learn, by group."""
+def open_tasks() -> dict[str, list[str]]:
+    """The tasks without an expert, by group."""
     references = load_references().tasks
     tasks = {
-        group.name: [
-            task.name for task in group.tasks if task.id in references and references[task.id].unsolved
-        ]
+        group.name: [task.name for task in group.tasks if task.id in references and references[task.id].open]
         for group in GROUPS.values()
     }
     return {name: each for name, each in tasks.items() if each}

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 
-from comparison import Verdict, count, separated_from_zero
+from comparison import Row, Verdict, count, separated_from_zero
 from costs import hours
 from groups import FINE_TUNING, Group
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
@@ -35,17 +35,20 @@ def render(
     groups: Sequence[Group],
     without_score: Sequence[str] = (),
     transfers: Sequence[Transfer] = (),
-    unsolved: Mapping[str, Sequence[str]] = MappingProxyType({}),
+    open_tasks: Mapping[str, Sequence[str]] = MappingProxyType({}),
     suites: Sequence[Suite] = (),
+    *,
+    by_alone: Mapping[str, Row] = MappingProxyType({}),
 ) -> str:
     """The text of the page.
 
     Args:
         groups: the groups on which fine-tuning has a score.
-        without_score: names of the groups on which it was trained without a score: every task is unsolved.
+        without_score: names of the groups on which it was trained without a score: every task is open.
         transfers: the transfers of fine-tuning on each group.
-        unsolved: the unsolved tasks of groups that have any.
+        open_tasks: the open tasks of groups that have any.
         suites: the suites on which fine-tuning has a score.
+        by_alone: fine-tuning on each group, where 1 is the same agent on each task alone.
     """
     templates = Environment(
         loader=FileSystemLoader(TEMPLATES), undefined=StrictUndefined, trim_blocks=True, autoescape=False
@@ -62,7 +65,8 @@ def render(
             with_learners=[group for group in groups if group.learners],
             without_score=without_score,
             suites=suites,
-            unsolved={group.name: unsolved[group.name] for group in groups if group.name in unsolved},
+            open_tasks={group.name: open_tasks[group.name] for group in groups if group.name in open_tasks},
+            by_alone=by_alone,
             transfer_titles=TITLES,
             transfers=shown(transfers),
             without_fine_tuning=[group.name for group in GROUPS.values() if group.name not in trained],

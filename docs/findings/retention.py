@@ -21,7 +21,7 @@ def most_forgotten(forgetting: Mapping[str, Interval]) -> list[str]:
 
 def as_scores(frame: pd.DataFrame, references: Mapping[str, Reference]) -> pd.DataFrame:
     """Evaluations with scores in the column ``return``, without the tasks that have none."""
-    scored = {name: each for name, each in references.items() if not each.unsolved}
+    scored = {name: each for name, each in references.items() if not each.open}
     frame = frame[frame["task"].isin(scored)]
     scores = [
         scored[task].normalize(value) for task, value in zip(frame["task"], frame["return"], strict=True)

@@ -42,11 +42,11 @@ GROUPS = SUITES["gravity"]
 BUDGET, STEPS, POINTS = "100k", 100_000, 50
 RUNS, EPISODES = 5, 20
 SPAN = 1000.0
-"""Ceiling of every task; the floor is 0."""
+"""Expert of every task; the floor is 0."""
 
 REFERENCES = References(
     "synthetic",
-    tasks={task: Reference(0.0, SPAN, unsolved=False) for name in GROUPS for task in group(name).task_ids},
+    tasks={task: Reference(0.0, SPAN) for name in GROUPS for task in group(name).task_ids},
 )
 
 
@@ -75,7 +75,7 @@ def _entry(name: str, rng: np.random.Generator, runs: int) -> Scorecard:
 
 
 def _results(group_id: str, strength: float, keeps: float, runs: int, rng: np.random.Generator) -> Results:
-    """Returns of an agent that reaches a share of the ceiling and keeps a share of that per later stage."""
+    """Returns of an agent that reaches a share of the expert and keeps a share of that per later stage."""
     members = group(group_id)
     tasks = len(members.tasks)
     reached = strength * SPAN * (1 + 0.15 * rng.standard_normal((runs, 1, tasks)))

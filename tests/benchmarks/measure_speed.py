@@ -80,7 +80,7 @@ def main() -> None:
     parser.add_argument("--distinct", type=int, default=1000, help="submissions with different returns")
     parser.add_argument("--workers", type=int, help="worker processes, as in score --jobs")
     args = parser.parse_args()
-    tasks = {task: Reference(0.0, 1000.0, False) for name in GROUP_NAMES for task in GROUPS[name].task_ids}
+    tasks = {task: Reference(0.0, 1000.0) for name in GROUP_NAMES for task in GROUPS[name].task_ids}
     references = References("synthetic", tasks, "0" * 64)
     with tempfile.TemporaryDirectory() as temporary:
         root = Path(temporary)

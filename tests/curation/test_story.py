@@ -38,7 +38,7 @@ date = "2026-01-01"
 reason = "None"
 """
 REFERENCES = References(
-    "synthetic", {task: Reference(-1000.0, 1000.0, False) for task in group(GROUP).task_ids}, "0" * 64
+    "synthetic", {task: Reference(-1000.0, 1000.0) for task in group(GROUP).task_ids}, "0" * 64
 )
 
 

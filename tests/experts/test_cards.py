@@ -127,8 +127,8 @@ def test_a_task_without_expert_and_an_unknown_task_are_named(tmp_path: Path) -> 
 def test_purposes_never_share_a_seed() -> None:
     for name in ("Hopper", "Pusher"):
         seeds = {purpose: {experts.seed(name, purpose, i) for i in range(1000)} for purpose in PURPOSES}
-        assert len(set.union(*seeds.values())) == 4000
-        assert all(0 <= value < 2**31 for value in set.union(*seeds.values()))
+        assert len(set.union(*seeds.values())) == 1000 * len(PURPOSES)
+        assert all(0 <= value < 2**32 for value in set.union(*seeds.values()))
 
 
 def test_seeds_are_prescribed() -> None:
@@ -138,18 +138,22 @@ def test_seeds_are_prescribed() -> None:
     assert experts.seed(row, "measure", 7) == experts.seed("Hopper", "measure", 7) == expected
 
 
-def test_an_anchor_lies_clearly_above_the_floor() -> None:
-    card = make_card(make_policy(), mean=100.0, deviation=50.0)  # standard error 5
-    found = experts.anchor(card, floor=70.0, floor_deviation=10.0)
-    assert found is not None
-    assert (found.mean, found.standard_error, found.provisional) == (100.0, 5.0, False)
-    assert experts.anchor(card, floor=76.0, floor_deviation=10.0) is None  # below five standard errors
-    assert experts.anchor(card, floor=70.0, floor_deviation=16.0) is None  # below two deviations
-    assert experts.anchor(card, floor=float("nan"), floor_deviation=float("nan")) is None
+@pytest.mark.parametrize(
+    ("floor", "floor_deviation", "expected"),
+    [
+        (70.0, 10.0, True),
+        (76.0, 10.0, False),  # below five standard errors
+        (70.0, 16.0, False),  # below two deviations of the floor's episodes
+        (float("nan"), float("nan"), False),
+    ],
+)
+def test_an_anchor_lies_clearly_above_the_floor(floor: float, floor_deviation: float, expected: bool) -> None:
+    assert experts.beats_floor(100.0, 5.0, floor, floor_deviation) is expected
 
 
-def test_a_provisional_expert_is_a_provisional_anchor() -> None:
-    card = msgspec.structs.replace(make_card(make_policy()), provisional="it sits")
-    found = experts.anchor(card, floor=0.0, floor_deviation=1.0)
-    assert found is not None
-    assert found.provisional
+def test_a_card_of_another_definition_of_the_task_is_refused(tmp_path: Path) -> None:
+    policy = make_policy()
+    experts.write(policy, msgspec.structs.replace(make_card(policy), fingerprint="0" * 16), tmp_path)
+    with pytest.raises(BenchError, match="another definition of Hopper") as error:
+        experts.load("Hopper", tmp_path)
+    assert error.value.code == "foreign-fingerprint"

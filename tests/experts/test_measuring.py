@@ -1,5 +1,7 @@
 """Measuring experts again from their files, and fitting policies to tasks with range beams."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -54,8 +56,6 @@ def test_an_expert_is_provisional_if_too_few_episodes_show_what_the_task_is_for(
 
 
 def test_the_best_stored_policies_of_the_logs_have_files() -> None:
-    from pathlib import Path
-
     ranked = measuring.stored_candidates(Path("submissions"))
     means = [mean for mean, _ in ranked["HopperGravityHalf"]]
     assert means == sorted(means, reverse=True)

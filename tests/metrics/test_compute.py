@@ -41,7 +41,7 @@ def test_the_conformance_kit_holds(case: dict[str, Any]) -> None:
         means(case["single"], 2) if case.get("single") else None,
         episodes=episodes,
         floor=case["floor"],
-        ceiling=case["ceiling"],
+        expert=case["expert"],
     )
     for name, expected in case["expected"].items():
         if expected is None:
@@ -101,7 +101,7 @@ def test_a_metric_without_a_value_says_what_it_needs() -> None:
         ({"matrix": R, "joint": [1.0] * 2}, "joint", "(1, 2)"),
         ({"matrix": R, "cumulative": [1.0] * 2}, "cumulative", "(2, 3)"),
         ({"matrix": R, "floor": [0.0] * 2}, "floor", "Give 3 numbers"),
-        ({"matrix": R, "ceiling": [1.0, 0.0, 1.0]}, "ceiling", "task 2"),
+        ({"matrix": R, "expert": [1.0, 0.0, 1.0]}, "expert", "task 2"),
     ],
 )
 def test_wrong_input_is_an_error_that_names_it(arguments: dict[str, Any], where: str, fact: str) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from gym_extensions import results
-from gym_extensions.scoring.metrics import METRICS
+from gym_extensions.scoring.metrics import BOARD_METRICS
 
 from .page import CELL, PAGE, column_rows, executed, with_tables
 
@@ -43,7 +43,7 @@ def test_the_documented_columns_are_those_of_the_frame(name: str, submission: Ca
     assert documented == [(column, str(dtype)) for column, dtype in frame.dtypes.items()]
 
 
-@pytest.mark.parametrize("protocol", METRICS)
+@pytest.mark.parametrize("protocol", BOARD_METRICS)
 def test_the_documented_columns_of_a_board_are_repeated_per_metric(
     protocol: str, submission: Callable[..., Path]
 ) -> None:
@@ -51,7 +51,7 @@ def test_the_documented_columns_of_a_board_are_repeated_per_metric(
     frame = results.board("hopper-gravity", submission(), protocol, "smoke")
     expected = [
         (column.replace("METRIC", metric.name), dtype)
-        for metric in METRICS[protocol]
+        for metric in BOARD_METRICS[protocol]
         for column, dtype in (mean, low, high)
     ]
     assert [(column, str(dtype)) for column, dtype in frame.dtypes.items()] == [*entry, *expected]

@@ -14,7 +14,7 @@ from gym_extensions import results
 from gym_extensions.errors import BenchError
 from gym_extensions.scoring.boards import BoardKey
 from gym_extensions.scoring.leaderboard import board
-from gym_extensions.scoring.metrics import METRICS
+from gym_extensions.scoring.metrics import BOARD_METRICS, METRICS
 from gym_extensions.scoring.pipeline import score_folder, score_folders
 from gym_extensions.scoring.references import References
 
@@ -94,7 +94,7 @@ def test_a_board_has_the_ranks_and_intervals_of_the_published_one() -> None:
     ranks = [entry.metrics["final_performance"].rank or (None, None) for entry in published.rows]
     for column, ends in zip(("rank_first", "rank_last"), zip(*ranks, strict=True), strict=True):
         assert [*map(number, frame[column])] == [*ends]
-    for metric in METRICS["sequential"]:
+    for metric in BOARD_METRICS["sequential"]:
         for column, end in {"": "mean", "_low": "low", "_high": "high"}.items():
             expected = [getattr(entry.metrics[metric.name], end) for entry in published.rows]
             assert [*map(number, frame[f"{metric.name}{column}"])] == expected

@@ -13,7 +13,7 @@ StreamForwardTransfer mean over j ≥ 2 of p[j−1][j] − p[0][j] zero-shot tra
 functional.forgetting all p[j][j] − p[s][j], s > j           terms of mean later forgetting
 ===================== ====================================== =====================================
 
-A mean of no terms is 0.0 there and None here. Avalanche has no unsolved tasks: one is trained on there and
+A mean of no terms is 0.0 there and None here. Avalanche has no open tasks: one is trained on there and
 not evaluated. Worst-case forgetting has no counterpart: Avalanche keeps the first value.
 """
 
@@ -143,8 +143,8 @@ def same(ours: Number, theirs: float) -> None:
 def golden() -> Iterator[tuple[str, dict[str, Number], int, tuple[int, ...], Cells]]:
     """Every run of the published matrices: name, what is published, T, tasks that are not open, p."""
     for case in json.loads(KIT.read_text(encoding="utf-8"))["cases"]:
-        heights = list(enumerate(zip(case["floor"], case["ceiling"], strict=True), 1))
-        known = {j: (floor, ceiling - floor) for j, (floor, ceiling) in heights if ceiling is not None}
+        heights = list(enumerate(zip(case["floor"], case["expert"], strict=True), 1))
+        known = {j: (floor, expert - floor) for j, (floor, expert) in heights if expert is not None}
         for number, matrix in enumerate(case["sequential"]):
             cells = {
                 (s, j): [
@@ -171,7 +171,7 @@ def random_runs() -> Iterator[tuple[int, list[int], Cells]]:
 
 
 def returns(rng: random.Random) -> list[float]:
-    """Returns of a cell: a zero, as often as not; else episodes below the floor and above the ceiling."""
+    """Returns of a cell: a zero, as often as not; else episodes below the floor and above the expert."""
     return [0.0] if rng.random() < 0.5 else [rng.uniform(-2, 2) for _ in range(3)]
 
 

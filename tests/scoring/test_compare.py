@@ -69,7 +69,7 @@ def test_the_errors_of_compare_have_a_code_a_place_and_a_hint(
 
 
 def test_the_document_of_a_comparison_by_hand(submission: Write, references: References) -> None:
-    # With the ceiling 1000, p[5][j] is (500 + run) / 1000, and .05 less in b.
+    # With the expert 1000, p[5][j] is (500 + run) / 1000, and .05 less in b.
     higher = submission(name="a", value=lambda p, run, stage, j, e: 100.0 * stage + run)
     lower = submission(name="b", value=lambda p, run, stage, j, e: 100.0 * stage + run - 50)
     comparison = compare(*(score_folder(folder, references) for folder in (higher, lower)))

@@ -72,8 +72,8 @@ def results(case: dict[str, Any]) -> Results:
 
 
 def references(case: dict[str, Any], group: TaskGroup) -> References:
-    heights = zip(group.task_ids, case["floor"], case["ceiling"], strict=True)
-    tasks = {task: Reference(floor, ceiling, ceiling is None) for task, floor, ceiling in heights}
+    heights = zip(group.task_ids, case["floor"], case["expert"], strict=True)
+    tasks = {task: Reference(floor, expert) for task, floor, expert in heights}
     return References("kit", tasks)
 
 

@@ -76,7 +76,7 @@ def test_the_largest_is_measured_in_the_spans_of_the_tasks(submission: Write, re
     folder = submission(value=value)
     assert sentences(folder, references) == ["forgets HopperGravityThreeQuarters most: 500 → 400"]
     first = "gym_extensions/HopperGravityHalf-v0"
-    narrow = References("x", {**references.tasks, first: Reference(0.0, 500.0, False)})
+    narrow = References("x", {**references.tasks, first: Reference(0.0, 500.0)})
     assert sentences(folder, narrow) == [FORGETS_HALF.format(500, 410)]
 
 
@@ -95,8 +95,8 @@ def test_help_and_harm_are_after_the_earlier_tasks_against_alone(
     ]
 
 
-def test_unsolved_tasks_are_named(submission: Write, references: References) -> None:
-    unsolved = {"gym_extensions/Hopper-v0": Reference(0.0, None, True)}
-    with_unsolved = References("x", {**references.tasks, **unsolved})
+def test_open_tasks_are_named(submission: Write, references: References) -> None:
+    known = {**references.tasks, "gym_extensions/Hopper-v0": Reference(0.0, None)}
+    with_open = References("x", known)
     folder = submission(runs=(0,), value=lambda *_: 1.0)
-    assert sentences(folder, with_unsolved) == ["unsolved, left out of normalized means: Hopper"]
+    assert sentences(folder, with_open) == ["open (no expert), left out of normalized means: Hopper"]

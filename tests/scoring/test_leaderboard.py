@@ -1,15 +1,18 @@
-"""Boards: scores of the scorecards, the order, ranks with their reasons, floors and differences of pairs."""
+"""Boards: scores of the scorecards, the order, ranks with reasons, computed rows, differences of pairs."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import permutations
 from pathlib import Path
 
+import numpy as np
 import pytest
 from scipy import stats
 
+from gym_extensions.catalog.groups import group
 from gym_extensions.scoring.boards import (
     Board,
     BoardEntry,
@@ -19,9 +22,9 @@ from gym_extensions.scoring.boards import (
     board_keys,
 )
 from gym_extensions.scoring.leaderboard import board, boards, family
-from gym_extensions.scoring.metrics import METRICS, MetricValue
+from gym_extensions.scoring.metrics import BOARD_METRICS, BY_NAME, MetricValue
 from gym_extensions.scoring.pipeline import score_folder, score_folders
-from gym_extensions.scoring.references import Reference, References
+from gym_extensions.scoring.references import Reference, References, trained_alone
 from gym_extensions.scoring.scorecard import DecisionSummary, Scorecard
 
 from ..conftest import MANIFEST
@@ -42,6 +45,7 @@ def test_scores_are_those_of_the_scorecards_and_do_not_move_when_an_entry_joins(
     assert scores(before)["a"] == {
         name: (value.mean, value.low, value.high)
         for name, value in first.groups[GROUP]["sequential"].metrics.items()
+        if BY_NAME[name].on_boards
     }
     assert (final_ranks(before), final_ranks(after)) == ([(1, 1), (2, 2)], [(1, 2), (1, 2), (3, 3)])
 
@@ -185,9 +189,9 @@ def test_final_performance_sorts_a_board_whatever_the_other_metrics_are(enter: E
 
 
 def test_an_entry_without_final_performance_has_its_reason_and_no_rank(enter: Enter) -> None:
-    card = with_metrics(enter("a", 300), final_performance=MetricValue(why="Every task is unsolved."))
+    card = with_metrics(enter("a", 300), final_performance=MetricValue(why="Every task is open."))
     (entry,) = board([card], KEY).rows
-    assert (entry.ranked, entry.why) == (False, "Every task is unsolved.")
+    assert (entry.ranked, entry.why) == (False, "Every task is open.")
     assert entry.metrics["learning_performance"].mean is not None
 
 
@@ -231,10 +235,7 @@ def test_a_withdrawn_entry_is_on_no_board_and_an_accepted_one_has_its_date(enter
 def with_agents(references: References, random: float, zero: float) -> References:
     """The references with the mean returns of both agents of the floor, the same on every task."""
     agents = {"random": random, "zero": zero}
-    tasks = {
-        name: Reference(task.floor, task.ceiling, task.unsolved, agents)
-        for name, task in references.tasks.items()
-    }
+    tasks = {name: Reference(task.floor, task.expert, agents) for name, task in references.tasks.items()}
     return References("synthetic", tasks)
 
 
@@ -245,22 +246,74 @@ def test_random_and_zero_are_computed_from_the_floors(
     cards = [on_gravity(enter("a", 300), 0.5)]
     key = BoardKey(group, "sequential", "100k", False)
     made = board(cards, key, with_agents(references, -250.0, 100.0))
-    assert [floor.name for floor in made.floors] == ["random", "zero"]
-    random = {name: value.mean for name, value in made.floors[0].metrics.items()}
-    assert list(random) == [metric.name for metric in METRICS["sequential"]]
+    assert [floor.name for floor in made.computed] == ["random", "zero"]
+    random = {name: value.mean for name, value in made.computed[0].metrics.items()}
+    assert list(random) == [metric.name for metric in BOARD_METRICS["sequential"]]
     assert random["final_performance"] == random["learning_performance"] == -0.25
     assert random["forgetting"] == random["zero_shot_transfer"] == random["asymptotic_transfer"] == 0
     assert (random["forward_transfer_auc"], random["cvar_10"]) == (None, None)
-    assert made.floors[1].metrics["final_performance"].mean == 0.1
-    assert {value.rank for floor in made.floors for value in floor.metrics.values()} == {None}
+    assert made.computed[1].metrics["final_performance"].mean == 0.1
+    assert {value.rank for floor in made.computed for value in floor.metrics.values()} == {None}
     assert (names(made), made.ranked) == (["a"], 1)
 
 
-def test_a_board_has_no_floors_where_a_task_has_no_such_reference(
+def test_a_board_has_no_computed_rows_where_a_task_has_no_such_reference(
     enter: Enter, references: References
 ) -> None:
-    assert board([enter("a", 300)], KEY, references).floors == ()
-    assert board([enter("a", 300)], KEY, References("none", {})).floors == ()
+    assert board([enter("a", 300)], KEY, references).computed == ()
+    assert board([enter("a", 300)], KEY, References("none", {})).computed == ()
+
+
+def at_300k(card: Scorecard) -> Scorecard:
+    """The scorecard as if it were of the budget of the row of each task alone."""
+    scores = {"sequential": replace(card.groups[GROUP]["sequential"], budget="300k")}
+    return replace(card, groups={GROUP: scores})
+
+
+KEY_300K = BoardKey(GROUP, "sequential", "300k", False)
+
+
+def test_the_reference_agent_on_each_task_alone_is_a_row(enter: Enter, references: References) -> None:
+    known = with_error(references)
+    made = board([at_300k(enter("a", 300))], KEY_300K, known)
+    (alone,) = [row for row in made.computed if row.name == "alone"]
+    final = alone.metrics["final_performance"]
+    runs = {task: trained_alone()[task].runs for task in group("hopper-gravity").task_ids}
+    tasks = [np.array([run.mean / 1000 for run in each]) for each in runs.values()]
+    assert final.mean == pytest.approx(np.mean(tasks))
+    # Runs are independent between tasks. The expert's error is 100 / 1000 on one task.
+    squares = [float(np.var(each, ddof=1)) / 5 / 25 for each in tasks]
+    anchor = (float(tasks[0].mean()) / 5 * 0.1) ** 2
+    total = sum(squares) + anchor
+    df = total**2 / (sum(square**2 / 4 for square in squares) + anchor**2 / 999)
+    assert final.high == pytest.approx(final.mean + stats.t.ppf(0.975, df) * math.sqrt(total))
+    forgetting = alone.metrics["forgetting"]
+    assert forgetting.mean is None
+    assert "only its returns at the end" in forgetting.why
+    assert made.ranked == 1
+
+
+def with_error(references: References) -> References:
+    """The references with an error of the expert on the first task."""
+    first = group("hopper-gravity").task_ids[0]
+    return References("x", {**references.tasks, first: Reference(0.0, 1000.0, {}, 100.0, 999.0)})
+
+
+def test_the_row_alone_says_why_it_has_no_value(enter: Enter, references: References) -> None:
+    tasks = {name: Reference(0.0, None) for name in references.tasks}
+    made = board([at_300k(enter("a", 300))], KEY_300K, References("x", tasks))
+    (alone,) = made.computed
+    assert alone.metrics["final_performance"].mean is None
+    assert "Every task of this group is open" in alone.metrics["final_performance"].why
+
+
+def test_without_its_budget_or_beside_an_entry_of_that_name_there_is_no_row_alone(
+    enter: Enter, references: References
+) -> None:
+    card = enter("a", 300)
+    assert board([card], KEY, references).computed == ()
+    assert board([at_300k(card), at_300k(replace(card, name="alone"))], KEY_300K, references).computed == ()
+    assert board([at_300k(card)], KEY_300K, replace(references, version="1")).computed == ()
 
 
 def test_every_pair_has_welchs_interval_and_p_value_of_every_metric_of_both(enter: Enter) -> None:

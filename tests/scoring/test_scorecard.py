@@ -9,13 +9,14 @@ from shutil import rmtree
 
 import msgspec
 import pytest
+from scipy import stats
 
 from gym_extensions.rollouts.manifest import Observes
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.review import Action, Decision, Review, read_review, write_review
 from gym_extensions.scoring.metrics import METRICS, MetricValue
 from gym_extensions.scoring.pipeline import score_folder, score_folders
-from gym_extensions.scoring.references import References
+from gym_extensions.scoring.references import Reference, References
 from gym_extensions.scoring.scorecard import GroupScore, ReferencesInfo, ReferenceValue
 
 from ..conftest import VERSIONS, verification
@@ -57,7 +58,7 @@ def test_the_document_field_by_field(submission: Write, references: References) 
     assert (score.budget, score.runs) == ("smoke", (0, 1))
     assert score.tasks[0] == "gym_extensions/HopperGravityHalf-v0"
     assert list(score.metrics) == [metric.name for metric in METRICS["sequential"]]
-    assert score.reference["gym_extensions/Hopper-v0"] == ReferenceValue(0.0, 1000.0, False)
+    assert score.reference["gym_extensions/Hopper-v0"] == ReferenceValue(0.0, 1000.0, False, 0.0, 0.0)
     assert (len(score.return_matrix), len(score.return_matrix[0]), len(score.return_matrix[0][0])) == (
         2,
         6,
@@ -94,6 +95,47 @@ def test_scores_by_hand(submission: Write, references: References) -> None:
     assert single_env.mean == pytest.approx(100 + 20 + 0.5 + 1.1875 + 0.5)
     deviation = math.sqrt(0.25 + sum((episode / 8 - 1.1875) ** 2 for episode in range(20)) / 20)
     assert fully_trained.std == pytest.approx(deviation)
+
+
+def with_error(references: References, task: str, error: float) -> References:
+    """The references with an error of one expert, over 101 episodes."""
+    reference = Reference(0.0, 1000.0, {}, error, 100.0)
+    return References("x", {**references.tasks, task: reference})
+
+
+def test_the_error_of_an_expert_enters_the_interval_of_a_score_by_the_tasks_share(
+    submission: Write, references: References
+) -> None:
+    folder, hopper = submission(), "gym_extensions/Hopper-v0"
+    with_ = value(folder, with_error(references, hopper, 50.0), "final_performance")
+    without = value(folder, references, "final_performance")
+    # Hopper is task 3 of 5: p[5][3] is .5316875, and the error .05 of its span.
+    assert with_.anchors == pytest.approx((0, 0, 0.5316875 * 0.05 / 5, 0, 0))
+    assert (with_.mean, with_.runs, without.anchors) == (without.mean, without.runs, ())
+    terms = [(0.0005**2, 1.0), (with_.anchors[2] ** 2, 100.0)]
+    total = sum(square for square, _ in terms)
+    df = total**2 / sum(square**2 / df for square, df in terms)
+    assert half_width(with_) == pytest.approx(stats.t.ppf(0.975, df) * math.sqrt(total))
+
+
+def test_the_error_of_an_expert_enters_forgetting_by_what_was_forgotten(
+    submission: Write, references: References
+) -> None:
+    found = with_error(references, "gym_extensions/Hopper-v0", 50.0)
+    # R rises by 100 per stage: −.2 from stage 3 to stage 5, one of four terms.
+    assert value(submission(), found, "forgetting").anchors == pytest.approx((0, 0, -0.2 * 0.05 / 4, 0, 0))
+
+
+def test_the_error_of_an_expert_enters_the_interval_of_a_suite_once_per_group(
+    submission: Write, references: References
+) -> None:
+    bodies = ("hopper", "walker2d", "halfcheetah", "humanoid")
+    folder = submission(groups=tuple(f"{body}-gravity" for body in bodies), protocols=("single",))
+    found = score_folder(folder, with_error(references, "gym_extensions/Hopper-v0", 500.0))
+    whole = found.suites["gravity"]["single"].metrics["single_task_performance"]
+    (error,) = filter(None, found.groups[GROUP]["single"].metrics["single_task_performance"].anchors)
+    # The runs differ by .001, which is nothing beside the error of the expert.
+    assert half_width(whole) == pytest.approx(stats.t.ppf(0.975, 100) * error / 4, rel=0.01)
 
 
 def test_learning_is_final_plus_forgetting_of_all_but_the_last(
@@ -148,7 +190,7 @@ def test_without_references_every_normalised_metric_is_null_and_the_returns_stay
     nothing = References("2", {})
     score = group_score(submission(), nothing)
     assert {value.why for value in score.metrics.values()} == {
-        "No reference agent was trained on 5 of 5 tasks (references version 2), "
+        "5 of 5 tasks have no floor and expert in version 2 of the references, "
         "gym_extensions/HopperGravityHalf-v0 among them."
     }
     fully_trained = score.paper_table[0].fully_trained

@@ -31,7 +31,7 @@ def estimate(runs: list[float]) -> Document:
 
 
 def sequential(group_name: str, matrices: list[list[list[float]]], budget: str = "100k") -> Document:
-    """Scores of a sequential log whose floor is 0 and whose ceiling is 1000 on every task."""
+    """Scores of a sequential log whose floor is 0 and whose expert is 1000 on every task."""
     tasks = list(group(group_name).task_ids)
     count = len(tasks)
     share = [[[cell / 1000 for cell in stage] for stage in run] for run in matrices]
@@ -84,7 +84,7 @@ def sequential(group_name: str, matrices: list[list[list[float]]], budget: str =
         ),
         "paper_table": table,
         "paper_total": {**total, "single_env": None},
-        "reference": {task: {"floor": 0.0, "ceiling": 1000.0, "unsolved": False} for task in tasks},
+        "reference": {task: {"floor": 0.0, "expert": 1000.0, "open": False} for task in tasks},
         "return_matrix": matrices,
     }
 
@@ -120,7 +120,7 @@ def single(group_name: str, returns: list[list[float]], budget: str = "100k") ->
         "runs": list(range(len(returns))),
         "tasks": tasks,
         "metrics": {"single_task_performance": estimate([statistics.fmean(run) / 1000 for run in returns])},
-        "reference": {task: {"floor": 0.0, "ceiling": 1000.0, "unsolved": False} for task in tasks},
+        "reference": {task: {"floor": 0.0, "expert": 1000.0, "open": False} for task in tasks},
         "return_matrix": [[run] for run in returns],
     }
 
@@ -249,7 +249,7 @@ def entry(document: Document) -> Make:
             "low": None,
             "high": None,
             "runs": [],
-            "why": "Every task is unsolved.",
+            "why": "Every task is open.",
         }
         scores["metrics"] |= {
             "final_performance": estimate(final) if final else null,

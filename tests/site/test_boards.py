@@ -17,9 +17,9 @@ def test_a_board_is_sorted_by_final_performance_then_name(entry: Make) -> None:
 
 
 def test_an_entry_without_a_value_is_last_and_not_at_zero(entry: Make) -> None:
-    board = only(entry("unsolved", None), entry("worse", around(-0.5)))
-    assert names(board) == ["worse", "unsolved"]
-    assert [row.entry.why for row in board.rows] == ["", "Every task is unsolved."]
+    board = only(entry("unscored", None), entry("worse", around(-0.5)))
+    assert names(board) == ["worse", "unscored"]
+    assert [row.entry.why for row in board.rows] == ["", "Every task is open."]
 
 
 def test_each_entry_without_a_rank_has_its_own_reason(entry: Make) -> None:
@@ -27,7 +27,7 @@ def test_each_entry_without_a_rank_has_its_own_reason(entry: Make) -> None:
     assert [(row.entry.name, row.entry.why) for row in only(*cards).rows] == [
         ("full", ""),
         ("lucky", "Fewer than 5 runs."),
-        ("open", "Every task is unsolved."),
+        ("open", "Every task is open."),
     ]
 
 

@@ -20,7 +20,7 @@ from .made_entries import REFERENCES, submission
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """An empty working directory; every task of hopper-gravity has the floor 0 and the ceiling 100."""
+    """An empty working directory; every task of hopper-gravity has the floor 0 and the expert 100."""
     monkeypatch.chdir(tmp_path)
     for module in (pipeline, cli):
         monkeypatch.setattr(module, "load_references", lambda: REFERENCES)

@@ -11,21 +11,21 @@ from gym_extensions.scoring.references import load_references
 from .browser import read
 
 
-def test_an_unsolved_task_is_named_and_has_raw_returns(document: dict[str, Any]) -> None:
+def test_an_open_task_is_named_and_has_raw_returns(document: dict[str, Any]) -> None:
     scores = document["submissions"][0]["groups"]["hopper-gravity-v0"]["sequential"]
-    scores["reference"]["gym_extensions/Hopper-v0"] = {"floor": 0.0, "ceiling": None, "unsolved": True}
+    scores["reference"]["gym_extensions/Hopper-v0"] = {"floor": 0.0, "expert": None, "open": True}
     page = read(document)["submissions/agile.html"]
-    assert "Not scored (unsolved): Hopper. No reference agent has learned this task" in page.text
-    assert "raw return (unsolved)" in page.text
+    assert "Open, not scored: Hopper. No expert is known that is clearly better than the floor" in page.text
+    assert "raw return (open)" in page.text
     assert any(
-        attributes.get("class", "").startswith("unsolved") for tag, attributes in page.elements if tag == "td"
+        attributes.get("class", "").startswith("open") for tag, attributes in page.elements if tag == "td"
     )
 
 
 def test_a_group_without_references_has_raw_returns(document: dict[str, Any]) -> None:
     scores = document["submissions"][0]["groups"]["hopper-gravity-v0"]["sequential"]
     for task in scores["tasks"]:
-        scores["reference"][task] = {"floor": None, "ceiling": None, "unsolved": None}
+        scores["reference"][task] = {"floor": None, "expert": None, "open": None}
     for name in scores["metrics"]:
         scores["metrics"][name] = {
             "mean": None,
@@ -105,20 +105,26 @@ def test_a_group_page_spells_out_what_one_means(document: dict[str, Any]) -> Non
     current = load_references()
     document["references"] = {"version": current.version, "sha256": current.digest}
     text = read(document)["groups/halfcheetah-gravity-v0.html"].text
-    assert re.search(
-        r"1 = [\w-]+, \w+ steps, five runs: returns \d+, \d+, \d+, \d+, \d+; mean \d+\. 0 = ", text
-    )
+    assert re.search(r"1 = expert: return \d+\. 0 = the zero action: return −?\d", text)
     document["references"]["sha256"] = "00" * 32
     text = read(document)["groups/halfcheetah-gravity-v0.html"].text
     assert "No reference has been measured." in text
     assert "measured.." not in text
 
 
-def test_the_one_of_a_task_of_navigation_is_the_oracle(document: dict[str, Any]) -> None:
+def test_a_group_page_names_provisional_experts_and_open_tasks(document: dict[str, Any]) -> None:
+    current = load_references()
+    document["references"] = {"version": current.version, "sha256": current.digest}
+    pages = read(document)
+    assert "(provisional: it rarely passes the wall)" in pages["groups/hopper-wall-v0.html"].text
+    assert "Open: no expert is known that is clearly better than 0" in pages["groups/striker-v0.html"].text
+
+
+def test_the_one_of_a_task_of_navigation_is_the_planner(document: dict[str, Any]) -> None:
     current = load_references()
     document["references"] = {"version": current.version, "sha256": current.digest}
     text = read(document)["groups/nav-state-v0.html"].text
-    assert re.search(r"1 = oracle: return −\d+\. 0 = the zero action: return −1000\.", text)
+    assert re.search(r"1 = planner: return −\d+\. 0 = the zero action: return −1000\.", text)
 
 
 def test_a_group_page_has_the_numbers_of_a_publication_beside_those_of_the_first_entries(

@@ -24,8 +24,8 @@ from gym_extensions.site.tasks import (
 from .browser import Reader, typed
 from .conftest import everything
 
-SOLVED = Measured(10.0, "zero", "trpo", "100k", (90.0, 110.0), 100.0)
-UNSOLVED = Measured(10.0, "random", "trpo", "100k", (9.0, 12.0), None)
+SOLVED = Measured(10.0, "zero", 200.0, "expert", alone=(90.0, 110.0))
+OPEN = Measured(10.0, "random", None, "expert", attempt=12.0, alone=(9.0, 12.0))
 
 
 @pytest.fixture(scope="module")
@@ -95,24 +95,27 @@ def test_the_best_entries_are_sorted_by_the_return_at_the_end(pages: dict[str, s
     assert best_entries(()) == {}
 
 
-def test_the_1_of_navigation_is_an_oracle(pages: dict[str, str]) -> None:
+def test_a_page_says_what_1_is(pages: dict[str, str]) -> None:
     text = page(pages, "State-Based-Navigation-2d-Map0-Goal0").text
-    assert "1 is the mean return of an oracle that knows the map and takes the fewest steps, −43.0." in text
+    assert "1 is the mean return of a planner that knows the map and takes the fewest steps, −43.0." in text
     assert "Each dot is" not in text
     text = page(pages, "Pusher").text
-    assert "1 is the return of trpo after 300k steps on this task alone, −" in text
-    assert "Each dot is the mean return of one reference run" in text
+    assert "1 is the mean return of the expert, −3" in text
+    assert 'experts.load("Pusher")' in text
+    assert "Each dot is the mean return of one run of trpo after 300,000 steps" in text
+    assert "Provisional: it rarely passes the wall." in page(pages, "HopperWall").text
+    assert "The task is open: no policy is known" in page(pages, "Striker").text
 
 
-def test_references_are_dots_between_0_and_1() -> None:
+def test_the_expert_is_marked_1_and_runs_on_the_task_alone_are_dots() -> None:
     drawing = reference_dots(SOLVED)
     assert drawing.count("<circle") == 2
     assert ">1</text>" in drawing
-    assert "floor 10.0; runs of the reference agent 90.0, 110.0" in drawing
+    assert "floor 10.0; expert 200.0; trained alone 90.0, 110.0" in drawing
 
 
-def test_an_unsolved_task_shows_its_attempts_and_no_1() -> None:
-    drawing = reference_dots(UNSOLVED)
+def test_an_open_task_has_no_1() -> None:
+    drawing = reference_dots(OPEN)
     assert drawing.count("<circle") == 2
     assert 'class="tick key"' in drawing
     assert ">1</text>" not in drawing

@@ -73,8 +73,8 @@ def test_a_change_is_tinted_around_zero_and_hatched_where_it_is_uncertain(
     assert change_tint(change) == classes
 
 
-def test_an_unsolved_task_has_a_raw_change() -> None:
-    unsolved = {task: ReferenceValue(0.0, None, True) for task in ("a", "b")}
+def test_an_open_task_has_a_raw_change() -> None:
+    open_tasks = {task: ReferenceValue(0.0, None, True) for task in ("a", "b")}
     whole = score((80, 50))
     (change,) = Retention(
         GroupScore(
@@ -83,7 +83,7 @@ def test_an_unsolved_task_has_a_raw_change() -> None:
             runs=(0,),
             tasks=whole.tasks,
             metrics={},
-            reference=unsolved,
+            reference=open_tasks,
             return_matrix=whole.return_matrix,
         )
     ).changes

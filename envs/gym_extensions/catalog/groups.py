@@ -193,8 +193,6 @@ SUITES: dict[str, tuple[str, ...]] = {
 }
 """The ids of the groups of every suite."""
 
-SUITES["all"] = tuple(group for groups in SUITES.values() for group in groups)
-
 
 GROUP_KEYS = ("name", "version", "tasks")
 TASK_KEYS = ("task", "variations", "max_steps")

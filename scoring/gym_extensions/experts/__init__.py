@@ -9,11 +9,11 @@ Example:
 
 from gym_extensions.experts.cards import (
     DATA,
-    Anchor,
+    EPISODES,
     Card,
     Measurement,
     Step,
-    anchor,
+    beats_floor,
     card,
     digest,
     load,
@@ -26,11 +26,11 @@ from gym_extensions.experts.cards import (
 
 __all__ = [
     "DATA",
-    "Anchor",
+    "EPISODES",
     "Card",
     "Measurement",
     "Step",
-    "anchor",
+    "beats_floor",
     "card",
     "digest",
     "load",

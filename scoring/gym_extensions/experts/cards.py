@@ -12,6 +12,7 @@ from typing import Any, Literal
 import msgspec
 import numpy as np
 
+from gym_extensions.catalog import fingerprints
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.catalog.tasks import task as published_task
 from gym_extensions.errors import BenchError, did_you_mean
@@ -26,15 +27,17 @@ STANDARD_ERRORS, FLOOR_DEVIATIONS = 5.0, 2.0
 """How far the expert's mean must lie above the floor: in standard errors of its mean, and in standard
 deviations of the floor agent's episodes."""
 
-Purpose = Literal["select", "compare", "measure", "train"]
+Purpose = Literal["select", "compare", "measure", "train", "challenge"]
 PURPOSES: tuple[Purpose, ...] = ("select", "compare", "measure", "train")
+"""The purposes below 2³¹; the seeds of challenges lie above."""
 
 
 def seed(task: str | Task, purpose: Purpose, index: int) -> int:
-    """The reset seed of an episode, in [0, 2³¹).
+    """The reset seed of an episode, in [0, 2³¹), and of a challenge in [2³¹, 2³²).
 
     Four times a digest of task and index, plus the number of the purpose. So the episodes that train a
-    policy, select it among candidates, compare it with another policy and measure it never share a seed.
+    policy, select it among candidates, compare it with another policy and measure it never share a seed. The
+    seed of a challenge is 2³¹ plus half of the digest.
 
     Args:
         task: a task, its id or its bare name.
@@ -43,7 +46,8 @@ def seed(task: str | Task, purpose: Purpose, index: int) -> int:
     """
     row = task if isinstance(task, Task) else published_task(task)
     digest = hashlib.sha256(f"expert/{row.id}/{index}".encode()).digest()
-    return 4 * (int.from_bytes(digest[:4], "little") >> 3) + PURPOSES.index(purpose)
+    value = int.from_bytes(digest[:4], "little")
+    return 2**31 + (value >> 1) if purpose == "challenge" else 4 * (value >> 3) + PURPOSES.index(purpose)
 
 
 class Step(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -119,28 +123,17 @@ class Card(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
     provisional: str = ""
 
 
-class Anchor(msgspec.Struct, frozen=True):
-    """The return that the score 1 stands for: mean and standard error of the expert's episodes."""
-
-    mean: float
-    standard_error: float
-    provisional: bool
-
-
-def anchor(card: Card, floor: float, floor_deviation: float) -> Anchor | None:
-    """The anchor of a task, or None if its expert is not clearly better than the floor.
+def beats_floor(mean: float, standard_error: float, floor: float, floor_deviation: float) -> bool:
+    """Whether a mean return lies clearly above the floor: the rule for every anchor.
 
     Args:
-        card: of the task's expert.
+        mean: mean return of the policy.
+        standard_error: of that mean over episodes.
         floor: mean return of the floor agent; NaN if it was not measured.
         floor_deviation: standard deviation of the floor agent's episodes.
     """
-    measured = card.measurement
-    gap = measured.mean - floor
-    least = max(STANDARD_ERRORS * measured.standard_error, FLOOR_DEVIATIONS * floor_deviation)
-    if not gap > least:  # also without a floor
-        return None
-    return Anchor(measured.mean, measured.standard_error, bool(card.provisional))
+    least = max(STANDARD_ERRORS * standard_error, FLOOR_DEVIATIONS * floor_deviation)
+    return mean - floor > least  # False without a floor
 
 
 def names(folder: Path = DATA) -> list[str]:
@@ -171,7 +164,8 @@ def card(task: str | Task, folder: Path = DATA) -> Card:
     """The card of a task's expert.
 
     Raises:
-        BenchError: there is no such task, the task has no expert, or its card cannot be read.
+        BenchError: there is no such task, the task has no expert, or its card cannot be read or is of
+            another definition of the task.
     """
     path = folder / f"{_name(task)}.json"
     if not path.exists():
@@ -183,6 +177,9 @@ def card(task: str | Task, folder: Path = DATA) -> Card:
         raise BenchError("bad-card", f"The card cannot be read: {error}.", str(path)) from error
     if not math.isfinite(found.measurement.mean) or published_task(path.stem).id != found.task:
         raise BenchError("bad-card", f"The card is not one of {path.stem}.", str(path))
+    if found.fingerprint != fingerprints.published(found.task):
+        message = f"The expert was measured on another definition of {path.stem}: {found.fingerprint}."
+        raise BenchError("foreign-fingerprint", message, str(path), "Measure it again, or remove it.")
     return found
 
 

@@ -65,7 +65,7 @@ def compute(
     auc: ArrayLike | None = None,
     single_auc: ArrayLike | None = None,
     floor: ArrayLike | None = None,
-    ceiling: ArrayLike | None = None,
+    expert: ArrayLike | None = None,
 ) -> dict[str, MetricValue]:
     """Every metric of one or more runs on a sequence of T tasks.
 
@@ -81,7 +81,7 @@ def compute(
         auc: ([runs,] T), the area under the training curve of task j (:func:`area`), for forward transfer.
         single_auc: ([runs,] T), the same of an agent trained on task j alone.
         floor: (T,) returns that count as 0; 0 by default.
-        ceiling: (T,) returns that count as 1; 1 by default. A task whose ceiling is None or NaN is left out
+        expert: (T,) returns that count as 1; 1 by default. A task whose expert is None or NaN is left out
             of every mean.
 
     Returns:
@@ -90,14 +90,14 @@ def compute(
 
     Raises:
         BenchError: an argument has another shape or contains something that is not a finite number
-            (``bad-matrix``), or a ceiling is not above its floor (``bad-ceiling``).
+            (``bad-matrix``), or an expert is not above its floor (``bad-expert``).
     """
     values = _array("matrix", matrix, 2)
     runs, rows, tasks = values.shape
     if rows not in (tasks, tasks + 1):
         hint = f"Give {tasks} rows, or {tasks + 1} with the untrained agent first."
         raise BenchError("bad-matrix", f"It has {rows} rows and {tasks} columns.", "matrix", hint)
-    scored, low, height = _scale(floor, ceiling, tasks)
+    scored, low, height = _scale(floor, expert, tasks)
 
     def normalized(name: str, given: ArrayLike | None, axes: int, task_axis: int, count: int) -> Array | None:
         if given is None:
@@ -175,22 +175,20 @@ def _last_stage(array: Array, scored: Sequence[int]) -> list[Run]:
 
 
 def _scale(
-    floor: ArrayLike | None, ceiling: ArrayLike | None, tasks: int
+    floor: ArrayLike | None, expert: ArrayLike | None, tasks: int
 ) -> tuple[tuple[int, ...], Array, Array]:
-    """The positions of the tasks with a ceiling, the floors, and the ceilings' heights above them, (T,)."""
+    """The positions of the tasks with an expert, the floors, and the experts' heights above them, (T,)."""
     low = np.zeros(tasks) if floor is None else _finite("floor", _numbers("floor", floor))
-    high = np.ones(tasks) if ceiling is None else _numbers("ceiling", ceiling)
-    for name, array in (("floor", low), ("ceiling", high)):
+    high = np.ones(tasks) if expert is None else _numbers("expert", expert)
+    for name, array in (("floor", low), ("expert", high)):
         if array.shape != (tasks,):
             raise BenchError("bad-matrix", f"Its shape is {array.shape}.", name, f"Give {tasks} numbers.")
     open_ = np.isnan(high)
     bad = ~open_ & ~((high > low) & np.isfinite(high))
     if bad.any():
         j = int(np.flatnonzero(bad)[0])
-        message = f"The ceiling of task {j + 1} is {high[j]:g}, its floor {low[j]:g}."
-        raise BenchError(
-            "bad-ceiling", message, "ceiling", "Give a higher one, or NaN to leave the task out."
-        )
+        message = f"The expert of task {j + 1} is {high[j]:g}, its floor {low[j]:g}."
+        raise BenchError("bad-expert", message, "expert", "Give a higher one, or NaN to leave the task out.")
     scored = tuple((np.flatnonzero(~open_) + 1).tolist())
     return scored, low, np.where(open_, 1.0, high - low)
 

@@ -53,7 +53,7 @@ def metrics(
     budget    str      name of the training budget
     runs      Int64    number of runs; missing for a suite, 0 for a reported entry
     metric    str      name of the metric (docs/metrics.md)
-    mean      float64  mean over runs, in normalized return: 0 = floor, 1 = reference; may be missing
+    mean      float64  mean over runs, in normalized return: 0 = floor, 1 = expert; may be missing
     low       float64  lower end of the 95 % interval; missing with one run or without a mean
     high      float64  upper end of the 95 % interval; missing with one run or without a mean
     why       str      why the mean or the interval is missing; else empty
@@ -86,8 +86,9 @@ def board(
     """A board: the submissions with results on it, one per row.
 
     Ranked entries are sorted by the protocol's first metric (final performance, or single-task performance),
-    best first; the others follow, and at the end ``random`` and ``zero``, computed from the references. Only
-    the groups of the board are read.
+    best first; the others follow, and at the end ``alone`` (the reference agent on each task alone, with the
+    budget ``300k``), ``random`` and ``zero``, computed from the references. Only the groups of the board are
+    read.
 
     ================  =======  =====================================================================
     column            dtype    value
@@ -101,12 +102,12 @@ def board(
     runs              int64    number of runs; on a suite the fewest of its groups
     ranked            bool     whether the board ranks the entry
     why               str      why the entry is not ranked; else empty
-    ``METRIC``        float64  mean over runs, in normalized return: 0 = floor, 1 = reference; may be missing
+    ``METRIC``        float64  mean over runs, in normalized return: 0 = floor, 1 = expert; may be missing
     ``METRIC_low``    float64  lower end of its 95 % interval; missing with one run or without a mean
     ``METRIC_high``   float64  upper end of its 95 % interval; missing with one run or without a mean
     ================  =======  =====================================================================
 
-    The last three columns are repeated for every metric of the protocol, in the order of docs/metrics.md:
+    The last three columns are repeated for every metric of the board, in the order of docs/metrics.md:
     ``final_performance``, ``final_performance_low``, ``final_performance_high`` and so on.
 
     Args:
@@ -140,7 +141,7 @@ def board(
     found = board_of(cards, key, scorer.references)
     if not found.rows:
         _warn_of_another_budget(cards, key)
-        found = replace(found, floors=())
+        found = replace(found, computed=())
     return select_columns(board_frame(found), columns)
 
 
@@ -178,7 +179,7 @@ def scores(
     stage       int64    number of tasks trained so far: 0 untrained; 1 in the other protocols
     task        str      task id, in training order
     return      float64  mean over the 20 episodes
-    normalized  float64  the same: 0 = floor, 1 = reference; missing for a task without a reference
+    normalized  float64  the same: 0 = floor, 1 = expert; missing for a task without an expert
     ==========  =======  ===========================================================================
 
     Args:
@@ -259,7 +260,7 @@ def _means(log: Log, references: References) -> pd.DataFrame:
     rows = pd.DataFrame({"run": log.run, "stage": log.stage, "task": log.task, "return": log.return_})
     cells = rows.groupby(["run", "stage", "task"], sort=False)["return"]
     frame = cells.agg(lambda values: math.fsum(values) / len(values)).reset_index()
-    known = {task: reference for task, reference in references.tasks.items() if not reference.unsolved}
+    known = {task: reference for task, reference in references.tasks.items() if not reference.open}
     pairs = zip(frame["task"], frame["return"], strict=True)
     normalized = [known[task].normalize(value) if task in known else math.nan for task, value in pairs]
     return frame.assign(normalized=normalized)

@@ -109,7 +109,7 @@ class BoardEntry:
     accepted: Annotated[str, about("date of its last acceptance, YYYY-MM-DD; empty without one")] = ""
     observes: Annotated[Observes | None, about("as in the scorecard's manifest")]
     memory: Annotated[Memory | None, about("as in the scorecard's manifest")]
-    metrics: Annotated[dict[str, BoardMetric], about("every metric of the protocol by name")]
+    metrics: Annotated[dict[str, BoardMetric], about("every metric of the board by name")]
     related: Annotated[
         tuple[str, ...],
         about(
@@ -129,14 +129,19 @@ class BoardEntry:
 
 
 @dataclass(frozen=True, slots=True)
-class FloorEntry:
-    """An agent of the floor, computed from the references: never ranked, and no submission."""
+class ComputedEntry:
+    """An agent whose row is computed from the references: never ranked, and no submission."""
 
-    name: Annotated[str, about("`random` or `zero`")]
+    name: Annotated[
+        str,
+        about(
+            "`random` or `zero`, the agents of the floor, or `alone`, the reference agent on each task alone"
+        ),
+    ]
     title: Annotated[str, about("its name on pages")]
     metrics: Annotated[
         dict[str, BoardMetric],
-        about("every metric of the protocol by name, without intervals; null where it needs episodes"),
+        about("every metric of the board by name; intervals of `alone` only; null where it needs more"),
     ]
 
 
@@ -168,9 +173,12 @@ class Board:
             "one that it equals"
         ),
     ]
-    floors: Annotated[
-        tuple[FloorEntry, ...],
-        about("`random` and `zero`, computed from the references; empty without references or without logs"),
+    computed: Annotated[
+        tuple[ComputedEntry, ...],
+        about(
+            "`alone`, `random` and `zero`, computed from the references; empty without references or logs. "
+            "`alone` is left out with another budget, without its runs, and beside an entry of that name"
+        ),
     ] = ()
     pairs: Annotated[
         tuple[Pair, ...],

@@ -48,6 +48,11 @@ def parser() -> argparse.ArgumentParser:
         help="also accept the custom group in this TOML file; may be repeated",
     )
     add("--references", type=Path, metavar="FILE", help="references of the custom groups' tasks")
+    add(
+        "--ruler",
+        choices=["alone"],
+        help="another 1: the reference agent after 300,000 steps on each task alone",
+    )
     out_help = (
         "write scorecards/NAME.json and boards.json to DIR; scorecards of other submissions in it are removed"
     )
@@ -65,7 +70,9 @@ def parse_args(argv: list[str] | None) -> argparse.Namespace:
         command.error("name at least one FOLDER, or two with --compare")
     others = ("folders", "csv", "markdown", "out", "jobs", "group")
     if options.compare and any(getattr(options, name) for name in others):
-        command.error("--compare takes two submissions and only --json, --groups and --references besides")
+        command.error(
+            "--compare takes two submissions and only --json, --groups, --references and --ruler besides"
+        )
     if options.out and options.group:
         command.error("--out writes whole entries: leave out --group")
     if options.jobs is not None and options.jobs < 1:
@@ -113,6 +120,8 @@ def _score(options: argparse.Namespace, scorer: Scorer) -> int:
     publisher = pipeline.Publisher(options.out, scorer.references) if options.out else None
     cards: list[Scorecard] = []
     out, problems = screen.console(), False
+    if options.ruler and not as_text:
+        out.print("Scores: 1 is the reference agent after 300,000 steps on each task alone, not the expert.")
     for card in pipeline.scorecards(folders, scorer, options.jobs):
         problems = problems or bool(card.problems)
         try:
@@ -157,7 +166,7 @@ def main(argv: list[str] | None = None) -> int:
             stream.reconfigure(errors="backslashreplace")
     from gym_extensions.scoring.pipeline import make_scorer
 
-    scorer = make_scorer(options.groups, options.references, options.group)
+    scorer = make_scorer(options.groups, options.references, options.group, options.ruler)
     try:
         return _compare(options.compare, scorer, options.json) if options.compare else _score(options, scorer)
     except BrokenPipeError:

@@ -8,9 +8,8 @@ import pandas as pd
 
 from gym_extensions.scoring.boards import Board, BoardEntry
 from gym_extensions.scoring.documents import no_formula
-from gym_extensions.scoring.metrics import BY_NAME, METRICS
+from gym_extensions.scoring.metrics import BOARD_METRICS, BY_NAME, METRICS
 from gym_extensions.scoring.published import COLUMNS
-from gym_extensions.scoring.returns import FROM_FLOORS
 from gym_extensions.scoring.scorecard import GroupScore, Scorecard, ScorecardDocument, SuiteScore
 from gym_extensions.scoring.screen import count, number, table_rows
 
@@ -41,6 +40,8 @@ ENTRY_DTYPES = {
     "why": "str",
 }
 """The columns of :func:`board_frame` before those of the metrics."""
+
+COMPUTED = "Computed from the references: no submission."
 
 Row = tuple[object, ...]
 
@@ -76,12 +77,12 @@ def metrics_frame(document: ScorecardDocument) -> pd.DataFrame:
 
 def board_dtypes(protocol: str) -> dict[str, str]:
     """The columns of a board of that protocol: the entry's, and three per metric."""
-    ends = [f"{metric.name}{end}" for metric in METRICS[protocol] for end in ("", "_low", "_high")]
+    ends = [f"{metric.name}{end}" for metric in BOARD_METRICS[protocol] for end in ("", "_low", "_high")]
     return ENTRY_DTYPES | dict.fromkeys(ends, "float64")
 
 
 def _board_row(entry: BoardEntry, protocol: str) -> Row:
-    values = [entry.metrics[metric.name] for metric in METRICS[protocol]]
+    values = [entry.metrics[metric.name] for metric in BOARD_METRICS[protocol]]
     ends = [end for value in values for end in (value.mean, value.low, value.high)]
     ranks = values[0].rank or (None, None)
     names = (entry.name, entry.title, entry.level, entry.evaluation)
@@ -89,17 +90,16 @@ def _board_row(entry: BoardEntry, protocol: str) -> Row:
 
 
 def board_frame(board: Board) -> pd.DataFrame:
-    """One row per entry in the order of the board, then the floors, with the columns of :func:`board_dtypes`.
+    """One row per entry in the order of the board, then computed ones; columns: :func:`board_dtypes`.
 
-    The floors (``random``, ``zero``) have no level, no rank and no runs.
+    The computed rows (``alone``, ``random``, ``zero``) have no level, no rank and no runs.
     """
     dtypes = board_dtypes(board.protocol)
     rows = [_board_row(entry, board.protocol) for entry in board.rows]
-    for floor in board.floors:
-        ends = [
-            end for metric in METRICS[board.protocol] for end in (floor.metrics[metric.name].mean, None, None)
-        ]
-        rows.append((None, None, floor.name, floor.title, None, None, 0, False, FROM_FLOORS, *ends))
+    for entry in board.computed:
+        values = [entry.metrics[metric.name] for metric in BOARD_METRICS[board.protocol]]
+        ends = [end for value in values for end in (value.mean, value.low, value.high)]
+        rows.append((None, None, entry.name, entry.title, None, None, 0, False, COMPUTED, *ends))
     return pd.DataFrame(rows, columns=list(dtypes)).astype(dtypes)
 
 

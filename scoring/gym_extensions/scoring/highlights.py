@@ -89,13 +89,13 @@ def _p_value(before: Sequence[float], after: Sequence[float]) -> float:
 
 def _span(score: GroupScore, task: str) -> float | None:
     reference = score.reference[task]
-    if reference.ceiling is None or reference.floor is None:
+    if reference.expert is None or reference.floor is None:
         return None
-    return reference.ceiling - reference.floor
+    return reference.expert - reference.floor
 
 
 def largest_change(score: GroupScore, single: GroupScore | None, contrast: Contrast) -> Change | None:
-    """The task that changes most, in units of the tasks' spans from floor to ceiling.
+    """The task that changes most, in units of the tasks' spans from floor to expert.
 
     A change counts if it is at least .05 of the span and a paired t test over runs finds it, at 5 % with
     Holm's correction over the tasks; a single run has no test, and counts. Tasks without a span count only if
@@ -129,7 +129,7 @@ def largest_change(score: GroupScore, single: GroupScore | None, contrast: Contr
 
 
 def highlights(score: GroupScore, single: GroupScore | None = None) -> list[str]:
-    """Sentences on one group: its largest changes, and its unsolved tasks. Empty if there are none.
+    """Sentences on one group: its largest changes, and its open tasks. Empty if there are none.
 
     Args:
         score: the group's sequential scores.
@@ -140,7 +140,7 @@ def highlights(score: GroupScore, single: GroupScore | None = None) -> list[str]
         if change := largest_change(score, single, contrast):
             means = (f"{value:.0f}" for value in (change.before, change.after))
             sentences.append(contrast.sentence.format(task_name(change.task), *means))
-    unsolved = [task_name(row.task) for row in score.paper_table if score.reference[row.task].unsolved]
-    if unsolved:
-        sentences.append(f"unsolved, left out of normalized means: {', '.join(unsolved)}")
+    open_tasks = [task_name(row.task) for row in score.paper_table if score.reference[row.task].open]
+    if open_tasks:
+        sentences.append(f"open (no expert), left out of normalized means: {', '.join(open_tasks)}")
     return sentences

@@ -15,7 +15,7 @@ from itertools import combinations, pairwise
 import numpy as np
 
 from gym_extensions.catalog.groups import GROUPS, SUITES
-from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS, PROTOCOLS
+from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS, PROTOCOLS, STANDARD_BUDGET
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.review import LEVELS, REPORTED, VERIFIED, Level
 from gym_extensions.scoring.boards import (
@@ -28,17 +28,17 @@ from gym_extensions.scoring.boards import (
     ComparedScore,
     ComparedScores,
     Comparison,
+    ComputedEntry,
     Difference,
-    FloorEntry,
     Pair,
     VersusLeader,
     VersusNext,
     board_keys,
     lookup,
 )
-from gym_extensions.scoring.metrics import METRICS, Metric, MetricValue, learned_nothing
-from gym_extensions.scoring.references import References, load_references
-from gym_extensions.scoring.returns import FROM_FLOORS, NEEDS, floor_values
+from gym_extensions.scoring.metrics import BOARD_METRICS, METRICS, Metric, MetricValue, learned_nothing
+from gym_extensions.scoring.references import ALONE, RULERS, References, load_references
+from gym_extensions.scoring.returns import FROM_FLOORS, NEEDS, alone_values, floor_values
 from gym_extensions.scoring.scorecard import GroupScore, Scorecard, SuiteScore
 from gym_extensions.scoring.scorer import estimate
 from gym_extensions.scoring.signs import SHARE, Sketch, is_common
@@ -54,9 +54,11 @@ from gym_extensions.scoring.statistics import (
 )
 
 NOTHING_LEARNED = "nothing learned to forget"
-FORGETTING = ("forgetting", "worst_case_forgetting", "mean_later_forgetting")
+FORGETTING = "forgetting"
 FLOORS = {"random": "Random actions", "zero": "Zero actions"}
 """The agents of the floor, by name, with their titles."""
+ALONE_TITLE = "Each task alone"
+"""The title of the reference agent that was trained on each task alone."""
 MAX_PAIRED = 60
 """Entries of a board whose differences it lists."""
 LAST_DATE = "9999"
@@ -198,28 +200,36 @@ def _pairs(entries: Sequence[BoardEntry], summaries: Summaries) -> tuple[Pair, .
     return tuple(pairs)
 
 
-def _floors(
+def _computed(
     key: BoardKey, references: References, tasks: Mapping[str, Sequence[str]]
-) -> tuple[FloorEntry, ...]:
-    """The agents of the floor on a board; none where a task has no reference.
+) -> tuple[ComputedEntry, ...]:
+    """The reference agent on each task alone, and the agents of the floor, as far as they are known.
 
     Args:
         key: the board.
-        references: floors and ceilings.
+        references: floors and experts.
         tasks: the task ids of the groups of the board, by group id.
     """
     entries = []
+    if key.budget == STANDARD_BUDGET and references.version != RULERS[ALONE]:
+        groups = [tasks[group] for group in key.groups]
+        if alone := alone_values(groups, references, key.protocol):
+            rows = {
+                name: BoardMetric(value.mean, value.low, value.high, value.why)
+                for name, value in alone.items()
+            }
+            entries.append(ComputedEntry(ALONE, ALONE_TITLE, rows))
     for name, title in FLOORS.items():
         values = [floor_values(name, tasks[group], references, key.protocol) for group in key.groups]
         if not all(values):
             continue
         metrics = {}
-        for metric in METRICS[key.protocol]:
+        for metric in BOARD_METRICS[key.protocol]:
             means = [each[metric.name].mean for each in values]
             present = [mean for mean in means if mean is not None]
             mean = sum(present) / len(present) if len(present) == len(means) else None
             metrics[metric.name] = BoardMetric(mean, None, None, FROM_FLOORS)
-        entries.append(FloorEntry(name, title, metrics))
+        entries.append(ComputedEntry(name, title, metrics))
     return tuple(entries)
 
 
@@ -255,7 +265,7 @@ def _why_not_ranked(
 
 def _rank_note(card: Scorecard, key: BoardKey, metric: Metric, is_unlearned: bool) -> str:
     """Why an entry with a rank has none on this metric; empty if it has one."""
-    if is_unlearned and metric.name in FORGETTING:
+    if is_unlearned and metric.name == FORGETTING:
         return NOTHING_LEARNED
     for protocol in metric.needs:
         if protocol in PROTOCOLS and not _is_verified(board_level(card, key, protocol)):
@@ -272,7 +282,7 @@ def _entry(
 ) -> BoardEntry:
     logs = [card.groups[name][key.protocol] for name in key.groups]
     runs = min(len(log.runs) for log in logs)
-    level, metrics = board_level(card, key), METRICS[key.protocol]
+    level, metrics = board_level(card, key), BOARD_METRICS[key.protocol]
     claimed = next(filter(None, (log.why_claimed for log in logs)), "not verified.")
     why = _why_not_ranked(level, claimed, runs, score.metrics[metrics[0].name], duplicate)
     is_unlearned = learned_nothing(score.metrics)
@@ -352,13 +362,13 @@ def board(cards: Sequence[Scorecard], key: BoardKey, references: References | No
     Args:
         cards: scorecards; those that are not on the board are left out.
         key: the board.
-        references: of the rows of the floors; the current benchmark version's where None.
+        references: of the computed rows; the current benchmark version's where None.
     """
     references = load_references() if references is None else references
     on_board = [(card, score) for card in cards if (score := lookup(card, key)) is not None]
     by_name = {card.name: card for card, _ in on_board}
     duplicates, related = _duplicates(list(by_name.values()), key), related_entries(by_name)
-    first, *others = METRICS[key.protocol]
+    first, *others = BOARD_METRICS[key.protocol]
     entries = _sorted(
         [_entry(card, key, score, duplicates.get(card.name), related[card.name]) for card, score in on_board],
         first.name,
@@ -396,7 +406,11 @@ def board(cards: Sequence[Scorecard], key: BoardKey, references: References | No
         task_conditioned=key.task_conditioned,
         ranked=sum(entry.ranked for entry in entries),
         rows=rows,
-        floors=_floors(key, references, tasks) if tasks else (),
+        computed=tuple(
+            entry
+            for entry in (_computed(key, references, tasks) if tasks else ())
+            if entry.name != ALONE or ALONE not in by_name
+        ),
         pairs=_pairs(entries, summaries),
     )
 
@@ -406,7 +420,7 @@ def boards(cards: Sequence[Scorecard], references: References | None = None) -> 
 
     Args:
         cards: scorecards.
-        references: of the rows of the floors; the current benchmark version's where None.
+        references: of the computed rows; the current benchmark version's where None.
     """
     references = load_references() if references is None else references
     shown = [card for card in cards if not card.withdrawn]

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Annotated
@@ -28,7 +28,7 @@ class Run:
 
     Attributes:
         T: number of tasks of the group.
-        scored: positions j of the tasks that are not unsolved.
+        scored: positions j of the tasks that are not open.
         normalized_returns: p[s][j] by (s, j).
         final_episodes: normalized returns of the evaluation episodes at stage T, by j.
         single_task: p_single[j] by j.
@@ -59,23 +59,44 @@ class Metric:
         name: its key in scorecards.
         title: its name on pages.
         formula: its definition as text.
-        function: the same for one run; None where the value is not a function of one run (joint gap).
+        terms: what it is the mean of, for one run: the position j of a task, and a value of that task. None
+            where the value is not a function of one run (joint gap).
         better: ``higher``, ``lower`` or empty (not ranked).
         protocols: the protocols that it is a metric of.
         needs: files without ``.csv`` that it needs besides the protocol's own log.
         known_as: other names of the same formula.
         limits: what its value does not say.
+        on_boards: whether boards have it; else it is on the page of an entry and in the scorecard alone.
     """
 
     name: str
     title: str
     formula: str
-    function: Callable[[Run], Number] | None
+    terms: Callable[[Run], Iterable[tuple[int, float]]] | None
     better: str
     protocols: tuple[str, ...] = ("sequential",)
     needs: tuple[str, ...] = ()
     known_as: str = ""
     limits: str = ""
+    on_boards: bool = True
+
+    @property
+    def function(self) -> Callable[[Run], Number] | None:
+        """The value for one run; None where it is not a function of one run."""
+        terms = self.terms
+        return None if terms is None else lambda run: mean(value for _, value in terms(run))
+
+    def shares(self, run: Run) -> dict[int, float]:
+        """What each task adds to the value of one run, by j: their sum is the value.
+
+        Every share is proportional to the task's scores, so that an error of the span from floor to expert
+        by one per cent changes it by one per cent.
+        """
+        terms = list(self.terms(run)) if self.terms else []
+        shares: dict[int, list[float]] = {j: [] for j, _ in terms}
+        for j, value in terms:
+            shares[j].append(value)
+        return {j: math.fsum(values) / len(terms) for j, values in shares.items()}
 
 
 HIGHER, LOWER, NOT_RANKED = "higher", "lower", ""
@@ -83,6 +104,10 @@ HIGHER, LOWER, NOT_RANKED = "higher", "lower", ""
 
 def _later_forgetting(run: Run, j: int) -> Number:
     return mean(run.p(j, j) - run.p(s, j) for s in range(j + 1, run.T + 1))
+
+
+def _last_task(run: Run, value: Callable[[int], float]) -> list[tuple[int, float]]:
+    return [(run.T, value(run.T))] if run.T in run.scored else []
 
 
 def _lowest_tenth(values: tuple[float, ...]) -> float:
@@ -93,7 +118,7 @@ FINAL = Metric(
     "final_performance",
     "Final performance",
     "mean over j of p[T][j]",
-    lambda run: mean(run.p(run.T, j) for j in run.scored),
+    lambda run: ((j, run.p(run.T, j)) for j in run.scored),
     HIGHER,
     protocols=("sequential", "joint"),
     known_as="ACC, average performance; the paper's Fully Trained",
@@ -115,7 +140,7 @@ TABLE = (
         "learning_performance",
         "Learning performance",
         "mean over j of p[j][j]",
-        lambda run: mean(run.p(j, j) for j in run.scored),
+        lambda run: ((j, run.p(j, j)) for j in run.scored),
         HIGHER,
         known_as="the paper's After Env Training",
         limits="What is left at the end.",
@@ -124,7 +149,7 @@ TABLE = (
         "forgetting",
         "Forgetting",
         "mean over j < T of ( p[j][j] − p[T][j] )",
-        lambda run: mean(run.p(j, j) - run.p(run.T, j) for j in run.scored if j < run.T),
+        lambda run: ((j, run.p(j, j) - run.p(run.T, j)) for j in run.scored if j < run.T),
         LOWER,
         known_as="minus backward transfer (Lopez-Paz & Ranzato 2017)",
         limits="Whether anything was learned; and gains on one task cancel losses on another.",
@@ -133,28 +158,30 @@ TABLE = (
         "worst_case_forgetting",
         "Worst-case forgetting",
         "mean over j < T of ( max over j ≤ s < T of p[s][j] − p[T][j] )",
-        lambda run: mean(
-            max(run.p(s, j) for s in range(j, run.T)) - run.p(run.T, j) for j in run.scored if j < run.T
+        lambda run: (
+            (j, max(run.p(s, j) for s in range(j, run.T)) - run.p(run.T, j)) for j in run.scored if j < run.T
         ),
         LOWER,
         known_as="Chaudhry et al. 2018, whose maximum is over 1 ≤ s < T; "
         "a maximum over noisy means is biased upward",
         limits="A typical loss. It takes the best stage, so noise raises it.",
+        on_boards=False,
     ),
     Metric(
         "mean_later_forgetting",
         "Mean later forgetting",
         "mean over j < T of the mean over s > j of ( p[j][j] − p[s][j] )",
-        lambda run: mean(value for j in run.scored if (value := _later_forgetting(run, j)) is not None),
+        lambda run: ((j, value) for j in run.scored if (value := _later_forgetting(run, j)) is not None),
         LOWER,
         known_as="NBT (LIBERO; there over T)",
         limits="The state at the end: losses in between count as much.",
+        on_boards=False,
     ),
     Metric(
         "asymptotic_transfer",
         "Asymptotic transfer",
         "mean over j ≥ 2 of ( p[j][j] − p_single[j] )",
-        lambda run: mean(run.p(j, j) - run.single_task[j] for j in run.scored if j >= 2),
+        lambda run: ((j, run.p(j, j) - run.single_task[j]) for j in run.scored if j >= 2),
         HIGHER,
         needs=("single",),
         known_as="Taylor & Stone 2009",
@@ -164,7 +191,7 @@ TABLE = (
         "zero_shot_transfer",
         "Zero-shot transfer",
         "mean over j ≥ 2 of ( p[j−1][j] − p[0][j] )",
-        lambda run: mean(run.p(j - 1, j) - run.p(0, j) for j in run.scored if j >= 2),
+        lambda run: ((j, run.p(j - 1, j) - run.p(0, j)) for j in run.scored if j >= 2),
         HIGHER,
         known_as="FWT (Lopez-Paz & Ranzato 2017); jumpstart",
         limits="Whether a gain is due to similar tasks or to any training at all.",
@@ -173,7 +200,7 @@ TABLE = (
         "generalization_to_unseen_tasks",
         "Generalization to unseen tasks",
         "mean over 0 < s < j of ( p[s][j] − p[0][j] )",
-        lambda run: mean(run.p(s, j) - run.p(0, j) for j in run.scored for s in range(1, j)),
+        lambda run: ((j, run.p(s, j) - run.p(0, j)) for j in run.scored for s in range(1, j)),
         HIGHER,
         known_as="the upper triangle of the matrix",
         limits="Anything about tasks outside of the group.",
@@ -182,7 +209,7 @@ TABLE = (
         "forward_transfer_auc",
         "Forward transfer (AUC)",
         "mean over j ≥ 2 of ( AUC_j − AUC_single,j )",
-        lambda run: mean(run.auc[j] - run.single_task_auc[j] for j in run.scored if j >= 2),
+        lambda run: ((j, run.auc[j] - run.single_task_auc[j]) for j in run.scored if j >= 2),
         HIGHER,
         needs=("single", "curves"),
         known_as="the numerator of Continual World's FT",
@@ -192,27 +219,29 @@ TABLE = (
         "average_lower_triangle",
         "Average of the lower triangle",
         "mean over all s ≥ j ≥ 1 of p[s][j]",
-        lambda run: mean(run.p(s, j) for j in run.scored for s in range(j, run.T + 1)),
+        lambda run: ((j, run.p(s, j)) for j in run.scored for s in range(j, run.T + 1)),
         HIGHER,
         known_as="A of Díaz-Rodríguez et al. 2018",
         limits="Learning and retention apart: it mixes both.",
+        on_boards=False,
     ),
     JOINT_GAP,
     Metric(
         "return_std",
         "Return standard deviation",
         "mean over j of the population standard deviation of the 20 normalized returns at stage T",
-        lambda run: mean(standard_deviation(run.final_episodes[j]) for j in run.scored),
+        lambda run: ((j, standard_deviation(run.final_episodes[j])) for j in run.scored),
         NOT_RANKED,
         protocols=("sequential", "joint"),
         known_as="the paper's constrained variance; small also for a policy that fails at once",
         limits="Whether returns are good: failing at once every time has a small deviation.",
+        on_boards=False,
     ),
     Metric(
         "cvar_10",
         "CVaR 10\N{NO-BREAK SPACE}%",
         "mean over j of the mean of the ⌈n/10⌉ lowest normalized returns at stage T",
-        lambda run: mean(_lowest_tenth(run.final_episodes[j]) for j in run.scored),
+        lambda run: ((j, _lowest_tenth(run.final_episodes[j])) for j in run.scored),
         HIGHER,
         protocols=("sequential", "joint"),
         known_as="conditional value at risk, expected shortfall; worst tenth",
@@ -222,25 +251,27 @@ TABLE = (
         "practice",
         "Practice",
         "p_cumulative[T] − p_single[T]",
-        lambda run: run.cumulative[run.T] - run.single_task[run.T] if run.T in run.scored else None,
+        lambda run: _last_task(run, lambda j: run.cumulative[j] - run.single_task[j]),
         NOT_RANKED,
         needs=("single", "cumulative"),
         limits="Whether the earlier tasks helped: both policies saw the last task alone.",
+        on_boards=False,
     ),
     Metric(
         "transfer_at_equal_practice",
         "Transfer at equal practice",
         "p[T][T] − p_cumulative[T]",
-        lambda run: run.p(run.T, run.T) - run.cumulative[run.T] if run.T in run.scored else None,
+        lambda run: _last_task(run, lambda j: run.p(j, j) - run.cumulative[j]),
         NOT_RANKED,
         needs=("cumulative",),
         limits="Any task but the last.",
+        on_boards=False,
     ),
     Metric(
         "last_task_performance",
         "Last-task performance",
         "p_cumulative[T]",
-        lambda run: run.p(run.T, run.T) if run.T in run.scored else None,
+        lambda run: _last_task(run, lambda j: run.p(j, j)),
         NOT_RANKED,
         protocols=("cumulative",),
         limits="Any task but the last, which alone was trained.",
@@ -249,7 +280,7 @@ TABLE = (
         "single_task_performance",
         "Single-task performance",
         "mean over j of p_single[j]",
-        lambda run: mean(run.single_task[j] for j in run.scored),
+        lambda run: ((j, run.single_task[j]) for j in run.scored),
         HIGHER,
         protocols=("single",),
         known_as="the paper's Single Env",
@@ -262,6 +293,11 @@ METRICS: dict[str, tuple[Metric, ...]] = {
     protocol: tuple(metric for metric in TABLE if protocol in metric.protocols) for protocol in PROTOCOLS
 }
 """The metrics of each protocol in the order of the table; the first one sorts the protocol's boards."""
+
+BOARD_METRICS = {
+    protocol: tuple(metric for metric in metrics if metric.on_boards) for protocol, metrics in METRICS.items()
+}
+"""The metrics of each protocol that boards have."""
 
 BY_NAME = {metric.name: metric for metric in TABLE}
 
@@ -285,11 +321,20 @@ class MetricValue:
         ),
     ] = ()
     why: Annotated[str, about("why the mean or the interval is null, as a sentence; else empty")] = ""
+    anchors: Annotated[
+        tuple[float, ...],
+        about(
+            "what the error of each task's expert adds to the standard error of the mean, with a sign, by "
+            "position in `tasks`; empty without such errors and in suites"
+        ),
+    ] = ()
 
     @classmethod
-    def of(cls, interval: Interval, runs: tuple[float, ...] = (), why: str = "") -> MetricValue:
+    def of(
+        cls, interval: Interval, runs: tuple[float, ...] = (), why: str = "", anchors: tuple[float, ...] = ()
+    ) -> MetricValue:
         """The value of an interval over runs."""
-        return cls(interval.mean, interval.low, interval.high, runs, why)
+        return cls(interval.mean, interval.low, interval.high, runs, why, anchors)
 
     @property
     def ends(self) -> tuple[float, float] | None:

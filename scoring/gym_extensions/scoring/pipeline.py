@@ -23,6 +23,7 @@ from gym_extensions.scoring.references import (
     add_references,
     load_references,
     read_references,
+    references_of_ruler,
     require_references,
 )
 from gym_extensions.scoring.scorecard import ReferencesInfo, Scorecard, ScorecardDocument
@@ -40,7 +41,7 @@ class Scorer:
     """Scores one folder; can be sent to another process.
 
     Args:
-        references: floors and ceilings.
+        references: floors and experts.
         groups: the groups that a submission may contain, by name.
         only: names of the groups that are read and scored; all if empty.
     """
@@ -67,6 +68,7 @@ def make_scorer(
     groups: Iterable[str | Path | TaskGroup] = (),
     references: str | Path | None = None,
     only: Sequence[str] = (),
+    ruler: str | None = None,
 ) -> Scorer:
     """Scores with the published groups and references, and with the user's own.
 
@@ -74,11 +76,12 @@ def make_scorer(
         groups: custom groups: TOML files or TaskGroup objects.
         references: the references file of the custom groups' tasks, which must have all of them.
         only: names or ids of the groups that are read and scored; all if empty.
+        ruler: ``alone``, where 1 is the reference agent on each task alone; None for that of the boards.
 
     Raises:
-        BenchError: a group or the file is invalid, or there is no group of that name.
+        BenchError: a group or the file is invalid, or there is no group or ruler of that name.
     """
-    known, scored = load_references(), with_custom(groups)
+    known, scored = references_of_ruler(ruler), with_custom(groups)
     if references is not None:
         known = add_references(known, read_references(Path(references)))
         for group in scored.values():
@@ -152,7 +155,7 @@ def score_folders(
 
     Args:
         paths: submissions, or folders of submissions.
-        references: floors and ceilings; the current benchmark version's where None.
+        references: floors and experts; the current benchmark version's where None.
         groups: the groups that a submission may contain, by name; the published ones where None.
 
     Raises:

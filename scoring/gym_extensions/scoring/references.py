@@ -1,4 +1,4 @@
-"""Frozen floors and ceilings that normalize returns. 0 ignores observations, 1 is the reference agent."""
+"""Frozen floors and experts that normalize returns. 0 ignores observations, 1 is the task's expert."""
 
 from __future__ import annotations
 
@@ -6,56 +6,72 @@ import hashlib
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
-from typing import Literal
 
-import msgspec
+from gym_extensions.catalog.protocol import STANDARD_BUDGET
+from gym_extensions.errors import BenchError, did_you_mean
+from gym_extensions.experts.references import CURRENT, REFERENCES, Expert, parse_file
 
-from gym_extensions.errors import BenchError
-
-REFERENCES = Path(__file__).parent / "references_data"
-CURRENT = "1"
-"""The benchmark version whose references normalize every score."""
+ALONE = "alone"
+RULERS = {ALONE: "1"}
+"""Other rulers of ``score --ruler``, and the version of their references. In ``alone``, 1 is the reference
+agent after 300,000 steps on the task alone; in navigation it is the planner in both."""
 
 
 @dataclass(frozen=True)
 class Reference:
-    """A task's floor and ceiling in raw returns; a task that no agent has learned has no ceiling.
+    """A task's floor and expert in raw returns; an *open* task has no expert.
 
     Attributes:
         floor: the higher mean return of the two agents that ignore observations.
-        ceiling: the mean return of the reference agent; None if unsolved.
-        unsolved: whether the reference agent did not learn the task.
+        expert: the mean return of the expert; None if the task is open.
         agents: the mean return of both agents of the floor, ``random`` and ``zero``; empty if not known.
+        standard_error: of the expert's mean return.
+        df: degrees of freedom of this standard error; 0 if it is not known.
+        provisional: why the expert does not do what the task is for; empty if it does.
 
     Raises:
-        ValueError: a number is not finite, a solved task has no ceiling above its floor, or an unsolved one
-            has a ceiling.
+        ValueError: a number is not finite, a standard error is not one, or the expert is not above the floor.
     """
 
     floor: float
-    ceiling: float | None
-    unsolved: bool
+    expert: float | None
     agents: Mapping[str, float] = field(default_factory=dict)
+    standard_error: float = 0.0
+    df: float = 0.0
+    provisional: str = ""
 
     def __post_init__(self) -> None:
-        numbers = (self.floor, *self.agents.values(), *(() if self.ceiling is None else (self.ceiling,)))
-        if not all(map(math.isfinite, numbers)):
-            raise ValueError(f"a return is not finite: {self}")
-        if self.unsolved and self.ceiling is not None:
-            raise ValueError(f"it is unsolved and has a ceiling of {self.ceiling}")
-        if not self.unsolved and (self.ceiling is None or self.ceiling <= self.floor):
-            raise ValueError(f"the ceiling, {self.ceiling}, is not above the floor, {self.floor}")
+        expert = () if self.expert is None else (self.expert,)
+        if not all(map(math.isfinite, (self.floor, self.standard_error, *self.agents.values(), *expert))):
+            raise ValueError(f"a number is not finite: {self}")
+        if self.standard_error < 0 or (self.standard_error > 0 and self.df < 1):
+            raise ValueError(
+                f"the standard error is {self.standard_error}, with {self.df} degrees of freedom"
+            )
+        if self.expert is not None and self.expert <= self.floor:
+            raise ValueError(f"the expert, {self.expert}, is not above the floor, {self.floor}")
+
+    @property
+    def open(self) -> bool:
+        """Whether no expert is known that is clearly better than the floor."""
+        return self.expert is None
+
+    @property
+    def relative_error(self) -> float:
+        """The expert's standard error in spans from floor to expert; 0 for an open task."""
+        return 0.0 if self.expert is None else self.standard_error / (self.expert - self.floor)
 
     def normalize(self, value: float) -> float:
-        """(value − floor) / (ceiling − floor), not clipped. Raises ValueError for an unsolved task."""
+        """(value − floor) / (expert − floor), not clipped. Raises ValueError for an open task."""
         return self.normalize_all([value])[0]
 
     def normalize_all(self, values: Iterable[float]) -> list[float]:
-        """Every value normalized. Raises ValueError for an unsolved task."""
-        if self.ceiling is None:
-            raise ValueError("An unsolved task has no normalized return.")
-        floor, span = self.floor, self.ceiling - self.floor
+        """Every value normalized. Raises ValueError for an open task."""
+        if self.expert is None:
+            raise ValueError("An open task has no normalized return.")
+        floor, span = self.floor, self.expert - self.floor
         return [(value - floor) / span for value in values]
 
 
@@ -72,42 +88,25 @@ class References:
         return [task for task in task_ids if task not in self.tasks]
 
 
-class _Mean(msgspec.Struct):
-    mean: float
-
-
-class _Floor(_Mean):
-    agents: dict[str, _Mean] = {}
-
-
-class _Task(msgspec.Struct):
-    floor: _Floor
-    unsolved: bool = False
-    ceiling: _Mean | msgspec.UnsetType | None = msgspec.UNSET
-
-
-class _File(msgspec.Struct):
-    format: Literal[1]
-    version: str
-    tasks: dict[str, _Task]
-
-
 def parse_references(data: bytes) -> References:
-    """The references of a JSON file of format 1 (docs/metrics.md). Tasks without a key ``ceiling`` are left
-    out: their reference runs are not measured yet.
+    """The references of a JSON file (docs/metrics.md).
 
     Raises:
         ValueError: another format, or a task's numbers are not those of a reference; the text says which.
     """
-    document = msgspec.json.decode(data, type=_File)
+    document = parse_file(data)
     tasks = {}
     for name, task in document.tasks.items():
-        if task.ceiling is msgspec.UNSET:
-            continue
-        ceiling = None if task.ceiling is None else task.ceiling.mean
-        agents = {agent: value.mean for agent, value in task.floor.agents.items()}
+        agents, expert = {agent: value.mean for agent, value in task.floor.agents.items()}, task.expert
         try:
-            tasks[name] = Reference(task.floor.mean, ceiling, task.unsolved, agents)
+            tasks[name] = (
+                Reference(task.floor.mean, None, agents)
+                if expert is None
+                else Reference(
+                    *(task.floor.mean, expert.mean, agents),
+                    *(expert.standard_error, expert.df, expert.provisional),
+                )
+            )
         except ValueError as error:
             raise ValueError(f"{name}: {error}") from error
     return References(document.version, tasks, hashlib.sha256(data).hexdigest())
@@ -145,7 +144,7 @@ def require_references(references: References, group: str, task_ids: Sequence[st
     """Checks that every task of a group has a reference.
 
     Args:
-        references: floors and ceilings.
+        references: floors and experts.
         group: the group's name.
         task_ids: its tasks.
         path: the file that should have them, for the error.
@@ -155,7 +154,7 @@ def require_references(references: References, group: str, task_ids: Sequence[st
     """
     missing = references.missing(task_ids)
     if missing:
-        message = f"It has no floor and ceiling for {missing[0]} of group {group}."
+        message = f"It has no floor and expert for {missing[0]} of group {group}."
         hint = "Measure it with: gym-extensions maintain references."
         raise BenchError("missing-reference", message, path, hint)
 
@@ -168,3 +167,25 @@ def load_references(version: str = CURRENT) -> References:
     """
     path = REFERENCES / f"{version}.json"
     return read_references(path) if path.exists() else References(version, {})
+
+
+def references_of_ruler(name: str | None) -> References:
+    """The references of a ruler of ``score --ruler``; the current benchmark version's where None.
+
+    Raises:
+        BenchError: there is no such ruler.
+    """
+    if name is not None and name not in RULERS:
+        raise BenchError(
+            "unknown-ruler", f"There is no ruler {name!r}.", "--ruler", did_you_mean(name, RULERS)
+        )
+    return load_references() if name is None else load_references(RULERS[name])
+
+
+@cache
+def trained_alone() -> Mapping[str, Expert]:
+    """The reference agent after 300,000 steps on a task alone: the runs of version 1, by task id."""
+    path = REFERENCES / f"{RULERS[ALONE]}.json"
+    tasks = parse_file(path.read_bytes()).tasks if path.exists() else {}
+    found = {name: task.expert or task.attempts or None for name, task in tasks.items()}
+    return {name: each for name, each in found.items() if each and each.budget == STANDARD_BUDGET}

@@ -14,9 +14,18 @@ from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import BUDGETS, EVALUATION_EPISODES, stages
 from gym_extensions.rollouts.submission import SubmittedGroup
 from gym_extensions.rollouts.tables import Log
-from gym_extensions.scoring.metrics import FINAL, JOINT_GAP, METRICS, Metric, MetricValue, Run, area
-from gym_extensions.scoring.references import Reference, References
-from gym_extensions.scoring.statistics import difference, interval
+from gym_extensions.scoring.metrics import (
+    BOARD_METRICS,
+    FINAL,
+    JOINT_GAP,
+    METRICS,
+    Metric,
+    MetricValue,
+    Run,
+    area,
+)
+from gym_extensions.scoring.references import Reference, References, trained_alone
+from gym_extensions.scoring.statistics import Summary, mean_of_groups, subtract, summary, with_anchors
 
 Returns = NDArray[np.float64]
 Cells = list[list[list[list[float]]]]
@@ -143,9 +152,7 @@ def normalized_runs(results: Results, references: References, protocol: str) -> 
     ``single_task`` and the areas are filled in where the log has a single log or curves beside it.
     """
     ids = results.group.task_ids
-    scored = {
-        j: reference for j, task in enumerate(ids, 1) if not (reference := references.tasks[task]).unsolved
-    }
+    scored = {j: reference for j, task in enumerate(ids, 1) if not (reference := references.tasks[task]).open}
     T = len(ids)
     single = dict(zip(results.runs.get("single", ()), results.means.get("single", ()), strict=True))
     cumulative = dict(
@@ -186,8 +193,8 @@ def normalized_runs(results: Results, references: References, protocol: str) -> 
 
 
 ONE_RUN = "One run has no interval."
-ALL_UNSOLVED = "Every task of this group is unsolved: no reference agent has learned it."
-NO_TERM = "No task with a ceiling meets the formula's condition on j."
+ALL_OPEN = "Every task of this group is open: no expert is known that is clearly better than the floor."
+NO_TERM = "No task with an expert meets the formula's condition on j."
 TOO_FEW_POINTS = "A training curve that it needs is missing or has fewer than 10 points."
 FROM_FLOORS = "Computed from the mean returns of the floors, which have no runs and no curves."
 NEEDS = {
@@ -206,8 +213,14 @@ def missing_words(needs: Iterable[str], results: Results) -> list[str]:
     return [NEEDS[name] for name in needs if name not in present]
 
 
-def over_runs(metric: Metric, runs: list[Run]) -> MetricValue:
-    """The value of a metric over runs, or why there is none."""
+def over_runs(metric: Metric, runs: list[Run], tasks: Sequence[Reference] = ()) -> MetricValue:
+    """The value of a metric over runs, or why there is none.
+
+    Args:
+        metric: a metric that is a function of one run.
+        runs: the normalized runs.
+        tasks: the references of the group's tasks; without them the interval is that over the runs.
+    """
     values: list[float] = []
     for run in runs:
         try:
@@ -215,17 +228,41 @@ def over_runs(metric: Metric, runs: list[Run]) -> MetricValue:
         except KeyError:
             return MetricValue(why=TOO_FEW_POINTS)
         if value is None:
-            return MetricValue(why=NO_TERM if run.scored else ALL_UNSOLVED)
+            return MetricValue(why=NO_TERM if run.scored else ALL_OPEN)
         values.append(value)
-    return MetricValue.of(interval(values), tuple(values), ONE_RUN if len(values) == 1 else "")
+    anchors = anchor_errors(metric, runs, tasks)
+    whole = with_anchors(summary(values), anchor_terms(anchors, tasks))
+    return MetricValue.of(whole, tuple(values), ONE_RUN if len(values) == 1 else "", anchors)
 
 
-def joint_gap(final: MetricValue, joint: MetricValue) -> MetricValue:
+def anchor_errors(metric: Metric, runs: Sequence[Run], tasks: Sequence[Reference]) -> tuple[float, ...]:
+    """What the error of each task's expert adds to the standard error of a metric's mean over runs.
+
+    By the delta method it is the task's share of the mean times the expert's standard error in spans: of
+    final performance, mean(p[T][j]) / T · standard error / (expert − floor). It has the share's sign.
+
+    Returns:
+        One number per task; empty if no expert has an error.
+    """
+    if not any(task.relative_error for task in tasks):
+        return ()
+    shares = [metric.shares(run) for run in runs]
+    means = [math.fsum(share.get(j, 0.0) for share in shares) / len(shares) for j in range(1, len(tasks) + 1)]
+    return tuple(share * task.relative_error for share, task in zip(means, tasks, strict=True))
+
+
+def anchor_terms(errors: Sequence[float], tasks: Sequence[Reference]) -> list[tuple[float, float]]:
+    """The squared errors of :func:`anchor_errors` with their degrees of freedom."""
+    return [(error * error, task.df) for error, task in zip(errors, tasks, strict=False)]
+
+
+def joint_gap(final: MetricValue, joint: MetricValue, tasks: Sequence[Reference] = ()) -> MetricValue:
     """Joint minus sequential final performance. Runs are not paired, so the interval is Welch's."""
     if not final.runs or not joint.runs:
         return MetricValue(why=final.why or joint.why)
-    gap = difference(joint.runs, final.runs)
-    return MetricValue.of(gap, why=ONE_RUN if gap.low is None else "")
+    anchors = tuple(b - a for a, b in zip(final.anchors, joint.anchors, strict=True))
+    gap = with_anchors(subtract(summary(joint.runs), summary(final.runs)), anchor_terms(anchors, tasks))
+    return MetricValue.of(gap, (), ONE_RUN if gap.low is None else "", anchors)
 
 
 def no_reference(task_ids: Sequence[str], references: References) -> str:
@@ -238,7 +275,7 @@ def no_reference(task_ids: Sequence[str], references: References) -> str:
         return ""
     share = f"{len(missing)} of {len(task_ids)} tasks"
     return (
-        f"No reference agent was trained on {share} (references version {references.version}), "
+        f"{share} have no floor and expert in version {references.version} of the references, "
         f"{missing[0]} among them."
     )
 
@@ -250,11 +287,12 @@ def metric_values(
 
     Args:
         results: the group's raw returns.
-        references: floors and ceilings.
+        references: floors and experts.
         protocol: ``sequential``, ``single``, ``joint`` or ``cumulative``.
         runs: the protocol's normalized runs; empty where a task of the group has no reference.
     """
     unknown = no_reference(results.group.task_ids, references)
+    tasks = [] if unknown else [references.tasks[task] for task in results.group.task_ids]
     values: dict[str, MetricValue] = {}
     for metric in METRICS[protocol]:
         missing = missing_words(metric.needs, results)
@@ -262,13 +300,13 @@ def metric_values(
         if why:
             values[metric.name] = MetricValue(why=why)
         elif metric.function is None:
-            joint = over_runs(FINAL, normalized_runs(results, references, "joint"))
-            values[metric.name] = joint_gap(values[FINAL.name], joint)
+            joint = over_runs(FINAL, normalized_runs(results, references, "joint"), tasks)
+            values[metric.name] = joint_gap(values[FINAL.name], joint, tasks)
         elif "cumulative" in metric.needs:  # made for some runs of the sequence only
-            paired = over_runs(metric, [run for run in runs if run.cumulative])
+            paired = over_runs(metric, [run for run in runs if run.cumulative], tasks)
             values[metric.name] = replace(paired, runs=())
         else:
-            values[metric.name] = over_runs(metric, runs)
+            values[metric.name] = over_runs(metric, runs, tasks)
     return values
 
 
@@ -283,7 +321,7 @@ def floor_values(
     Args:
         agent: ``random`` or ``zero``.
         task_ids: the group's tasks.
-        references: floors and ceilings, with the agent's mean return of each task.
+        references: floors and experts, with the agent's mean return of each task.
         protocol: ``sequential``, ``single``, ``joint`` or ``cumulative``.
 
     Returns:
@@ -292,7 +330,7 @@ def floor_values(
     known = [references.tasks.get(task) for task in task_ids]
     if any(reference is None or agent not in reference.agents for reference in known):
         return {}
-    solved = {j: each for j, each in enumerate(known, 1) if each is not None and not each.unsolved}
+    solved = {j: each for j, each in enumerate(known, 1) if each is not None and not each.open}
     p = {j: reference.normalize(reference.agents[agent]) for j, reference in solved.items()}
     T = len(task_ids)
     stages = {(s, j): value for s in range(T + 1) for j, value in p.items()}
@@ -306,4 +344,63 @@ def floor_values(
         except KeyError:
             return None
 
-    return {metric.name: MetricValue(value(metric), why=FROM_FLOORS) for metric in METRICS[protocol]}
+    return {metric.name: MetricValue(value(metric), why=FROM_FLOORS) for metric in BOARD_METRICS[protocol]}
+
+
+ALONE_METRICS = ("final_performance", "single_task_performance")
+"""The metrics that the reference agent has that was trained on every task alone."""
+ONLY_FINAL = "It was trained on every task alone: only its returns at the end are known."
+
+
+def alone_summaries(task_ids: Sequence[str], references: References) -> dict[str, Summary] | None:
+    """The score of the reference agent that was trained on each task alone, by task id, over its runs.
+
+    Returns:
+        None where a task has no reference or no such runs; without open tasks otherwise.
+    """
+    known = trained_alone()
+    if any(task not in references.tasks or task not in known for task in task_ids):
+        return None
+    return {
+        task: summary(reference.normalize_all([run.mean for run in known[task].runs]))
+        for task in task_ids
+        if not (reference := references.tasks[task]).open
+    }
+
+
+def alone_values(
+    groups: Sequence[Sequence[str]], references: References, protocol: str
+) -> dict[str, MetricValue]:
+    """The metrics of the reference agent that was trained on each task of a board alone.
+
+    Its score is the mean over tasks, then over groups. Its standard error is that over the runs of every
+    task, which are independent, and of the experts.
+
+    Args:
+        groups: the task ids of each group of the board.
+        references: floors and experts.
+        protocol: ``sequential``, ``single`` or ``joint``.
+
+    Returns:
+        The values by name of the metric; empty where a task has no reference or the agent no runs.
+    """
+    by_group = [alone_summaries(tasks, references) for tasks in groups]
+    if any(found is None for found in by_group):
+        return {}
+    found = [each for each in by_group if each is not None]
+    values = {
+        metric.name: MetricValue(why=ONLY_FINAL if metric.name not in ALONE_METRICS else ALL_OPEN)
+        for metric in BOARD_METRICS[protocol]
+    }
+    if all(found):
+        score = mean_of_groups([mean_of_groups(list(tasks.values())) for tasks in found])
+        errors: dict[str, float] = {}
+        for tasks in found:
+            for task, each in tasks.items():
+                share = each.mean / len(tasks) / len(found) * references.tasks[task].relative_error
+                errors[task] = errors.get(task, 0.0) + share
+        terms = anchor_terms(list(errors.values()), [references.tasks[task] for task in errors])
+        for name in ALONE_METRICS:
+            if name in values:
+                values[name] = MetricValue.of(with_anchors(score, terms))
+    return values

@@ -112,21 +112,29 @@ def summarize_verification(part: Verification, digests: Mapping[str, str]) -> Ve
 
 @dataclass(frozen=True, slots=True)
 class ReferenceValue:
-    """A task's floor and ceiling in raw returns."""
+    """A task's floor and expert in raw returns."""
 
     floor: Annotated[
         float | None, about("return of a policy that ignores observations; null if not measured")
-    ]
-    ceiling: Annotated[float | None, about("return of the reference agent; null if unsolved or not measured")]
-    unsolved: Annotated[
-        bool | None, about("whether the reference agent did not learn it; null if not measured")
-    ]
+    ] = None
+    expert: Annotated[float | None, about("mean return of the expert; null if open or not measured")] = None
+    open: Annotated[
+        bool | None,
+        about("whether no expert is known that is clearly better than the floor; null if not measured"),
+    ] = None
+    standard_error: Annotated[float | None, about("of the expert's mean return; null if not measured")] = None
+    df: Annotated[
+        float | None, about("degrees of freedom of the standard error, 0 if unknown; null if not measured")
+    ] = None
+    provisional: Annotated[
+        str, about("why the expert does not do what the task is for; empty if it does")
+    ] = ""
 
     def normalize(self, value: float) -> float | None:
-        """(value − floor) / (ceiling − floor), not clipped; None without a ceiling."""
-        if self.floor is None or self.ceiling is None or self.ceiling == self.floor:
+        """(value − floor) / (expert − floor), not clipped; None without an expert."""
+        if self.floor is None or self.expert is None or self.expert == self.floor:
             return None
-        return (value - self.floor) / (self.ceiling - self.floor)
+        return (value - self.floor) / (self.expert - self.floor)
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,7 +198,7 @@ class GroupScore:
     metrics: Annotated[dict[str, MetricValue], about("every metric of the protocol by name")]
     profile: Annotated[Profile | None, about("performance profile of p[T][j] over runs and tasks")] = None
     iqm: Annotated[float | None, about("interquartile mean of p[T][j] over runs and tasks")] = None
-    reference: Annotated[dict[str, ReferenceValue], about("floor and ceiling by task id")]
+    reference: Annotated[dict[str, ReferenceValue], about("floor and expert by task id")]
     return_matrix: Annotated[
         tuple[tuple[tuple[float, ...], ...], ...],
         about(
@@ -298,7 +306,7 @@ class Scorecard:
 
 @dataclass(frozen=True, slots=True)
 class ReferencesInfo:
-    """Which frozen floors and ceilings normalize the scores."""
+    """Which frozen floors and experts normalize the scores."""
 
     version: Annotated[str, about("benchmark version")]
     sha256: Annotated[str, about("SHA-256 of the references' file")]

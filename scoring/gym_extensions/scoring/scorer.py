@@ -42,7 +42,7 @@ from gym_extensions.scoring.scorecard import (
     summarize_verification,
 )
 from gym_extensions.scoring.signs import Sketch, run_sketches, signs
-from gym_extensions.scoring.statistics import Summary, mean_of_groups, subtract, summary, to_interval
+from gym_extensions.scoring.statistics import Summary, mean_of_groups, subtract, summary, with_anchors
 
 Groups = Mapping[str, Mapping[str, GroupScore]]
 """Scores by group id and protocol, as in a scorecard."""
@@ -76,12 +76,24 @@ def _of_group(protocols: Mapping[str, GroupScore], protocol: str, metric: Metric
 
 
 def _value(groups: Groups, suite: str, protocol: str, metric: Metric) -> MetricValue:
-    total = estimate(groups, SUITES[suite], protocol, metric)
+    names = SUITES[suite]
+    total = estimate(groups, names, protocol, metric)
     if total is None:
-        missing = [name for name in SUITES[suite] if estimate(groups, (name,), protocol, metric) is None]
+        missing = [name for name in names if estimate(groups, (name,), protocol, metric) is None]
         return MetricValue(why=f"It has no value in {', '.join(missing)}.")
-    interval = to_interval(total)
+    interval = with_anchors(total, _anchors([groups[name][protocol] for name in names], metric))
     return MetricValue.of(interval, why=ONE_RUN if interval.low is None else "")
+
+
+def _anchors(scores: Sequence[GroupScore], metric: Metric) -> list[tuple[float, float]]:
+    """The squared errors of the experts of a suite's tasks in the mean over its groups, and their df."""
+    errors: dict[str, float] = {}
+    df: dict[str, float] = {}
+    for score in scores:
+        for task, error in zip(score.tasks, score.metrics[metric.name].anchors, strict=False):
+            errors[task] = errors.get(task, 0.0) + error / len(scores)
+            df[task] = score.reference[task].df or 0.0
+    return [(error * error, df[task]) for task, error in errors.items()]
 
 
 def suite_scores(groups: Groups) -> dict[str, dict[str, SuiteScore]]:
@@ -112,7 +124,7 @@ def _group(group: PrintedGroup, finding: Finding, budget: str) -> GroupScore:
         runs=(),
         tasks=tuple(row.task for row in rows),
         metrics={metric.name: MetricValue(why=WHY) for metric in METRICS["sequential"]},
-        reference={row.task: ReferenceValue(None, None, None) for row in rows},
+        reference={row.task: ReferenceValue() for row in rows},
         return_matrix=(),
         missing_for_full_entry=MISSING,
         paper_table=rows,
@@ -131,14 +143,11 @@ def reported_groups(name: str, budget: str) -> dict[str, dict[str, GroupScore]]:
     }
 
 
-NO_REFERENCE = ReferenceValue(None, None, None)
-
-
 def _reference(task: str, references: References) -> ReferenceValue:
-    reference = references.tasks.get(task)
-    if reference is None:
-        return NO_REFERENCE
-    return ReferenceValue(reference.floor, reference.ceiling, reference.unsolved)
+    each = references.tasks.get(task)
+    if each is None:
+        return ReferenceValue()
+    return ReferenceValue(each.floor, each.expert, each.open, each.standard_error, each.df, each.provisional)
 
 
 def missing_for_full_entry(results: Results, protocol: str) -> tuple[str, ...]:

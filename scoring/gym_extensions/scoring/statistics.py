@@ -183,6 +183,23 @@ def to_interval(estimate: Summary) -> Interval:
     return interval_from_error(estimate.mean, math.sqrt(estimate.squared_error), estimate.df)
 
 
+def with_anchors(estimate: Summary, anchors: Iterable[tuple[float, float]]) -> Interval:
+    """The interval of an absolute score: the error over runs, and the errors of the anchors of its tasks.
+
+    All are independent; the degrees of freedom are those of Welch and Satterthwaite. Differences between
+    entries on the same tasks use :func:`to_interval`.
+
+    Args:
+        estimate: the score over runs.
+        anchors: of every task, the squared standard error that its anchor adds, and its degrees of freedom.
+    """
+    terms = [(square, df) for square, df in anchors if square > 0]
+    if estimate.runs < 2 or not terms:
+        return to_interval(estimate)
+    error, df = welch_satterthwaite([(estimate.squared_error, estimate.df), *terms])
+    return interval_from_error(estimate.mean, error, df)
+
+
 def interval_from_error(mean: float, standard_error: float, df: float) -> Interval:
     """mean ± t(.975, df) · standard error."""
     half_width = rounded_quantile(df) * standard_error

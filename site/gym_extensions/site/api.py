@@ -122,7 +122,7 @@ class GroupDocument(JsonDocument):
     references: ReferencesInfo
     tasks: Annotated[tuple[str, ...], about("task ids in training order; empty for a suite")]
     groups: Annotated[tuple[str, ...], about("group ids of a suite; empty for a group")]
-    reference: Annotated[dict[str, ReferenceValue], about("floor and ceiling by task id")]
+    reference: Annotated[dict[str, ReferenceValue], about("floor and expert by task id")]
     boards: Annotated[tuple[IndexBoard, ...], about("its boards")]
 
 

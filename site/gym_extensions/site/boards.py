@@ -185,15 +185,27 @@ def _listed(names: Sequence[str]) -> str:
 
 
 @dataclass(frozen=True)
-class Floor:
-    """An agent that ignores observations: a row of the board without rank, intervals and page."""
+class Computed:
+    """A row that follows from the references: an agent without rank and page."""
 
-    entry: model.FloorEntry
+    entry: model.ComputedEntry
+
+    @property
+    def note(self) -> str:
+        """What the agent is."""
+        return COMPUTED_NOTES.get(self.entry.name, "")
 
     def metric(self, name: str) -> MetricValue:
         """The named metric; one without a value where the board's document has none."""
         value = self.entry.metrics.get(name)
-        return MetricValue(value.mean, why=value.why) if value else MetricValue()
+        return MetricValue(value.mean, value.low, value.high, why=value.why) if value else MetricValue()
+
+
+COMPUTED_NOTES = {
+    "alone": "the reference agent, trained on each task alone for as long",
+    "random": "ignores observations, learns nothing",
+    "zero": "ignores observations, learns nothing",
+}
 
 
 @dataclass(frozen=True)
@@ -235,9 +247,9 @@ class Board:
         return sum(is_verified(row.card) for row in self.rows)
 
     @cached_property
-    def floors(self) -> tuple[Floor, ...]:
-        """The agents that ignore observations, computed from the references; they are no submissions."""
-        return tuple(map(Floor, self.scored.floors))
+    def computed(self) -> tuple[Computed, ...]:
+        """The rows that are computed from the references; they are no submissions."""
+        return tuple(map(Computed, self.scored.computed))
 
     @property
     def pairs(self) -> str:
@@ -258,9 +270,14 @@ class Board:
         return f"tablePairs({json.dumps(document, separators=(',', ':'))});\n"
 
     @cached_property
-    def unsolved_tasks(self) -> tuple[str, ...]:
-        """Tasks without a ceiling; normalized means exclude them."""
-        return next((trial.unsolved_tasks for trial in self.trials if trial.unsolved_tasks), ())
+    def open_tasks(self) -> tuple[str, ...]:
+        """Tasks without an expert; normalized means exclude them."""
+        return next((trial.open_tasks for trial in self.trials if trial.open_tasks), ())
+
+    @property
+    def provisional_tasks(self) -> tuple[tuple[str, str], ...]:
+        """Tasks whose expert is provisional, and why it is."""
+        return next((trial.provisional_tasks for trial in self.trials if trial.provisional_tasks), ())
 
     @cached_property
     def reasons(self) -> tuple[str, ...]:
@@ -385,8 +402,8 @@ class Leaderboard(Frame):
 
     @cached_property
     def scored(self) -> BoardsDocument:
-        """The scorer's boards of all submissions without problems; floors only of known references."""
+        """The scorer's boards of all submissions without problems; computed rows only of known references."""
         document = scored_boards([card for card in self.entries if not card.problems])
         if load_references().digest == self.references.sha256:
             return document
-        return replace(document, boards=tuple(replace(board, floors=()) for board in document.boards))
+        return replace(document, boards=tuple(replace(board, computed=()) for board in document.boards))

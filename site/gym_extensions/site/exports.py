@@ -173,7 +173,7 @@ FACTS = (
 
 
 def board_csv(board: Board) -> str:
-    """One row per entry from top to bottom, then the floors: facts, then mean and interval per metric."""
+    """One row per entry from top to bottom, then computed ones: facts, then mean and interval per metric."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow([*FACTS, *(f"{name}{end}" for name in board.columns for end in ("", "_low", "_high"))])
@@ -201,9 +201,9 @@ def board_csv(board: Board) -> str:
                 *("" if number is None else repr(number) for number in numbers),
             ]
         )
-    for floor in board.floors:
-        means = (floor.metric(name).mean for name in board.columns)
-        numbers = [number for mean in means for number in (mean, None, None)]
-        known = (floor.entry.name, floor.entry.title, "", "", "false", *[""] * (len(FACTS) - 5))
+    for computed in board.computed:
+        values = [computed.metric(name) for name in board.columns]
+        numbers = [number for value in values for number in (value.mean, value.low, value.high)]
+        known = (computed.entry.name, computed.entry.title, "", "", "false", *[""] * (len(FACTS) - 5))
         writer.writerow([*known, *("" if number is None else repr(number) for number in numbers)])
     return out.getvalue()

@@ -16,14 +16,13 @@ from gym_extensions.site.tasks import Measured, group_picture, measured, task_pi
 from gym_extensions.site.text import count, ends, fixed, mean, short
 from gym_extensions.site.trial import SEQUENTIAL
 
-NUMBERS = ("no run", "one run", "two runs", "three runs", "four runs", "five runs")
 FIRST_ENTRIES = 2
 """How many of the best entries are compared with the paper's numbers."""
 
 
 @dataclass(frozen=True)
 class TaskRow:
-    """A task of a group, with its picture and how its floor and ceiling were measured."""
+    """A task of a group, with its picture and how its floor and expert were measured."""
 
     task: str
     picture: str
@@ -151,18 +150,11 @@ def _paper(
 
 
 def _one(reference: Measured) -> str:
-    steps = f", {reference.budget} steps" if reference.budget else ""
-    number = len(reference.runs)
-    runs = NUMBERS[number] if number < len(NUMBERS) else f"{number} runs"
-    returns = f": returns {', '.join(map(_number, reference.runs))}" if reference.runs else ""
-    if reference.ceiling is None:
-        if not reference.agent:
-            return "No 1 on the scale yet: no reference agent was trained on it"
-        return f"No 1 on the scale: {reference.agent}{steps}, {runs}, did not learn the task{returns}"
-    if not reference.budget:
-        return f"1 = {reference.agent or 'no agent'}: return {_number(reference.ceiling)}"
-    mean = "" if number < 2 else f"; mean {_number(reference.ceiling)}"
-    return f"1 = {reference.agent}{steps}{f', {runs}' if number else ''}{returns}{mean}"
+    if reference.expert is not None:
+        provisional = f" (provisional: {reference.provisional})" if reference.provisional else ""
+        return f"1 = {reference.agent or 'expert'}: return {_number(reference.expert)}{provisional}"
+    tried = "" if reference.attempt is None else f"; the best attempt returns {_number(reference.attempt)}"
+    return f"Open: no expert is known that is clearly better than 0{tried}"
 
 
 def _number(value: float) -> str:

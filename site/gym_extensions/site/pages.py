@@ -153,7 +153,7 @@ def _boards(site: Leaderboard, render: Render) -> Iterator[File]:
         scale = board_scale(board.trials)
         certainty = board.leader.certainty if board.leader else ""
         counts, first = (len(board.rows), board.ranked), board.rows[0].entry
-        shared = (board.id, counts, first, certainty, board.unsolved_tasks, board.reasons, scale)
+        shared = (board.id, counts, first, certainty, board.open_tasks, board.reasons, scale)
         for page in board_pages(board):
             template = "rows.html" if page.everything else "board.html"
             rows = [(row.entry, row.entrant.inputs) for row in page.rows]
@@ -264,7 +264,7 @@ def _data(site: Leaderboard, render: Render) -> Iterator[File]:
 
 def _group_document(group: Group, site: Leaderboard, boards: dict[str, api.IndexBoard]) -> api.GroupDocument:
     known = {
-        task.task: ReferenceValue(task.measured.floor, task.measured.ceiling, task.measured.is_unsolved)
+        task.task: ReferenceValue(task.measured.floor, task.measured.expert, task.measured.expert is None)
         for task in group.tasks
         if task.measured
     }

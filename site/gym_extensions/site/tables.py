@@ -103,20 +103,20 @@ MAX_CELLS = 3_000
 """Cells of all runs' matrices on one page; those of larger groups are in the data alone."""
 CHANGE_STEPS = 5
 LARGEST_CHANGE = 1.0
-"""The change with the strongest tint: the whole distance from floor to reference."""
+"""The change with the strongest tint: the whole distance from floor to expert."""
 
 
 def tint(value: float, reference: ReferenceValue | None, top: float = 1.0) -> str:
-    """A class of the style sheet: ``h0`` (floor) … ``h10``, ``below`` or ``unsolved``.
+    """A class of the style sheet: ``h0`` (floor) … ``h10``, ``below`` or ``open``.
 
     Args:
         value: a raw return.
-        reference: floor and ceiling of the task.
+        reference: floor and expert of the task.
         top: the score with the strongest tint, the highest of the matrix or 1 if that is higher.
     """
     share = reference.normalize(value) if reference else None
     if share is None:
-        return "unsolved"
+        return "open"
     level = math.floor(share / top * STEPS + 0.5)
     return "below" if level < 0 else f"h{min(level, STEPS)}"
 
@@ -158,7 +158,7 @@ def shows_each_run(trial: Trial) -> bool:
 def change_tint(change: Change) -> str:
     """Classes of the style sheet: ``lost1`` … ``lost5``, ``kept``, ``won1`` … ``won5``.
 
-    It is ``raw`` without a ceiling. ``unsure`` is added where the interval contains 0 or there is none.
+    It is ``raw`` without an expert. ``unsure`` is added where the interval contains 0 or there is none.
     """
     unsure = "" if change.is_certain else " unsure"
     mean = change.value.mean

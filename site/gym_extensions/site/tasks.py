@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import re
-import statistics
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
@@ -17,8 +15,10 @@ from gym_extensions.catalog.groups import GROUPS, SUITES
 from gym_extensions.catalog.sheets import Sheet, large_picture, sheet
 from gym_extensions.catalog.tasks import TASKS, VERSIONS, Task, task
 from gym_extensions.catalog.variations import Course, Gravity
+from gym_extensions.experts.references import REFERENCES, parse_file
+from gym_extensions.experts.references import Task as ReferenceRow
 from gym_extensions.scoring.published import PaperRow
-from gym_extensions.scoring.references import REFERENCES, load_references
+from gym_extensions.scoring.references import load_references, trained_alone
 from gym_extensions.scoring.scorecard import ReferencesInfo
 from gym_extensions.site.boards import Board, Row
 from gym_extensions.site.charts.svg import picture, px, scale_around, stroke, text, tick_label
@@ -78,34 +78,33 @@ def map_file(sheet: Sheet) -> str:
 
 @dataclass(frozen=True)
 class Measured:
-    """How a task's floor and ceiling were measured.
+    """How a task's floor and expert were measured, in raw returns.
 
     Args:
         floor: mean return of the agent that ignores observations.
         floor_agent: its name.
-        agent: the reference agent; empty if no attempt is recorded.
-        budget: its training budget; empty for an agent that is not trained.
-        runs: the mean return of each reference run.
-        ceiling: their mean; None for an unsolved task, whose runs are attempts, and without reference runs.
-        error: the standard error of the ceiling over runs; None where it is not recorded.
-        floor_error: the standard error of the floor over its episodes; None where it is not recorded.
+        expert: mean return of the expert; None for an open task.
+        agent: ``expert``, ``planner``, or empty if none was tried.
+        error: standard error of the expert's mean; of the best attempt on an open task.
+        episodes: their number.
+        attempt: mean return of the best attempt on an open task; None without one.
+        provisional: why the expert does not do what the task is for; empty if it does.
+        alone: the mean return of each run of the reference agent on this task alone.
+        floor_error: the standard error of the floor over its episodes.
         floor_episodes: the number of these episodes.
     """
 
     floor: float
     floor_agent: str
-    agent: str
-    budget: str
-    runs: tuple[float, ...]
-    ceiling: float | None
-    error: float | None = None
-    floor_error: float | None = None
+    expert: float | None
+    agent: str = ""
+    error: float = 0.0
+    episodes: int = 0
+    attempt: float | None = None
+    provisional: str = ""
+    alone: tuple[float, ...] = ()
+    floor_error: float = 0.0
     floor_episodes: int = 0
-
-    @property
-    def is_unsolved(self) -> bool | None:
-        """Whether no reference agent learned the task; None if none was trained on it."""
-        return self.ceiling is None if self.agent else None
 
 
 @cache
@@ -113,29 +112,25 @@ def measured(info: ReferencesInfo) -> Mapping[str, Measured]:
     """By task id, from the file of this benchmark version; empty if its digest is another."""
     if not info.sha256 or load_references(info.version).digest != info.sha256:
         return {}
-    document = json.loads((REFERENCES / f"{info.version}.json").read_bytes())
-    return {task: _measured(row) for task, row in document["tasks"].items()}
+    tasks = parse_file((REFERENCES / f"{info.version}.json").read_bytes()).tasks
+    return {name: _measured(name, row) for name, row in tasks.items()}
 
 
-def _measured(row: dict[str, dict[str, object] | None]) -> Measured:
-    floor, ceiling = row["floor"] or {}, row.get("ceiling")
-    best = ceiling or row.get("attempts") or {}
-    runs = best.get("runs")
+def _measured(name: str, row: ReferenceRow) -> Measured:
+    best, alone = row.expert or row.attempts or None, trained_alone().get(name)
     return Measured(
-        floor=float(str(floor["mean"])),
-        floor_agent=str(floor["agent"]),
-        floor_error=_number(floor.get("standard_error")),
-        floor_episodes=int(str(floor.get("episodes") or 0)),
-        agent=str(best.get("agent") or ""),
-        budget=str(best.get("budget") or ""),
-        runs=tuple(float(run["mean"]) for run in runs) if isinstance(runs, list) else (),
-        ceiling=float(str(ceiling["mean"])) if ceiling else None,
-        error=_number(best.get("standard_error")),
+        floor=row.floor.mean,
+        floor_agent=row.floor.agent,
+        floor_error=row.floor.standard_error,
+        floor_episodes=row.floor.episodes,
+        expert=row.expert.mean if row.expert else None,
+        attempt=row.attempts.mean if row.attempts else None,
+        agent=best.agent if best else "",
+        error=best.standard_error if best else 0.0,
+        episodes=best.episodes if best else 0,
+        provisional=row.expert.provisional if row.expert else "",
+        alone=tuple(run.mean for run in alone.runs) if alone else (),
     )
-
-
-def _number(value: object) -> float | None:
-    return value if isinstance(value, float) else None
 
 
 BEST = 5
@@ -290,24 +285,24 @@ WIDTH, MARGIN, LINE = 480, 24, 34
 
 
 def reference_dots(measured: Measured) -> Markup:
-    """The floor as a line marked 0, runs as dots, and their mean as a line, marked 1 if it is the ceiling."""
-    values = [measured.floor, *measured.runs]
+    """The floor as a line marked 0, the expert as one marked 1, and the runs on the task alone as dots."""
+    one = () if measured.expert is None else (measured.expert,)
+    values = [measured.floor, *measured.alone, *one]
     scale = scale_around(values, MARGIN, WIDTH - MARGIN, always=())
     y, digits = LINE / 2 + 8, digits_for(values)
     parts = [stroke(scale.start, y, scale.end, y, "level")]
     parts += [text("tick", scale.at(mark), y + 24, tick_label(mark)) for mark in scale.ticks()]
-    parts.append(stroke(scale.at(measured.floor), y - 9, scale.at(measured.floor), y + 9, "reference-floor"))
-    parts.append(text("tick key", scale.at(measured.floor), y - 13, "0"))
-    label = f"floor {fixed(measured.floor, digits)}"
-    if measured.runs:
-        mean = statistics.fmean(measured.runs)
-        parts += [
-            f'<circle class="run final" cx="{px(scale.at(run))}" cy="{px(y)}" r="4"/>'
-            for run in measured.runs
-        ]
-        parts.append(stroke(scale.at(mean), y - 9, scale.at(mean), y + 9, "cell-mean"))
-        if measured.ceiling is not None:
-            parts.append(text("tick key", scale.at(mean), y - 13, "1"))
-        agent = "runs of the reference agent" if measured.budget else measured.agent
-        label += f"; {agent} {', '.join(fixed(run, digits) for run in measured.runs)}"
-    return picture("references dots", str(WIDTH), px(y + 28), label, "".join(parts))
+    label = [f"floor {fixed(measured.floor, digits)}"]
+    for value, mark, kind in (
+        (measured.floor, "0", "reference-floor"),
+        *((each, "1", "cell-mean") for each in one),
+    ):
+        parts.append(stroke(scale.at(value), y - 9, scale.at(value), y + 9, kind))
+        parts.append(text("tick key", scale.at(value), y - 13, mark))
+    parts += [
+        f'<circle class="run final" cx="{px(scale.at(run))}" cy="{px(y)}" r="4"/>' for run in measured.alone
+    ]
+    label += [f"{measured.agent} {fixed(each, digits)}" for each in one]
+    if measured.alone:
+        label.append(f"trained alone {', '.join(fixed(run, digits) for run in measured.alone)}")
+    return picture("references dots", str(WIDTH), px(y + 28), "; ".join(label), "".join(parts))

@@ -41,7 +41,7 @@ COLUMNS: dict[str, tuple[str, ...]] = {
         "zero_shot_transfer",
     ),
     "single": ("single_task_performance",),
-    "joint": ("final_performance", "return_std", "cvar_10"),
+    "joint": ("final_performance", "cvar_10"),
     "cumulative": ("last_task_performance",),
 }
 """The metrics on a protocol's board. The first sorts it; forgetting follows learning performance."""
@@ -95,7 +95,7 @@ class Trial:
         return self.detail.tasks if self.detail else ()
 
     def reference(self, task: str) -> ReferenceValue | None:
-        """Floor and ceiling of a task; None for a suite or without references."""
+        """Floor and expert of a task; None for a suite or without references."""
         return self.detail.reference.get(task) if self.detail else None
 
     @cached_property
@@ -167,11 +167,15 @@ class Trial:
         return next(iter(reasons)) if len(reasons) == 1 else ""
 
     @cached_property
-    def unsolved_tasks(self) -> tuple[str, ...]:
-        """The tasks that no reference agent has learned, in training order."""
-        return tuple(
-            task for task in self.tasks if (reference := self.reference(task)) and reference.unsolved
-        )
+    def open_tasks(self) -> tuple[str, ...]:
+        """The tasks without an expert, in training order."""
+        return tuple(task for task in self.tasks if (reference := self.reference(task)) and reference.open)
+
+    @cached_property
+    def provisional_tasks(self) -> tuple[tuple[str, str], ...]:
+        """The tasks whose expert is provisional, in training order, and why it is."""
+        pairs = ((task, self.reference(task)) for task in self.tasks)
+        return tuple((task, each.provisional) for task, each in pairs if each and each.provisional)
 
 
 def _mean(cells: tuple[float | None, ...]) -> float:
@@ -260,7 +264,7 @@ class Change:
     """The change of a task's score since right after its training, over runs.
 
     Args:
-        value: mean and interval; normalized, or a raw return where the task has no ceiling.
+        value: mean and interval; normalized, or a raw return where the task has no expert.
         normalized: whether it is normalized.
     """
 
@@ -295,7 +299,7 @@ class Retention:
 
     @cached_property
     def stages(self) -> Stages:
-        """``[stage][task]`` scores after every stage; without a value where the task has no ceiling."""
+        """``[stage][task]`` scores after every stage; without a value where the task has no expert."""
         if not self.score.return_matrix:
             return ()
         references = [self.score.reference.get(task) for task in self.tasks]

@@ -43,7 +43,7 @@ HALVES = ((-0.5, 1.0), (0.0, 1.0), (0.5, 0.5), (1.0, 0.25), (1.5, 0.0), (2.0, 0.
 TAUS, SHARES = (list(side) for side in zip(*HALVES, strict=True))
 BOARD = "boards/hopper-gravity-v0-sequential-100k.html"
 HOSTILE = '"><script>alert(1)</script>'
-UNSOLVED = "Every task of this group is unsolved: no reference agent has learned it."
+OPEN = "Every task of this group is open: no expert is known that is clearly better than the floor."
 
 
 def scores(document: dict[str, Any], entry: int = 0) -> dict[str, Any]:
@@ -96,7 +96,7 @@ def test_both_scales_have_tick_labels_and_titles() -> None:
     for label in (
         *("0\u202f%", "50\u202f%", "100\u202f%", "−0.5", "0", "0.5", "1", "1.5", "2"),
         "share of runs and tasks above the score",
-        "score at the end (0 floor, 1 reference)",
+        "score at the end (0 floor, 1 expert)",
     ):
         assert label in texts
 
@@ -149,12 +149,12 @@ def test_the_title_of_an_entry_is_escaped_in_the_drawing(document: dict[str, Any
 
 
 def test_without_a_profile_the_page_says_why(document: dict[str, Any]) -> None:
-    null: dict[str, Any] = {"mean": None, "low": None, "high": None, "runs": [], "why": UNSOLVED}
+    null: dict[str, Any] = {"mean": None, "low": None, "high": None, "runs": [], "why": OPEN}
     scores(document).update(profile=None, iqm=None)
     scores(document)["metrics"]["final_performance"] = null
     page = dict(files(document))["submissions/agile.html"]
     assert '<svg class="profile"' not in page
-    assert f"No performance profile. {UNSOLVED}" in text(page)
+    assert f"No performance profile. {OPEN}" in text(page)
     scores(document)["metrics"] = dict.fromkeys(scores(document)["metrics"], null)
     page = dict(files(document))["submissions/agile.html"]
-    assert f"No metrics. {UNSOLVED} There is no performance profile either." in text(page)
+    assert f"No metrics. {OPEN} There is no performance profile either." in text(page)

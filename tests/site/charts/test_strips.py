@@ -41,7 +41,7 @@ def test_one_run_has_a_mean_and_no_interval() -> None:
 
 
 def test_a_metric_without_a_value_is_not_drawn() -> None:
-    assert strip(MetricValue(why="All tasks are unsolved."), UNIT) == ""
+    assert strip(MetricValue(why="All tasks are open."), UNIT) == ""
 
 
 def test_a_shared_scale_contains_means_and_runs_but_not_wide_intervals() -> None:

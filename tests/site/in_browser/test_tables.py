@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 Visit = Callable[[str], "Page"]
 BOARD, ALL_ROWS = PAGES["board"], PAGES["all rows"]
-SHOWN = ".wide tbody:not(.floors) tr:not([hidden])"
+SHOWN = ".wide tbody:not(.computed) tr:not([hidden])"
 
 
 def names(page: Page) -> list[str]:

@@ -1,4 +1,4 @@
-"""``python -m gym_extensions.baselines.experts``: trains, selects, measures, publishes, checks experts."""
+"""``python -m gym_extensions.baselines.experts``: trains, measures, publishes, checks experts."""
 
 from __future__ import annotations
 
@@ -7,15 +7,14 @@ import re
 from collections.abc import Iterable
 from pathlib import Path
 
-import numpy as np
-
 from gym_extensions import experts
-from gym_extensions.baselines.experts import measuring, training
+from gym_extensions.baselines.experts import checking, measuring, training
 from gym_extensions.baselines.experts.measuring import QUICK, Workplace, mujoco_tasks
 from gym_extensions.baselines.experts.recipes import FAMILIES, recipe
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.catalog.tasks import task as published_task
 from gym_extensions.errors import reports_mistakes
+from gym_extensions.experts.references import CURRENT, REFERENCES
 
 MARKER = "<!-- tables -->"
 """What the tables follow in the documentation."""
@@ -49,6 +48,10 @@ def main(argv: list[str] | None = None) -> int:
             print(task.name, card and f"{card.measurement.mean:.1f} {card.provisional}", flush=True)
     elif args.command == "check":
         return _check(args.tasks or experts.names(args.folder), args.episodes, args.folder)
+    elif args.command == "challenge":
+        names, cells = {row.name for row in _tasks(args.tasks)}, measuring.stored_candidates(args.submissions)
+        cells = {name: ranked for name, ranked in cells.items() if name in names}
+        _print(checking.challenge(work, cells, args.references, args.threshold, args.episodes))
     elif args.command == "tables":
         prose = args.page.read_text(encoding="utf-8").split(MARKER)[0]
         lines = measuring.tables(work, args.folder, args.references)
@@ -84,9 +87,16 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("tasks", nargs="*")
     command.add_argument("--episodes", type=int, default=QUICK)
     command.add_argument("--folder", type=Path, default=experts.DATA)
+    command = commands.add_parser(
+        "challenge", help="evaluate cells of entries above the expert on fresh seeds"
+    )
+    command.add_argument("tasks", nargs="*", help="names or regular expressions; all by default")
+    command.add_argument("--threshold", type=float, default=1.05, help="normalized return of a cell's log")
+    command.add_argument("--episodes", type=int, default=experts.EPISODES)
+    command.add_argument("--references", type=Path, default=REFERENCES / f"{CURRENT}.json")
     command = commands.add_parser("tables", help="write the tables of docs/experts.md")
     command.add_argument("--page", type=Path, default=Path("docs/experts.md"))
-    command.add_argument("--references", type=Path, required=True)
+    command.add_argument("--references", type=Path, default=REFERENCES / f"{CURRENT}.json")
     command.add_argument("--folder", type=Path, default=experts.DATA)
     return parser
 
@@ -105,12 +115,7 @@ def _check(tasks: list[str], count: int, folder: Path) -> int:
     """Measures experts again; 1 if one differs from its card by more than three standard errors."""
     different = 0
     for name in tasks:
-        row, card = published_task(name), experts.card(name, folder)
-        seeds = [experts.seed(row, "measure", index) for index in range(count)]
-        mean = float(np.mean(measuring.episodes(experts.load(name, folder), row, seeds)[0]))
-        stated = card.first_hundred if count == QUICK else card.measurement.mean
-        error = card.measurement.deviation / count**0.5
-        differs = abs(mean - stated) > 3 * error
+        mean, stated, differs = checking.measured_again(published_task(name), count, folder)
         different += differs
         print(f"{name}: {mean:.2f}, the card says {stated:.2f}{' (differs)' if differs else ''}", flush=True)
     return int(different > 0)

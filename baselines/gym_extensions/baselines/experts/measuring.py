@@ -23,6 +23,7 @@ from gym_extensions.catalog.tasks import task as published_task
 from gym_extensions.envs import make_vec
 from gym_extensions.envs.rollout import run_episodes
 from gym_extensions.experts import Card, Measurement, Step, seed
+from gym_extensions.experts.references import parse_file
 from gym_extensions.rollouts.policy import Policy, has_policies, read_policies
 from gym_extensions.rollouts.tables import read_log
 
@@ -355,20 +356,9 @@ def publish(work: Workplace, task: Task, count: int, folder: Path) -> Card | Non
     return card
 
 
-def floors(references: Path) -> dict[str, tuple[float, float]]:
-    """Mean and standard deviation of the floor agent's episodes by task id, from a file of references."""
-    rows = json.loads(references.read_text())["tasks"]
-    found = {}
-    for name, row in rows.items():
-        floor = row["floor"]
-        spread = floor["agents"][floor["agent"]]["std"] if "agents" in floor else 0.0
-        found[name] = (float(floor["mean"]), float(spread))
-    return found
-
-
 def tables(work: Workplace, folder: Path, references: Path) -> Iterator[str]:
     """The lines of the documentation's tables, one per body, and the sums."""
-    known, anchors, provisional = floors(references), 0, 0
+    known, anchors, provisional = parse_file(references.read_bytes()).tasks, 0, 0
     for family in dict.fromkeys(FAMILIES.values()):
         yield f"\n### {family}\n"
         yield "| task | floor | expert | standard error | episodes | steps | CPU minutes | state |"
@@ -376,15 +366,14 @@ def tables(work: Workplace, folder: Path, references: Path) -> Iterator[str]:
         for task in mujoco_tasks().values():
             if FAMILIES[task.base] != family:
                 continue
-            floor, spread = known.get(task.id, (math.nan, math.nan))
+            row = known[task.id]
             if task.name not in experts.names(folder):
-                yield f"| {task.name} | {floor:,.0f} | | | | | | open: no expert |"
+                yield f"| {task.name} | {row.floor.mean:,.0f} | | | | | | open: no expert |"
                 continue
             card = experts.card(task, folder)
-            anchor = experts.anchor(card, floor, spread)
-            anchors += anchor is not None
-            provisional += anchor is not None and anchor.provisional
-            yield _row(task, card, floor, anchor)
+            anchors += row.expert is not None
+            provisional += row.expert is not None and bool(card.provisional)
+            yield _row(task, card, row.floor.mean, row.expert is None)
     training, evaluation = work.cpu_seconds()
     yield (
         f"\n{anchors} tasks have an anchor, {provisional} of them provisional. "
@@ -393,15 +382,13 @@ def tables(work: Workplace, folder: Path, references: Path) -> Iterator[str]:
     )
 
 
-def _row(task: Task, card: Card, floor: float, anchor: Any) -> str:
+def _row(task: Task, card: Card, floor: float, is_open: bool) -> str:
     measured = card.measurement
     digits = 1 if abs(measured.mean) < 1000 else 0
     floor = 0.0 if round(floor, digits) == 0 else floor  # no minus before a zero
     steps = sum(step.steps or 0 for step in card.history) / 1e6
     seconds = sum(step.cpu_seconds or 0.0 for step in card.history)
-    state = "no floor" if math.isnan(floor) else "open" if anchor is None else card.provisional or "anchor"
-    if card.provisional and anchor is not None:
-        state = f"provisional: {card.provisional}"
+    state = "open" if is_open else f"provisional: {card.provisional}" if card.provisional else "anchor"
     state += ", from an entry" if card.from_entry else ""
     return (
         f"| {task.name} | {floor:,.{digits}f} | {measured.mean:,.{digits}f} | "

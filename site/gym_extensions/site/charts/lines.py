@@ -117,7 +117,7 @@ class Panel:
 def histories(trial: Trial) -> list[Panel]:
     """Per task, its score after every stage: a line per run, the mean bold, the trained stage marked.
 
-    Tasks with a ceiling share one scale of normalized returns. An unsolved task has a scale of raw returns.
+    Tasks with an expert share one scale of normalized returns. An open task has a scale of raw returns.
     """
     normalized = [_normalized(trial, task) for task in range(len(trial.tasks))]
     shared = scale_around((score for scores in normalized if scores for score in scores), *Y)
@@ -130,7 +130,7 @@ def _raw(trial: Trial, task: int) -> list[float]:
 
 
 def _normalized(trial: Trial, task: int) -> list[float] | None:
-    """Scores of a task by run and stage, flattened; None without a ceiling."""
+    """Scores of a task by run and stage, flattened; None without an expert."""
     reference = trial.reference(trial.tasks[task])
     scores = [reference.normalize(value) for value in _raw(trial, task)] if reference else [None]
     present = [score for score in scores if score is not None]
@@ -156,7 +156,7 @@ def _history(trial: Trial, task: int, normalized: list[float] | None, shared: Sc
     )
     levels = (min(raw), max(raw)) if normalized is None else (0.0, 1.0, max(y.ticks(4)))
     drawing = line_chart(lines, x, y, label, bold=mean, since=float(trained), levels=levels)
-    unit = f"raw return{' (unsolved)' if trial.tasks[task] in trial.unsolved_tasks else ''}"
+    unit = f"raw return{' (open)' if trial.tasks[task] in trial.open_tasks else ''}"
     unit = unit if normalized is None else ""
     return Panel(variation(trial.tasks[task], trial.tasks), unit, drawing)
 
@@ -240,14 +240,14 @@ def _chart(lines: Sequence[Line], label: str) -> Markup:
     body += [text("tick side", x.start - 5, y.at(share) + 3, _percent(share)) for share in (0.0, 0.5, 1.0)]
     body += [
         stroke(x.at(score), y.start, x.at(score), y.end, f"grid {name}")
-        for score, name in ((0.0, "floor"), (1.0, "ceiling"))
+        for score, name in ((0.0, "floor"), (1.0, "expert"))
     ]
     body += [
         text(f"tick{' key' if score in {0, 1} else ''}", x.at(score), y.start + 14, tick_label(score))
         for score in x.ticks()
     ]
     body.append(text("tick name", 0, 10, "share of runs and tasks above the score"))
-    body.append(text("tick side", x.end, y.start + 29, "score at the end (0 floor, 1 reference)"))
+    body.append(text("tick side", x.end, y.start + 29, "score at the end (0 floor, 1 expert)"))
     for line in reversed(lines):
         title = f"<title>{escape(line.title)}</title>" if line.title else ""
         through = points(_corners(line.profile), x, y)

@@ -76,7 +76,7 @@ def example() -> Markup:
 
 
 def ruler(scale: Scale) -> Markup:
-    """The tick labels above a column of strips, always with 0 (floor) and 1 (reference)."""
+    """The tick labels above a column of strips, always with 0 (floor) and 1 (expert)."""
     marks = "".join(
         f'<text class="tick{" key" if mark in {0, 1} else ""}" x="{px(scale.at(mark))}" y="12">'
         f"{tick_label(mark)}</text>"
@@ -115,6 +115,6 @@ def _arrow(x: float, y: float, side: int, kind: str) -> str:
 def _strip(height: float, label: str, scale: Scale, body: str) -> Markup:
     grid = "".join(
         stroke(scale.at(mark), 0, scale.at(mark), height, f"grid {name}")
-        for mark, name in ((0.0, "floor"), (1.0, "ceiling"))
+        for mark, name in ((0.0, "floor"), (1.0, "expert"))
     )
     return picture("strip", str(WIDTH), px(height), label, grid + body)

@@ -233,7 +233,7 @@ function start(table) {
       if (column.head.hidden !== hidden) {
         column.head.hidden = hidden;
         for (const row of rows) row.element.cells[column.index].hidden = hidden;
-        for (const row of table.querySelectorAll(".floors tr")) if (row.cells[column.index]?.colSpan === 1) row.cells[column.index].hidden = hidden;
+        for (const row of table.querySelectorAll(".computed tr")) if (row.cells[column.index]?.colSpan === 1) row.cells[column.index].hidden = hidden;
         const group = table.querySelectorAll("col")[column.index];
         if (group) group.hidden = hidden;
       }
