@@ -147,7 +147,7 @@ def _result(
             "evaluation_description": metric.formula,
             "metric_id": f"gym_extensions.{metric.name}",
             "metric_name": metric.title,
-            "metric_unit": "normalized return: 0 = floor, 1 = reference",
+            "metric_unit": "normalized return: 0 = floor, 1 = expert",
             "lower_is_better": metric.better == "lower",
             "score_type": "continuous",
             "min_score": "-Infinity",

@@ -85,7 +85,7 @@ def plot_board(
     axes.plot(rows[chosen], heights, "o", color="C0")
     axes.set_yticks(heights, rows["name"])
     axes.invert_yaxis()
-    axes.set(xlabel=f"{chosen.replace('_', ' ')} (0 = floor, 1 = reference)", title=group or "")
+    axes.set(xlabel=f"{chosen.replace('_', ' ')} (0 = floor, 1 = expert)", title=group or "")
     return axes
 
 

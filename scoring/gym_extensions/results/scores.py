@@ -235,7 +235,7 @@ def score_matrix(
         submission: one submission.
         group: name or id of a group, or a TaskGroup.
         protocol: ``sequential``, ``single``, ``joint`` or ``cumulative``.
-        values: ``normalized`` (0 = floor, 1 = reference) or ``return``.
+        values: ``normalized`` (0 = floor, 1 = expert) or ``return``.
         stage: of which stage; -1 for the last one.
         groups: custom groups that the submission may contain: TOML files or TaskGroup objects.
         references: the references file of the custom groups' tasks.

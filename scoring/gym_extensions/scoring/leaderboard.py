@@ -15,7 +15,7 @@ from itertools import combinations, pairwise
 import numpy as np
 
 from gym_extensions.catalog.groups import GROUPS, SUITES
-from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS, PROTOCOLS, STANDARD_BUDGET
+from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS, PROTOCOLS
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.review import LEVELS, REPORTED, VERIFIED, Level
 from gym_extensions.scoring.boards import (
@@ -28,7 +28,6 @@ from gym_extensions.scoring.boards import (
     ComparedScore,
     ComparedScores,
     Comparison,
-    ComputedEntry,
     Difference,
     Pair,
     VersusLeader,
@@ -36,9 +35,10 @@ from gym_extensions.scoring.boards import (
     board_keys,
     lookup,
 )
+from gym_extensions.scoring.computed import computed_rows
 from gym_extensions.scoring.metrics import BOARD_METRICS, METRICS, Metric, MetricValue, learned_nothing
-from gym_extensions.scoring.references import ALONE, RULERS, References, load_references
-from gym_extensions.scoring.returns import FROM_FLOORS, NEEDS, alone_values, floor_values
+from gym_extensions.scoring.references import References, load_references
+from gym_extensions.scoring.returns import NEEDS
 from gym_extensions.scoring.scorecard import GroupScore, Scorecard, SuiteScore
 from gym_extensions.scoring.scorer import estimate
 from gym_extensions.scoring.signs import SHARE, Sketch, is_common
@@ -55,10 +55,6 @@ from gym_extensions.scoring.statistics import (
 
 NOTHING_LEARNED = "nothing learned to forget"
 FORGETTING = "forgetting"
-FLOORS = {"random": "Random actions", "zero": "Zero actions"}
-"""The agents of the floor, by name, with their titles."""
-ALONE_TITLE = "Each task alone"
-"""The title of the reference agent that was trained on each task alone."""
 MAX_PAIRED = 60
 """Entries of a board whose differences it lists."""
 LAST_DATE = "9999"
@@ -198,39 +194,6 @@ def _pairs(entries: Sequence[BoardEntry], summaries: Summaries) -> tuple[Pair, .
         if metrics:
             pairs.append(Pair(above, below, metrics))
     return tuple(pairs)
-
-
-def _computed(
-    key: BoardKey, references: References, tasks: Mapping[str, Sequence[str]]
-) -> tuple[ComputedEntry, ...]:
-    """The reference agent on each task alone, and the agents of the floor, as far as they are known.
-
-    Args:
-        key: the board.
-        references: floors and experts.
-        tasks: the task ids of the groups of the board, by group id.
-    """
-    entries = []
-    if key.budget == STANDARD_BUDGET and references.version != RULERS[ALONE]:
-        groups = [tasks[group] for group in key.groups]
-        if alone := alone_values(groups, references, key.protocol):
-            rows = {
-                name: BoardMetric(value.mean, value.low, value.high, value.why)
-                for name, value in alone.items()
-            }
-            entries.append(ComputedEntry(ALONE, ALONE_TITLE, rows))
-    for name, title in FLOORS.items():
-        values = [floor_values(name, tasks[group], references, key.protocol) for group in key.groups]
-        if not all(values):
-            continue
-        metrics = {}
-        for metric in BOARD_METRICS[key.protocol]:
-            means = [each[metric.name].mean for each in values]
-            present = [mean for mean in means if mean is not None]
-            mean = sum(present) / len(present) if len(present) == len(means) else None
-            metrics[metric.name] = BoardMetric(mean, None, None, FROM_FLOORS)
-        entries.append(ComputedEntry(name, title, metrics))
-    return tuple(entries)
 
 
 def board_level(card: Scorecard, key: BoardKey, protocol: str = "") -> Level:
@@ -406,11 +369,7 @@ def board(cards: Sequence[Scorecard], key: BoardKey, references: References | No
         task_conditioned=key.task_conditioned,
         ranked=sum(entry.ranked for entry in entries),
         rows=rows,
-        computed=tuple(
-            entry
-            for entry in (_computed(key, references, tasks) if tasks else ())
-            if entry.name != ALONE or ALONE not in by_name
-        ),
+        computed=computed_rows(key, references, tasks, by_name) if tasks else (),
         pairs=_pairs(entries, summaries),
     )
 
