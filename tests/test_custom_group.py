@@ -249,16 +249,16 @@ def test_the_page_names_a_module_that_registers_an_environment(
 def test_a_group_of_any_gymnasium_environment_is_trained_and_scored_with_its_own_references(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    file, out, ceilings = tmp_path / "own.toml", tmp_path / "mine", tmp_path / "references.json"
+    file, out, known = tmp_path / "own.toml", tmp_path / "mine", tmp_path / "references.json"
     file.write_text('name = "pendulum"\n[[tasks]]\ntask = "Pendulum-v1"\nmax_steps = 20\n')
     train("random", file, ["sequential", "single"], "smoke", [0, 1], out=out)
-    for name in ("FLOOR_EPISODES", "CEILING_EPISODES"):
-        monkeypatch.setattr(references, name, 20)
-    monkeypatch.setattr(references, "Workers", lambda _: ThisProcess())
+    for name in ("FLOOR_EPISODES", "TRAINED_EPISODES"):
+        monkeypatch.setattr(measurement, name, 20)
+    monkeypatch.setattr(measurement, "Workers", lambda _: ThisProcess())
     options = ["--groups", str(file), "--budget", "smoke", "--runs", "1000", "--agent", "random"]
-    assert references.main([*options, "--out", str(ceilings)]) == 0
-    frame = results.metrics(out, groups=[file], references=ceilings)
+    assert references.main([*options, "--out", str(known)]) == 0
+    frame = results.metrics(out, groups=[file], references=known)
     assert set(frame["group"]) == {"pendulum-v0"}
-    scored = results.scores(out, load_group(file), groups=[file], references=ceilings)
+    scored = results.scores(out, load_group(file), groups=[file], references=known)
     assert set(scored["task"]) == {"Pendulum-v1.steps-20"}
     assert scored["return"].lt(0).all()
