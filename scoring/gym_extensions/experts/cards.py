@@ -3,26 +3,27 @@
 from __future__ import annotations
 
 import hashlib
-import io
 import math
-import zipfile
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Literal, TypeVar
 
 import msgspec
-import numpy as np
 
 from gym_extensions.catalog import fingerprints
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.catalog.tasks import task as published_task
 from gym_extensions.errors import BenchError, did_you_mean
 from gym_extensions.files import write_bytes
-from gym_extensions.rollouts.policy import Policy, content_sha256
+from gym_extensions.rollouts.layout import MEBIBYTE, read_regular
+from gym_extensions.rollouts.policy import HINT, Policy, content_sha256, npz_arrays, npz_bytes
+from gym_extensions.rollouts.policy_arrays import array_errors
 
 DATA = Path(__file__).parent / "data"
 """Holds ``<task>.npz``, the policy, and ``<task>.json``, its card."""
 EPISODES = 1000
 """Episodes of a complete measurement. A quick check uses the first 100."""
+MAX_POLICY, MAX_CARD = 4 * MEBIBYTE, MEBIBYTE // 16
+"""Largest files, in bytes."""
 STANDARD_ERRORS, FLOOR_DEVIATIONS = 5.0, 2.0
 """How far the expert's mean must lie above the floor: in standard errors of its mean, and in standard
 deviations of the floor agent's episodes."""
@@ -93,34 +94,58 @@ class Measurement(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
         return self.deviation / math.sqrt(self.episodes)
 
 
-class Card(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """How an expert came about, and what it is worth.
+class PolicyCard(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """How a policy for one task came about, and what it is worth.
 
     Args:
         task: the task's id.
         fingerprint: of the task.
         policy: :func:`digest` of the policy.
         history: the training runs, the first one first.
-        from_entry: whether the policy or an ancestor of it is a policy of an entry.
-        candidates: policies that were compared on the selection seeds, this one included.
-        steps_tried: environment steps of all training runs whose last task this is.
-        selection: of this policy on the selection seeds.
         measurement: of this policy on the measurement seeds.
-        first_hundred: mean return of the first 100 measurement seeds, for a quick check.
-        provisional: why the expert does not do what the task is for; empty if it does.
     """
 
     task: str
     fingerprint: str
     policy: str
     history: tuple[Step, ...]
+    measurement: Measurement
+
+
+class Card(PolicyCard, frozen=True):
+    """How an expert came about, and what it is worth.
+
+    Args:
+        from_entry: whether the policy or an ancestor of it is a policy of an entry.
+        candidates: policies that were compared on the selection seeds, this one included.
+        steps_tried: environment steps of all training runs whose last task this is.
+        selection: of this policy on the selection seeds.
+        first_hundred: mean return of the first 100 measurement seeds, for a quick check.
+        provisional: why the expert does not do what the task is for; empty if it does.
+    """
+
     from_entry: bool
     candidates: int
     steps_tried: int
     selection: Measurement
-    measurement: Measurement
     first_hundred: float
     provisional: str = ""
+
+
+Author = Annotated[str, msgspec.Meta(min_length=1, max_length=100)]
+
+
+class RecordCard(PolicyCard, frozen=True):
+    """How a record came about. ``measurement`` is what its authors claim.
+
+    Args:
+        authors: their names, in their order.
+    """
+
+    authors: Annotated[tuple[Author, ...], msgspec.Meta(min_length=1, max_length=20)]
+
+
+AnyCard = TypeVar("AnyCard", Card, RecordCard)
 
 
 def beats_floor(mean: float, standard_error: float, floor: float, floor_deviation: float) -> bool:
@@ -132,8 +157,12 @@ def beats_floor(mean: float, standard_error: float, floor: float, floor_deviatio
         floor: mean return of the floor agent; NaN if it was not measured.
         floor_deviation: standard deviation of the floor agent's episodes.
     """
-    least = max(STANDARD_ERRORS * standard_error, FLOOR_DEVIATIONS * floor_deviation)
-    return mean - floor > least  # False without a floor
+    return mean - floor > floor_margin(standard_error, floor_deviation)  # False without a floor
+
+
+def floor_margin(standard_error: float, floor_deviation: float) -> float:
+    """How far above the floor a mean return with this standard error must lie; see :func:`beats_floor`."""
+    return max(STANDARD_ERRORS * standard_error, FLOOR_DEVIATIONS * floor_deviation)
 
 
 def names(folder: Path = DATA) -> list[str]:
@@ -152,12 +181,7 @@ def load(task: str | Task, folder: Path = DATA) -> Policy:
         BenchError: there is no such task, the task has no expert, the file is not the one that the card
             describes, or it is not a policy.
     """
-    described = card(task, folder)
-    path = folder / f"{_name(task)}.npz"
-    policy = read_policy(path)
-    if digest(policy) != described.policy:
-        raise BenchError("other-policy", "The file is not the policy of its card.", str(path))
-    return policy
+    return described_policy(folder / f"{_name(task)}.npz", card(task, folder))
 
 
 def card(task: str | Task, folder: Path = DATA) -> Card:
@@ -171,32 +195,70 @@ def card(task: str | Task, folder: Path = DATA) -> Card:
     if not path.exists():
         hint = did_you_mean(path.stem, names(folder))
         raise BenchError("no-expert", f"{path.stem} has no expert.", str(folder), hint)
-    try:
-        found = msgspec.json.decode(path.read_bytes(), type=Card)
-    except msgspec.MsgspecError as error:
-        raise BenchError("bad-card", f"The card cannot be read: {error}.", str(path)) from error
-    if not math.isfinite(found.measurement.mean) or published_task(path.stem).id != found.task:
-        raise BenchError("bad-card", f"The card is not one of {path.stem}.", str(path))
-    if found.fingerprint != fingerprints.published(found.task):
-        message = f"The expert was measured on another definition of {path.stem}: {found.fingerprint}."
-        raise BenchError("foreign-fingerprint", message, str(path), "Measure it again, or remove it.")
-    return found
+    return read_card(path, path.stem, Card)
 
 
 def write(policy: Policy, card: Card, folder: Path = DATA) -> None:
-    """Writes policy and card, the card last, so that a half-written expert cannot be loaded.
+    """Writes policy and card of an expert.
 
     Raises:
         BenchError: the card describes another policy, or a measurement is not finite.
     """
-    name = _name(card.task)
+    if not math.isfinite(card.selection.mean):
+        raise BenchError("bad-card", "A measurement is not finite.", _name(card.task))
+    write_described(policy, card, folder / f"{_name(card.task)}.json")
+
+
+def read_card(path: Path, task: str, kind: type[AnyCard]) -> AnyCard:
+    """The card of a policy for a task.
+
+    Args:
+        path: of the card.
+        task: the task's id or its bare name.
+        kind: of the card.
+
+    Raises:
+        BenchError: there is no such task, the card cannot be read, or it is of another task or another
+            definition of it.
+    """
+    row = published_task(task)
+    try:
+        found = msgspec.json.decode(read_regular(path, MAX_CARD), type=kind)
+    except (OSError, ValueError, RecursionError) as error:
+        raise BenchError("bad-card", f"The card cannot be read: {error}.", str(path)) from error
+    if not math.isfinite(found.measurement.mean) or row.id != found.task:
+        raise BenchError("bad-card", f"The card is not one of {row.name}.", str(path))
+    if found.fingerprint != fingerprints.published(row.id):
+        message = f"The policy was measured on another definition of {row.name}: {found.fingerprint}."
+        raise BenchError("foreign-fingerprint", message, str(path), "Measure it again, or remove it.")
+    return found
+
+
+def described_policy(path: Path, card: PolicyCard) -> Policy:
+    """The policy of a file, which a card describes.
+
+    Raises:
+        BenchError: the file is not the one that the card describes, or it is not a policy.
+    """
+    policy = read_policy(path)
     if digest(policy) != card.policy:
-        raise BenchError("other-policy", "The card describes another policy.", name)
-    if not all(math.isfinite(each.mean) for each in (card.selection, card.measurement)):
-        raise BenchError("bad-card", "A measurement is not finite.", name)
-    folder.mkdir(parents=True, exist_ok=True)
-    write_policy(folder / f"{name}.npz", policy)
-    write_bytes(folder / f"{name}.json", msgspec.json.format(msgspec.json.encode(card), indent=1) + b"\n")
+        raise BenchError("other-policy", "The file is not the policy of its card.", str(path))
+    return policy
+
+
+def write_described(policy: Policy, card: PolicyCard, path: Path) -> None:
+    """Writes a policy and its card, the card last, so that a half-written pair cannot be loaded.
+
+    Raises:
+        BenchError: the card describes another policy, or its measurement is not finite.
+    """
+    if digest(policy) != card.policy:
+        raise BenchError("other-policy", "The card describes another policy.", str(path))
+    if not math.isfinite(card.measurement.mean):
+        raise BenchError("bad-card", "A measurement is not finite.", str(path))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_policy(path.with_suffix(".npz"), policy)
+    write_bytes(path, msgspec.json.format(msgspec.json.encode(card), indent=1) + b"\n")
 
 
 def digest(policy: Policy) -> str:
@@ -206,10 +268,7 @@ def digest(policy: Policy) -> str:
 
 def write_policy(path: Path, policy: Policy) -> None:
     """Writes a policy's arrays as a compressed npz file, whole or not at all."""
-    content = io.BytesIO()
-    arrays: dict[str, Any] = policy.arrays()
-    np.savez_compressed(content, **arrays)
-    write_bytes(path, content.getvalue())
+    write_bytes(path, npz_bytes(policy.arrays()))
 
 
 def read_policy(path: Path) -> Policy:
@@ -219,10 +278,14 @@ def read_policy(path: Path) -> Policy:
         BenchError: the file cannot be read, or is not a policy.
     """
     try:
-        with np.load(path, allow_pickle=False) as file:
-            return Policy.from_arrays({name: file[name] for name in file.files})
-    except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
-        raise BenchError("bad-policy", f"The file is not a policy: {error}.", str(path)) from error
+        arrays = npz_arrays(read_regular(path, MAX_POLICY))
+        if error := next(array_errors(arrays), ""):
+            raise BenchError("bad-policy", error, hint=HINT)
+        return Policy.from_arrays(arrays)
+    except OSError as error:
+        raise BenchError("bad-policy", f"The file cannot be read: {error}.", str(path)) from error
+    except BenchError as error:
+        raise BenchError(error.code, error.message, str(path), error.hint) from error
 
 
 def _name(task: str | Task) -> str:

@@ -106,6 +106,15 @@ class Poses(JsonDocument):
         )
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PolicyPoses(JsonDocument):
+    """The motion of an expert."""
+
+    format: Annotated[Literal[1], about("1")] = 1
+    policy: Annotated[str, about("digest of the policy")]
+    poses: Annotated[TaskPoses, about("an episode, without `end`")]
+
+
 def motion_of(coordinates: NDArray[np.float64], unit: float) -> str:
     """The text of coordinates (frames, n): each coordinate's first value, then its differences."""
     whole = np.rint(coordinates.T / unit).astype(np.int64)

@@ -1,4 +1,4 @@
-"""``gym-extensions verify``: repeats an entry's episodes and runs its policies on new seeds."""
+"""``gym-extensions verify``: repeats an entry's episodes, and runs policies and records on new seeds."""
 
 from __future__ import annotations
 
@@ -25,12 +25,15 @@ from gym_extensions.errors import BenchError, reports_mistakes
 from gym_extensions.rollouts.layout import submission_folders
 from gym_extensions.rollouts.reader import read
 from gym_extensions.scoring.poses import write
+from gym_extensions.scoring.records import split_paths
 from gym_extensions.verification.episodes import Store
 from gym_extensions.verification.fetch import Fetcher, cache_folder
 from gym_extensions.verification.new_seeds import ALPHA, require_value
 from gym_extensions.verification.poses import poses_of
+from gym_extensions.verification.records import line_of, verify_record
 from gym_extensions.verification.verify import Report, Run, Verifier, record, runs_of
 
+ENTRY_HELP = "a submission's folder, a folder of them, records/TASK/NAME, or records"
 EPILOG = """Exit status: 0 all entries are verified, 1 one is not, 2 wrong usage or missing files."""
 
 
@@ -40,14 +43,14 @@ def parser() -> argparse.ArgumentParser:
         prog="gym-extensions verify",
         description="Check the rules, repeat all logged episodes with the stored policies where these are "
         "deterministic, and compare the logged returns with those on new seeds. It can be interrupted and "
-        "called again with the same --seeds.",
+        "called again with the same --seeds. Records are run on new seeds alone.",
         epilog=EPILOG,
     )
     add = command.add_argument
-    add("entries", nargs="+", type=Path, metavar="ENTRY", help="a submission's folder, or a folder of them")
+    add("entries", nargs="+", type=Path, metavar="ENTRY", help=ENTRY_HELP)
     add("--groups", action="append", default=[], metavar="FILE", help="the TOML file of a custom group")
     add_options(command)
-    add("--write", action="store_true", help="record the result in ENTRY/review.toml; needs --seeds")
+    add("--write", action="store_true", help="record the result in the entry's review; needs --seeds")
     return command
 
 
@@ -190,8 +193,18 @@ def main(argv: Sequence[str] | None = None) -> int:
             "Pass --seeds with the id of the merge commit or a beacon's randomness.",
         )
     value = require_value(options.seeds) if options.seeds else secrets.token_hex(32)
+    records, entries = split_paths(options.entries)
     status = 0
-    for path in submission_folders(options.entries):
+    for each in records:
+        if options.write and each.review is not None:
+            print(f"{each.name}: it has a review, which stands.")
+            continue
+        review = verify_record(each, value)
+        print(line_of(each, review))
+        status |= bool(review.problem)
+        if options.write:
+            each.write(review)
+    for path in submission_folders(entries):
         try:
             report = verified(path, value, options, only_new=options.write)
         except KeyboardInterrupt:

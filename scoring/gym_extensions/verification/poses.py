@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from gym_extensions.catalog.groups import with_custom
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.envs.make import construct_mujoco
+from gym_extensions.envs.rollout import Outcome
 from gym_extensions.rollouts.submission import Submission
 from gym_extensions.scoring.poses import (
     BODY_UNIT,
@@ -97,10 +98,15 @@ def record(call: Mapping[str, Any]) -> Iterator[Any]:
         watch = functools.partial(_watch, track, episode, timing.most_steps)
         policy = policies[key_of(request, player.group, cell)]
         outcome = player.outcomes(policy, cell, watch)[episode]
-        frames = frames_of(np.stack(track[: outcome.length + 1]), timing)
-        clip = {"steps": outcome.length, "success": outcome.success, "frames": len(frames)}
-        yield {**clip, "motion": motion_of(frames, timing.unit), **asdict(timing)}
+        yield {**motion(track, outcome, timing), **asdict(timing)}
     player.close()
+
+
+def motion(track: Sequence[Array], outcome: Outcome, timing: Timing) -> dict[str, Any]:
+    """The fields of an episode's clip that follow from its coordinates after the reset and every step."""
+    frames = frames_of(np.stack(track[: outcome.length + 1]), timing)
+    facts = {"steps": outcome.length, "success": outcome.success, "frames": len(frames)}
+    return {**facts, "motion": motion_of(frames, timing.unit)}
 
 
 def _watch(track: list[Array], episode: int, most_steps: int, env: Any, _: Any) -> None:

@@ -1,0 +1,260 @@
+"""Records: makes their files, and runs them on new seeds. A policy runs in the process with limits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, replace
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, TypeVar
+
+import msgspec
+import numpy as np
+
+from gym_extensions import experts
+from gym_extensions.catalog import fingerprints
+from gym_extensions.catalog.groups import TaskGroup
+from gym_extensions.catalog.tasks import Task, task
+from gym_extensions.envs.rollout import Outcome
+from gym_extensions.errors import BenchError
+from gym_extensions.experts import Measurement, RecordCard, Step
+from gym_extensions.experts.cards import described_policy, read_policy, write_described
+from gym_extensions.files import write_text
+from gym_extensions.rollouts.policy import Policy
+from gym_extensions.scoring.poses import FOLDER as POSES
+from gym_extensions.scoring.poses import Clip, PolicyPoses, TaskPoses
+from gym_extensions.scoring.records import (
+    CARD,
+    EPISODES,
+    NAME,
+    RECORDS,
+    Record,
+    RecordReview,
+    bar,
+    problem_of,
+    recordable,
+)
+from gym_extensions.verification.episodes import Cell, Player
+from gym_extensions.verification.limits import Limits, answers
+from gym_extensions.verification.new_seeds import Draw
+from gym_extensions.verification.poses import coordinates, motion, shown_episode, timing_of
+from gym_extensions.versions import version
+
+JOB = "gym_extensions.verification.records:play"
+LIMITS = Limits(cpu_seconds=1800, wall_seconds=7200)
+"""Of the process that runs a record: 100 episodes take a few seconds, those of the Humanoid half a minute."""
+T = TypeVar("T")
+SHOWN_KEYS = ("qpos", "mocap_pos")
+SAMPLE, SAMPLE_ERRORS = 20, 5.0
+"""Episodes of a first look, and how far their mean may lie below the claim, in standard errors."""
+
+
+def outcomes(
+    policy: Policy, row: Task, seeds: Sequence[int], states: list[Any] | None = None
+) -> list[Outcome]:
+    """One episode per seed, in this process. The states of the first seconds are added to ``states``.
+
+    Raises:
+        BenchError: the policy samples its actions, depends on a task of a group, or does not fit the task.
+    """
+    if policy.head != "deterministic" or policy.num_tasks:
+        message = "The policy samples its actions, or has arrays per task of a group."
+        raise BenchError("bad-policy", message, row.name, "Give a deterministic policy of the one task.")
+    most = 0 if states is None else timing_of(row).most_steps
+
+    def watch(env: Any, _: Any) -> None:
+        if states is not None and len(states) <= most:
+            now = env.states()
+            states.append({key: np.copy(now[key]) for key in SHOWN_KEYS if key in now})
+
+    player = Player(TaskGroup("record", (row,)))
+    try:
+        return player.outcomes(policy, Cell(1, 0, tuple(seeds)), watch)
+    finally:
+        player.close()
+
+
+def measurement(results: Sequence[Outcome]) -> Measurement:
+    """Mean, standard deviation and successes of episodes."""
+    returns = np.array([each.return_ for each in results])
+    successes = [each.success for each in results if each.success is not None]
+    share = float(np.mean(successes)) if successes else None
+    return Measurement(len(returns), float(returns.mean()), float(returns.std(ddof=1)), share)
+
+
+def played(policy: Policy, row: Task, seeds: Sequence[int]) -> tuple[Measurement, TaskPoses]:
+    """One episode per seed in this process, and the poses of the one with the median return.
+
+    Raises:
+        BenchError: as :func:`outcomes` does.
+    """
+    states: list[Any] = []
+    results = outcomes(policy, row, seeds, states)
+    returns, timing = [each.return_ for each in results], timing_of(row)
+    episode = shown_episode(returns)
+    clip = Clip(
+        stage=1,
+        episode=episode,
+        returns=tuple(round(value, 2) for value in returns),
+        **motion([coordinates(state, episode) for state in states], results[episode], timing),
+    )
+    frames = asdict(timing)
+    del frames["most_steps"]
+    return measurement(results), TaskPoses(task=row.id, after=clip, end=None, **frames)
+
+
+def play(call: Mapping[str, Any]) -> Iterator[Any]:
+    """The job of the process with limits: the measurement of a record, and the poses of an episode."""
+    record = Record(Path(call["card"]))
+    policy = described_policy(record.policy_path, record.card)
+    yield msgspec.to_builtins(played(policy, record.task, call["seeds"]))
+
+
+def write_expert_poses(names: Sequence[str], folder: Path = experts.DATA) -> Iterator[Path]:
+    """Writes the poses of experts that have none of their present policy, and yields the paths.
+
+    Args:
+        names: of the tasks.
+        folder: of the experts' files; the poses are in its folder ``poses``.
+
+    Raises:
+        BenchError: a task has no expert.
+    """
+    for name in names:
+        row, policy, path = task(name), experts.load(name, folder), folder / POSES / f"{name}.json"
+        digest, known = (
+            experts.digest(policy),
+            PolicyPoses.load(path, "bad-poses", "gym-extensions maintain poses"),
+        )
+        if known is None or known.policy != digest:
+            seeds = [experts.seed(row, "measure", index) for index in range(SAMPLE)]
+            poses = PolicyPoses(policy=digest, poses=played(policy, row, seeds)[1])
+            write_text(path, poses.to_json())
+            yield path
+
+
+def verify_record(record: Record, value: str) -> RecordReview:
+    """The review of a record on new seeds.
+
+    Args:
+        record: the record.
+        value: what the seeds follow from, together with the card: 40 to 128 hexadecimal digits.
+
+    Raises:
+        BenchError: card or policy cannot be read or do not fit the task, a limit was reached, or the floor
+            of the task was not measured.
+    """
+    needed, draw = bar(record.task), Draw(record.digest, value)
+    seeds = [draw.seed(RECORDS, record.task.id, index) for index in range(EPISODES)]
+    (answer,) = answers(JOB, {"card": str(record.path.resolve()), "seeds": seeds}, LIMITS)
+    seen, poses = msgspec.convert(answer, tuple[Measurement, TaskPoses])
+    return RecordReview(
+        card=record.digest,
+        date=datetime.now(UTC).date().isoformat(),
+        version=version("gym-extensions"),
+        value=value,
+        episodes=seen.episodes,
+        mean=seen.mean,
+        deviation=seen.deviation,
+        least=needed.least(seen.standard_error),
+        problem=problem_of(record.card, needed, seen.mean, seen.deviation, seen.episodes),
+        poses=poses,
+    )
+
+
+def sample(record: Record) -> tuple[int, list[BenchError]]:
+    """Runs the first measurement episodes of a record in this process, for a first look at its claim.
+
+    Returns:
+        The number of episodes, and what is wrong: with the files, with how the policy fits the task, and with
+        the claim.
+    """
+    errors: list[BenchError] = []
+
+    def found(part: Callable[[], T]) -> T | None:
+        try:
+            return part()
+        except BenchError as error:
+            errors.append(error)
+            return None
+
+    row, path = record.task, record.policy_path
+    card = found(lambda: record.card)
+    policy = found(lambda: described_policy(path, card) if card else read_policy(path))
+    needed = found(lambda: bar(row))
+    seeds = [experts.seed(row, "measure", index) for index in range(SAMPLE)]
+    seen = found(lambda: measurement(outcomes(policy, row, seeds))) if policy else None
+    if card and needed and seen:
+        claim = card.measurement
+        problem = problem_of(card, needed, claim.mean, claim.deviation, claim.episodes)
+        if seen.mean < claim.mean - SAMPLE_ERRORS * seen.standard_error - 1e-6 * abs(claim.mean):
+            problem = f"It returns {seen.mean:.1f} in {SAMPLE} episodes; the card claims {claim.mean:.1f}."
+        errors += [BenchError("no-record", problem)] if problem else []
+    return (seen.episodes if seen else 0), errors
+
+
+def line_of(record: Record, review: RecordReview) -> str:
+    """The review in words."""
+    seen = f"{review.mean:.1f} ± {review.standard_error:.1f} over {review.episodes} new episodes"
+    verdict = "NOT a record" if review.problem else "a record"
+    return f"{record.name}: {verdict}, {seen}. {review.problem}".rstrip()
+
+
+def write_record(
+    policy: Policy,
+    task_name: str,
+    name: str,
+    *,
+    authors: Sequence[str],
+    history: Sequence[Step],
+    folder: Path | str = RECORDS,
+    episodes: int = EPISODES,
+) -> Path:
+    """Measures a policy on the measurement seeds of its task and writes both files of a record.
+
+    Args:
+        policy: a deterministic policy; its noise is switched off.
+        task_name: bare name of a published MuJoCo task.
+        name: of the record: up to 64 letters, digits, dashes and underscores.
+        authors: names of the authors.
+        history: the training runs, the first one first.
+        folder: of all records.
+        episodes: that the claim rests on, at least 100.
+
+    Returns:
+        The path of the card.
+
+    Raises:
+        BenchError: the task cannot have records, the name is none, the policy does not fit the task, or its
+            mean would not pass. Nothing is written then.
+    """
+    row = recordable(task_name)
+    if row is None or not NAME.fullmatch(name):
+        message = f"{task_name!r} is no MuJoCo task, or {name!r} no name of a record."
+        raise BenchError("bad-record", message, hint="Take the bare name of a task, such as Hopper.")
+    path = Path(folder) / row.name / f"{name}{CARD}"
+    if path.exists():
+        raise BenchError("name-taken", "There is such a record.", str(path), "Take another name.")
+    policy = replace(policy, head="deterministic")
+    results: list[Outcome] = []
+    while len(results) < max(episodes, EPISODES):
+        first = len(results)
+        seeds = [experts.seed(row, "measure", index) for index in range(first, first + EPISODES)]
+        results += outcomes(policy, row, seeds)
+    card = RecordCard(
+        task=row.id,
+        fingerprint=fingerprints.published(row.id),
+        policy=experts.digest(policy),
+        history=tuple(history),
+        measurement=measurement(results),
+        authors=tuple(authors),
+    )
+    try:
+        msgspec.convert(msgspec.to_builtins(card), RecordCard)
+    except msgspec.ValidationError as error:
+        raise BenchError("bad-card", f"{error}.", name, "Name up to 20 authors.") from error
+    claim = card.measurement
+    if problem := problem_of(card, bar(row), claim.mean, claim.deviation, claim.episodes):
+        raise BenchError("no-record", problem, path.stem)
+    write_described(policy, card, path)
+    return path
