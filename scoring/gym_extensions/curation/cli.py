@@ -5,24 +5,43 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import get_args
 
+from gym_extensions import experts
 from gym_extensions.curation.gate import Request, check_pull_request
 from gym_extensions.curation.git import Repository
 from gym_extensions.curation.pull_request import RULES
 from gym_extensions.curation.report import GateReport, comment, read_report
-from gym_extensions.curation.review import decide, merge_commit, take, undecided_runs
+from gym_extensions.curation.review import (
+    decide,
+    merge_commit,
+    record_commit,
+    run_files,
+    take,
+    take_record,
+    undecided_runs,
+)
 from gym_extensions.errors import BenchError, reports_mistakes
 from gym_extensions.files import write_text
 from gym_extensions.rollouts.layout import DOCUMENT, submission_folders
 from gym_extensions.rollouts.review import Action, Review, review_text
 from gym_extensions.rollouts.run import read_run
 from gym_extensions.scoring.documents import json_schema
-from gym_extensions.verification.cli import add_options, is_verified, lines_of, verified, write_poses
+from gym_extensions.scoring.records import RECORDS, REVIEW, Record, split_paths
+from gym_extensions.verification.cli import (
+    ENTRY_HELP,
+    add_options,
+    is_verified,
+    lines_of,
+    verified,
+    write_poses,
+)
 from gym_extensions.verification.fetch import Fetcher
 from gym_extensions.verification.new_seeds import require_value
+from gym_extensions.verification.records import line_of, verify_record, write_expert_poses
 from gym_extensions.verification.verify import record
 
 
@@ -96,19 +115,22 @@ def maintain_parser() -> argparse.ArgumentParser:
     review = parts.add_parser(
         "review",
         help="verify what was merged, or record a decision",
-        description="Verify the runs of entries that no verification has decided about, with seeds from the "
-        "commit that merged them, and record the result in review.toml. With --decision, record a decision.",
+        description="Verify the runs of entries and the records that no verification has decided about, "
+        "with seeds from the commit that merged them, and write the result into their review. With "
+        "--decision, record a decision.",
         epilog="Exit status: 0 verified or recorded, 1 an entry is not verified, 2 wrong usage.",
     )
     add = review.add_argument
-    add("entries", nargs="+", type=Path, metavar="ENTRY", help="a submission's folder, or a folder of them")
+    add("entries", nargs="+", type=Path, metavar="ENTRY", help=ENTRY_HELP)
     add_options(review)
-    add("--record", type=Path, metavar="DIR", help="write DIR/ENTRY.toml instead of the entry's review.toml")
-    add("--take", type=Path, metavar="FILE", help="check such a file, and add it to the entry's review.toml")
+    add("--record", type=Path, metavar="DIR", help="write a file in DIR instead of the review")
+    add("--take", type=Path, metavar="FILE", help="check such a file, and add it to the review")
     add("--fetch", action="store_true", help="only fetch policies that lie elsewhere into the cache")
     add("--decision", choices=get_args(Action), help="the decision")
     add("--by", default="", metavar="NAME", help="who decides")
     add("--reason", default="", metavar="TEXT", help="why")
+    poses = parts.add_parser("poses", help="write the motion of experts that pages show")
+    poses.add_argument("tasks", nargs="*", metavar="TASK", help="bare names (default: all with an expert)")
     parts.add_parser("references", help="measure the references", add_help=False)
     return command
 
@@ -123,23 +145,48 @@ def maintain(argv: Sequence[str] | None = None) -> int:
         return references(arguments[1:])
     command = maintain_parser()
     options = command.parse_args(arguments)
-    entries = submission_folders(options.entries)
-    if (options.decision or options.take) and len(entries) != 1:
-        command.error("--decision and --take are about one entry")
+    if options.command == "poses":
+        for path in write_expert_poses(options.tasks or experts.names()):
+            print(path, flush=True)
+        return 0
+    records, paths = split_paths(options.entries)
+    entries = submission_folders(paths)
+    if options.take and len(records) == 1 and not entries:
+        take_record(records[0], options.take)
+        return 0
+    if (options.decision or options.take) and (records or len(entries) != 1):
+        command.error("--decision is about one entry, --take about one entry or record")
     if options.decision:
         decide(entries[0], options.decision, options.by, options.reason)
         return 0
     if options.take:
         take(entries[0], options.take)
         return 0
+    jobs: list[Callable[[argparse.Namespace], int]] = [partial(review_entry, each) for each in entries]
+    jobs += [partial(review_record, each) for each in records]
     status = 0
-    for entry in entries:
+    for job in jobs:
         try:
-            status |= review_entry(entry, options)
+            status |= job(options)
         except BenchError as error:
             print(f"error: {error}", file=sys.stderr)
             status = 2
     return status
+
+
+def review_record(record: Record, options: argparse.Namespace) -> int:
+    """Verifies a record without review, writes the result, and returns the exit status.
+
+    Raises:
+        BenchError: its files have a problem, or it cannot be verified at the moment. Nothing is written then.
+    """
+    if options.fetch or record.review is not None:
+        return 0
+    value = require_value(options.seeds) if options.seeds else record_commit(record)
+    review = verify_record(record, value)
+    print(line_of(record, review))
+    record.write(review, options.record and options.record / RECORDS / f"{record.name}{REVIEW}")
+    return int(bool(review.problem))
 
 
 def review_entry(entry: Path, options: argparse.Namespace) -> int:
@@ -159,7 +206,7 @@ def review_entry(entry: Path, options: argparse.Namespace) -> int:
             if policies is not None and policies.url:
                 fetcher.fetch(policies, name)
         return 0
-    value = require_value(options.seeds) if options.seeds else merge_commit(entry, runs)
+    value = require_value(options.seeds) if options.seeds else merge_commit(entry, run_files(runs))
     report = verified(entry, value, options, only_new=True)
     print("\n".join(lines_of(report)))
     if report.verification is None:

@@ -32,17 +32,21 @@ from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.review import CLAIMED, REPORTED
 from gym_extensions.rollouts.submission import Submission
 from gym_extensions.scoring.metrics import METRICS
+from gym_extensions.scoring.records import CARD, Record
 from gym_extensions.scoring.references import load_references
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.scoring.scorer import score
 from gym_extensions.verification.episodes import Cell, Player, played
 from gym_extensions.verification.limits import Limits, answers
 from gym_extensions.verification.new_seeds import files_digest
+from gym_extensions.verification.records import sample
 from gym_extensions.verification.repeat import other_machine, repetition, this_machine
 from gym_extensions.verification.verify import SAMPLED, Run, request_of_run, runs_of
 
 CODEOWNERS = ".github/CODEOWNERS"
-KIND_LABELS: dict[Kind, Label] = {"submission": "submission", "edit": "edits-entry"}
+RECORD = re.compile(r"[A-Za-z0-9]{1,64}/[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
+"""A record in a report: ``Hopper/name``."""
+KIND_LABELS: dict[Kind, Label] = {"submission": "submission", "edit": "edits-entry", "record": "record"}
 LIMITS = Limits(cpu_seconds=600, wall_seconds=600)
 """Of the process that reads the files of an entry."""
 JOB = "gym_extensions.curation.gate:judge"
@@ -105,7 +109,8 @@ def opened(repository: Repository, base: str, head: str) -> PullRequest:
 def _with_entry(report: GateReport, pull_request: PullRequest) -> GateReport:
     """The report with the kind of the pull request, and with the name and the owners of its entry."""
     if not pull_request.entries:
-        return report
+        record = next(iter(pull_request.records), "")
+        return replace(report, kind="record", entry=record if RECORD.fullmatch(record) else "")
     entry = pull_request.entries[0]
     kind: Kind = "edit" if entry in pull_request.base_entries else "submission"
     name = entry if NAME.fullmatch(entry) else ""
@@ -137,11 +142,14 @@ def _closed(report: GateReport, problems: Sequence[Problem]) -> GateReport:
 
 
 def _judged(report: GateReport, pull_request: PullRequest, limits: Limits) -> GateReport:
-    """The report with what the files of the entry are worth, found out in a process with limits."""
+    """The report with what the files of the entry or record are worth, found out in a process with limits."""
+    is_record = report.kind == "record"
+    files = (pull_request.files_of_record if is_record else pull_request.files_of)(report.entry)
     with tempfile.TemporaryDirectory() as scratch:
-        folder = Path(scratch) / report.entry
-        extract(pull_request.repository, pull_request.files_of(report.entry), report.entry, folder)
-        (answer,) = answers(JOB, {"folder": str(folder)}, limits)
+        extract(pull_request.repository, files, Path(scratch))
+        path = Path(scratch) / report.entry
+        call = {"record": f"{path}{CARD}"} if is_record else {"folder": str(path)}
+        (answer,) = answers(JOB, call, limits)
     judgement = Judgement.from_json(json.dumps(answer))
     judged = replace(
         report,
@@ -154,17 +162,28 @@ def _judged(report: GateReport, pull_request: PullRequest, limits: Limits) -> Ga
     return _closed(judged, judgement.problems)
 
 
-def extract(repository: Repository, files: Sequence[TreeEntry], entry: str, target: Path) -> None:
-    """Writes the files of an entry of a commit into a folder. Their paths and sizes keep to the rules."""
+def extract(repository: Repository, files: Sequence[TreeEntry], target: Path) -> None:
+    """Writes the files of an entry or record of a commit below a folder. Their paths and sizes keep to the
+    rules."""
     contents = repository.blobs(file.object_id for file in files)
     for file, content in zip(files, contents, strict=True):
-        path = target / file.path.removeprefix(f"{SUBMISSIONS}/{entry}/")
+        path = target / file.path.partition("/")[2]
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(content)
 
 
 def judge(call: Mapping[str, Any]) -> Iterator[Any]:
-    """The job of the process with limits: reads and scores an entry, and repeats a sample of its episodes."""
+    """The job of the process with limits: reads and scores an entry, and repeats a sample of its episodes.
+
+    Of a record, the first measurement episodes are run.
+    """
+    if "record" in call:
+        record = Record(Path(call["record"]))
+        episodes, errors = sample(record)
+        problems = tuple(Problem(each.code, record.name, each.message, each.hint) for each in errors)
+        note = f"The policy is run on {episodes} measurement episodes."
+        yield json.loads(Judgement(problems=problems, episodes=episodes, notes=(note,)).to_json())
+        return
     folder = Path(call["folder"])
     submission = read(folder, policies=True)
     card = score(submission, load_references())

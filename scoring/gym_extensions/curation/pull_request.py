@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from gym_extensions.curation.git import SUBMODULE, Repository, TreeEntry
+from gym_extensions.experts.cards import MAX_CARD, MAX_POLICY
 from gym_extensions.rollouts.layout import (
     MAX_FILES,
     MAX_SUBMISSION_BYTES,
@@ -24,12 +25,15 @@ from gym_extensions.rollouts.layout import (
     max_bytes,
 )
 from gym_extensions.rollouts.problem import Finding, Problem
+from gym_extensions.scoring import records
+from gym_extensions.scoring.records import RECORDS, recordable
 
 SUBMISSIONS = "submissions"
+FOLDERS = (SUBMISSIONS, RECORDS)
 RENAMES = ("R", "C")
 REGULAR = "100644"
 LINK = "120000"
-SEQUENTIAL = re.compile(r"submissions/[^/]+/[^/]+/sequential/run\d+\.(csv|npz)")
+SEQUENTIAL = re.compile(r"submissions/[^/]+/[^/]+/sequential/run\d+\.(csv|npz)|records/[^/]+/[^/]+\.npz")
 COMPONENT = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
 MAX_PATH = 200
 """Characters of a path."""
@@ -67,25 +71,39 @@ class PullRequest:
 
     @cached_property
     def base_files(self) -> tuple[TreeEntry, ...]:
-        """The files of submissions on the branch that it is for."""
-        return self.repository.tree(self.base, SUBMISSIONS)
+        """The files of submissions and records on the branch that it is for."""
+        return self._data(self.base)
 
     @cached_property
     def head_files(self) -> tuple[TreeEntry, ...]:
-        """The files of submissions in its last commit."""
-        return self.repository.tree(self.head, SUBMISSIONS)
+        """The files of submissions and records in its last commit."""
+        return self._data(self.head)
+
+    def _data(self, commit: str) -> tuple[TreeEntry, ...]:
+        return tuple(file for folder in FOLDERS for file in self.repository.tree(commit, folder))
 
     @cached_property
     def base_entries(self) -> frozenset[str]:
         """The names of the entries on the branch that it is for."""
         parts = (entry.path.split("/") for entry in self.base_files)
-        return frozenset(names[1] for names in parts if len(names) > 2)
+        return frozenset(names[1] for names in parts if names[0] == SUBMISSIONS and len(names) > 2)
 
     @cached_property
     def entries(self) -> tuple[str, ...]:
         """The names of the entries whose files it changes, sorted."""
         parts = (path.split("/") for path in self.paths)
         return tuple(sorted({names[1] for names in parts if names[0] == SUBMISSIONS and len(names) > 2}))
+
+    @cached_property
+    def records(self) -> tuple[str, ...]:
+        """The records whose files it changes, ``TASK/NAME``, sorted."""
+        parts = (path.split("/") for path in self.paths)
+        names = {
+            f"{part[1]}/{part[2].partition('.')[0]}"
+            for part in parts
+            if len(part) == 3 and part[0] == RECORDS
+        }
+        return tuple(sorted(names))
 
     @cached_property
     def paths(self) -> tuple[str, ...]:
@@ -95,6 +113,11 @@ class PullRequest:
     def files_of(self, entry: str) -> tuple[TreeEntry, ...]:
         """The files of an entry in its last commit, with their sizes."""
         return self.repository.tree(self.head, f"{SUBMISSIONS}/{entry}", sizes=True)
+
+    def files_of_record(self, record: str) -> tuple[TreeEntry, ...]:
+        """The two files of a record in its last commit, with their sizes, as far as they exist."""
+        files = self.repository.tree(self.head, f"{RECORDS}/{record.partition('/')[0]}", sizes=True)
+        return tuple(file for file in files if file.path in record_files(record))
 
 
 def _changes(fields: Iterator[bytes]) -> Iterator[Change]:
@@ -110,8 +133,13 @@ def _changes(fields: Iterator[bytes]) -> Iterator[Change]:
 
 
 def is_data(path: str) -> bool:
-    """Whether a path is in the folder of submissions, in any letter case."""
-    return path.split("/", maxsplit=1)[0].casefold() == SUBMISSIONS
+    """Whether a path is in the folder of submissions or records, in any letter case."""
+    return path.split("/", maxsplit=1)[0].casefold() in FOLDERS and path != f"{RECORDS}/README.md"
+
+
+def record_files(record: str) -> tuple[str, str]:
+    """The files of a record that a submitter writes: the policy and the card."""
+    return f"{RECORDS}/{record}{records.POLICY}", f"{RECORDS}/{record}{records.CARD}"
 
 
 Rule = Callable[[PullRequest], Iterator[Finding]]
@@ -136,41 +164,61 @@ def broken_rules(pull_request: PullRequest) -> list[Problem]:
 
 @rule
 def code_and_data(pull_request: PullRequest) -> Iterator[Finding]:
-    """A pull request changes either submissions or the project's code, never both."""
+    """A pull request changes either submissions and records or the project's code, never both."""
     code = [path for path in pull_request.paths if not is_data(path)]
     if code:
         files = f"{len(code)} file{'s' * (len(code) > 1)}"
-        message = f"It changes data and also {files} outside of submissions."
+        message = f"It changes data and also {files} outside of submissions and records."
         yield Finding(code[0], message, "Make two pull requests.")
 
 
 @rule
 def several_entries(pull_request: PullRequest) -> Iterator[Finding]:
-    """A pull request changes the folder of one entry."""
-    entries = pull_request.entries
+    """A pull request changes the folder of one entry, or adds one record."""
+    entries = (*pull_request.entries, *pull_request.records)
     if len(entries) > 1:
         message = f"It changes {', '.join(entries[:5])}{', …' if len(entries) > 5 else ''}."
-        yield Finding("submissions", message, "Make one pull request for each entry, and change no other.")
+        yield Finding("submissions", message, "Make one pull request for each of them.")
 
 
 @rule
 def written_by_the_base(pull_request: PullRequest) -> Iterator[Finding]:
-    """A pull request brings neither review.toml nor poses: verification and maintainers write them."""
+    """A pull request brings neither reviews nor poses: verification and maintainers write them."""
     for path in pull_request.paths:
-        if path.split("/")[2:3] in ([REVIEW], [POSES]):
+        is_of_record = path.startswith(f"{RECORDS}/") and path.endswith(records.REVIEW)
+        if is_of_record or path.split("/")[2:3] in ([REVIEW], [POSES]):
             hint = "Leave it as it is on the base. It is written after the merge."
             yield Finding(path, "It is written on the base branch only.", hint)
 
 
 @rule
 def stray_file(pull_request: PullRequest) -> Iterator[Finding]:
-    """Every file belongs to an entry, and every file of policies to a run."""
+    """Every file belongs to an entry or a record, and every file of policies to a run."""
+    allowed = {file for record in pull_request.records for file in record_files(record)}
     for path in pull_request.paths:
         names = path.split("/")
-        if is_data(path) and not (names[0] == SUBMISSIONS and len(names) > 2):
-            yield Finding(path, "The file belongs to no entry.", "Move it into the folder of the entry.")
+        if is_data(path) and not (names[0] == SUBMISSIONS and len(names) > 2) and path not in allowed:
+            hint = "Move it into the folder of the entry, or leave it out."
+            yield Finding(path, "The file belongs to no entry or record.", hint)
         elif is_of_old_form("/".join(names[2:])):
             yield Finding(path, "The file belongs to no run.", "Put a run's policies into run<N>.npz.")
+
+
+@rule
+def new_record(pull_request: PullRequest) -> Iterator[Finding]:
+    """A record is two new files, records/TASK/NAME.npz and records/TASK/NAME.json. TASK is a published MuJoCo
+    task; NAME has 1 to 64 letters, digits, dashes and underscores."""
+    base = {file.path for file in pull_request.base_files}
+    for record in pull_request.records:
+        task, name = record.split("/")
+        where = f"{RECORDS}/{record}"[:MAX_PATH]
+        if recordable(task) is None or not records.NAME.fullmatch(name):
+            hint = "Take the bare name of a MuJoCo task, such as Hopper, and a short name."
+            yield Finding(where, "There is no such task, or it is no name of a record.", hint)
+        elif base & {*record_files(record), f"{RECORDS}/{record}{records.REVIEW}"}:
+            yield Finding(where, "There is such a record.", "A record never changes: take another name.")
+        elif len(pull_request.files_of_record(record)) < 2:
+            yield Finding(where, "It lacks its policy or its card.", "docs/experts.md says how to make both.")
 
 
 @rule
@@ -273,7 +321,7 @@ def deleted_file(pull_request: PullRequest) -> Iterator[Finding]:
 
 @rule
 def copied_run(pull_request: PullRequest) -> Iterator[Finding]:
-    """No sequential log and no policies of its runs equal those of a run of another entry, byte for byte.
+    """No sequential log, no policies of its runs and no record equal those of another one, byte for byte.
     (Training on one task alone, or on all together, gives the same bytes for methods that differ only
     between tasks.)"""
     theirs = {
@@ -284,13 +332,14 @@ def copied_run(pull_request: PullRequest) -> Iterator[Finding]:
         original = theirs.get(file.object_id)
         if original is None or file.path not in changed or not SEQUENTIAL.fullmatch(file.path):
             continue
-        if original.split("/")[1] != file.path.split("/")[1]:
+        if file.path.startswith(RECORDS) or original.split("/")[1] != file.path.split("/")[1]:
             yield Finding(file.path, f"It is the same as {original}.", "Submit your own runs.")
 
 
 @rule
 def too_large(pull_request: PullRequest) -> Iterator[Finding]:
-    """An entry keeps to the limits of docs/rollout-log.md on sizes and on the number of files."""
+    """An entry keeps to the limits of docs/rollout-log.md on sizes and on the number of files. The policy of
+    a record has at most 4 MiB, its card 64 KiB."""
     for name in pull_request.entries:
         files = pull_request.files_of(name)
         total = sum(file.size or 0 for file in files)
@@ -302,3 +351,10 @@ def too_large(pull_request: PullRequest) -> Iterator[Finding]:
             if (file.size or 0) > limit:
                 message = f"It has {file.size} bytes; the limit is {limit}."
                 yield Finding(file.path, message, "See the limits in docs/rollout-log.md.")
+    for record in pull_request.records:
+        for file in pull_request.files_of_record(record):
+            limit = MAX_CARD if file.path.endswith(records.CARD) else MAX_POLICY
+            if (file.size or 0) > limit:
+                yield Finding(
+                    file.path, f"It has {file.size} bytes; the limit is {limit}.", "Make it smaller."
+                )

@@ -14,9 +14,9 @@ from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.problem import Problem
 from gym_extensions.scoring.documents import JsonDocument, about
 
-Kind = Literal["submission", "edit", "code", "none"]
+Kind = Literal["submission", "edit", "record", "code", "none"]
 Verdict = Literal["passed", "review", "refused", "not-judged"]
-Label = Literal["submission", "edits-entry", "refused", "claimed"]
+Label = Literal["submission", "edits-entry", "record", "refused", "claimed"]
 Level = Literal["reported", "claimed"]
 MAX_BYTES = 2**20
 MAX_PROBLEMS = 50
@@ -65,7 +65,8 @@ class GateReport(JsonDocument):
     kind: Annotated[
         Kind,
         about(
-            "`submission` (a new entry), `edit` (of an existing one), `code`, or `none` if it changes nothing"
+            "`submission` (a new entry), `edit` (of an existing one), `record`, `code`, or `none` if it "
+            "changes nothing"
         ),
     ]
     verdict: Annotated[
@@ -75,7 +76,13 @@ class GateReport(JsonDocument):
             "problems; `not-judged`: it changes code alone, which the ordinary tests check"
         ),
     ]
-    entry: Annotated[str, msgspec.Meta(pattern=r"^([A-Za-z0-9][A-Za-z0-9._-]{0,63})?$")] = ""
+    entry: Annotated[
+        str,
+        msgspec.Meta(
+            pattern=r"^([A-Za-z0-9][A-Za-z0-9._-]{0,63}(/[A-Za-z0-9_-]{1,64})?)?$",
+            description="name of the entry, or task and name of the record",
+        ),
+    ] = ""
     owners: Annotated[
         tuple[Annotated[str, msgspec.Meta(pattern=f"^{OWNER}$")], ...],
         msgspec.Meta(max_length=MAX_PROBLEMS, description="owners of the entry, from CODEOWNERS of the base"),
@@ -130,6 +137,10 @@ HEADINGS = {
     "not-judged": "Not a submission",
 }
 CODE = "It changes code alone, which the ordinary tests check."
+NEXT_RECORD = (
+    "There is nothing more to do. After the merge, the policy is run on 100 new seeds that follow from the "
+    "merge commit. If it keeps its claim and beats the expert there, the page of the task shows it."
+)
 NEXT = (
     "There is nothing more to do. After the merge, the policies are run on new seeds that follow from the "
     "merge commit. If the returns agree with the log, the entry is verified and has a rank."
@@ -184,7 +195,8 @@ def comment(report: GateReport) -> str:
     parts = [f"### {HEADINGS[report.verdict]}"]
     if report.entry:
         owners = ", ".join(f"`{name}`" for name in report.owners) if report.kind == "edit" else ""
-        parts.append(f"Entry `{report.entry}`{f' (owners: {owners})' if owners else ''}.")
+        kind = "Record" if report.kind == "record" else "Entry"
+        parts.append(f"{kind} `{report.entry}`{f' (owners: {owners})' if owners else ''}.")
     if report.verdict == "not-judged":
         parts.append(CODE)
     if report.problems:
@@ -195,6 +207,6 @@ def comment(report: GateReport) -> str:
     if report.notes:
         parts += ["Notes, for a reader to judge:", code_block(report.notes)]
     if report.verdict in ("passed", "review"):
-        parts += [NEXT, *_limits(report)]
+        parts += [NEXT_RECORD if report.kind == "record" else NEXT, *_limits(report)]
     parts.append(f"Judged by the code of {report.base[:12]}, for {report.head[:12]}.")
     return "\n\n".join(parts) + "\n"

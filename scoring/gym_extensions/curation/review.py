@@ -1,4 +1,4 @@
-"""Reviews of entries on the base branch: verification with seeds from the merge commit, and decisions."""
+"""Reviews on the base branch: verification with seeds from the merge commit, and decisions."""
 
 from __future__ import annotations
 
@@ -19,6 +19,8 @@ from gym_extensions.rollouts.review import (
     review_of,
     write_review,
 )
+from gym_extensions.scoring import records
+from gym_extensions.scoring.records import Record
 from gym_extensions.verification.verify import record, runs_of, verified_before
 
 MAX_RECORD_BYTES = 2**20
@@ -39,17 +41,26 @@ def undecided_runs(entry: Path) -> dict[str, str]:
     return {name: run.document.digest for name, run in runs.items() if name not in decided}
 
 
-def merge_commit(entry: Path, runs: Iterable[str]) -> str:
-    """The commit that fixed runs: the last one of HEAD's first-parent history that changed their files.
+def run_files(runs: Iterable[str]) -> list[str]:
+    """The files of runs, by their names."""
+    return [f"{name}{suffix}" for name in runs for suffix in (LOG, DOCUMENT, POLICIES)]
+
+
+def merge_commit(parent: Path, files: Iterable[str]) -> str:
+    """The commit that fixed files: the last one of HEAD's first-parent history that changed one of them.
 
     For a merged pull request it is the merge commit, which its author did not know.
+
+    Args:
+        parent: a folder of the repository.
+        files: their paths in it.
 
     Raises:
         BenchError: the files are not committed as they are, or the clone lacks older commits.
     """
-    repository = Repository(Repository(entry).top)
-    folder = entry.resolve().relative_to(repository.top.resolve()).as_posix()
-    paths = [f"{folder}/{name}{suffix}" for name in runs for suffix in (LOG, DOCUMENT, POLICIES)]
+    repository = Repository(Repository(parent).top)
+    folder = parent.resolve().relative_to(repository.top.resolve()).as_posix()
+    paths = [f"{folder}/{file}" for file in files]
     changed = repository.run("status", "--porcelain", "--untracked-files=all", "-z", "--", folder)
     names = [part[3:] for part in changed.decode("utf-8", "surrogateescape").split("\0") if part]
     if uncommitted := sorted(set(names) & set(paths)):
@@ -57,7 +68,7 @@ def merge_commit(entry: Path, runs: Iterable[str]) -> str:
         raise BenchError("not-committed", message, uncommitted[0], "Commit it, or pass --seeds.")
     commit = repository.last_change(repository.commit("HEAD"), paths)
     if not commit:
-        raise BenchError("not-committed", "No commit has its runs.", folder, "Commit it, or pass --seeds.")
+        raise BenchError("not-committed", "No commit has its files.", folder, "Commit it, or pass --seeds.")
     return commit
 
 
@@ -100,8 +111,32 @@ def take(entry: Path, file: Path) -> None:
     runs = undecided_runs(entry)
     if not verification.runs or any(runs.get(name) != digest for name, digest in verification.runs.items()):
         raise BenchError("bad-record", "It is about other files, or about decided ones.", str(file))
-    if verification.value != merge_commit(entry, runs):
+    if verification.value != merge_commit(entry, run_files(runs)):
         raise BenchError("bad-record", "Its seeds do not follow from the merge commit.", str(file))
     if verification.retrained:
         raise BenchError("bad-record", "No job trains a run again.", str(file))
     record(entry, verification)
+
+
+def record_commit(found: Record) -> str:
+    """The commit that fixed the files of a record. Raises ``BenchError`` as :func:`merge_commit` does."""
+    return merge_commit(found.path.parent, (found.path.name, found.policy_path.name))
+
+
+def take_record(found: Record, file: Path) -> None:
+    """Writes the review of a record in a file, which another job wrote, beside its card.
+
+    Raises:
+        BenchError: the file is no review of these files with seeds from the commit that fixed them, its
+            verdict does not follow from its numbers, or the record has a review.
+    """
+    review = records.read_review(file)
+    needed, seen = records.bar(found.task), (review.mean, review.deviation, review.episodes)
+    verdict = needed.least(review.standard_error), records.problem_of(found.card, needed, *seen)
+    if review.card != found.digest or found.review is not None:
+        raise BenchError("bad-record", "It is about other files, or about decided ones.", str(file))
+    if review.value != record_commit(found):
+        raise BenchError("bad-record", "Its seeds do not follow from the merge commit.", str(file))
+    if review.episodes != records.EPISODES or (review.least, review.problem) != verdict:
+        raise BenchError("bad-record", "Its verdict does not follow from its numbers.", str(file))
+    found.write(review)
