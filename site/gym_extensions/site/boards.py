@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -16,6 +16,7 @@ from gym_extensions.scoring import boards as model
 from gym_extensions.scoring.boards import BoardEntry, BoardsDocument, VersusNext
 from gym_extensions.scoring.leaderboard import boards as scored_boards
 from gym_extensions.scoring.metrics import MetricValue
+from gym_extensions.scoring.records import Record
 from gym_extensions.scoring.references import load_references
 from gym_extensions.scoring.scorecard import ReferencesInfo, Scorecard
 from gym_extensions.site.text import fixed, is_verified, short
@@ -386,9 +387,10 @@ class Frame:
 
 @dataclass(frozen=True)
 class Leaderboard(Frame):
-    """All entries, sorted by name, and their boards."""
+    """All entries, sorted by name, their boards, and the verified records by task id."""
 
     entrants: tuple[Entrant, ...]
+    records: Mapping[str, tuple[Record, ...]] = field(default_factory=dict)
 
     @cached_property
     def entries(self) -> tuple[Scorecard, ...]:

@@ -22,6 +22,7 @@ from gym_extensions.site.boards import Entrant, Frame, Leaderboard, entrant
 from gym_extensions.site.mujoco_wasm import Simulator
 from gym_extensions.site.output import Output, digest, encoded, kept, kept_path
 from gym_extensions.site.pages import PAGES, TASK_PAGES, Draft, File, Page
+from gym_extensions.site.records import Records
 from gym_extensions.site.templating import FOLDER, environment, source_digest
 
 COLLECTED_FILES = 500
@@ -74,6 +75,7 @@ class Site:
     references: ReferencesInfo
     pages: tuple[Page, ...] = PAGES
     folders: Mapping[str, Path] = field(default_factory=dict)
+    records: Records = field(default_factory=dict)
     keys: Mapping[str, str] = field(default_factory=dict)
     simulator: Simulator | None = None
     entrants: dict[str, Entrant] = field(default_factory=dict)
@@ -97,7 +99,8 @@ class Site:
     @cached_property
     def leaderboard(self) -> Leaderboard:
         """All entries and their boards. No entry may follow."""
-        return Leaderboard(self.references, tuple(self.entrants[name] for name in sorted(self.entrants)))
+        entrants = tuple(self.entrants[name] for name in sorted(self.entrants))
+        return Leaderboard(self.references, entrants, self.records)
 
     def shared_files(self) -> Iterator[File]:
         """The files that are made from all entries."""
@@ -127,9 +130,10 @@ def files(
     document: ScorecardDocument,
     kinds: tuple[Page, ...] = PAGES,
     folders: Mapping[str, Path] | None = None,
+    records: Records | None = None,
 ) -> Iterator[tuple[str, str]]:
     """Every text file of the site of a document, as (path, text); of all kinds of pages, or of some."""
-    site = Site(document.references, kinds, folders or {})
+    site = Site(document.references, kinds, folders or {}, records or {})
     for path, content in site.files(document.submissions):
         if isinstance(content, Draft):
             yield path, content.write()
@@ -170,6 +174,7 @@ def build_site(
     keys: Mapping[str, str] | None = None,
     folders: Mapping[str, Path] | None = None,
     simulator: Simulator | None = None,
+    records: Records | None = None,
 ) -> Built:
     """Writes the site to ``out``; a failed build leaves ``out`` unchanged.
 
@@ -183,13 +188,20 @@ def build_site(
         keys: by entry, the key under which its scorecard is kept for the next build.
         folders: by entry, its folder, whose poses Watch panels show; poses of other results are not shown.
         simulator: MuJoCo for the browser; without it the page Play says that it is missing.
+        records: the verified records by task id, the best one first.
 
     Raises:
         BenchError: ``out`` exists, is not empty, and was not written by an earlier build, or two entries have
             the same name.
     """
     base = base or base_digest(references)
-    site = Site(references, folders=folders or {}, keys=keys or {}, simulator=simulator)
+    site = Site(
+        references,
+        folders=folders or {},
+        records=records or {},
+        keys=keys or {},
+        simulator=simulator,
+    )
     with Output(out, base) as output, _collected_by_hand():
         for number, (path, content) in enumerate(site.files(cards)):
             if number % COLLECTED_FILES == 0:

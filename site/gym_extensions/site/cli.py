@@ -16,6 +16,7 @@ from rich.text import Text
 
 from gym_extensions.errors import reports_mistakes
 from gym_extensions.scoring.pipeline import Scorer, find_submissions, references_info
+from gym_extensions.scoring.records import RECORDS, verified_records
 from gym_extensions.scoring.references import load_references
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.scoring.screen import show_line
@@ -42,6 +43,13 @@ def parser() -> argparse.ArgumentParser:
         type=Path,
         default=[Path("submissions")],
         help="submission folders, or folders that contain them (default: submissions/)",
+    )
+    options.add_argument(
+        "--records",
+        type=Path,
+        default=Path(RECORDS),
+        metavar="DIR",
+        help="folder of records (default: records/)",
     )
     options.add_argument("--out", type=Path, default=Path("_site"), help="output folder (default: _site)")
     options.add_argument(
@@ -117,6 +125,7 @@ def main(argv: list[str] | None = None) -> int:
         base,
         keys=keys,
         folders={folder.name: folder for folder in folders},
+        records=verified_records(options.records),
         simulator=load(options.mujoco),
     )
     # Text from submissions is printed literally, and never stops the output in a narrow encoding.

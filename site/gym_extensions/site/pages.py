@@ -31,6 +31,7 @@ from gym_extensions.site.motion import watches
 from gym_extensions.site.mujoco_wasm import VERSION, Simulator
 from gym_extensions.site.output import encoded
 from gym_extensions.site.play import offer
+from gym_extensions.site.records import TaskPolicies
 from gym_extensions.site.tables import PAGE_ROWS, board_pages, entry_pages
 from gym_extensions.site.tasks import (
     TaskView,
@@ -168,7 +169,11 @@ def _tasks(site: Leaderboard, render: Render) -> Iterator[File]:
     for task in TASKS.values():
         path = api.task_path(task.id)
         view = TaskView(task, references.get(task.id), best.get(task.id, ()))
-        yield path, Draft(view.inputs, partial(render, "task.html", path, task=view))
+        policies = TaskPolicies(task, site.records.get(task.id, ()))
+        write = partial(render, "task.html", path, task=view, policies=policies)
+        yield path, Draft(view.inputs + policies.inputs, write)
+        if policies.watch is not None:
+            yield policies.watch.path, policies.watch.script
 
 
 def _submission(entry: Scorecard, render: Render) -> Iterator[File]:
