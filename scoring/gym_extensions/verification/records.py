@@ -121,11 +121,9 @@ def write_expert_poses(names: Sequence[str], folder: Path = experts.DATA) -> Ite
         BenchError: a task has no expert.
     """
     for name in names:
-        row, policy, path = task(name), experts.load(name, folder), folder / POSES / f"{name}.json"
-        digest, known = (
-            experts.digest(policy),
-            PolicyPoses.load(path, "bad-poses", "gym-extensions maintain poses"),
-        )
+        row, policy = task(name), experts.load(name, folder)
+        path, digest = folder / POSES / f"{name}.json", experts.digest(policy)
+        known = PolicyPoses.load(path, "bad-poses", "gym-extensions maintain poses")
         if known is None or known.policy != digest:
             seeds = [experts.seed(row, "measure", index) for index in range(SAMPLE)]
             poses = PolicyPoses(policy=digest, poses=played(policy, row, seeds)[1])
