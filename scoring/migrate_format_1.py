@@ -45,13 +45,6 @@ from gym_extensions.rollouts.layout import (
     run_key,
 )
 from gym_extensions.rollouts.manifest import OLD_SECTIONS
-from gym_extensions.rollouts.policy import (
-    content_sha256,
-    npz_bytes,
-    old_policy_files,
-    policy_keys,
-    read_arrays,
-)
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.review import Decision, Review, Verification, write_review
 from gym_extensions.rollouts.run import (
@@ -63,6 +56,13 @@ from gym_extensions.rollouts.run import (
     Versions,
     read_run,
     write_run,
+)
+from gym_extensions.rollouts.run_policies import (
+    content_sha256,
+    npz_bytes,
+    old_policy_files,
+    policy_keys,
+    read_arrays,
 )
 from gym_extensions.rollouts.tables import LOG_COLUMNS
 

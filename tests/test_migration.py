@@ -17,10 +17,11 @@ import pytest
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.protocol import BUDGETS, evaluation_seed
-from gym_extensions.rollouts.policy import Policy, content_sha256, npz_bytes, policy_keys, read_arrays
+from gym_extensions.rollouts.policy import Policy
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.review import VERIFIED, level, read_review
 from gym_extensions.rollouts.run import file_sha256, read_run
+from gym_extensions.rollouts.run_policies import content_sha256, npz_bytes, policy_keys, read_arrays
 
 from .conftest import MANIFEST, UNIFORM
 

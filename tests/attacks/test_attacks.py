@@ -18,15 +18,15 @@ import numpy as np
 import pytest
 
 from gym_extensions.catalog.groups import group
-from gym_extensions.rollouts.policy import (
+from gym_extensions.rollouts.policy import Policy
+from gym_extensions.rollouts.run import PolicyFile, read_run
+from gym_extensions.rollouts.run_policies import (
     Key,
-    Policy,
     content_sha256,
     read_policies,
     run_arrays,
     write_policies,
 )
-from gym_extensions.rollouts.run import PolicyFile, read_run
 from gym_extensions.verification.episodes import Store
 from gym_extensions.verification.fetch import Fetcher
 from gym_extensions.verification.verify import Verifier

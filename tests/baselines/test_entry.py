@@ -30,9 +30,9 @@ from gym_extensions.catalog.protocol import evaluation_seed
 from gym_extensions.envs import fingerprint
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.manifest import findings
-from gym_extensions.rollouts.policy import read_policies
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.run import RunDocument, read_run
+from gym_extensions.rollouts.run_policies import read_policies
 
 from .conftest import QUICK_GROUP, SHORT_GROUP, digests, log_rows
 

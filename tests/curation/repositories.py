@@ -10,8 +10,9 @@ import msgspec
 import numpy as np
 
 from gym_extensions.catalog.groups import GROUPS
-from gym_extensions.rollouts.policy import Policy, content_sha256, npz_bytes, policy_keys, run_arrays
+from gym_extensions.rollouts.policy import Policy
 from gym_extensions.rollouts.run import PolicyFile, read_run, write_run
+from gym_extensions.rollouts.run_policies import content_sha256, npz_bytes, policy_keys, run_arrays
 
 from ..conftest import MANIFEST, write_submission
 

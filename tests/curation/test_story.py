@@ -16,10 +16,10 @@ from gym_extensions.curation.cli import maintain
 from gym_extensions.curation.gate import Request, check_pull_request
 from gym_extensions.curation.git import Repository
 from gym_extensions.curation.report import GateReport
-from gym_extensions.rollouts.policy import content_sha256, read_policies, run_arrays, write_policies
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.review import level, read_review
 from gym_extensions.rollouts.run import PolicyFile, read_run
+from gym_extensions.rollouts.run_policies import content_sha256, read_policies, run_arrays, write_policies
 from gym_extensions.scoring.leaderboard import boards
 from gym_extensions.scoring.references import Reference, References
 from gym_extensions.scoring.scorer import score

@@ -13,9 +13,10 @@ import pytest
 from gym_extensions.catalog.groups import group
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.layout import MAX_POLICY_BYTES, POLICIES, run_file
-from gym_extensions.rollouts.policy import (
+from gym_extensions.rollouts.policy import Policy
+from gym_extensions.rollouts.policy_arrays import ACTIVATIONS, KEYS, LAYER_FIELDS, array_errors
+from gym_extensions.rollouts.run_policies import (
     Key,
-    Policy,
     content_sha256,
     has_policies,
     npz_arrays,
@@ -29,7 +30,6 @@ from gym_extensions.rollouts.policy import (
     run_errors,
     write_policies,
 )
-from gym_extensions.rollouts.policy_arrays import ACTIVATIONS, KEYS, LAYER_FIELDS, array_errors
 
 from .examples import arrays
 

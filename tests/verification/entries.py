@@ -15,14 +15,7 @@ from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import group as group_of
 from gym_extensions.catalog.protocol import BUDGETS, EVALUATION_EPISODES, evaluation_seed, stages
 from gym_extensions.rollouts.layout import DOCUMENT, LOG, POLICIES, run_file
-from gym_extensions.rollouts.policy import (
-    Key,
-    Policy,
-    content_sha256,
-    policy_keys,
-    run_arrays,
-    write_policies,
-)
+from gym_extensions.rollouts.policy import Policy
 from gym_extensions.rollouts.run import (
     Memory,
     PolicyFile,
@@ -32,6 +25,7 @@ from gym_extensions.rollouts.run import (
     read_run,
     write_run,
 )
+from gym_extensions.rollouts.run_policies import Key, content_sha256, policy_keys, run_arrays, write_policies
 from gym_extensions.rollouts.tables import Episode, read_log, write_log
 from gym_extensions.verification.episodes import Cell, Player
 from gym_extensions.verification.repeat import this_machine

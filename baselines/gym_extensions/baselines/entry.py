@@ -43,7 +43,6 @@ from gym_extensions.rollouts.layout import (
     run_file,
 )
 from gym_extensions.rollouts.manifest import RECORDED
-from gym_extensions.rollouts.policy import content_sha256, npz_bytes
 from gym_extensions.rollouts.run import (
     Curve,
     InterimEvaluation,
@@ -54,6 +53,7 @@ from gym_extensions.rollouts.run import (
     file_sha256,
     write_run,
 )
+from gym_extensions.rollouts.run_policies import content_sha256, npz_bytes
 from gym_extensions.rollouts.tables import CurvePoint, EvaluationPoint, write_log
 from gym_extensions.versions import version
 

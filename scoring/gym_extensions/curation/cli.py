@@ -206,7 +206,7 @@ def review_entry(entry: Path, options: argparse.Namespace) -> int:
             if policies is not None and policies.url:
                 fetcher.fetch(policies, name)
         return 0
-    value = require_value(options.seeds) if options.seeds else merge_commit(entry, run_files(runs))
+    value = require_value(options.seeds) if options.seeds else merge_commit(entry, run_files(entry, runs))
     report = verified(entry, value, options, only_new=True)
     print("\n".join(lines_of(report)))
     if report.verification is None:

@@ -35,7 +35,14 @@ LIMIT = f'ulimit -v "$0" 2>/dev/null; ulimit -t {MAX_CPU_SECONDS}; exec "$@"'
 """Runs a command with these limits. A system without a limit on memory (macOS) skips that one."""
 LACKING = ("lazy fetching disabled", "could not fetch", "missing", "unable to read", "bad object")
 """Parts of git's errors about a content that is not in the clone."""
-MACHINE_ERRORS = ("no-git", "no-repository", "distrusted-clone", "partial-clone", "git-failed")
+MACHINE_ERRORS = (
+    "no-git",
+    "no-repository",
+    "distrusted-clone",
+    "partial-clone",
+    "git-failed",
+    "missing-extra",
+)
 """Codes of errors that are about this clone and not about the commits in it."""
 NOT_FOUND = 127
 NO_GIT = BenchError("no-git", "The command git was not found.", hint="Install git.")

@@ -33,7 +33,9 @@ FOLDERS = (SUBMISSIONS, RECORDS)
 RENAMES = ("R", "C")
 REGULAR = "100644"
 LINK = "120000"
-SEQUENTIAL = re.compile(r"submissions/[^/]+/[^/]+/sequential/run\d+\.(csv|npz)|records/[^/]+/[^/]+\.npz")
+SEQUENTIAL = re.compile(
+    r"submissions/[^/]+/[^/]+/sequential/run\d+\.(csv|npz|stage[1-9]\d*\.onnx)|records/[^/]+/[^/]+\.npz"
+)
 COMPONENT = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
 MAX_PATH = 200
 """Characters of a path."""

@@ -10,7 +10,7 @@ import msgspec
 
 from gym_extensions.curation.git import Repository
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.layout import DOCUMENT, LOG, POLICIES
+from gym_extensions.rollouts.layout import DOCUMENT, LOG, NETWORK, POLICIES
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.review import (
     Action,
@@ -41,9 +41,12 @@ def undecided_runs(entry: Path) -> dict[str, str]:
     return {name: run.document.digest for name, run in runs.items() if name not in decided}
 
 
-def run_files(runs: Iterable[str]) -> list[str]:
-    """The files of runs, by their names."""
-    return [f"{name}{suffix}" for name in runs for suffix in (LOG, DOCUMENT, POLICIES)]
+def run_files(entry: Path, runs: Iterable[str]) -> list[str]:
+    """The files of runs in an entry, by their names."""
+    names = list(runs)
+    networks = (path for name in names for path in sorted(entry.glob(f"{name}.*{NETWORK}")))
+    files = [f"{name}{suffix}" for name in names for suffix in (LOG, DOCUMENT, POLICIES)]
+    return files + [path.relative_to(entry).as_posix() for path in networks]
 
 
 def merge_commit(parent: Path, files: Iterable[str]) -> str:
@@ -111,7 +114,7 @@ def take(entry: Path, file: Path) -> None:
     runs = undecided_runs(entry)
     if not verification.runs or any(runs.get(name) != digest for name, digest in verification.runs.items()):
         raise BenchError("bad-record", "It is about other files, or about decided ones.", str(file))
-    if verification.value != merge_commit(entry, run_files(runs)):
+    if verification.value != merge_commit(entry, run_files(entry, runs)):
         raise BenchError("bad-record", "Its seeds do not follow from the merge commit.", str(file))
     if verification.retrained:
         raise BenchError("bad-record", "No job trains a run again.", str(file))

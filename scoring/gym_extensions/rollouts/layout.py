@@ -28,12 +28,14 @@ PROGRESS = ".progress"
 """The recorder's folder for unfinished runs. It is not part of a submission."""
 UNFINISHED_CURVES = "*/*/curve-stage*.csv"
 """The curves of unfinished runs in the folder ``PROGRESS``, one file per stage."""
-LOG, DOCUMENT, POLICIES = ".csv", ".json", ".npz"
-"""The suffixes of the files of a run: its log, its document and its policies."""
+LOG, DOCUMENT, POLICIES, NETWORK = ".csv", ".json", ".npz", ".onnx"
+"""The suffixes of the files of a run: its log, its document, its policies, and policies as ONNX networks."""
 
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
 """A submission's folder name. It becomes part of a URL."""
-RUN_FILE = re.compile(r"run(0|[1-9][0-9]{0,8})(\.csv|\.json|\.npz)")
+RUN_FILE = re.compile(
+    r"run(0|[1-9][0-9]{0,8})(\.csv|\.json|\.npz|\.stage(?:0|[1-9][0-9]{0,3})(?:\.[A-Za-z0-9_-]{1,64})?\.onnx)"
+)
 """The name of a file of a run; its groups are the run and the suffix."""
 POSES_FILE = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}\.json")
 RESERVED = frozenset(
@@ -50,6 +52,7 @@ MAX_FILE_BYTES = {
     LOG: 8 * MEBIBYTE,
     DOCUMENT: 4 * MEBIBYTE,
     POLICIES: 64 * MEBIBYTE,
+    NETWORK: 64 * MEBIBYTE,
 }
 """Largest file by suffix."""
 MAX_POLICY_BYTES = 256 * MEBIBYTE
@@ -91,7 +94,7 @@ def is_of_old_form(path: str) -> bool:
     """Whether a path belongs to policies or traces of an entry whose policies were not repacked yet.
 
     Only entries that were migrated without ``--repack-policies`` have such files
-    (:func:`gym_extensions.rollouts.policy.old_policy_files`).
+    (:func:`gym_extensions.rollouts.run_policies.old_policy_files`).
     """
     parts = path.split("/")
     return len(parts) in (2, 3) and parts[1] in ("policies", "traces")

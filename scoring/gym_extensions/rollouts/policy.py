@@ -1,23 +1,15 @@
-"""A policy as plain arrays: a multilayer perceptron from an observation. The policies of a run."""
+"""A policy as plain arrays: a multilayer perceptron from an observation."""
 
 from __future__ import annotations
 
-import hashlib
-import io
-import zipfile
-import zlib
-from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gym_extensions.catalog.groups import TaskGroup
-from gym_extensions.catalog.protocol import stages
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes
-from gym_extensions.rollouts.layout import MAX_FILE_BYTES, MAX_POLICY_BYTES, POLICIES, read_regular, run_file
 from gym_extensions.rollouts.policy_arrays import (
     ACTIVATIONS,
     FORMAT,
@@ -31,14 +23,10 @@ from gym_extensions.rollouts.policy_arrays import (
     text_of,
 )
 
+if TYPE_CHECKING:
+    import torch
+
 HINT = "docs/rollout-log.md lists the arrays of a policy."
-NPZ_ERRORS = (
-    *(OSError, ValueError, KeyError, EOFError, MemoryError, NotImplementedError, RuntimeError, SyntaxError),
-    *(zipfile.BadZipFile, zlib.error),
-)
-"""What numpy and zipfile raise for a file that is not an .npz file."""
-Key = tuple[int, str | None]
-"""Stage and, in the single protocol, name of the trained task."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,21 +148,32 @@ class Policy:
         return None if sized is None else int(sized.shape[-2 if self.weights else -1])
 
     @property
+    def num_actions(self) -> int:
+        """The number of values of an action."""
+        return len(self.action_offset)
+
+    @property
     def num_tasks(self) -> int:
         """Rows of the arrays that have an axis of tasks; 0 if none has."""
         return task_rows(self.arrays())
 
     def act(self, observations: Array, rng: np.random.Generator | None = None, task: int = 0) -> Array:
-        """Actions (n, a), not clipped to the action space.
+        """Actions, not clipped to the action space.
 
         Args:
-            observations: (n, …).
+            observations: one (o,) or many (n, …).
             rng: the source of noise; required unless the policy is deterministic.
             task: index of the task in the group, for policies with arrays per task.
+
+        Returns:
+            (a,) for one observation, (n, a) for many.
 
         Raises:
             BenchError: a policy that samples has no ``rng``, or the observations have another size.
         """
+        if np.ndim(observations) == 1:
+            one: Array = self.act(np.asarray(observations)[None], rng, task)[0]
+            return one
         mean, log_sigma = mean_and_log_sigma(self, observations, task)
         if self.head == "deterministic":
             return to_action(self, mean)
@@ -184,6 +183,39 @@ class Policy:
             return to_action(self, rng.uniform(-1.0, 1.0, mean.shape).astype(mean.dtype))
         noise = rng.standard_normal(mean.shape, mean.dtype.type)
         return to_action(self, mean + np.exp(log_sigma) * noise)
+
+    def to_torch(self, task: int = 0) -> torch.nn.Module:
+        """A PyTorch module with parameters that can be trained further.
+
+        ``module(observation)`` gives the action without noise, and ``module(observation, noise)`` that of a
+        gaussian policy with standard normal numbers (…, a).
+
+        Args:
+            task: index of the task in the group, for policies with arrays per task.
+
+        Raises:
+            BenchError: the policy has no layers or is uniform, or torch is not installed.
+        """
+        from gym_extensions.rollouts.policy_conversion import torch_module
+
+        return torch_module(self.arrays(), task)
+
+    def to_onnx(self, path: str | Path | None = None, task: int = 0) -> bytes:
+        """The policy as an ONNX network, as :class:`OnnxPolicy` describes it; needs the extra ``onnx``.
+
+        Args:
+            path: the file to write, if any.
+            task: index of the task in the group, for policies with arrays per task.
+
+        Raises:
+            BenchError: the policy has no layers or is uniform, or onnx is not installed.
+        """
+        from gym_extensions.rollouts.policy_conversion import onnx_bytes
+
+        data = onnx_bytes(self.arrays(), task)
+        if path is not None:
+            write_bytes(Path(path), data)
+        return data
 
 
 def _copy(values: Array) -> Array:
@@ -248,182 +280,3 @@ def _log_sigma(policy: Policy, hidden: Array, task: int) -> Array:
 def _row(values: Array, ndim: int, task: int) -> Array:
     """The array of a task: a row of the leading axis, if there is that axis."""
     return values if values.ndim == ndim else values[min(task, len(values) - 1)]
-
-
-def prefix(key: Key) -> str:
-    """What the names of a policy's arrays begin with: ``stage3/``, or ``stage1/TASK/`` (single)."""
-    stage, task = key
-    return f"stage{stage}/" if task is None else f"stage{stage}/{task}/"
-
-
-def policy_keys(protocol: str, group: TaskGroup) -> list[Key]:
-    """Stage and task name (None but in the single protocol) of every policy of a run."""
-    tasks: list[str | None] = [task.name for task in group.tasks] if protocol == "single" else [None]
-    return [(stage, task) for stage in stages(protocol, len(group.tasks)) for task in tasks]
-
-
-def content_sha256(arrays: Arrays) -> str:
-    """The SHA-256 of arrays by their full names, which does not depend on how they are packed.
-
-    For every array, sorted by name: a line with its name, type and shape; its values in C order,
-    little-endian.
-    """
-    digest = hashlib.sha256()
-    for name in sorted(arrays):
-        values = np.ascontiguousarray(arrays[name], arrays[name].dtype.newbyteorder("<"))
-        shape = ",".join(map(str, arrays[name].shape))
-        digest.update(f"{name} {values.dtype.str} {shape}\n".encode())
-        digest.update(values.tobytes())
-    return digest.hexdigest()
-
-
-def npz_bytes(arrays: Arrays) -> bytes:
-    """The content of an .npz file. Equal arrays give equal bytes (numpy dates every member 1980-01-01)."""
-    content = io.BytesIO()
-    np.savez_compressed(content, allow_pickle=False, **arrays)
-    return content.getvalue()
-
-
-def npz_arrays(data: bytes) -> dict[str, Array]:
-    """The arrays of an .npz file by name, never a pickle.
-
-    Raises:
-        BenchError: it is not such a file, or unpacks to more than ``MAX_POLICY_BYTES``.
-    """
-    try:
-        with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            size = sum(info.file_size for info in archive.infolist())
-        if size > MAX_POLICY_BYTES:
-            raise ValueError(f"it unpacks to {size} bytes; the limit is {MAX_POLICY_BYTES}")
-        with np.load(io.BytesIO(data), allow_pickle=False) as file:
-            arrays = {name: file[name] for name in file.files}
-    except NPZ_ERRORS as error:
-        raise BenchError("bad-policy", f"The file cannot be read: {error}.", hint=HINT) from error
-    if not all(isinstance(values, np.ndarray) for values in arrays.values()):
-        raise BenchError("bad-policy", "The file has a member that is no array.", hint=HINT)
-    return arrays
-
-
-def run_arrays(policies: Mapping[Key, Policy]) -> dict[str, Array]:
-    """The arrays of a run's policies by their full names."""
-    return {
-        f"{prefix(key)}{name}": values
-        for key, policy in policies.items()
-        for name, values in policy.arrays().items()
-    }
-
-
-def write_policies(path: Path, policies: Mapping[Key, Policy]) -> None:
-    """Writes the policies of a run into one .npz file, whole or not at all.
-
-    Args:
-        path: ``run3.npz``.
-        policies: by stage and, in the single protocol, task name (else None).
-    """
-    write_bytes(path, npz_bytes(run_arrays(policies)))
-
-
-def old_policy_files(folder: Path, group: TaskGroup, protocol: str, run: int) -> dict[Key, Path]:
-    """TRANSITIONAL: the policies of a run in the folder ``policies`` of its group, a file each, by key.
-
-    Entries that were migrated from the form before 2026-12 have them until their policies are repacked
-    (``scoring/migrate_format_1.py --repack-policies``). Remove this function then.
-    """
-    names = {
-        key: f"{protocol}-run{run}-stage{key[0]}{'' if key[1] is None else f'-{key[1]}'}.npz"
-        for key in policy_keys(protocol, group)
-    }
-    paths = {key: folder / group.name / "policies" / name for key, name in names.items()}
-    return {key: path for key, path in paths.items() if path.is_file()}
-
-
-def has_policies(folder: Path, group: TaskGroup, protocol: str, run: int) -> bool:
-    """Whether the policies of a run lie in the submission."""
-    path = folder / run_file(group.name, protocol, run, POLICIES)
-    return path.is_file() or bool(old_policy_files(folder, group, protocol, run))
-
-
-def read_arrays(folder: Path, group: TaskGroup, protocol: str, run: int) -> dict[str, Array]:
-    """The arrays of a run's policies by their full names, as they are; for a limited process.
-
-    Args:
-        folder: the submission.
-        group: the group.
-        protocol: one of ``PROTOCOLS``.
-        run: the run.
-
-    Raises:
-        BenchError: there are none, or a file is not an .npz file within the limits.
-    """
-    path = folder / run_file(group.name, protocol, run, POLICIES)
-    if path.is_file() or not (old := old_policy_files(folder, group, protocol, run)):
-        return _arrays_of_file(path)
-    return {
-        f"{prefix(key)}{name}": values
-        for key, file in old.items()
-        for name, values in _arrays_of_file(file).items()
-    }
-
-
-def _arrays_of_file(path: Path) -> dict[str, Array]:
-    try:
-        return npz_arrays(read_regular(path, MAX_FILE_BYTES[POLICIES]))
-    except OSError as error:
-        message = f"The policies cannot be read: {error.strerror or error}."
-        raise BenchError("bad-policy", message, str(path), HINT) from error
-    except BenchError as error:
-        raise BenchError(error.code, error.message, str(path), error.hint) from error
-
-
-def run_errors(arrays: Arrays, group: TaskGroup, protocol: str) -> Iterator[str]:
-    """What is wrong with the arrays of a run's policies: missing and foreign policies, then their arrays."""
-    parts, foreign = _split(arrays, policy_keys(protocol, group))
-    for name in foreign[:3]:
-        yield f"The array {name!r} belongs to no stage of the {protocol} protocol."
-    for key, part in parts.items():
-        where = prefix(key)[:-1]
-        if not part:
-            yield f"The policy of {where} is missing."
-        else:
-            yield from (f"{where}: {error}" for error in array_errors(part))
-
-
-def _split(arrays: Arrays, keys: list[Key]) -> tuple[dict[Key, dict[str, Array]], list[str]]:
-    """The arrays of each policy by their own names, and the full names of the others."""
-    parts: dict[Key, dict[str, Array]] = {key: {} for key in keys}
-    by_prefix, foreign = {prefix(key): key for key in keys}, []
-    for full, values in arrays.items():
-        start, _, name = full.rpartition("/")
-        key = by_prefix.get(f"{start}/")
-        if key is None:
-            foreign.append(full)
-        else:
-            parts[key][name] = values
-    return parts, foreign
-
-
-def policies_of(arrays: Arrays, group: TaskGroup, protocol: str) -> dict[Key, Policy]:
-    """The policies of a run by stage and, in the single protocol, task name (else None).
-
-    Raises:
-        BenchError: an array is missing, foreign or of another shape or kind.
-    """
-    if error := next(run_errors(arrays, group, protocol), ""):
-        raise BenchError("bad-policy", error, hint=HINT)
-    parts, _ = _split(arrays, policy_keys(protocol, group))
-    return {key: Policy.from_arrays(part) for key, part in parts.items()}
-
-
-def read_policies(folder: Path, group: TaskGroup, protocol: str, run: int) -> dict[Key, Policy]:
-    """The policies of a run by stage and, in the single protocol, task name (else None).
-
-    Args:
-        folder: the submission.
-        group: the group.
-        protocol: one of ``PROTOCOLS``.
-        run: the run.
-
-    Raises:
-        BenchError: there are none, or they do not fit the group and the protocol.
-    """
-    return policies_of(read_arrays(folder, group, protocol, run), group, protocol)

@@ -14,7 +14,6 @@ from gym_extensions.errors import BenchError
 from gym_extensions.rollouts import layout, rules
 from gym_extensions.rollouts.layout import DOCUMENT, LOG, POLICIES, Folder, run_file, run_key, scan
 from gym_extensions.rollouts.manifest import Manifest, manifest_of, parse
-from gym_extensions.rollouts.policy import Policy, has_policies, read_arrays
 from gym_extensions.rollouts.problem import Problem, Scope, summarize
 from gym_extensions.rollouts.review import Review, review_of
 from gym_extensions.rollouts.rules.document import SubmittedRun
@@ -23,6 +22,7 @@ from gym_extensions.rollouts.rules.log import GroupLogs, LogRows
 from gym_extensions.rollouts.rules.manifest import ManifestInFolder
 from gym_extensions.rollouts.rules.policies import RunPolicies
 from gym_extensions.rollouts.run import RunDocument, run_of
+from gym_extensions.rollouts.run_policies import AnyPolicy, has_policies, read_arrays
 from gym_extensions.rollouts.submission import Submission, SubmittedGroup, merge_identical_runs
 from gym_extensions.rollouts.tables import TableError, log_frame, log_of
 
@@ -190,7 +190,7 @@ class _Reader:
         return document, frame
 
     def _policies(self, group: TaskGroup, documents: dict[str, dict[int, RunDocument]]) -> None:
-        first: Policy | None = None
+        first: AnyPolicy | None = None
         observes_task = self._declared("observes", "task_in_evaluation")
         evaluation = self._declared("protocol", "evaluation")
         for protocol, runs in documents.items():

@@ -43,9 +43,10 @@ class Verification(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
         runs: the digest of log and policies of each run that was verified
             (:attr:`gym_extensions.rollouts.run.RunDocument.digest`).
         episodes: logged episodes that were tried to repeat.
-        repeated: how many of them were repeated bit for bit.
+        repeated: how many of them were repeated bit for bit, or within a tolerance with ``runtime``.
         difference: where the first difference lies and how large it is; empty without one.
         kernels: the BLAS kernels of the machine that verified.
+        runtime: what ran ONNX networks, with its version; empty if all policies are plain arrays.
         cells: cells of 20 episodes on new seeds.
         p_value: of the comparison of the returns on new seeds with the logged ones.
         second_p_value: of the second draw, if the first was suspicious.
@@ -61,6 +62,7 @@ class Verification(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     repeated: Count = 0
     difference: Text = ""
     kernels: Text = ""
+    runtime: Text = ""
     cells: Count
     p_value: Probability
     second_p_value: Probability | None = None

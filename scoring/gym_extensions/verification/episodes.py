@@ -21,9 +21,17 @@ from gym_extensions.envs.fingerprint import engine, require_published_engine
 from gym_extensions.envs.rollout import Outcome, run_episodes
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_text
-from gym_extensions.rollouts.policy import Key, Policy, content_sha256, npz_arrays, policies_of, read_arrays
+from gym_extensions.rollouts.onnx_policy import MISSING, RUNTIME, OnnxPolicy
+from gym_extensions.rollouts.run_policies import (
+    AnyPolicy,
+    Key,
+    content_sha256,
+    npz_arrays,
+    policies_of,
+    read_arrays,
+)
 from gym_extensions.verification.limits import Limits, answers, end_all
-from gym_extensions.versions import blas_kernels, version
+from gym_extensions.versions import blas_kernels, version, version_or_none
 
 JOB = "gym_extensions.verification.episodes:play"
 BAD_POLICIES = "bad-policies"
@@ -66,10 +74,14 @@ class RunRequest:
 
 @dataclass(frozen=True)
 class Played:
-    """The outcomes of every cell of a run, or why its policies do not give any."""
+    """The outcomes of every cell of a run, or why its policies do not give any.
+
+    ``runtime`` is what ran ONNX networks, with its version; empty for plain arrays.
+    """
 
     outcomes: tuple[tuple[Outcome, ...], ...] = ()
     problem: str = ""
+    runtime: str = ""
 
 
 @contextmanager
@@ -98,7 +110,7 @@ class Player:
         return self._envs[task, count]
 
     def outcomes(
-        self, policy: Policy, cell: Cell, watch: Callable[[Any, Any], None] | None = None
+        self, policy: AnyPolicy, cell: Cell, watch: Callable[[Any, Any], None] | None = None
     ) -> list[Outcome]:
         """The outcomes of a cell, an episode per seed.
 
@@ -113,9 +125,11 @@ class Player:
         """
         env, task = self.env(cell.task, len(cell.seeds)), cell.task
         shape = env.single_action_space.shape
-        if len(policy.action_offset) != int(np.prod(shape)):
-            message = f"The policy has {len(policy.action_offset)} actions; the task has {shape[0]}."
+        if policy.num_actions != int(np.prod(shape)):
+            message = f"The policy has {policy.num_actions} actions; the task has {shape[0]}."
             raise BenchError("bad-actions", message)
+        if isinstance(policy, OnnxPolicy):
+            policy.reset()
         noise = None if cell.noise is None else np.random.default_rng(cell.noise)
 
         def act(observations: Any, *_: Any) -> Any:
@@ -131,7 +145,7 @@ class Player:
             self._envs.popitem()[1].close()
 
 
-def stored_policies(request: RunRequest, group: TaskGroup) -> dict[Key, Policy]:
+def stored_policies(request: RunRequest, group: TaskGroup) -> dict[Key, AnyPolicy]:
     """The policies of a run.
 
     Raises:
@@ -160,7 +174,11 @@ def key_of(request: RunRequest, group: TaskGroup, cell: Cell) -> Key:
 
 
 def played(request: RunRequest, player: Player) -> Played:
-    """The outcomes of a run's cells, in this process."""
+    """The outcomes of a run's cells, in this process.
+
+    Raises:
+        BenchError: the policies are ONNX networks, and the packages that run them are not installed.
+    """
     try:
         policies = stored_policies(request, player.group)
         results = {}
@@ -172,8 +190,12 @@ def played(request: RunRequest, player: Player) -> Played:
             except BenchError as error:
                 raise BenchError(error.code, f"{where}: {error.message}") from error
     except BenchError as error:
+        if error.code == MISSING:
+            raise
         return Played(problem=error.message)
-    return Played(tuple(results[cell] for cell in request.cells))
+    has_networks = any(isinstance(policy, OnnxPolicy) for policy in policies.values())
+    runtime = f"{RUNTIME} {version(RUNTIME)}" if has_networks else ""
+    return Played(tuple(results[cell] for cell in request.cells), runtime=runtime)
 
 
 def play(call: Mapping[str, Any]) -> Iterator[Any]:
@@ -195,7 +217,7 @@ def request_of(values: Mapping[str, Any]) -> RunRequest:
 
 def _played_of(values: Mapping[str, Any]) -> Played:
     outcomes = tuple(tuple(Outcome(*each) for each in cell) for cell in values["outcomes"])
-    return Played(outcomes, values["problem"])
+    return Played(outcomes, values["problem"], values.get("runtime", ""))
 
 
 class Store:
@@ -210,6 +232,7 @@ class Store:
     def __init__(self, folder: Path) -> None:
         self._folder = folder
         self._machine = [*engine().values(), version("numpy"), version("gym-extensions"), blas_kernels()]
+        self._machine += [found] if (found := version_or_none(RUNTIME)) else []
 
     def _path(self, request: RunRequest) -> Path:
         content = asdict(request) | {"folder": "", "file": "", "machine": self._machine}

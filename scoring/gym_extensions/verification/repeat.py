@@ -10,12 +10,15 @@ import numpy as np
 
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, evaluation_seed
 from gym_extensions.envs.rollout import Outcome
-from gym_extensions.rollouts.run import Versions
+from gym_extensions.rollouts.onnx_policy import RUNTIME
+from gym_extensions.rollouts.run import RunDocument
 from gym_extensions.rollouts.tables import Log
 from gym_extensions.verification.episodes import Cell, Played
-from gym_extensions.versions import blas_kernels, version
+from gym_extensions.versions import blas_kernels, version, version_or_none
 
 SUCCESSES = {1: True, 0: False, -1: None}
+TOLERANCE = 1e-3
+"""Relative difference of returns up to which an episode of an ONNX network counts as repeated."""
 
 
 @dataclass(frozen=True)
@@ -59,19 +62,26 @@ def repetition(log: Log, run: int, cells: tuple[Cell, ...], result: Played) -> R
         result: their outcomes, or why there are none.
     """
     logged = logged_cells(log, run)
+    is_same = _is_close if result.runtime else Outcome.__eq__
     total = sum(len(logged[cell.stage, cell.task]) for cell in cells)
     if result.problem:
         return Repetition(0, total, result.problem)
     repeated, difference = 0, ""
     for cell, outcomes in zip(cells, result.outcomes, strict=True):
         for episode, (old, new) in enumerate(zip(logged[cell.stage, cell.task], outcomes, strict=True)):
-            if old == new:
+            if is_same(old, new):
                 repeated += 1
             elif not difference:
                 where = f"stage {cell.stage}, {log.group.tasks[cell.task].name}, episode {episode}"
                 difference = f"{where}: {_described(old)} in the log, {_described(new)} here"
                 difference += f" (difference {new.return_ - old.return_:.3g})"
     return Repetition(repeated, total, difference)
+
+
+def _is_close(old: Outcome, new: Outcome) -> bool:
+    """Whether two episodes of an ONNX network agree: all but the return is equal, and that nearly."""
+    bound = TOLERANCE * max(1.0, abs(old.return_))
+    return old._replace(return_=new.return_) == new and abs(old.return_ - new.return_) <= bound
 
 
 def _described(outcome: Outcome) -> str:
@@ -84,14 +94,18 @@ def this_machine() -> dict[str, str]:
     """What the last bits of actions depend on, of this process, by the names of a run's versions.
 
     The engine is the published one everywhere. Other kernels of the BLAS, another numpy or processor give
-    other last bits, which grow within an episode.
+    other last bits, which grow within an episode. So does another onnxruntime, for ONNX networks.
     """
     name = f"{platform.system()}-{platform.machine()}"
-    return {"blas": blas_kernels(), "numpy": version("numpy"), "platform": name}
+    return {"blas": blas_kernels(), "numpy": version("numpy"), "platform": name} | (
+        {RUNTIME: found} if (found := version_or_none(RUNTIME)) else {}
+    )
 
 
-def other_machine(made: Versions, here: Mapping[str, str]) -> str:
+def other_machine(made: RunDocument, here: Mapping[str, str]) -> str:
     """How the machine of a run and this one differ, so that honest episodes may; empty if they do not."""
-    stated = {name: getattr(made, name) for name in here}
-    differing = [name for name in here if stated[name] != here[name]]
+    stated = {name: getattr(made.versions, name) for name in here if name != RUNTIME}
+    if RUNTIME in made.packages and RUNTIME in here:
+        stated[RUNTIME] = made.packages[RUNTIME]
+    differing = [name for name in stated if stated[name] != here[name]]
     return ", ".join(f"{name} {stated[name] or 'unknown'} / {here[name]}" for name in differing)

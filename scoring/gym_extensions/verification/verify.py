@@ -199,15 +199,15 @@ class Verifier:
             requests, {name: (*repeated[name], *run.tested(draw)) for name, run in runs.items()}
         )
         split = {name: len(cells) for name, cells in repeated.items()}
-        old = {name: Played(each.outcomes[: split[name]], each.problem) for name, each in first.items()}
-        new = {name: Played(each.outcomes[split[name] :], each.problem) for name, each in first.items()}
+        old = {name: replace(each, outcomes=each.outcomes[: split[name]]) for name, each in first.items()}
+        new = {name: replace(each, outcomes=each.outcomes[split[name] :]) for name, each in first.items()}
         repetitions = {
             name: repetition(run.log, run.number, repeated[name], old[name])
             for name, run in runs.items()
             if is_repeatable
         }
         here = this_machine()
-        machines = {name: other_machine(run.document.versions, here) for name, run in runs.items()}
+        machines = {name: other_machine(run.document, here) for name, run in runs.items()}
         failed = next((f"{name}: {each.problem}" for name, each in first.items() if each.problem), "")
         p_values, agrees = ([0.0], False) if failed else self._test(runs, requests, draw, new)
         is_other = any(each.difference and not machines[name] for name, each in repetitions.items())
@@ -222,6 +222,7 @@ class Verifier:
                 repeated=sum(each.repeated for each in repetitions.values()),
                 difference=failed or _first_difference(repetitions, machines),
                 kernels=blas_kernels(),
+                runtime=next((each.runtime for each in first.values() if each.runtime), ""),
                 cells=sum(len(each.outcomes) for each in new.values()),
                 p_value=p_values[0],
                 second_p_value=p_values[1] if len(p_values) > 1 else None,

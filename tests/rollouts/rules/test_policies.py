@@ -8,16 +8,16 @@ from pathlib import Path
 import numpy as np
 
 from gym_extensions.catalog.groups import group
-from gym_extensions.rollouts.policy import (
+from gym_extensions.rollouts.policy import Policy
+from gym_extensions.rollouts.reader import read
+from gym_extensions.rollouts.run_policies import (
     Key,
-    Policy,
     content_sha256,
     npz_arrays,
     policy_keys,
     run_arrays,
     write_policies,
 )
-from gym_extensions.rollouts.reader import read
 
 from ..examples import (
     POLICIES,

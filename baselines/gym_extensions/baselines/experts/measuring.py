@@ -24,7 +24,8 @@ from gym_extensions.envs import make_vec
 from gym_extensions.envs.rollout import run_episodes
 from gym_extensions.experts import Card, Measurement, Step, seed
 from gym_extensions.experts.references import parse_file
-from gym_extensions.rollouts.policy import Policy, has_policies, read_policies
+from gym_extensions.rollouts.policy import Policy
+from gym_extensions.rollouts.run_policies import has_policies, read_policies
 from gym_extensions.rollouts.tables import read_log
 
 LANES = 100

@@ -15,7 +15,8 @@ from gym_extensions.baselines.training.usage import Usage
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_text
 from gym_extensions.rollouts.layout import PROGRESS, UNFINISHED_CURVES
-from gym_extensions.rollouts.policy import Policy, npz_arrays, write_policies
+from gym_extensions.rollouts.policy import Policy
+from gym_extensions.rollouts.run_policies import npz_arrays, write_policies
 from gym_extensions.rollouts.tables import CurvePoint, Episode, EvaluationPoint
 
 SETTINGS = "settings.json"

@@ -273,9 +273,9 @@ def malformed_review(file: BrokenFile) -> Iterator[Finding]:
 @rule("file")
 def malformed_policies(file: BrokenFile) -> Iterator[Finding]:
     """The policies of a run are an .npz file as numpy writes it, without pickles, of at most 64 MiB and
-    unpacked 256 MiB."""
+    unpacked 256 MiB, or an ONNX file of at most 64 MiB per stage."""
     if file.kind == "policies":
-        hint = "Write the file with gym_extensions.rollouts.policy.write_policies."
+        hint = "Write the file with gym_extensions.rollouts.run_policies.write_policies."
         yield Finding(file.where, file.reason, hint)
 
 

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.rollouts.layout import POLICIES, run_file
-from gym_extensions.rollouts.policy import Policy, content_sha256, policies_of, prefix, run_errors
 from gym_extensions.rollouts.policy_arrays import Arrays
 from gym_extensions.rollouts.problem import Finding, rule
 from gym_extensions.rollouts.run import RunDocument
+from gym_extensions.rollouts.run_policies import AnyPolicy, content_sha256, policies_of, prefix, run_errors
 
-WRITE = "Write the file with gym_extensions.rollouts.policy.write_policies."
+WRITE = "Write the file with gym_extensions.rollouts.run_policies.write_policies."
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class RunPolicies:
     run: int
     arrays: Arrays
     document: RunDocument
-    first: Policy | None = None
+    first: AnyPolicy | None = None
     observes_task: bool | None = None
     evaluation: str | None = None
 
@@ -44,7 +44,7 @@ class RunPolicies:
         return list(run_errors(self.arrays, self.group, self.protocol))
 
     @functools.cached_property
-    def policies(self) -> dict[str, Policy]:
+    def policies(self) -> dict[str, AnyPolicy]:
         """The policies by their place; none unless all arrays are valid."""
         found = {} if self.errors else policies_of(self.arrays, self.group, self.protocol)
         return {f"{self.path}, {prefix(key)[:-1]}": policy for key, policy in found.items()}
@@ -53,7 +53,8 @@ class RunPolicies:
 @rule("policies")
 def malformed_policy(run: RunPolicies) -> Iterator[Finding]:
     """The policies of a run are those of every stage of its protocol (and of every task in the single
-    protocol), with the arrays that docs/rollout-log.md lists, of fitting shapes and finite values."""
+    protocol), with the arrays that docs/rollout-log.md lists, of fitting shapes and finite values, or ONNX
+    networks as docs/policies.md describes them: standard operators, fixed shapes, no data elsewhere."""
     for error in run.errors:
         yield Finding(run.path, error, WRITE)
 
@@ -74,8 +75,8 @@ def policies_of_another_group(run: RunPolicies) -> Iterator[Finding]:
     if first is None:
         return
     for where, policy in run.policies.items():
-        sizes = (policy.num_inputs or first.num_inputs, len(policy.action_offset))
-        expected = (first.num_inputs, len(first.action_offset))
+        sizes = (policy.num_inputs or first.num_inputs, policy.num_actions)
+        expected = (first.num_inputs, first.num_actions)
         if sizes != expected:
             message = f"The policy has {sizes[0]} observations and {sizes[1]} actions; the first has "
             hint = "Add the policies of this group."
@@ -84,8 +85,8 @@ def policies_of_another_group(run: RunPolicies) -> Iterator[Finding]:
 
 @rule("policies")
 def policy_observes_task(run: RunPolicies) -> Iterator[Finding]:
-    """A policy has arrays per task only if [observes] task_in_evaluation is true, and at most one row per
-    task of the group."""
+    """A policy has arrays per task, or reads the task, only if [observes] task_in_evaluation is true, and at
+    most one row per task of the group."""
     for where, policy in run.policies.items():
         if policy.num_tasks and run.observes_task is False:
             hint = "Set [observes] task_in_evaluation = true, or use the same arrays for all tasks."
