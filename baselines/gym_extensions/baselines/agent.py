@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.policy import Policy
+from gym_extensions.rollouts.run_policies import AnyPolicy
 
 
 @dataclass(frozen=True)
@@ -172,7 +172,7 @@ class HasPolicy(Protocol):
     """An agent whose policy is stored after every stage, and published in the submission.
 
     Example:
-        >>> from gym_extensions.rollouts.policy import Policy
+        >>> from gym_extensions.rollouts.run_policies import AnyPolicy
         >>> class Constant:
         ...     def policy(self):
         ...         return Policy(action_offset=np.ones(3), action_scale=np.ones(3))
@@ -180,8 +180,8 @@ class HasPolicy(Protocol):
         True
     """
 
-    def policy(self) -> Policy | None:
-        """The policy as plain arrays, which acts as ``act`` does; None if it cannot be expressed so."""
+    def policy(self) -> AnyPolicy | None:
+        """The policy, which acts as ``act`` does: plain arrays, or an ONNX network; None without one."""
 
 
 @dataclass(frozen=True)

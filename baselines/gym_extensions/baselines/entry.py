@@ -36,6 +36,7 @@ from gym_extensions.rollouts.layout import (
     MAX_FILE_BYTES,
     MAX_POLICY_BYTES,
     NAME,
+    NETWORK,
     POLICIES,
     POSES,
     PROGRESS,
@@ -43,6 +44,7 @@ from gym_extensions.rollouts.layout import (
     run_file,
 )
 from gym_extensions.rollouts.manifest import RECORDED
+from gym_extensions.rollouts.onnx_policy import RUNTIME
 from gym_extensions.rollouts.run import (
     Curve,
     InterimEvaluation,
@@ -53,7 +55,7 @@ from gym_extensions.rollouts.run import (
     file_sha256,
     write_run,
 )
-from gym_extensions.rollouts.run_policies import content_sha256, npz_bytes
+from gym_extensions.rollouts.run_policies import content_sha256, npz_bytes, policy_files
 from gym_extensions.rollouts.tables import CurvePoint, EvaluationPoint, write_log
 from gym_extensions.versions import version
 
@@ -250,13 +252,22 @@ def write_run_files(
     policies = _policies([Progress.of(out, job) for job in finished])
     staged = out / PROGRESS / f"staged-{group.name}-{protocol}-{run}"
     shutil.rmtree(staged, ignore_errors=True)
-    names = {suffix: run_file(group.name, protocol, run, suffix) for suffix in (POLICIES, DOCUMENT, LOG)}
+    files = policy_files(policies) if policies else {}
+    names = {
+        suffix: run_file(group.name, protocol, run, suffix)
+        for suffix in dict.fromkeys((POLICIES, *files, DOCUMENT, LOG))
+    }
     try:
         episodes = [episode for record in records for episode in record.episodes]
         write_log(staged / names[LOG], episodes, group.task_ids)
-        if policies:
-            write_bytes(staged / names[POLICIES], npz_bytes(policies))
-        document = _document(staged, names, finished, policies)
+        for suffix, data in files.items():
+            write_bytes(staged / names[suffix], data)
+        size = sum(map(len, files.values()))
+        stated = PolicyFile(sha256=content_sha256(policies), size=size) if policies else None
+        document = _document(file_sha256(staged / names[LOG]), finished, stated)
+        if any(suffix.endswith(NETWORK) for suffix in files):
+            packages = document.packages | {RUNTIME: version(RUNTIME)}
+            document = msgspec.structs.replace(document, packages=packages)
         if settings.steps != RECORDED:
             document = msgspec.structs.replace(document, machine=None, cpu_seconds=None, peak_memory_mb=None)
         write_run(
@@ -304,10 +315,7 @@ def _policies(jobs: Sequence[Progress]) -> dict[str, Array]:
 
 
 def _document(
-    staged: Path,
-    names: Mapping[str, str],
-    finished: Mapping[TrainingJob, Sequence[FinishedStage]],
-    policies: Mapping[str, Array],
+    log: str, finished: Mapping[TrainingJob, Sequence[FinishedStage]], policies: PolicyFile | None
 ) -> RunDocument:
     job, records = next(iter(finished)), [record for stages in finished.values() for record in stages]
     group, usages = job.group, [record.usage for record in records]
@@ -332,10 +340,8 @@ def _document(
         fingerprints={task.id: fingerprint_of(task) for task in group.tasks},
         curves=_curves(group, records),
         evaluations=_evaluations(group, [point for record in records for point in record.evaluations]),
-        log=file_sha256(staged / names[LOG]),
-        policies=PolicyFile(sha256=content_sha256(policies), size=(staged / names[POLICIES]).stat().st_size)
-        if policies
-        else None,
+        log=log,
+        policies=policies,
     )
 
 

@@ -28,7 +28,9 @@ from gym_extensions.envs.fingerprint import require_published_engine
 from gym_extensions.errors import BenchError, did_you_mean
 from gym_extensions.rollouts.layout import LOG, MANIFEST, run_file
 from gym_extensions.rollouts.manifest import CLAIMED
+from gym_extensions.rollouts.onnx_policy import OnnxPolicy
 from gym_extensions.rollouts.policy import Policy as PlainPolicy
+from gym_extensions.rollouts.run_policies import AnyPolicy
 from gym_extensions.rollouts.tables import CurvePoint, Episode, read_log
 
 WRITE_SECONDS = 300.0
@@ -137,7 +139,7 @@ class Predicts(Protocol):
         """Actions (n, …) and the state of a recurrent policy."""
 
 
-Policy = PlainPolicy | Acts | Predicts | Callable[[Array], Array]
+Policy = PlainPolicy | OnnxPolicy | Acts | Predicts | Callable[[Array], Array]
 """A policy as :func:`gym_extensions.baselines.record` takes it."""
 
 
@@ -156,7 +158,7 @@ class PolicyAgent:
 
     def __init__(self, policy: Policy, card: Card, observes: Observes | None = None) -> None:
         self._policy, self._card = policy, card
-        per_task = isinstance(policy, PlainPolicy) and policy.num_tasks > 0
+        per_task = isinstance(policy, AnyPolicy) and policy.num_tasks > 0
         by_default: Observes = getattr(policy, "observes", Observes(per_task, per_task))
         self.observes = by_default if observes is None else observes
         self.begin(0)
@@ -167,7 +169,9 @@ class PolicyAgent:
         Args:
             seed: of the generator that a policy of :mod:`gym_extensions.rollouts` samples with.
         """
-        self._act = _action_function(self._policy, self._card.evaluation == "deterministic", seed)
+        reads_task = self.observes.task_in_evaluation
+        deterministic = self._card.evaluation == "deterministic"
+        self._act = _action_function(self._policy, deterministic, reads_task, seed)
 
     def act(self, observations: Array, context: Context) -> Array:
         """The policy's actions. Raises ``BenchError`` if the policy fails."""
@@ -187,16 +191,20 @@ class PolicyAgent:
         """The description for the manifest."""
         return self._card
 
-    def policy(self) -> PlainPolicy | None:
-        """The policy as plain arrays; None for any other policy."""
-        return self._policy if isinstance(self._policy, PlainPolicy) else None
+    def policy(self) -> AnyPolicy | None:
+        """The policy as plain arrays or as a network; None for any other policy."""
+        return self._policy if isinstance(self._policy, AnyPolicy) else None
 
 
-def _action_function(policy: object, deterministic: bool, seed: int) -> Callable[[Array, Context], Array]:
-    if isinstance(policy, PlainPolicy):
-        plain, rng = policy, np.random.default_rng(seed)
-        return lambda observations, context: plain.act(
-            observations, rng, context.task if plain.num_tasks > 1 else 0
+def _action_function(
+    policy: object, deterministic: bool, reads_task: bool, seed: int
+) -> Callable[[Array, Context], Array]:
+    if isinstance(policy, AnyPolicy):
+        stored, rng = policy, np.random.default_rng(seed)
+        if isinstance(stored, OnnxPolicy):
+            stored.reset()
+        return lambda observations, context: stored.act(
+            observations, rng, context.task if reads_task and stored.num_tasks else 0
         )
     if isinstance(policy, Acts):
         return action_function(policy)  # type: ignore[arg-type]
@@ -255,7 +263,8 @@ def record(
 
     Args:
         policy: a function from observations (n, …) to actions (n, …), an object with such a method ``act``,
-            a :class:`gym_extensions.rollouts.policy.Policy`,
+            a :class:`gym_extensions.rollouts.policy.Policy` or
+            :class:`gym_extensions.rollouts.onnx_policy.OnnxPolicy`,
             which the submission then contains, or an object with a method ``predict`` as in
             Stable-Baselines3. Actions are clipped to the action space.
         group: a task group: the name of a published group, the TOML file of a custom group, or a

@@ -11,11 +11,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from gym_extensions.baselines import algorithms, entry
-from gym_extensions.baselines.agent import Agent, Context, Factory, TaskLabel, VectorEnv
-from gym_extensions.baselines.agent_checks import action_function, card_of, create_agent, observes_of
+from gym_extensions.baselines.agent import Agent, Factory, TaskLabel, VectorEnv
+from gym_extensions.baselines.agent_checks import card_of, create_agent, observes_of
 from gym_extensions.baselines.execution.ray_cluster import Remote, ray_cluster
 from gym_extensions.baselines.execution.workers import (
     Executor,
@@ -28,7 +26,7 @@ from gym_extensions.baselines.execution.workers import (
 )
 from gym_extensions.baselines.progress import TRAIN_LOG, check_callback, open_listeners, parse_logs
 from gym_extensions.baselines.training.checkpoints import FinishedStage, next_step
-from gym_extensions.baselines.training.evaluation import policy_of, require_agreement
+from gym_extensions.baselines.training.evaluation import first_actions, policy_of, require_agreement
 from gym_extensions.baselines.training.events import JobFailed, Listener, TrainingStarted
 from gym_extensions.baselines.training.jobs import Settings, TrainingJob
 from gym_extensions.baselines.training.request import (
@@ -45,7 +43,6 @@ from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import evaluation_seed
 from gym_extensions.envs import make_vec
 from gym_extensions.envs.fingerprint import require_published_engine
-from gym_extensions.envs.rollout import clip_actions
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.layout import DOCUMENT, LOG, MANIFEST, PROGRESS, run_file
 from gym_extensions.rollouts.manifest import RECORDED
@@ -324,9 +321,7 @@ def _checked(make: Factory, settings: Settings, out: Path, request: Request) -> 
 def _check_policy(agent: Agent, env: VectorEnv, group: TaskGroup, observes_task: bool) -> None:
     """Raises ``BenchError`` if the agent's actions have a wrong shape or are not those of its policy."""
     seeds, label = [evaluation_seed(group.id, group.task_ids[0], 0)], TaskLabel(group.task_ids[0], 0)
-    observations, _ = env.reset(seed=seeds)  # type: ignore[arg-type]
-    context = Context(np.ones(1, np.bool_), label if observes_task else None)
-    actions = clip_actions(action_function(agent)(observations, context), env, "act()")
+    actions = first_actions(agent, env, seeds, label if observes_task else None)
     if (policy := policy_of(agent)) is not None:
         require_agreement(policy, env, seeds, actions, 0)
 

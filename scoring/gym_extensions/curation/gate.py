@@ -249,7 +249,7 @@ def repeated_sample(submission: Submission, folder: Path) -> Judgement:
                 request = request_of_run(run, folder, observes_task, (cell,))
                 result = repetition(run.log, run.number, (cell,), played(request, player))
                 repeated, episodes = repeated + result.repeated, episodes + result.episodes
-                machine = other_machine(run.document, here)
+                machine = other_machine(run.document.versions, here, run.document.packages)
                 if result.difference and machine:
                     notes.append(f"{run.name} was made elsewhere ({machine}): {result.difference}.")
                 elif result.difference:

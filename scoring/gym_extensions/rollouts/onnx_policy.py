@@ -323,7 +323,7 @@ class OnnxPolicy:
 
     def _run(self, feeds: Mapping[str, Array]) -> Sequence[Array]:
         runtime = required(RUNTIME)
-        failures = (*_failures(runtime), RuntimeError, ValueError, MemoryError)
+        failures: tuple[type[Exception], ...] = (*_failures(runtime), RuntimeError, ValueError, MemoryError)
         options = runtime.RunOptions()
         options.log_severity_level = 4
         timer = threading.Timer(MAX_STEP_SECONDS, setattr, (options, "terminate", True))

@@ -52,7 +52,7 @@ def torch_module(arrays: Arrays, task: int) -> torch.nn.Module:
     except ImportError as error:
         raise BenchError("missing-extra", "to_torch() needs torch.", hint="Run: pip install torch") from error
     functional = torch.nn.functional
-    activations = {
+    activations: dict[str, Any] = {
         "linear": lambda values: values,
         "tanh": torch.tanh,
         "relu": functional.relu,
@@ -69,7 +69,7 @@ def torch_module(arrays: Arrays, task: int) -> torch.nn.Module:
             super().__init__()
             self.layers = torch.nn.ModuleList()
             for weights, biases in parts["layers"]:
-                layer = torch.nn.Linear(*weights.shape, dtype=torch.from_numpy(weights).dtype)
+                layer = torch.nn.Linear(*weights.shape).to(torch.from_numpy(weights).dtype)
                 layer.load_state_dict({"weight": torch.tensor(weights.T), "bias": torch.tensor(biases)})
                 self.layers.append(layer)
             for name in BUFFERS:
@@ -77,24 +77,25 @@ def torch_module(arrays: Arrays, task: int) -> torch.nn.Module:
                     self.register_buffer(name, torch.tensor(parts[name]))
 
         def forward(self, observation: torch.Tensor, noise: torch.Tensor | None = None) -> torch.Tensor:
+            own: Any = self
             values = observation.to(getattr(torch, parts["observation_dtype"]))
             if "observation_mean" in parts:
-                values = (values - self.observation_mean) / self.observation_scale
+                values = (values - own.observation_mean) / own.observation_scale
             if "observation_clip" in parts:
                 bound = float(parts["observation_clip"])
                 values = values.clamp(-bound, bound)
-            values = values.to(self.layers[0].weight.dtype)
-            for layer in self.layers[:-1]:
+            values = values.to(own.layers[0].weight.dtype)
+            for layer in own.layers[:-1]:
                 values = activations[parts["activation"]](layer(values))
-            mean = activations[parts["output_activation"]](self.layers[-1](values))
+            mean = activations[parts["output_activation"]](own.layers[-1](values))
             if noise is not None and parts["head"] == "gaussian":
-                log_sigma = self.log_sigma
+                log_sigma = own.log_sigma
                 if "log_sigma_weight" in parts:
-                    log_sigma = values @ self.log_sigma_weight + log_sigma
+                    log_sigma = values @ own.log_sigma_weight + log_sigma
                 if "log_sigma_clip" in parts:
-                    log_sigma = log_sigma.clamp(*self.log_sigma_clip)
+                    log_sigma = log_sigma.clamp(*own.log_sigma_clip)
                 mean = mean + log_sigma.exp() * noise
-            action: torch.Tensor = self.action_offset + self.action_scale * activations[parts["squash"]](mean)
+            action: torch.Tensor = own.action_offset + own.action_scale * activations[parts["squash"]](mean)
             return action
 
     return PolicyModule()
@@ -124,7 +125,7 @@ class _Graph:
         """A value as another type."""
         return self.put("Cast", value, to=self._onnx.helper.np_dtype_to_tensor_dtype(dtype))
 
-    def clip(self, value: str, low: Any, high: Any, dtype: np.dtype[Any]) -> str:
+    def clip(self, value: str | Array, low: Any, high: Any, dtype: np.dtype[Any]) -> str:
         """A value within bounds."""
         return self.put("Min", self.put("Max", value, np.array(low, dtype)), np.array(high, dtype))
 
@@ -174,7 +175,8 @@ def onnx_bytes(arrays: Arrays, task: int) -> bytes:
             product = graph.put("MatMul", value, parts["log_sigma_weight"].astype(inner))
             log_sigma = graph.put("Add", product, log_sigma)
         if "log_sigma_clip" in parts:
-            log_sigma = graph.clip(graph.put("Identity", log_sigma), *parts["log_sigma_clip"], inner)
+            low, high = parts["log_sigma_clip"].tolist()
+            log_sigma = graph.clip(log_sigma, low, high, inner)
         mean = graph.put("Add", mean, graph.put("Mul", graph.put("Exp", log_sigma), "noise"))
     result = np.result_type(inner, parts["action_offset"], parts["action_scale"])
     squashed = graph.cast(graph.activation(parts["squash"], mean, inner), result)
@@ -235,7 +237,8 @@ def from_torch(
         inputs["state"] = torch.zeros((2, *state_shape))
         outputs.append("next_state")
     required("onnx")
-    file = io.BytesIO()
+    file, fast = io.BytesIO(), torch.backends.mha.get_fastpath_enabled()
+    torch.backends.mha.set_fastpath_enabled(False)  # fused attention has no operator in ONNX
     try:
         with warnings.catch_warnings(), torch.no_grad():
             # This exporter needs no further package; the newer one needs onnxscript.
@@ -254,4 +257,6 @@ def from_torch(
         reason = str(error).splitlines()[0][:200] if str(error) else type(error).__name__
         hint = "Export it yourself, and read it with policies.OnnxPolicy."
         raise BenchError("unsupported-policy", f"PyTorch cannot export it: {reason}.", "", hint) from error
+    finally:
+        torch.backends.mha.set_fastpath_enabled(fast)
     return OnnxPolicy(file.getvalue())

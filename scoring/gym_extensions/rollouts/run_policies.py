@@ -176,7 +176,8 @@ def _with_networks(arrays: dict[str, Array], paths: list[Path]) -> dict[str, Arr
     """The arrays and the bytes of networks, ``run3.stage5.onnx`` as ``stage5/onnx``."""
     for path in paths:
         data = _bytes_of_file(path, NETWORK)
-        arrays[path.name.partition(".")[2].replace(".", "/")] = np.frombuffer(data, np.uint8)
+        stage, _, task = path.stem.partition(".")[2].partition(".")  # a task's name may have dots
+        arrays["/".join(part for part in (stage, task, ONNX) if part)] = np.frombuffer(data, np.uint8)
         if sum(values.nbytes for values in arrays.values()) > MAX_POLICY_BYTES:
             message = f"The policies have more than {MAX_POLICY_BYTES} bytes."
             raise BenchError("bad-policy", message, str(path), HINT)

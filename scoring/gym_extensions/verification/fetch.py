@@ -24,6 +24,7 @@ from urllib.parse import urlsplit
 
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes
+from gym_extensions.rollouts.layout import MAX_FILE_BYTES, POLICIES
 from gym_extensions.rollouts.run import PolicyFile
 
 CHUNK = 2**16
@@ -56,7 +57,7 @@ class Fetcher:
         """The path of a copy of policies that lie elsewhere. Their digest is checked where they are read.
 
         Args:
-            policies: what a run's document states.
+            policies: what a run's document states. A size of 0 is not known; the limit is that of a file.
             where: the run, for errors.
 
         Raises:
@@ -65,7 +66,8 @@ class Fetcher:
         """
         name = sha256(f"{policies.url} {policies.sha256}".encode()).hexdigest()
         path = self.cache / f"{name}.npz"
-        if path.is_file() and path.stat().st_size == policies.size:
+        size = policies.size or MAX_FILE_BYTES[POLICIES]
+        if path.is_file() and path.stat().st_size == (policies.size or path.stat().st_size):
             return path
         scheme = urlsplit(policies.url).scheme
         if self.public_only and scheme not in PUBLIC_SCHEMES:
@@ -77,16 +79,16 @@ class Fetcher:
             )
         try:
             with _opened(policies.url, scheme, self.public_only) as file:
-                content = _content(file, policies.size)
+                content = _content(file, size)
         except BenchError:
             raise
         except (OSError, http.client.HTTPException, ValueError) as error:
             reason = str(getattr(error, "reason", "") or error) or type(error).__name__
             message = f"{policies.url} cannot be read: {reason}."
             raise BenchError("policies-missing", message, where, "Ask the author for the file.") from error
-        if len(content) != policies.size:
-            more = "more" if len(content) > policies.size else "fewer"
-            message = f"{policies.url} has {more} bytes than the {policies.size} that the run states."
+        if len(content) > size or (policies.size and len(content) < size):
+            more = "more" if len(content) > size else "fewer"
+            message = f"{policies.url} has {more} bytes than the {size} that the run states."
             raise BenchError("policies-size", message, where, "Ask the author for the file of the run.")
         write_bytes(path, content)
         return path

@@ -5,13 +5,14 @@ from __future__ import annotations
 import platform
 from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, evaluation_seed
 from gym_extensions.envs.rollout import Outcome
 from gym_extensions.rollouts.onnx_policy import RUNTIME
-from gym_extensions.rollouts.run import RunDocument
+from gym_extensions.rollouts.run import Versions
 from gym_extensions.rollouts.tables import Log
 from gym_extensions.verification.episodes import Cell, Played
 from gym_extensions.versions import blas_kernels, version, version_or_none
@@ -94,18 +95,21 @@ def this_machine() -> dict[str, str]:
     """What the last bits of actions depend on, of this process, by the names of a run's versions.
 
     The engine is the published one everywhere. Other kernels of the BLAS, another numpy or processor give
-    other last bits, which grow within an episode. So does another onnxruntime, for ONNX networks.
+    other last bits, which grow within an episode.
     """
     name = f"{platform.system()}-{platform.machine()}"
-    return {"blas": blas_kernels(), "numpy": version("numpy"), "platform": name} | (
-        {RUNTIME: found} if (found := version_or_none(RUNTIME)) else {}
-    )
+    return {"blas": blas_kernels(), "numpy": version("numpy"), "platform": name}
 
 
-def other_machine(made: RunDocument, here: Mapping[str, str]) -> str:
-    """How the machine of a run and this one differ, so that honest episodes may; empty if they do not."""
-    stated = {name: getattr(made.versions, name) for name in here if name != RUNTIME}
-    if RUNTIME in made.packages and RUNTIME in here:
-        stated[RUNTIME] = made.packages[RUNTIME]
-    differing = [name for name in stated if stated[name] != here[name]]
-    return ", ".join(f"{name} {stated[name] or 'unknown'} / {here[name]}" for name in differing)
+def other_machine(
+    made: Versions, here: Mapping[str, str], packages: Mapping[str, str] = MappingProxyType({})
+) -> str:
+    """How the machine of a run and this one differ, so that honest episodes may; empty if they do not.
+
+    ``packages`` are those of the run, which has onnxruntime among them if its policies are networks.
+    """
+    pairs = {name: (getattr(made, name), value) for name, value in here.items()}
+    if RUNTIME in packages:
+        pairs[RUNTIME] = (packages[RUNTIME], version_or_none(RUNTIME) or "")
+    differing = {name: pair for name, pair in pairs.items() if pair[0] != pair[1]}
+    return ", ".join(f"{name} {stated or 'unknown'} / {value}" for name, (stated, value) in differing.items())

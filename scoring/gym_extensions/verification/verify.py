@@ -207,7 +207,8 @@ class Verifier:
             if is_repeatable
         }
         here = this_machine()
-        machines = {name: other_machine(run.document, here) for name, run in runs.items()}
+        made = {name: run.document for name, run in runs.items()}
+        machines = {name: other_machine(each.versions, here, each.packages) for name, each in made.items()}
         failed = next((f"{name}: {each.problem}" for name, each in first.items() if each.problem), "")
         p_values, agrees = ([0.0], False) if failed else self._test(runs, requests, draw, new)
         is_other = any(each.difference and not machines[name] for name, each in repetitions.items())

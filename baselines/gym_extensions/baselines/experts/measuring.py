@@ -256,7 +256,9 @@ def stored_policy(submissions: Path, candidate: str) -> Policy:
     assert match is not None, candidate
     protocol, run, stage, task_name = match.groups()
     policies = read_policies(submissions / entry, GROUPS[group_name], protocol, int(run))
-    return policies[int(stage), task_name]
+    policy = policies[int(stage), task_name]
+    assert isinstance(policy, Policy), "the entries that are harvested have plain arrays"
+    return policy
 
 
 def stored_candidates(submissions: Path) -> dict[str, list[tuple[float, str]]]:

@@ -13,10 +13,9 @@ from gym_extensions.baselines.agent import Agent, Array, Card, Resumable
 from gym_extensions.baselines.training.jobs import TrainingJob, job_versions, version_difference
 from gym_extensions.baselines.training.usage import Usage
 from gym_extensions.errors import BenchError
-from gym_extensions.files import write_text
+from gym_extensions.files import write_bytes, write_text
 from gym_extensions.rollouts.layout import PROGRESS, UNFINISHED_CURVES
-from gym_extensions.rollouts.policy import Policy
-from gym_extensions.rollouts.run_policies import npz_arrays, write_policies
+from gym_extensions.rollouts.run_policies import AnyPolicy, npz_arrays, npz_bytes, run_arrays
 from gym_extensions.rollouts.tables import CurvePoint, Episode, EvaluationPoint
 
 SETTINGS = "settings.json"
@@ -131,7 +130,7 @@ class Progress:
         path.unlink(missing_ok=True)
         return path
 
-    def store_policy(self, stage: int, task_name: str | None, policy: Policy | None) -> None:
+    def store_policy(self, stage: int, task_name: str | None, policy: AnyPolicy | None) -> None:
         """Writes the policy after a stage, and removes that of an earlier attempt if there is none.
 
         ``task_name`` is the trained task in the single protocol, else None.
@@ -140,7 +139,7 @@ class Progress:
         if policy is None:
             path.unlink(missing_ok=True)
         else:
-            write_policies(path, {(stage, task_name): policy})
+            write_bytes(path, npz_bytes(run_arrays({(stage, task_name): policy})))
 
     def policies(self) -> dict[str, Array] | None:
         """The arrays of the policies after all finished stages by full name; None if one is missing."""

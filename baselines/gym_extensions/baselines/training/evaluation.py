@@ -17,9 +17,11 @@ from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, evaluation_seed
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.envs import make_vec
-from gym_extensions.envs.rollout import Outcome, Watch, run_episodes
+from gym_extensions.envs.rollout import Outcome, Watch, clip_actions, run_episodes
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.policy import Policy, mean_and_log_sigma, to_action
+from gym_extensions.rollouts.onnx_policy import OnnxPolicy
+from gym_extensions.rollouts.policy import mean_and_log_sigma, to_action
+from gym_extensions.rollouts.run_policies import AnyPolicy
 from gym_extensions.rollouts.tables import Episode
 
 MeanReturns = Callable[[Agent, Sequence[Task], int], Iterator[float]]
@@ -75,17 +77,29 @@ class Evaluator:
             self._envs[task.id, episodes] = make_vec(task, episodes)
         return self._envs[task.id, episodes]
 
-    def evaluate(self, agent: Agent, stage: int, task: Task, policy: Policy | None) -> list[Episode]:
-        """The episodes of the agent on a task. Raises ``BenchError`` if its policy acts in another way."""
+    def evaluate(self, agent: Agent, stage: int, task: Task, policy: AnyPolicy | None) -> list[Episode]:
+        """The episodes of the agent on a task. Raises ``BenchError`` if its policy acts in another way.
+
+        If the policy is a deterministic network, its own episodes are returned, so that they can be repeated.
+        """
         first: list[Array] = []
 
         def remember(actions: Array | None) -> None:
             if actions is not None and not first:
                 first.append(np.array(actions))
 
-        seeds, outcomes = self._outcomes(agent, task, EVALUATION_EPISODES, remember)
-        if policy is not None:
-            require_agreement(policy, self.envs(task), seeds, first[0], self.group.tasks.index(task))
+        index, env = self.group.tasks.index(task), self.envs(task)
+        if isinstance(policy, OnnxPolicy) and policy.head == "deterministic":
+            seeds, label = self._seeds_and_label(task, EVALUATION_EPISODES)
+            require_agreement(policy, env, seeds, first_actions(agent, env, seeds, label), index)
+            policy.reset()
+            outcomes = run_episodes(
+                env, seeds, lambda observations, *_: policy.act(observations, None, index)
+            )
+        else:
+            seeds, outcomes = self._outcomes(agent, task, EVALUATION_EPISODES, remember)
+            if policy is not None:
+                require_agreement(policy, env, seeds, first[0], index)
         return [
             Episode(stage, task.id, episode, seed, *outcome)
             for episode, (seed, outcome) in enumerate(zip(seeds, outcomes, strict=True))
@@ -99,9 +113,13 @@ class Evaluator:
     def _outcomes(
         self, agent: Agent, task: Task, episodes: int, watch: Watch | None = None
     ) -> tuple[list[int], list[Outcome]]:
+        seeds, label = self._seeds_and_label(task, episodes)
+        return seeds, evaluate(agent, self.envs(task, episodes), seeds, label, watch)
+
+    def _seeds_and_label(self, task: Task, episodes: int) -> tuple[list[int], TaskLabel | None]:
         seeds = [evaluation_seed(self.group.id, task.id, episode) for episode in range(episodes)]
         label = TaskLabel(task.id, self.group.task_ids.index(task.id)) if self.observes_task else None
-        return seeds, evaluate(agent, self.envs(task, episodes), seeds, label, watch)
+        return seeds, label
 
     def close(self) -> None:
         """Closes every environment."""
@@ -109,7 +127,7 @@ class Evaluator:
             env.close()
 
 
-def policy_of(agent: Agent) -> Policy | None:
+def policy_of(agent: Agent) -> AnyPolicy | None:
     """The agent's policy; None if it has no method ``policy`` or cannot express its policy.
 
     An attribute ``policy`` that is not a method, such as a torch module, is something else.
@@ -121,18 +139,26 @@ def policy_of(agent: Agent) -> Policy | None:
     if not inspect.isroutine(method):
         return None
     policy: object = method()
-    if policy is None or isinstance(policy, Policy):
+    if policy is None or isinstance(policy, AnyPolicy):
         return policy
-    message = f"Expected a Policy or None, got a value of type {type(policy).__name__}."
-    raise BenchError("bad-policy", message, "policy()", "Return a gym_extensions.rollouts.policy.Policy.")
+    message = f"Expected a Policy, an OnnxPolicy or None, got a value of type {type(policy).__name__}."
+    raise BenchError("bad-policy", message, "policy()", "Return a gym_extensions.policies.Policy.")
+
+
+def first_actions(agent: Agent, env: VectorEnv, seeds: Sequence[int], label: TaskLabel | None) -> Array:
+    """The actions (num_envs, …) of an agent after a reset, clipped to the action space."""
+    observations, _ = env.reset(seed=list(seeds))  # type: ignore[arg-type]
+    context = Context(np.ones(len(seeds), np.bool_), label)
+    return clip_actions(action_function(agent)(observations, context), env, "act()")
 
 
 def require_agreement(
-    policy: Policy, env: VectorEnv, seeds: Sequence[int], actions: Array, task: int
+    policy: AnyPolicy, env: VectorEnv, seeds: Sequence[int], actions: Array, task: int
 ) -> None:
     """Checks that the policy takes the first actions of evaluation episodes.
 
-    The action of a deterministic policy is known. For the others every action that they can sample agrees.
+    The action of a deterministic policy is known. For the others every action that they can sample agrees;
+    of networks that sample only the number of actions is checked.
 
     Args:
         policy: the agent's policy.
@@ -146,8 +172,8 @@ def require_agreement(
     """
     observations, _ = env.reset(seed=list(seeds))  # type: ignore[arg-type]
     taken = actions.reshape(len(actions), -1)
-    if taken.shape[1] != len(policy.action_offset):
-        message = f"The actions have {taken.shape[1]} values; the policy has {len(policy.action_offset)}."
+    if taken.shape[1] != policy.num_actions:
+        message = f"The actions have {taken.shape[1]} values; the policy has {policy.num_actions}."
         raise BenchError("bad-policy", message, "policy()", "Return the policy that act() uses.")
     space = env.single_action_space
     low, high = (
@@ -155,9 +181,7 @@ def require_agreement(
         for bound in (space.low, space.high)  # type: ignore[attr-defined]
     )
     with np.errstate(all="ignore"):
-        mean, log_sigma = mean_and_log_sigma(policy, observations, task)
-        width = {"deterministic": 0.0, "uniform": 1.0}.get(policy.head, DEVIATIONS * np.exp(log_sigma))
-        bounds = (to_action(policy, mean + sign * width).astype(np.float64) for sign in (-1, 1))
+        bounds = [each.astype(np.float64) for each in _extremes(policy, observations, task)]
         lower, upper = (np.clip(bound, low, high) for bound in bounds)
         excess = np.maximum(lower - taken, taken - upper) / ((high - low) / 2)
     difference = float(np.maximum(excess, 0).max())
@@ -165,6 +189,20 @@ def require_agreement(
         message = f"The policy's actions differ from those of act() by {difference:.3g} half widths."
         hint = "Return the policy that act() uses, or None if it cannot be expressed as plain arrays."
         raise BenchError("policy-differs", message, "policy()", hint)
+
+
+def _extremes(policy: AnyPolicy, observations: Array, task: int) -> tuple[Array, Array]:
+    """The lowest and highest actions that a policy samples; for a deterministic one its actions."""
+    if isinstance(policy, OnnxPolicy):
+        if policy.head != "deterministic":
+            bound = np.full((len(observations), policy.num_actions), np.inf)
+            return -bound, bound
+        policy.reset()
+        actions = policy.act(observations, None, task)
+        return actions, actions
+    mean, log_sigma = mean_and_log_sigma(policy, observations, task)
+    width = {"deterministic": 0.0, "uniform": 1.0}.get(policy.head, DEVIATIONS * np.exp(log_sigma))
+    return to_action(policy, mean - width), to_action(policy, mean + width)
 
 
 def isolated(

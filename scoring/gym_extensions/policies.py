@@ -1,0 +1,104 @@
+"""Policies of entries: loads them, and converts them from and to PyTorch and ONNX.
+
+Example:
+    >>> from gym_extensions import policies
+    >>> policy = policies.load("submissions/trpo", "hopper-gravity", run=0, stage=5)  # doctest: +SKIP
+    >>> policy.act(observation)  # doctest: +SKIP
+
+Plain arrays need numpy alone, networks the extra ``onnx``. Experts are such policies, too
+(:func:`gym_extensions.experts.load`).
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from gym_extensions.catalog.groups import TaskGroup, resolve_group
+from gym_extensions.catalog.protocol import PROTOCOLS
+from gym_extensions.errors import BenchError, did_you_mean
+from gym_extensions.rollouts.layout import DOCUMENT, run_file
+from gym_extensions.rollouts.onnx_policy import OnnxPolicy
+from gym_extensions.rollouts.policy import Policy
+from gym_extensions.rollouts.policy_arrays import Array
+from gym_extensions.rollouts.policy_conversion import from_torch
+from gym_extensions.rollouts.run import PolicyFile, read_run
+from gym_extensions.rollouts.run_policies import (
+    AnyPolicy,
+    content_sha256,
+    npz_arrays,
+    policies_of,
+    policy_keys,
+    read_arrays,
+)
+from gym_extensions.verification.fetch import Fetcher, cache_folder
+
+__all__ = ["OnnxPolicy", "Policy", "from_torch", "load"]
+
+
+def load(
+    source: str | Path,
+    group: str | Path | TaskGroup,
+    *,
+    run: int = 0,
+    stage: int | None = None,
+    task: str | None = None,
+    protocol: str = "sequential",
+    sha256: str = "",
+) -> AnyPolicy:
+    """A policy of a run, whose ``act(observation)`` takes one observation or many.
+
+    Args:
+        source: the folder of an entry, whose policies may lie elsewhere; or the address of a run's .npz file,
+            which is fetched into a cache.
+        group: the name of a group, the TOML file of a custom group, or a group.
+        run: the run.
+        stage: how many tasks the policy was trained on; the last stage if None.
+        task: in the protocol ``single``, the trained task.
+        protocol: sequential, single or joint.
+        sha256: the digest of the content, ``policies.sha256`` of the run's document. An address needs it.
+
+    Raises:
+        BenchError: there is no such entry, run, stage or task, the policies cannot be read, or they are
+            others than the digest says.
+    """
+    members = resolve_group(group)
+    if protocol not in PROTOCOLS:
+        message, hint = f"There is no protocol {protocol!r}.", did_you_mean(protocol, PROTOCOLS)
+        raise BenchError("unknown-protocol", message, "protocol", hint)
+    keys = policy_keys(protocol, members)
+    key = (keys[-1][0] if stage is None else stage, task)
+    if key not in keys:
+        each = "a stage and a task" if protocol == "single" else "a stage and no task"
+        hint = f"The protocol {protocol} has {each}; stages are {keys[0][0]} to {keys[-1][0]}."
+        if task is not None and protocol == "single":
+            hint = did_you_mean(task, [name for _, name in keys if name])
+        raise BenchError("unknown-policy", f"There is no policy of stage {key[0]}, task {task}.", "", hint)
+    if "://" in str(source):
+        if not sha256:
+            hint = "Pass sha256, which the run's document states under policies."
+            raise BenchError("no-digest", "An address needs a digest.", str(source), hint)
+        arrays = _fetched(PolicyFile(sha256=sha256, size=0, url=str(source)))
+    else:
+        arrays = _of_entry(Path(source), members, protocol, run)
+    if sha256 and (actual := content_sha256(arrays)) != sha256:
+        message = f"The policies have the digest {actual}, not {sha256}."
+        raise BenchError("other-policy", message, str(source), "Get the file of the run.")
+    return policies_of(arrays, members, protocol)[key]
+
+
+def _of_entry(folder: Path, group: TaskGroup, protocol: str, run: int) -> dict[str, Array]:
+    path = folder / run_file(group.name, protocol, run, DOCUMENT)
+    if not path.is_file():
+        message = f"{folder} has no run {run} of {group.name}, {protocol}."
+        raise BenchError("no-such-run", message, str(path), "Name an entry and one of its runs.")
+    stated = read_run(path).policies
+    if stated is None:
+        raise BenchError("no-policies", "The run publishes no policies.", str(path))
+    arrays = _fetched(stated) if stated.url else read_arrays(folder, group, protocol, run)
+    if content_sha256(arrays) != stated.sha256:
+        raise BenchError("other-policy", "The policies are others than the run's document states.", str(path))
+    return arrays
+
+
+def _fetched(policies: PolicyFile) -> dict[str, Array]:
+    return npz_arrays(Fetcher(cache_folder() / "policies").fetch(policies, policies.url).read_bytes())
