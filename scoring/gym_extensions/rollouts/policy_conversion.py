@@ -236,7 +236,7 @@ def from_torch(
     if state_shape is not None:
         inputs["state"] = torch.zeros((2, *state_shape))
         outputs.append("next_state")
-    required("onnx")
+    onnx = required("onnx")
     file, fast = io.BytesIO(), torch.backends.mha.get_fastpath_enabled()
     torch.backends.mha.set_fastpath_enabled(False)  # fused attention has no operator in ONNX
     try:
@@ -259,4 +259,12 @@ def from_torch(
         raise BenchError("unsupported-policy", f"PyTorch cannot export it: {reason}.", "", hint) from error
     finally:
         torch.backends.mha.set_fastpath_enabled(fast)
-    return OnnxPolicy(file.getvalue())
+    model = onnx.load_model_from_string(file.getvalue())
+    with torch.no_grad():
+        results = module(*inputs.values())
+    for value, result in zip(model.graph.output, results if len(outputs) > 1 else [results], strict=True):
+        # The exporter loses shapes that it cannot derive.
+        kind = value.type.tensor_type.elem_type
+        described = onnx.helper.make_tensor_value_info(value.name, kind, ["batch", *result.shape[1:]])
+        value.CopyFrom(described)
+    return OnnxPolicy(model.SerializeToString())

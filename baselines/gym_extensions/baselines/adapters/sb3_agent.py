@@ -16,7 +16,7 @@ import torch
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import BaseCallback
 
-from gym_extensions.baselines.adapters.sb3_policy import exported, unsupported
+from gym_extensions.baselines.adapters.sb3_policy import exported
 from gym_extensions.baselines.adapters.sb3_state import (
     Generators,
     Normalization,
@@ -41,7 +41,7 @@ from gym_extensions.baselines.agent import (
 )
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.manifest import LONG, hyperparameter_error
-from gym_extensions.rollouts.policy import Policy
+from gym_extensions.rollouts.run_policies import AnyPolicy
 
 Callback = BaseCallback | list[BaseCallback] | Callable[[dict[str, Any], dict[str, Any]], bool] | None
 """What SB3's ``learn(callback=…)`` accepts."""
@@ -228,15 +228,19 @@ class Sb3Agent:
             raise BenchError("needs-context", "The policy is recurrent.", "act()", hint)
         return np.asarray(actions)
 
-    def policy(self) -> Policy | None:
-        """The policy as plain arrays; None if it is not a multilayer perceptron of a supported kind."""
-        if unsupported(self._model):
+    def policy(self) -> AnyPolicy | None:
+        """The policy as plain arrays or as a network; None, with a warning, if it is neither."""
+        try:
+            return exported(
+                self._model,
+                deterministic=self._options.deterministic,
+                statistics=self._normalization.observation_statistics(),
+                observation_shape=self._spaces[0].shape,
+            )
+        except BenchError as error:
+            message = f"The policy is not stored, so that the entry stays claimed. {error}"
+            warnings.warn(message, stacklevel=2)
             return None
-        return exported(
-            self._model,
-            deterministic=self._options.deterministic,
-            statistics=self._normalization.observation_statistics(),
-        )
 
     def learn(self, env: VectorEnv, steps: int) -> None:
         """Calls the model's ``learn``, which continues from the current state.

@@ -1,8 +1,8 @@
-"""The policy of a Stable-Baselines3 or SBX model as plain arrays.
+"""The policy of a Stable-Baselines3 or SBX model as plain arrays, or as an ONNX network.
 
-Supported are multilayer perceptrons of flat observations: the Gaussian actors of PPO, A2C and TRPO, the
+Plain arrays are multilayer perceptrons of flat observations: the Gaussian actors of PPO, A2C and TRPO, the
 squashed Gaussian actors of SAC and TQC, the deterministic actors of TD3 and DDPG, and the actors of SBX's PPO
-and SAC.
+and SAC. Other feedforward policies of PyTorch become networks: images, own classes, own features extractors.
 """
 
 from __future__ import annotations
@@ -17,7 +17,10 @@ from stable_baselines3.common.torch_layers import FlattenExtractor
 
 from gym_extensions.baselines.agent import Array
 from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.onnx_policy import OnnxPolicy
 from gym_extensions.rollouts.policy import Policy
+from gym_extensions.rollouts.policy_conversion import from_torch
+from gym_extensions.rollouts.run_policies import AnyPolicy
 
 ACTIVATIONS: dict[type[torch.nn.Module], str] = {
     torch.nn.Tanh: "tanh",
@@ -126,21 +129,30 @@ Parts = dict[str, Any]
 
 
 def exported(
-    model: BaseAlgorithm, *, deterministic: bool = True, statistics: Statistics | None = None
-) -> Policy:
+    model: BaseAlgorithm,
+    *,
+    deterministic: bool = True,
+    statistics: Statistics | None = None,
+    observation_shape: tuple[int, ...] | None = None,
+) -> AnyPolicy:
     """The policy of a model, trained by this package or loaded with ``PPO.load``.
 
     Args:
         model: of Stable-Baselines3, SB3-Contrib or SBX.
         deterministic: whether the policy takes the mean action or samples.
         statistics: of the observations, if the model was trained with normalized ones.
+        observation_shape: of the environment, if the model has images with the channels first and the
+            environment has them last; that of the model if None.
 
     Raises:
-        BenchError: the model's network has no such form.
+        BenchError: the policy is recurrent, uses ``use_sde`` or cannot be exported, or it is a network and
+            the extra ``onnx`` is not installed.
     """
     if reason := unsupported(model):
-        hint = "Use an MlpPolicy without use_sde, or train without storing the policy."
-        raise BenchError("unsupported-policy", reason, "policy()", hint)
+        if reason := not_exportable(model):
+            hint = "Use a feedforward policy of PyTorch without use_sde, or train without storing the policy."
+            raise BenchError("unsupported-policy", reason, "policy()", hint)
+        return _network(model, deterministic, statistics, observation_shape)
     parts = _actor_parts(model)(model)
     parts["head"] = "deterministic" if deterministic or "log_sigma" not in parts else "gaussian"
     if statistics is not None:
@@ -166,6 +178,73 @@ def unsupported(model: BaseAlgorithm) -> str:
     if hasattr(model.policy, "lstm_actor") or inputs != shape[0] or _has_extractor(model.policy):
         return f"{name} is recurrent or has a features extractor."
     return ""
+
+
+def not_exportable(model: BaseAlgorithm) -> str:
+    """Why the policy of a model cannot be expressed as an ONNX network; empty if it can."""
+    policy: Any = model.policy
+    name = f"The policy of {type(model).__name__}, {type(policy).__name__},"
+    if not isinstance(policy, torch.nn.Module) or hasattr(policy, "actor_state"):
+        return f"{name} is not one of PyTorch."
+    if hasattr(policy, "lstm_actor"):
+        return f"{name} is recurrent."
+    if getattr(model, "use_sde", False):
+        return f"{name} uses state-dependent exploration (use_sde)."
+    shape = model.observation_space.shape
+    return "" if shape and model.action_space.shape else f"{name} does not have boxes of numbers as spaces."
+
+
+class _Acting(torch.nn.Module):
+    """The actions of a model, not clipped: the best ones, or samples with noise."""
+
+    def __init__(self, model: BaseAlgorithm, statistics: Statistics | None, swap: bool) -> None:
+        super().__init__()
+        self.policy: Any = model.policy
+        self.swap, box = swap, model.action_space
+        self.squashes = bool(self.policy.squash_output)
+        self.limits = [torch.as_tensor(each) for each in (box.low, box.high)]  # type: ignore[attr-defined]
+        self.statistics = None
+        if statistics is not None:
+            mean, scale, bound = statistics
+            self.statistics = (torch.as_tensor(mean), torch.as_tensor(scale), float(bound))
+
+    def forward(self, observation: torch.Tensor, noise: torch.Tensor | None = None) -> torch.Tensor:
+        if self.statistics is not None:
+            mean, scale, bound = self.statistics
+            observation = ((observation - mean) / scale).clamp(-bound, bound)
+        if self.swap:
+            observation = observation.permute(0, 3, 1, 2)
+        if noise is None:
+            actions = self.policy._predict(observation, deterministic=True)
+        elif hasattr(self.policy, "get_distribution"):
+            normal = self.policy.get_distribution(observation).distribution
+            actions = normal.mean + normal.stddev * noise
+        else:
+            mean, log_sigma, _ = self.policy.actor.get_action_dist_params(observation)
+            actions = torch.tanh(mean + log_sigma.exp() * noise)
+        if self.squashes:
+            low, high = self.limits
+            actions = low + 0.5 * (actions + 1) * (high - low)
+        result: torch.Tensor = actions.flatten(1)
+        return result
+
+
+def _network(
+    model: BaseAlgorithm,
+    deterministic: bool,
+    statistics: Statistics | None,
+    observation_shape: tuple[int, ...] | None,
+) -> OnnxPolicy:
+    space: Any = model.observation_space
+    shape = observation_shape or space.shape
+    actor = getattr(model.policy, "actor", None)
+    samples = hasattr(model.policy, "get_distribution") or hasattr(actor, "get_action_dist_params")
+    return from_torch(
+        _Acting(model, statistics, swap=shape != space.shape).eval(),
+        shape,
+        noise=0 if deterministic or not samples else int(np.prod(model.action_space.shape or ())),
+        dtype=space.dtype.name if space.dtype.name in ("float32", "float64", "uint8") else "float32",
+    )
 
 
 def _has_extractor(policy: Any) -> bool:

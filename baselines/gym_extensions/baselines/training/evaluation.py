@@ -80,24 +80,23 @@ class Evaluator:
     def evaluate(self, agent: Agent, stage: int, task: Task, policy: AnyPolicy | None) -> list[Episode]:
         """The episodes of the agent on a task. Raises ``BenchError`` if its policy acts in another way.
 
-        If the policy is a deterministic network, its own episodes are returned, so that they can be repeated.
+        If its policy is deterministic, the episodes are the policy's own, so that they can be repeated.
         """
-        first: list[Array] = []
-
-        def remember(actions: Array | None) -> None:
-            if actions is not None and not first:
-                first.append(np.array(actions))
-
         index, env = self.group.tasks.index(task), self.envs(task)
-        if isinstance(policy, OnnxPolicy) and policy.head == "deterministic":
-            seeds, label = self._seeds_and_label(task, EVALUATION_EPISODES)
+        seeds, label = self._seeds_and_label(task, EVALUATION_EPISODES)
+        if policy is not None and policy.head == "deterministic":
             require_agreement(policy, env, seeds, first_actions(agent, env, seeds, label), index)
-            policy.reset()
-            outcomes = run_episodes(
-                env, seeds, lambda observations, *_: policy.act(observations, None, index)
-            )
+            if isinstance(policy, OnnxPolicy):
+                policy.reset()
+            outcomes = run_episodes(env, seeds, lambda seen, *_: policy.act(seen, None, index))
         else:
-            seeds, outcomes = self._outcomes(agent, task, EVALUATION_EPISODES, remember)
+            first: list[Array] = []
+
+            def remember(actions: Array | None) -> None:
+                if actions is not None and not first:
+                    first.append(np.array(actions))
+
+            outcomes = evaluate(agent, env, seeds, label, remember)
             if policy is not None:
                 require_agreement(policy, env, seeds, first[0], index)
         return [
@@ -108,13 +107,9 @@ class Evaluator:
     def mean_returns(self, agent: Agent, tasks: Sequence[Task], episodes: int) -> Iterator[float]:
         """The mean return on each task over the first episodes."""
         for task in tasks:
-            yield fmean(outcome.return_ for outcome in self._outcomes(agent, task, episodes)[1])
-
-    def _outcomes(
-        self, agent: Agent, task: Task, episodes: int, watch: Watch | None = None
-    ) -> tuple[list[int], list[Outcome]]:
-        seeds, label = self._seeds_and_label(task, episodes)
-        return seeds, evaluate(agent, self.envs(task, episodes), seeds, label, watch)
+            seeds, label = self._seeds_and_label(task, episodes)
+            outcomes = evaluate(agent, self.envs(task, episodes), seeds, label)
+            yield fmean(outcome.return_ for outcome in outcomes)
 
     def _seeds_and_label(self, task: Task, episodes: int) -> tuple[list[int], TaskLabel | None]:
         seeds = [evaluation_seed(self.group.id, task.id, episode) for episode in range(episodes)]
