@@ -134,7 +134,7 @@ def test_the_documented_way_to_a_policy_leads_to_an_action(
     monkeypatch.chdir(folder.parents[1])
     names: dict[str, object] = {}
     exec(
-        code.replace("act(observation[None])", "act(observation[None], np.random.default_rng(0))"),
+        code.replace("act(observation)", "act(observation, np.random.default_rng(0))"),
         {"np": np},
         names,
     )

@@ -17,7 +17,7 @@ import numpy as np
 
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes
-from gym_extensions.rollouts.layout import MAX_FILE_BYTES, NETWORK
+from gym_extensions.rollouts.layout import MAX_FILE_BYTES, NETWORK, read_regular
 from gym_extensions.rollouts.policy_arrays import Array
 from gym_extensions.rollouts.problem import quote
 
@@ -238,6 +238,15 @@ class OnnxPolicy:
         self._session: Any = None
         self._states: dict[str, Array] = {}
 
+    @classmethod
+    def load(cls, path: str | Path) -> OnnxPolicy:
+        """The policy in an ONNX file. Raises ``BenchError`` as the class does, or if it cannot be read."""
+        try:
+            return cls(read_regular(Path(path), MAX_FILE_BYTES[NETWORK]))
+        except OSError as error:
+            message = f"The file cannot be read: {error.strerror or error}."
+            raise BenchError("bad-policy", message, str(path)) from error
+
     @property
     def num_inputs(self) -> int:
         """The number of values of an observation."""
@@ -335,7 +344,7 @@ class OnnxPolicy:
             results: Sequence[Array] = self._session.run(list(self.network.outputs), feeds, options)
         except failures as error:
             if options.terminate:
-                message = f"A step took more than {MAX_STEP_SECONDS:.0f} seconds."
+                message = f"A step took more than {MAX_STEP_SECONDS:g} seconds."
                 raise BenchError("slow-policy", message, "act()", "Publish a smaller network.") from error
             reason = str(error).splitlines()[0][:200] if str(error) else type(error).__name__
             raise BenchError("onnx-failed", f"The network failed: {reason}.", "act()", HINT) from error

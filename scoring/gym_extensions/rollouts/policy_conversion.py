@@ -255,7 +255,7 @@ def from_torch(
             )
     except (RuntimeError, TypeError, ValueError) as error:
         reason = str(error).splitlines()[0][:200] if str(error) else type(error).__name__
-        hint = "Export it yourself, and read it with policies.OnnxPolicy."
+        hint = "Export it yourself, and read it with policies.OnnxPolicy.load."
         raise BenchError("unsupported-policy", f"PyTorch cannot export it: {reason}.", "", hint) from error
     finally:
         torch.backends.mha.set_fastpath_enabled(fast)

@@ -156,7 +156,8 @@ def lines_of(report: Report) -> Iterator[str]:
         return
     yield f"{report.name}: {'verified' if found.passed else 'NOT verified'}, {len(found.runs)} runs."
     if report.runs:
-        yield f"  repeated bit for bit: {found.repeated:,} of {found.episodes:,} episodes"
+        how = f"by {found.runtime}, returns within .1 %" if found.runtime else "bit for bit"
+        yield f"  repeated {how}: {found.repeated:,} of {found.episodes:,} episodes"
     else:
         yield "  repeated: none, because the policies sample their actions"
     if found.difference:

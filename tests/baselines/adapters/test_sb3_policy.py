@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from typing import Any
 
 import gymnasium as gym
@@ -17,7 +18,10 @@ from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 from gym_extensions.baselines import sb3
 from gym_extensions.baselines.adapters.sb3_policy import exported, unsupported
 from gym_extensions.baselines.adapters.sb3_vec_env import SpacesVecEnv
+from gym_extensions.baselines.training.evaluation import Evaluator
+from gym_extensions.catalog.groups import group
 from gym_extensions.errors import BenchError
+from gym_extensions.verification.episodes import Cell, Player
 
 OBSERVATIONS = gym.spaces.Box(-np.inf, np.inf, (5,), np.float64)
 ACTIONS = gym.spaces.Box(np.array([-1, -3], np.float32), np.array([1, 5], np.float32))
@@ -70,44 +74,34 @@ def test_the_statistics_of_the_observations_belong_to_the_policy() -> None:
     np.testing.assert_allclose(actions, agent.act(observations), rtol=1e-5, atol=1e-5)
 
 
-class Features(torch.nn.Module):
-    """A features extractor, as a user writes one for images."""
-
-    def __init__(self, space: Any) -> None:
-        super().__init__()
-        self.features_dim, self.layer = 4, torch.nn.Linear(5, 4)
-
-    def forward(self, observations: Any) -> Any:
-        return self.layer(observations)
-
-
-UNSUPPORTED: dict[str, tuple[dict[str, Any], str]] = {
-    "features": (
-        {"policy_kwargs": {"features_extractor_class": Features}},
-        "is recurrent or has a features extractor.",
-    ),
-    "use_sde": ({"use_sde": True}, "uses state-dependent exploration (use_sde)."),
-    "GELU": (
-        {"policy_kwargs": {"activation_fn": torch.nn.GELU}},
-        "is not a multilayer perceptron of a supported kind: GELU cannot be part of a policy.",
-    ),
-}
-
-
-@pytest.mark.parametrize("case", UNSUPPORTED)
-def test_an_unsupported_network_trains_without_a_policy_and_is_named_on_export(case: str) -> None:
-    settings, reason = UNSUPPORTED[case]
-    agent: Any = sb3(PPO, **settings)(OBSERVATIONS, ACTIONS, 0)
-    assert agent.policy() is None
-    with pytest.raises(BenchError) as error:
+def test_a_policy_that_cannot_be_expressed_trains_without_one_and_is_named_on_export() -> None:
+    agent: Any = sb3(PPO, use_sde=True)(OBSERVATIONS, ACTIONS, 0)
+    with pytest.warns(UserWarning, match="stays claimed"):
+        assert agent.policy() is None
+    with pytest.raises(BenchError, match="use_sde"):
         exported(agent._model)
-    assert (error.value.code, reason in error.value.message) == ("unsupported-policy", True)
 
 
-def test_a_cnn_is_not_supported() -> None:
-    images = gym.spaces.Box(0, 255, (3, 36, 36), np.uint8)
-    agent: Any = sb3(PPO, policy="CnnPolicy", n_steps=2, batch_size=2)(images, ACTIONS, 0)
-    assert agent.policy() is None
+def test_without_the_extra_a_network_is_not_stored_and_the_warning_says_what_to_install(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setitem(sys.modules, "onnx", None)
+    agent: Any = sb3(PPO, policy_kwargs={"activation_fn": torch.nn.GELU})(OBSERVATIONS, ACTIONS, 0)
+    with pytest.warns(UserWarning, match=r"gym-extensions\[onnx\]"):
+        assert agent.policy() is None
+
+
+def test_the_logged_episodes_are_those_that_a_verifier_repeats() -> None:
+    members = group("hopper-wall")
+    evaluator, player = Evaluator(members), Player(members)
+    env = evaluator.envs(members.tasks[1])
+    agent: Any = sb3(PPO)(env.single_observation_space, env.single_action_space, 0)
+    logged = evaluator.evaluate(agent, 0, members.tasks[1], agent.policy())
+    seeds = tuple(episode.seed for episode in logged)
+    repeated = player.outcomes(agent.policy(), Cell(0, 1, seeds))
+    assert [episode.return_ for episode in logged] == [outcome.return_ for outcome in repeated]
+    player.close()
+    evaluator.close()
 
 
 class Normalized(BaseFeaturesExtractor):

@@ -1,0 +1,140 @@
+"""Entries whose policies are ONNX networks: recorded, checked and verified."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("torch")
+pytest.importorskip("onnx", reason="needs the extra onnx")
+pytest.importorskip("onnxruntime", reason="needs the extra onnx")
+
+import onnx
+
+from gym_extensions.catalog.groups import group
+from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.layout import RUN_FILE
+from gym_extensions.rollouts.reader import read
+from gym_extensions.rollouts.review import read_review
+from gym_extensions.rollouts.run import PolicyFile, read_run
+from gym_extensions.rollouts.run_policies import content_sha256, network_files, read_arrays
+from gym_extensions.verification import episodes
+from gym_extensions.verification.cli import main
+from gym_extensions.versions import version
+
+from .entries import change_document, change_log
+
+PAGE = Path(__file__).parents[2] / "docs" / "policies.md"
+VALUE = "3f" * 20
+
+
+@pytest.fixture(scope="session")
+def documented(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The entry of the documented program."""
+    folder = tmp_path_factory.mktemp("documented")
+    *_, code = re.findall(r"```python\n(.*?)```", PAGE.read_text("utf-8"), re.DOTALL)
+    assert len(code.splitlines()) <= 15
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        exec(code, {})
+    return folder / "mine"
+
+
+@pytest.fixture
+def entry(documented: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(documented, tmp_path / "mine", ignore=shutil.ignore_patterns(".progress")))
+
+
+def verify(entry: Path, *options: str) -> int:
+    return main([str(entry), "--seeds", VALUE, "--cache", str(entry.parent / "cache"), *options])
+
+
+def test_the_documented_module_of_pytorch_becomes_a_verified_entry(entry: Path) -> None:
+    files = sorted(path.name for path in (entry / "hopper-wall/sequential").iterdir())
+    assert files == ["run0.csv", "run0.json", *(f"run0.stage{stage}.onnx" for stage in range(3))]
+    assert read(entry, policies=True).problems == ()
+    assert verify(entry, "--write") == 0
+    (record,) = read_review(entry).verifications
+    assert (record.passed, record.repeated) == (True, record.episodes)
+    assert record.runtime == f"onnxruntime {version('onnxruntime')}"
+    document = read_run(entry / "hopper-wall/sequential/run0.json")
+    assert document.packages["onnxruntime"] == version("onnxruntime")
+
+
+def test_a_return_within_the_tolerance_is_repeated_and_one_beyond_is_not(entry: Path) -> None:
+    change_log(entry, lambda row: {"return": row["return"] * 1.0005})
+    assert verify(entry) == 0
+    change_log(entry, lambda row: {"return": row["return"] * 1.002})
+    assert verify(entry) == 1
+
+
+def replace_networks(entry: Path, data: bytes) -> None:
+    """Writes another network for every stage, and states the digest."""
+    for path in network_files(entry, "hopper-wall", "sequential", 0):
+        path.write_bytes(data)
+    digest = content_sha256(read_arrays(entry, group("hopper-wall"), "sequential", 0))
+    change_document(
+        entry / "hopper-wall/sequential/run0.json", policies=PolicyFile(sha256=digest, size=3 * len(data))
+    )
+
+
+def test_a_network_with_an_operator_that_is_not_allowed_is_a_problem_of_its_stage(entry: Path) -> None:
+    (first, *_) = network_files(entry, "hopper-wall", "sequential", 0)
+    replace_networks(entry, first.read_bytes().replace(b"Gemm", b"Gimm"))
+    (problem, *_) = read(entry, policies=True).problems
+    assert problem.rule == "malformed-policy"
+    assert "stage0: The operator 'Gimm' is not allowed." in problem.message
+    assert verify(entry) == 1
+
+
+def test_a_network_that_never_ends_is_not_verified(entry: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    integer, truth, real = onnx.TensorProto.INT64, onnx.TensorProto.BOOL, onnx.TensorProto.FLOAT
+    make, info = onnx.helper, onnx.helper.make_tensor_value_info
+    body = make.make_graph(
+        [make.make_node("Identity", ["goes_on"], ["still"]), make.make_node("Identity", ["x"], ["y"])],
+        "body",
+        [info("round", integer, []), info("goes_on", truth, []), info("x", real, None)],
+        [info("still", truth, []), info("y", real, None)],
+    )
+    nodes = [
+        make.make_node("MatMul", ["observation", "weights"], ["start"]),
+        make.make_node("Loop", ["rounds", "yes", "start"], ["action"], body=body),
+    ]
+    constants = [
+        make.make_tensor("rounds", integer, [], [2**62]),
+        make.make_tensor("yes", truth, [], [True]),
+        onnx.numpy_helper.from_array(np.eye(21, 3, dtype=np.float32), "weights"),
+    ]
+    inputs, outputs = [info("observation", real, ["batch", 21])], [info("action", real, ["batch", 3])]
+    content = make.make_graph(nodes, "graph", inputs, outputs, constants)
+    data = make.make_model(content, opset_imports=[make.make_opsetid("", 17)], ir_version=8)
+    replace_networks(entry, data.SerializeToString())
+    assert verify(entry) == 1
+    assert "A step took more than 5 seconds." in capsys.readouterr().out
+
+
+def test_where_the_runtime_is_missing_nothing_is_decided(
+    entry: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "onnxruntime", None)
+    (name,) = ("hopper-wall/sequential/run0",)
+    digest = read_run(entry / f"{name}.json").policies
+    assert digest is not None
+    cells = (episodes.Cell(0, 0, (1, 2)),)
+    where = ("hopper-wall", "sequential", 0, digest.sha256, "")
+    request = episodes.RunRequest(name, str(entry), *where, observes_task=False, cells=cells)
+    with pytest.raises(BenchError, match=r"gym-extensions\[onnx\]"):
+        episodes.played(request, episodes.Player(group("hopper-wall")))
+
+
+@pytest.mark.parametrize(
+    "name", ["run0.stage5.onnx", "run12.stage1.HopperGravityHalf.onnx", "run0.stage1.Hopper.Gravity-0.8.onnx"]
+)
+def test_a_network_has_the_name_of_its_stage(name: str) -> None:
+    assert RUN_FILE.fullmatch(name)
+    assert not RUN_FILE.fullmatch(name.replace("stage", "step"))
