@@ -21,6 +21,7 @@ from gym_extensions.catalog.groups import group
 from gym_extensions.rollouts.policy import Policy
 from gym_extensions.rollouts.run import PolicyFile, read_run
 from gym_extensions.rollouts.run_policies import (
+    AnyPolicy,
     Key,
     content_sha256,
     read_policies,
@@ -98,7 +99,7 @@ def documents(change: Callable[..., Mapping[str, object]]) -> Forge:
     return forged
 
 
-def policies(change: Callable[[dict[Key, Policy]], object]) -> Forge:
+def policies(change: Callable[[dict[Key, AnyPolicy]], object]) -> Forge:
     """Changes the stored policies of all runs, and states their digests."""
 
     def forged(entry: Path) -> None:
@@ -168,14 +169,15 @@ def same_run_five_times(entry: Path) -> None:
     documents(lambda run: {"log": first.log, "policies": first.policies})(entry)
 
 
-def per_task(stored: dict[Key, Policy]) -> None:
+def per_task(stored: dict[Key, AnyPolicy]) -> None:
     """Packs two policies as one with weights per task."""
     for key, policy in stored.items():
+        assert isinstance(policy, Policy)
         pair = np.stack([policy.weights[0], policy.weights[0] + 1])
         stored[key] = Policy(**{**vars(policy), "weights": (pair,)})
 
 
-def swap(stored: dict[Key, Policy]) -> None:
+def swap(stored: dict[Key, AnyPolicy]) -> None:
     stored[LAST, None], stored[0, None] = stored[0, None], stored[LAST, None]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -120,7 +121,7 @@ def external() -> bytes:
     return linear(constants=[tensor])
 
 
-REFUSED = {
+REFUSED: dict[str, tuple[Callable[[], bytes], str]] = {
     "no ONNX": (lambda: b"\x0a\xff\xff", "not an ONNX model"),
     "no graph": (lambda: b"", "'observation' is missing"),
     "unknown operator": (

@@ -25,7 +25,14 @@ from gym_extensions.rollouts.run import (
     read_run,
     write_run,
 )
-from gym_extensions.rollouts.run_policies import Key, content_sha256, policy_keys, run_arrays, write_policies
+from gym_extensions.rollouts.run_policies import (
+    AnyPolicy,
+    Key,
+    content_sha256,
+    policy_keys,
+    run_arrays,
+    write_policies,
+)
 from gym_extensions.rollouts.tables import Episode, read_log, write_log
 from gym_extensions.verification.episodes import Cell, Player
 from gym_extensions.verification.repeat import this_machine
@@ -36,7 +43,7 @@ from ..conftest import MANIFEST
 GROUP = "hopper-wall"
 RUNS = (0, 1, 2, 3, 4)
 Row = dict[str, Any]
-Policies = dict[Key, Policy]
+Policies = dict[Key, AnyPolicy]
 
 
 def network(seed: int, head: str = "deterministic", actions: int = 3, inputs: int = 21) -> Policy:

@@ -188,7 +188,7 @@ def played(request: RunRequest, player: Player) -> Played:
             try:
                 results[cell] = tuple(player.outcomes(policy, cell))
             except BenchError as error:
-                raise BenchError(error.code, f"{where}: {error.message}") from error
+                raise BenchError(error.code, f"{where}: {error.message}", hint=error.hint) from error
     except BenchError as error:
         if error.code == MISSING:
             raise

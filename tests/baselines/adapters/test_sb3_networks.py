@@ -41,7 +41,7 @@ class Own(ActorCriticPolicy):
     """An own class of policies."""
 
     def __init__(self, *arguments: Any, **settings: Any) -> None:
-        super().__init__(*arguments, **settings, features_extractor_class=Extractor)
+        super().__init__(*arguments, **(settings | {"features_extractor_class": Extractor}))
 
 
 EXTRACTED: dict[str, Any] = {"policy_kwargs": {"features_extractor_class": Extractor}}

@@ -63,6 +63,7 @@ def test_the_submission_has_the_policy_after_every_stage(tmp_path: Path) -> None
         policies = read_policies(tmp_path, QUICK_GROUP, protocol, 0)
         assert list(policies) == policy_keys(protocol, QUICK_GROUP)
         for (stage, _), policy in policies.items():
+            assert isinstance(policy, Policy)
             assert float(policy.action_offset[0]) == 0.5 - stage / 10
     assert read(tmp_path, GROUPS, policies=True).problems == ()
 
