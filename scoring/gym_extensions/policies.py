@@ -54,7 +54,7 @@ def load(
         run: the run.
         stage: how many tasks the policy was trained on; the last stage if None.
         task: in the protocol ``single``, the trained task.
-        protocol: sequential, single or joint.
+        protocol: one of ``PROTOCOLS``.
         sha256: the digest of the content, ``policies.sha256`` of the run's document. An address needs it.
 
     Raises:

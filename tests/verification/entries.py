@@ -43,7 +43,6 @@ from ..conftest import MANIFEST
 GROUP = "hopper-wall"
 RUNS = (0, 1, 2, 3, 4)
 Row = dict[str, Any]
-Policies = dict[Key, AnyPolicy]
 
 
 def network(seed: int, head: str = "deterministic", actions: int = 3, inputs: int = 21) -> Policy:
@@ -61,7 +60,11 @@ def network(seed: int, head: str = "deterministic", actions: int = 3, inputs: in
 
 
 def write_run_files(
-    folder: Path, protocol: str, run: int, policies: Policies, played: Policies | None = None
+    folder: Path,
+    protocol: str,
+    run: int,
+    policies: Mapping[Key, AnyPolicy],
+    played: Mapping[Key, AnyPolicy] | None = None,
 ) -> None:
     """Writes the log, the document and the policies of a run.
 

@@ -182,7 +182,7 @@ def require_agreement(
     difference = float(np.maximum(excess, 0).max())
     if not difference <= TOLERANCE:
         message = f"The policy's actions differ from those of act() by {difference:.3g} half widths."
-        hint = "Return the policy that act() uses, or None if it cannot be expressed as plain arrays."
+        hint = "Return the policy that act() uses, or None."
         raise BenchError("policy-differs", message, "policy()", hint)
 
 
