@@ -66,7 +66,7 @@ def test_a_model_card_has_its_metadata_and_the_code_that_loads_a_policy(reposito
     assert head["library_name"] == "gym-extensions"
     [index] = head["model-index"]
     assert {result["dataset"]["name"] for result in index["results"]} == {GROUP_ID}
-    code = card.split("```python\n")[1].split("```")[0] + "print(len(policies))"
+    code = card.split("```python\n")[1].split("```")[0] + "print(policy.num_actions)"
     here = repositories / "models" / "trpo"
     assert subprocess.check_output([sys.executable, "-c", code], cwd=here, text=True).strip() == "3"
 

@@ -201,8 +201,7 @@ def _action_function(
 ) -> Callable[[Array, Context], Array]:
     if isinstance(policy, AnyPolicy):
         stored, rng = policy, np.random.default_rng(seed)
-        if isinstance(stored, OnnxPolicy):
-            stored.reset()
+        stored.reset()
         return lambda observations, context: stored.act(
             observations, rng, context.task if reads_task and stored.num_tasks else 0
         )

@@ -15,8 +15,8 @@ from gym_extensions.errors import BenchError
 from gym_extensions.export.episodes import LICENSE, NAME, TAGS, front_matter, write_dataset
 from gym_extensions.files import write_bytes, write_text
 from gym_extensions.results.frames import find, refuse_problems
-from gym_extensions.rollouts.layout import DOCUMENT, POLICIES, run_file, scan
-from gym_extensions.rollouts.policy import has_policies, npz_bytes, read_arrays
+from gym_extensions.rollouts.layout import DOCUMENT, run_file, scan
+from gym_extensions.rollouts.run_policies import has_policies, policy_files, read_arrays
 from gym_extensions.scoring.frames import scores
 from gym_extensions.scoring.metrics import METRICS
 from gym_extensions.scoring.pipeline import make_scorer
@@ -24,11 +24,9 @@ from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.versions import version
 
 LOAD = """```python
-from gym_extensions.catalog.groups import group
-from gym_extensions.rollouts.policy import read_policies
-from pathlib import Path
+from gym_extensions import policies
 
-policies = read_policies(Path("."), group("{group}"), "{protocol}", {run})
+policy = policies.load(".", "{group}", protocol="{protocol}", run={run}{task})
 ```"""
 
 
@@ -88,7 +86,8 @@ def write_entry(target: Path, source: Path, card: Scorecard) -> bool:
                 continue
             arrays = read_arrays(source, groups[id_], protocol, run)
             key = groups[id_].name, protocol, run
-            write_bytes(target / run_file(*key, POLICIES), npz_bytes(arrays))
+            for suffix, data in policy_files(arrays).items():
+                write_bytes(target / run_file(*key, suffix), data)
             shutil.copyfile(source / run_file(*key, DOCUMENT), target / run_file(*key, DOCUMENT))
             written.append(key)
     if written:
@@ -123,16 +122,18 @@ def model_card(card: Scorecard, runs: Sequence[tuple[str, str, int]]) -> str:
         "model-index": [{"name": card.name, "results": [each for each in results if each["metrics"]]}],
     }
     group, protocol, run = runs[0]
+    task = f', task="{GROUPS[group].tasks[0].name}"' if protocol == "single" else ""
     lines = [
         f"# {card.title}",
         card.manifest.description,
         f"Authors: {', '.join(card.manifest.authors)}. Level: {card.level}. "
         f"Training budget: {card.manifest.protocol.budget} steps per task. "
         f"Evaluation: {card.manifest.protocol.evaluation} actions.",
-        f"`GROUP/PROTOCOL/runN.npz` has the policies of run N after every stage as plain arrays, and "
+        f"`GROUP/PROTOCOL/runN.npz` has the policies of run N after every stage as plain arrays, "
+        f"`runN.stageS.onnx` each as a network, and "
         f"`runN.json` says how they were trained: {len(runs)} runs. Metrics are normalized returns, 0 at the "
         "floor and 1 at the reference, as means over runs.",
-        LOAD.format(group=group, protocol=protocol, run=run),
+        LOAD.format(group=group, protocol=protocol, run=run, task=task),
     ]
     return front_matter(head) + "\n" + "\n\n".join(lines) + "\n"
 

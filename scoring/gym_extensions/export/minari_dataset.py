@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from gym_extensions import policies
 from gym_extensions.catalog.groups import GROUPS, group
 from gym_extensions.catalog.protocol import stages
 from gym_extensions.catalog.tasks import Task
@@ -20,9 +21,9 @@ from gym_extensions.envs.fingerprint import require_published_engine
 from gym_extensions.errors import BenchError, did_you_mean
 from gym_extensions.results.frames import refuse_problems
 from gym_extensions.rollouts.layout import run_key
-from gym_extensions.rollouts.policy import Policy, read_policies
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.review import CLAIMED, level
+from gym_extensions.rollouts.run_policies import AnyPolicy
 from gym_extensions.versions import version
 
 ROOT = "MINARI_DATASETS_PATH"
@@ -45,7 +46,7 @@ class Wanted:
 class Chosen:
     """A policy, the task with its index in the group, the stage, whether it samples, and who submitted it."""
 
-    policy: Policy
+    policy: AnyPolicy
     task: Task
     position: int
     stage: int
@@ -103,6 +104,7 @@ def _play(env: Any, chosen: Chosen, seed: int) -> None:
     noise = np.random.default_rng(seed) if chosen.sampled else None
     space = env.action_space
     observation, _ = env.reset(seed=seed)
+    chosen.policy.reset()
     ended = False
     while not ended:
         action = chosen.policy.act(np.asarray(observation)[None], noise, chosen.position)[0]
@@ -133,8 +135,9 @@ def _chosen(entry: Path, wanted: Wanted) -> Chosen:
     if level(submission.review, {key: digests[key]}) == CLAIMED:
         hint = f"Run: gym-extensions verify {entry}"
         raise BenchError("not-verified", f"No verification of {key} has passed.", str(entry), hint)
-    policies = read_policies(entry, tasks, wanted.protocol, wanted.run)
-    policy = policies[stage, name if wanted.protocol == "single" else None]
+    trained = name if wanted.protocol == "single" else None
+    where = {"run": wanted.run, "stage": stage, "task": trained, "protocol": wanted.protocol}
+    policy = policies.load(entry, tasks, **where)  # type: ignore[arg-type]
     sampled = submission.manifest.protocol.evaluation == "sampled"
     position = names.index(name)
     return Chosen(policy, tasks.tasks[position], position, stage, sampled, submission.manifest.authors)

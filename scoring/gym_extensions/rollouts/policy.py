@@ -184,6 +184,9 @@ class Policy:
         noise = rng.standard_normal(mean.shape, mean.dtype.type)
         return to_action(self, mean + np.exp(log_sigma) * noise)
 
+    def reset(self) -> None:
+        """Starts new episodes, as for networks with a state; plain arrays have none."""
+
     def to_torch(self, task: int = 0) -> torch.nn.Module:
         """A PyTorch module with parameters that can be trained further.
 

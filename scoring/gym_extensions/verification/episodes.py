@@ -128,8 +128,7 @@ class Player:
         if policy.num_actions != int(np.prod(shape)):
             message = f"The policy has {policy.num_actions} actions; the task has {shape[0]}."
             raise BenchError("bad-actions", message)
-        if isinstance(policy, OnnxPolicy):
-            policy.reset()
+        policy.reset()
         noise = None if cell.noise is None else np.random.default_rng(cell.noise)
 
         def act(observations: Any, *_: Any) -> Any:

@@ -86,8 +86,7 @@ class Evaluator:
         seeds, label = self._seeds_and_label(task, EVALUATION_EPISODES)
         if policy is not None and policy.head == "deterministic":
             require_agreement(policy, env, seeds, first_actions(agent, env, seeds, label), index)
-            if isinstance(policy, OnnxPolicy):
-                policy.reset()
+            policy.reset()
             outcomes = run_episodes(env, seeds, lambda seen, *_: policy.act(seen, None, index))
         else:
             first: list[Array] = []
