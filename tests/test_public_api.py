@@ -58,6 +58,7 @@ PUBLIC = {
         "iqm",
         "profile",
     ],
+    "gym_extensions.policies": ["OnnxPolicy", "Policy", "from_torch", "load"],
     "gym_extensions.results": [
         "ForeignRuns",
         "board",

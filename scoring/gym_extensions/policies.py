@@ -19,7 +19,7 @@ from gym_extensions.errors import BenchError, did_you_mean
 from gym_extensions.rollouts.layout import DOCUMENT, run_file
 from gym_extensions.rollouts.onnx_policy import OnnxPolicy
 from gym_extensions.rollouts.policy import Policy
-from gym_extensions.rollouts.policy_arrays import Array
+from gym_extensions.rollouts.policy_arrays import Arrays
 from gym_extensions.rollouts.policy_conversion import from_torch
 from gym_extensions.rollouts.run import PolicyFile, read_run
 from gym_extensions.rollouts.run_policies import (
@@ -73,20 +73,24 @@ def load(
         if task is not None and protocol == "single":
             hint = did_you_mean(task, [name for _, name in keys if name])
         raise BenchError("unknown-policy", f"There is no policy of stage {key[0]}, task {task}.", "", hint)
-    if "://" in str(source):
-        if not sha256:
-            hint = "Pass sha256, which the run's document states under policies."
-            raise BenchError("no-digest", "An address needs a digest.", str(source), hint)
+    if "://" not in str(source):
+        arrays = _of_entry(Path(source), members, protocol, run)
+        _require(sha256 or content_sha256(arrays), arrays, str(source))
+    elif sha256:
         arrays = _fetched(PolicyFile(sha256=sha256, size=0, url=str(source)))
     else:
-        arrays = _of_entry(Path(source), members, protocol, run)
-    if sha256 and (actual := content_sha256(arrays)) != sha256:
-        message = f"The policies have the digest {actual}, not {sha256}."
-        raise BenchError("other-policy", message, str(source), "Get the file of the run.")
+        hint = "Pass sha256, which the run's document states under policies."
+        raise BenchError("no-digest", "An address needs a digest.", str(source), hint)
     return policies_of(arrays, members, protocol)[key]
 
 
-def _of_entry(folder: Path, group: TaskGroup, protocol: str, run: int) -> dict[str, Array]:
+def _require(digest: str, arrays: Arrays, where: str) -> None:
+    if (actual := content_sha256(arrays)) != digest:
+        message = f"The policies have the digest {actual}, not {digest}."
+        raise BenchError("other-policy", message, where, "Get the files of the run.")
+
+
+def _of_entry(folder: Path, group: TaskGroup, protocol: str, run: int) -> Arrays:
     path = folder / run_file(group.name, protocol, run, DOCUMENT)
     if not path.is_file():
         message = f"{folder} has no run {run} of {group.name}, {protocol}."
@@ -94,11 +98,20 @@ def _of_entry(folder: Path, group: TaskGroup, protocol: str, run: int) -> dict[s
     stated = read_run(path).policies
     if stated is None:
         raise BenchError("no-policies", "The run publishes no policies.", str(path))
-    arrays = _fetched(stated) if stated.url else read_arrays(folder, group, protocol, run)
-    if content_sha256(arrays) != stated.sha256:
-        raise BenchError("other-policy", "The policies are others than the run's document states.", str(path))
+    if stated.url:
+        return _fetched(stated)
+    arrays = read_arrays(folder, group, protocol, run)
+    _require(stated.sha256, arrays, str(path))
     return arrays
 
 
-def _fetched(policies: PolicyFile) -> dict[str, Array]:
-    return npz_arrays(Fetcher(cache_folder() / "policies").fetch(policies, policies.url).read_bytes())
+def _fetched(policies: PolicyFile) -> Arrays:
+    """The arrays at an address. A file with another content does not stay in the cache."""
+    path = Fetcher(cache_folder() / "policies").fetch(policies, policies.url)
+    arrays = npz_arrays(path.read_bytes())
+    try:
+        _require(policies.sha256, arrays, policies.url)
+    except BenchError:
+        path.unlink()
+        raise
+    return arrays
