@@ -75,7 +75,8 @@ def load(
         raise BenchError("unknown-policy", f"There is no policy of stage {key[0]}, task {task}.", "", hint)
     if "://" not in str(source):
         arrays = _of_entry(Path(source), members, protocol, run)
-        _require(sha256 or content_sha256(arrays), arrays, str(source))
+        if sha256:
+            _require(sha256, arrays, str(source))
     elif sha256:
         arrays = _fetched(PolicyFile(sha256=sha256, size=0, url=str(source)))
     else:

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gym_extensions.errors import BenchError
-from gym_extensions.files import write_bytes
 from gym_extensions.rollouts.policy_arrays import (
     ACTIVATIONS,
     FORMAT,
@@ -204,21 +203,18 @@ class Policy:
         return torch_module(self.arrays(), task)
 
     def to_onnx(self, path: str | Path | None = None, task: int = 0) -> bytes:
-        """The policy as an ONNX network, as :class:`OnnxPolicy` describes it; needs the extra ``onnx``.
+        """The policy as an ONNX network, which ``OnnxPolicy`` describes; needs torch and the extra ``onnx``.
 
         Args:
             path: the file to write, if any.
             task: index of the task in the group, for policies with arrays per task.
 
         Raises:
-            BenchError: the policy has no layers or is uniform, or onnx is not installed.
+            BenchError: the policy has no layers or is uniform, or torch or onnx is not installed.
         """
-        from gym_extensions.rollouts.policy_conversion import onnx_bytes
+        from gym_extensions.rollouts.policy_conversion import onnx_network
 
-        data = onnx_bytes(self.arrays(), task)
-        if path is not None:
-            write_bytes(Path(path), data)
-        return data
+        return onnx_network(self.arrays(), task).to_onnx(path)
 
 
 def _copy(values: Array) -> Array:

@@ -1,4 +1,4 @@
-"""Converts policies: plain arrays to a PyTorch module or an ONNX network, and a module to a network."""
+"""Converts policies: plain arrays to a PyTorch module, and a module to an ONNX network."""
 
 from __future__ import annotations
 
@@ -7,16 +7,14 @@ import warnings
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.onnx_policy import OnnxPolicy, required
-from gym_extensions.rollouts.policy_arrays import LEAK, Array, Arrays, key_of, text_of
+from gym_extensions.rollouts.onnx_policy import MISSING, OnnxPolicy, required
+from gym_extensions.rollouts.policy_arrays import LEAK, Arrays, key_of, text_of
 
 if TYPE_CHECKING:
     import torch
 
-OPSET, IR_VERSION = 17, 8
+OPSET = 17
 """Of the networks that are written: old enough for every runtime that is supported."""
 BUFFERS = (
     *("observation_mean", "observation_scale", "action_offset", "action_scale"),
@@ -50,14 +48,15 @@ def torch_module(arrays: Arrays, task: int) -> torch.nn.Module:
     try:
         import torch
     except ImportError as error:
-        raise BenchError("missing-extra", "to_torch() needs torch.", hint="Run: pip install torch") from error
+        raise BenchError(MISSING, "The conversion needs torch.", hint="Run: pip install torch") from error
     functional = torch.nn.functional
     activations: dict[str, Any] = {
         "linear": lambda values: values,
         "tanh": torch.tanh,
         "relu": functional.relu,
         "leaky_relu": lambda values: functional.leaky_relu(values, LEAK),
-        "elu": functional.elu,
+        # onnxruntime has no Elu of float64
+        "elu": lambda values: torch.where(values > 0, values, torch.expm1(values.clamp(max=0))),
         "silu": functional.silu,
     }
     parts = _of_task(arrays, task)
@@ -101,102 +100,15 @@ def torch_module(arrays: Arrays, task: int) -> torch.nn.Module:
     return PolicyModule()
 
 
-class _Graph:
-    """Collects the nodes and constants of a network."""
-
-    def __init__(self, onnx: Any) -> None:
-        self._onnx = onnx
-        self.nodes: list[Any] = []
-        self.constants: list[Any] = []
-
-    def put(self, operator: str, *inputs: str | Array, **attributes: Any) -> str:
-        """Adds a node, and returns the name of its output."""
-        names = [each if isinstance(each, str) else self._constant(each) for each in inputs]
-        output = f"value_{len(self.nodes)}"
-        self.nodes.append(self._onnx.helper.make_node(operator, names, [output], **attributes))
-        return output
-
-    def _constant(self, values: Array) -> str:
-        name = f"constant_{len(self.constants)}"
-        self.constants.append(self._onnx.numpy_helper.from_array(np.ascontiguousarray(values), name))
-        return name
-
-    def cast(self, value: str, dtype: np.dtype[Any]) -> str:
-        """A value as another type."""
-        return self.put("Cast", value, to=self._onnx.helper.np_dtype_to_tensor_dtype(dtype))
-
-    def clip(self, value: str | Array, low: Any, high: Any, dtype: np.dtype[Any]) -> str:
-        """A value within bounds."""
-        return self.put("Min", self.put("Max", value, np.array(low, dtype)), np.array(high, dtype))
-
-    def activation(self, name: str, value: str, dtype: np.dtype[Any]) -> str:
-        """An activation of a policy, from operators that know both types of numbers."""
-        zero, one, leak = (np.array(number, dtype) for number in (0, 1, LEAK))
-        if name == "tanh":
-            return self.put("Tanh", value)
-        if name == "relu":
-            return self.put("Max", value, zero)
-        if name == "leaky_relu":
-            return self.put("Max", value, self.put("Mul", value, leak))
-        if name == "silu":
-            return self.put("Mul", value, self.put("Sigmoid", value))
-        if name == "elu":
-            below = self.put("Sub", self.put("Exp", self.put("Min", value, zero)), one)
-            return self.put("Where", self.put("Greater", value, zero), value, below)
-        return value
-
-
-def onnx_bytes(arrays: Arrays, task: int) -> bytes:
+def onnx_network(arrays: Arrays, task: int) -> OnnxPolicy:
     """See :meth:`gym_extensions.rollouts.policy.Policy.to_onnx`."""
-    onnx, parts = required("onnx"), _of_task(arrays, task)
-    graph, inner = _Graph(onnx), parts["layers"][0][0].dtype
-    inputs, outputs = parts["layers"][0][0].shape[0], len(parts["action_offset"])
-    seen = np.dtype(parts["observation_dtype"])
-    value, dtype = "observation", seen
-    if "observation_mean" in parts:
-        mean, scale = parts["observation_mean"], parts["observation_scale"]
-        dtype = np.result_type(dtype, mean, scale)
-        value = graph.put("Sub", graph.cast(value, dtype), mean.astype(dtype))
-        value = graph.put("Div", value, scale.astype(dtype))
-    if "observation_clip" in parts:
-        bound = float(parts["observation_clip"])
-        value = graph.clip(value, -bound, bound, dtype)
-    value = graph.cast(value, inner)
-    for weights, biases in parts["layers"][:-1]:
-        value = graph.put("Add", graph.put("MatMul", value, weights), biases.astype(inner))
-        value = graph.activation(parts["activation"], value, inner)
-    weights, biases = parts["layers"][-1]
-    mean = graph.put("Add", graph.put("MatMul", value, weights), biases.astype(inner))
-    mean = graph.activation(parts["output_activation"], mean, inner)
-    has_noise = parts["head"] == "gaussian"
-    if has_noise:
-        log_sigma: str | Array = parts["log_sigma"].astype(inner)
-        if "log_sigma_weight" in parts:
-            product = graph.put("MatMul", value, parts["log_sigma_weight"].astype(inner))
-            log_sigma = graph.put("Add", product, log_sigma)
-        if "log_sigma_clip" in parts:
-            low, high = parts["log_sigma_clip"].tolist()
-            log_sigma = graph.clip(log_sigma, low, high, inner)
-        mean = graph.put("Add", mean, graph.put("Mul", graph.put("Exp", log_sigma), "noise"))
-    result = np.result_type(inner, parts["action_offset"], parts["action_scale"])
-    squashed = graph.cast(graph.activation(parts["squash"], mean, inner), result)
-    scaled = graph.put("Mul", squashed, parts["action_scale"].astype(result))
-    action = graph.put("Add", scaled, parts["action_offset"].astype(result))
-    graph.nodes.append(onnx.helper.make_node("Identity", [action], ["action"]))
-
-    def described(name: str, kind: np.dtype[Any], size: int) -> Any:
-        number = onnx.helper.np_dtype_to_tensor_dtype(kind)
-        return onnx.helper.make_tensor_value_info(name, number, ["batch", size])
-
-    read = [described("observation", seen, inputs)]
-    read += [described("noise", inner, outputs)] if has_noise else []
-    made = onnx.helper.make_graph(
-        graph.nodes, "policy", read, [described("action", result, outputs)], graph.constants
+    module, parts = torch_module(arrays, task), _of_task(arrays, task)
+    return from_torch(
+        module,
+        parts["layers"][0][0].shape[:1],
+        noise=len(parts["action_offset"]) if parts["head"] == "gaussian" else 0,
+        dtype=parts["observation_dtype"],
     )
-    opsets = [onnx.helper.make_opsetid("", OPSET)]
-    model = onnx.helper.make_model(made, opset_imports=opsets, ir_version=IR_VERSION)
-    data: bytes = model.SerializeToString()
-    return data
 
 
 def from_torch(
@@ -217,7 +129,7 @@ def from_torch(
         observation_shape: of one observation.
         state_shape: of the state of one episode; None without.
         noise: the number of standard normal numbers that the module reads, for a policy that samples.
-        dtype: of observations: float32, float64 or uint8.
+        dtype: of observations: float32, float64 or uint8. States and noise are of the type of the parameters.
 
     Raises:
         BenchError: the module cannot be exported, or has an operator that is not allowed.
@@ -230,11 +142,11 @@ def from_torch(
     import torch
 
     inputs = {"observation": torch.zeros((2, *observation_shape), dtype=getattr(torch, dtype))}
-    outputs = ["action"]
+    kind, outputs = next((each.dtype for each in module.parameters()), torch.float32), ["action"]
     if noise:
-        inputs["noise"] = torch.zeros((2, noise))
+        inputs["noise"] = torch.zeros((2, noise), dtype=kind)
     if state_shape is not None:
-        inputs["state"] = torch.zeros((2, *state_shape))
+        inputs["state"] = torch.zeros((2, *state_shape), dtype=kind)
         outputs.append("next_state")
     onnx = required("onnx")
     file, fast = io.BytesIO(), torch.backends.mha.get_fastpath_enabled()
@@ -264,7 +176,7 @@ def from_torch(
         results = module(*inputs.values())
     for value, result in zip(model.graph.output, results if len(outputs) > 1 else [results], strict=True):
         # The exporter loses shapes that it cannot derive.
-        kind = value.type.tensor_type.elem_type
-        described = onnx.helper.make_tensor_value_info(value.name, kind, ["batch", *result.shape[1:]])
+        number = value.type.tensor_type.elem_type
+        described = onnx.helper.make_tensor_value_info(value.name, number, ["batch", *result.shape[1:]])
         value.CopyFrom(described)
     return OnnxPolicy(model.SerializeToString())

@@ -22,7 +22,8 @@ from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.catalog.tasks import TASKS, Task
 from gym_extensions.catalog.variations import Gravity, LimbScale, RangeSensor, Wall
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.policy import Policy, has_policies, read_policies
+from gym_extensions.rollouts.policy import Policy
+from gym_extensions.rollouts.run_policies import has_policies, read_policies
 from gym_extensions.site.api import entry_path, slug
 from gym_extensions.site.boards import Board, Leaderboard, Row
 from gym_extensions.site.mujoco_wasm import Simulator, license_of
@@ -131,7 +132,8 @@ def _entry_file(row: Row, group_id: str, folders: Mapping[str, Path]) -> tuple[b
         policies = read_policies(folder, group, SEQUENTIAL, run)
     except BenchError:
         return b"", NOT_ARRAYS
-    arrays = [policies[key] for key in sorted(policies) if isinstance(policies[key], Policy)]
+    stages = (policies[key] for key in sorted(policies))
+    arrays = [policy for policy in stages if isinstance(policy, Policy)]
     if len(arrays) < len(policies):
         return b"", NOT_ARRAYS
     content = policy_file(arrays)
