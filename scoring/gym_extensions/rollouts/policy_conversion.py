@@ -56,7 +56,7 @@ def torch_module(arrays: Arrays, task: int) -> torch.nn.Module:
         "relu": functional.relu,
         "leaky_relu": lambda values: functional.leaky_relu(values, LEAK),
         # onnxruntime has no Elu of float64
-        "elu": lambda values: torch.where(values > 0, values, torch.expm1(values.clamp(max=0))),
+        "elu": lambda values: torch.where(values > 0, values, values.clamp(max=0).exp() - 1),
         "silu": functional.silu,
     }
     parts = _of_task(arrays, task)
