@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import threading
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +13,7 @@ import numpy as np
 import pytest
 
 from gym_extensions.baselines import Card, record, train
+from gym_extensions.baselines.algorithms.floors import Zero
 from gym_extensions.baselines.train_agent import retrain
 from gym_extensions.errors import BenchError
 
@@ -77,22 +80,24 @@ def test_random_numbers_of_spaces_environments_and_global_generators_follow_from
     assert first[logs[0]] != first[logs[1]]
 
 
-@pytest.mark.parametrize("jobs", [2, 0])
-def test_worker_processes_need_an_agent_of_a_module(jobs: int, tmp_path: Path) -> None:
-    code = f"""
+def test_worker_processes_train_an_agent_of_a_notebook_as_this_process_does(tmp_path: Path) -> None:
+    code = """
 from gym_extensions.baselines import train
 from gym_extensions.baselines.algorithms.floors import Zero
 class Mine(Zero): ...
-train(Mine, "pusher", "joint", "smoke", 0, out="mine", jobs={jobs}, progress=False)
+for jobs in (0, 2):
+    train(Mine, "pusher", "joint", "smoke", 0, out=f"jobs{jobs}", jobs=jobs, progress=False)
 """
-    done = subprocess.run(
-        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False
-    )
-    if jobs:
-        assert "__main__" in done.stderr.splitlines()[-1]
-        assert not (tmp_path / "mine").exists()
-    else:
-        assert done.returncode == 0
+    subprocess.run([sys.executable, "-c", code], cwd=tmp_path, check=True)
+    assert digests(tmp_path / "jobs0") == digests(tmp_path / "jobs2")
+
+
+def test_an_agent_that_a_worker_process_cannot_receive_is_refused_before_training(tmp_path: Path) -> None:
+    agent: Any = partial(Zero, lock=threading.Lock())
+    with pytest.raises(BenchError, match="cannot receive the agent") as caught:
+        train(agent, "pusher", "joint", "smoke", 0, out=tmp_path / "mine", jobs=2)
+    assert caught.value.code == "bad-agent"
+    assert not (tmp_path / "mine").exists()
 
 
 def test_a_run_that_is_trained_again_has_the_same_bytes(trpo_submission: Path, tmp_path: Path) -> None:

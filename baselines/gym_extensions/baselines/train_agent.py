@@ -22,7 +22,7 @@ from gym_extensions.baselines.execution.workers import (
     Workers,
     failure_of,
     jobs_failed,
-    require_importable,
+    require_sendable,
 )
 from gym_extensions.baselines.progress import TRAIN_LOG, check_callback, open_listeners, parse_logs
 from gym_extensions.baselines.training.checkpoints import FinishedStage, next_step
@@ -124,7 +124,7 @@ def train(
     check_callback(callback)
     path = Path(out)
     if jobs and ray is None:
-        require_importable(agent)
+        require_sendable(agent)
     settings = Settings(algorithms.name_of(agent), request.budget.name, num_envs)
     settings = _checked(algorithms.factory(agent), settings, path, request)
     titles = dict.fromkeys(job.run_title for job in _plan(path, request))

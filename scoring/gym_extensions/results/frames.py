@@ -17,6 +17,7 @@ from gym_extensions.rollouts.problem import Problem
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.submission import Submission, SubmittedGroup
 from gym_extensions.rollouts.tables import CURVE_COLUMNS, stage_steps
+from gym_extensions.scoring.frames import typed
 from gym_extensions.scoring.pipeline import find_submissions
 
 Paths = str | Path | Iterable[str | Path]
@@ -89,7 +90,7 @@ def concat(frames: Sequence[pd.DataFrame], dtypes: Mapping[str, str]) -> pd.Data
     """The frames below each other, with these dtypes also without rows."""
     empty = pd.DataFrame(columns=list(dtypes))
     frame = pd.concat(frames, ignore_index=True) if frames else empty
-    return frame.astype(dtypes)
+    return typed(frame, dtypes)
 
 
 EPISODE_DTYPES = {
@@ -215,7 +216,7 @@ def curves(
         for curve in document.curves
         for step, value in zip(curve.steps, curve.returns, strict=True)
     ]
-    frame = pd.DataFrame(rows, columns=list(CURVE_DTYPES)).astype(CURVE_DTYPES)
+    frame = typed(pd.DataFrame(rows, columns=list(CURVE_DTYPES)), CURVE_DTYPES)
     return select_columns(frame, columns)
 
 
@@ -345,7 +346,7 @@ def unfinished_curves(folder: str | Path) -> pd.DataFrame:
         for curve in sorted((path / PROGRESS).glob(UNFINISHED_CURVES))
         for cells in _complete_rows(curve)
     ]
-    return pd.DataFrame(rows, columns=list(CURVE_DTYPES)).astype(CURVE_DTYPES)
+    return typed(pd.DataFrame(rows, columns=list(CURVE_DTYPES)), CURVE_DTYPES)
 
 
 def _complete_rows(curve: Path) -> list[list[str]]:

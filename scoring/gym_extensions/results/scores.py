@@ -27,7 +27,7 @@ from gym_extensions.results.frames import (
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.tables import Log
 from gym_extensions.scoring.boards import BoardKey
-from gym_extensions.scoring.frames import METRIC_DTYPES, board_dtypes, board_frame, metrics_frame
+from gym_extensions.scoring.frames import METRIC_DTYPES, board_dtypes, board_frame, metrics_frame, typed
 from gym_extensions.scoring.leaderboard import board as board_of
 from gym_extensions.scoring.pipeline import Scorer, make_scorer, scorecard_document
 from gym_extensions.scoring.references import References
@@ -298,7 +298,7 @@ def metrics_of(
     check_columns(columns, dtypes)
     values = compute(matrix, single)
     rows = [(name, value.mean, value.low, value.high) for name, value in values.items()]
-    return select_columns(pd.DataFrame(rows, columns=list(dtypes)).astype(dtypes), columns)
+    return select_columns(typed(pd.DataFrame(rows, columns=list(dtypes)), dtypes), columns)
 
 
 def _warn_of_another_budget(cards: Sequence[Scorecard], key: BoardKey) -> None:

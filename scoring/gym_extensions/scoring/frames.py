@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import pandas as pd
 
@@ -66,13 +66,22 @@ def _metric_rows(card: Scorecard) -> Iterator[Row]:
             yield card.name, card.level, *group, metric.name, value.mean, value.low, value.high, value.why
 
 
+TEXT = "str" if int(pd.__version__.partition(".")[0]) >= 3 else "object"
+"""The dtype of columns of texts; pandas 2 has none of its own for them."""
+
+
+def typed(frame: pd.DataFrame, dtypes: Mapping[str, str]) -> pd.DataFrame:
+    """The frame with these dtypes. With pandas 2, columns of texts have the dtype ``object``."""
+    return frame.astype({name: TEXT if dtype == "str" else dtype for name, dtype in dtypes.items()})
+
+
 def metrics_frame(document: ScorecardDocument) -> pd.DataFrame:
     """One row per submission, group or suite, protocol and metric, with the columns of ``METRIC_DTYPES``.
 
     A submission with problems has one row per problem, with its name and ``why`` alone.
     """
     rows = [row for card in document.submissions for row in _metric_rows(card)]
-    return pd.DataFrame(rows, columns=list(METRIC_DTYPES)).astype(METRIC_DTYPES)
+    return typed(pd.DataFrame(rows, columns=list(METRIC_DTYPES)), METRIC_DTYPES)
 
 
 def board_dtypes(protocol: str) -> dict[str, str]:
@@ -100,7 +109,7 @@ def board_frame(board: Board) -> pd.DataFrame:
         values = [entry.metrics[metric.name] for metric in BOARD_METRICS[board.protocol]]
         ends = [end for value in values for end in (value.mean, value.low, value.high)]
         rows.append((None, None, entry.name, entry.title, None, None, 0, False, COMPUTED, *ends))
-    return pd.DataFrame(rows, columns=list(dtypes)).astype(dtypes)
+    return typed(pd.DataFrame(rows, columns=list(dtypes)), dtypes)
 
 
 KEY = ["name", "group", "protocol"]
@@ -112,7 +121,7 @@ def csv_text(document: ScorecardDocument) -> str:
     Texts that a spreadsheet would take for a formula begin with an apostrophe.
     """
     frame = metrics_frame(document)
-    texts = frame.columns[frame.dtypes == "str"]
+    texts = frame.columns[frame.dtypes == TEXT]
     frame[texts] = frame[texts].map(no_formula, na_action="ignore")
     return frame.to_csv(index=False, lineterminator="\n")
 
@@ -132,7 +141,7 @@ def _head(*cells: str) -> list[str]:
 def _metric_lines(frame: pd.DataFrame) -> dict[tuple[str, str, str], list[str]]:
     """The lines of each table of metrics by submission, group or suite, and protocol."""
     mean, low, high = (
-        frame[end].map(number, na_action="ignore").astype("str") for end in ("mean", "low", "high")
+        frame[end].map(number, na_action="ignore").astype(TEXT) for end in ("mean", "low", "high")
     )
     interval = frame["why"].where(frame["why"] != "", (low + " to " + high).fillna("–"))
     cells = frame[[*KEY, "metric"]].assign(mean=mean.fillna("–"), interval=interval)

@@ -5,9 +5,7 @@ from __future__ import annotations
 import errno
 import multiprocessing
 import os
-import pickle
 import signal
-import sys
 import threading
 import traceback
 from collections import deque
@@ -16,6 +14,8 @@ from dataclasses import dataclass, field
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from typing import Any, Protocol, TypeVar
+
+import cloudpickle
 
 from gym_extensions.baselines.training.events import Event, Listener
 from gym_extensions.errors import BenchError
@@ -27,7 +27,6 @@ OTHER_RUN = ("other-run-unfinished", "other-version")
 DISK_FULL = (errno.ENOSPC, errno.EDQUOT)
 WORKER_DIED = "The worker process ended unexpectedly. If memory ran out, use fewer --jobs or --num-envs."
 NOT_STARTED = "The worker process could not start the job; it printed the error."
-MAIN = "__main__"
 
 
 @dataclass(frozen=True)
@@ -61,21 +60,18 @@ def failure_of(error: BaseException, *, in_this_process: bool = False) -> Failur
     return Failure(cause, text, error if in_this_process else None, can_repeat)
 
 
-def require_importable(agent: object) -> None:
-    """Raises ``BenchError`` if a worker process cannot import an agent, as one that a notebook defines."""
-    hint = "Put it in a module (a .py file) and import it from there, or train with jobs=0."
+def require_sendable(agent: object) -> None:
+    """Raises ``BenchError`` if a worker process cannot receive an agent, as one that holds a lock.
+
+    Classes and functions of a notebook or a script are sent with their code (cloudpickle).
+    """
     try:
-        text = pickle.dumps(agent)
+        cloudpickle.dumps(agent)
     except Exception as error:
-        message = f"A worker process cannot receive the agent: {type(error).__name__}: {error}.".replace(
-            "..", "."
-        )
+        reason = f"{type(error).__name__}: {error}".rstrip(".")
+        message = f"A worker process cannot receive the agent: {reason}."
+        hint = "Put it in a module (a .py file) and import it from there, or train with jobs=0."
         raise BenchError("bad-agent", message, "agent", hint) from error
-    if MAIN.encode() in text and not hasattr(sys.modules[MAIN], "__file__"):
-        message = (
-            "A worker process cannot import the agent from a notebook or an interactive session (__main__)."
-        )
-        raise BenchError("bad-agent", message, "agent", hint)
 
 
 def jobs_failed(failures: Mapping[str, Failure], total: int, hint: str) -> BenchError:
@@ -102,7 +98,7 @@ Result = TypeVar("Result")
 
 
 class Runnable(Protocol[Result_co]):
-    """Something that a worker process can run. It must pickle."""
+    """Something that a worker process can run. cloudpickle must be able to send it."""
 
     def run(self, listen: Listener) -> Result_co:
         """Runs to the end and reports progress to ``listen``."""
@@ -182,8 +178,8 @@ class Workers:
                 while waiting and len(running) < self.slots:
                     index, runnable = waiting.popleft()
                     here, there = context.Pipe(duplex=False)
-                    process = context.Process(target=_work, args=(there, runnable))
                     try:
+                        process = context.Process(target=_work, args=(there, cloudpickle.dumps(runnable)))
                         process.start()
                     except Exception as error:  # noqa: BLE001  (it does not pickle)
                         yield index, failure_of(error)
@@ -215,11 +211,12 @@ def _died(process: BaseProcess) -> Failure:
     return Failure(WORKER_DIED if is_killed else NOT_STARTED)
 
 
-def _work(connection: Connection, runnable: Runnable[Any]) -> None:
-    """Runs in a worker process, and sends events and, last, the result."""
+def _work(connection: Connection, pickled: bytes) -> None:
+    """Runs a pickled thing in a worker process, and sends events and, last, the result."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # on Ctrl-C, the parent process stops its workers
     threading.Thread(target=_exit_with_parent, daemon=True).start()
     try:
+        runnable: Runnable[Any] = cloudpickle.loads(pickled)
         outcome = runnable.run(lambda event: connection.send((True, event)))
     except (Exception, SystemExit) as error:  # noqa: BLE001  (an agent may raise anything)
         outcome = failure_of(error)
