@@ -1,4 +1,4 @@
-"""The error that every user mistake raises, and how commands report it."""
+"""The error that every user mistake raises, how commands report it, and how they show that they work."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ import functools
 import io
 import os
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Protocol
 
@@ -90,3 +91,22 @@ def _prepare_streams() -> None:
             setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115
         elif isinstance(stream, io.TextIOWrapper) and stream.errors == "strict":
             stream.reconfigure(errors="replace")
+
+
+@contextmanager
+def working(text: str) -> Iterator[None]:
+    """Shows a text that moves until the work is done, if standard error is a terminal.
+
+    Inside, nothing is printed and no process is forked: a thread draws it.
+    """
+    if not sys.stderr.isatty():
+        yield
+        return
+    from rich.console import Console
+    from rich.live import Live
+    from rich.spinner import Spinner
+    from rich.text import Text
+
+    spinner, console = Spinner("dots", Text(text)), Console(stderr=True)
+    with Live(spinner, console=console, transient=True, redirect_stdout=False, redirect_stderr=False):
+        yield

@@ -9,7 +9,7 @@ from pathlib import Path
 from gym_extensions.catalog import fingerprints, sheets
 from gym_extensions.catalog.groups import GROUPS, group
 from gym_extensions.catalog.tasks import TASKS, task
-from gym_extensions.errors import reports_mistakes
+from gym_extensions.errors import reports_mistakes, working
 from gym_extensions.files import write_bytes, write_text
 
 
@@ -62,7 +62,8 @@ def _check(names: list[str]) -> int:
     chosen = [task(name) for name in names]
     if other := fingerprint.other_engine():
         print(f"{other} is installed, which is not the published engine.", file=sys.stderr)
-    differences = fingerprint.check(chosen or None)
+    with working("comparing seeded episodes with the published ones"):
+        differences = fingerprint.check(chosen or None)
     for difference in differences:
         print(difference, file=sys.stderr)
     count = len(chosen or TASKS)

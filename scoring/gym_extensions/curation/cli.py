@@ -24,7 +24,7 @@ from gym_extensions.curation.review import (
     take_record,
     undecided_runs,
 )
-from gym_extensions.errors import BenchError, reports_mistakes
+from gym_extensions.errors import BenchError, reports_mistakes, working
 from gym_extensions.files import write_text
 from gym_extensions.rollouts.layout import DOCUMENT, submission_folders
 from gym_extensions.rollouts.review import Action, Review, review_text
@@ -103,7 +103,8 @@ def check_pr(argv: Sequence[str] | None = None) -> int:
         message = "Windows has no limits on memory and processor time."
         raise BenchError("no-limits", message, "check-pr", "Run it on Linux or macOS.")
     request = Request(Repository(options.repository), options.base, options.head, options.number)
-    report = check_pull_request(request)
+    with working("checking the pull request"):
+        report = check_pull_request(request)
     _print(report.to_json() if options.json else comment(report))
     return 1 if report.verdict == "refused" else 0
 

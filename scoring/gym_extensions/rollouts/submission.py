@@ -21,7 +21,7 @@ PAIRED_PROTOCOLS = (("sequential", "single"), ("joint",), ("cumulative",))
 """Protocols whose runs belong together: a run of one agent has both a sequential and a single log."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class SubmittedGroup:
     """A group of a submission.
 
@@ -34,6 +34,10 @@ class SubmittedGroup:
     runs: dict[str, dict[int, RunDocument]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
 
+    def __repr__(self) -> str:
+        runs = {protocol: log.runs for protocol, log in self.logs.items()}
+        return f"SubmittedGroup({self.group.name!r}, runs={runs})"
+
     def digests(self, protocol: str) -> dict[str, str]:
         """What verifications of a log are about: the digest of each run, by its name in review.toml."""
         runs = self.logs[protocol].runs
@@ -41,7 +45,7 @@ class SubmittedGroup:
         return {run_key(self.group.name, protocol, run): documents[run].digest for run in runs}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Submission:
     """A submission. With problems, it holds what could be read.
 
@@ -55,6 +59,9 @@ class Submission:
     problems: tuple[Problem, ...] = ()
     readme: str = ""
     review: Review = field(default_factory=Review)
+
+    def __repr__(self) -> str:
+        return f"Submission({self.name!r}, groups={list(self.groups)}, {len(self.problems)} problems)"
 
     @property
     def documents(self) -> list[RunDocument]:

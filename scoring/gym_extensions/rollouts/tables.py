@@ -95,7 +95,7 @@ class EvaluationPoint:
     return_: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Log:
     """The logs of the runs of a group and protocol by column, run after run in the order of the files.
 
@@ -116,6 +116,9 @@ class Log:
     return_: Floats
     terminated: NDArray[np.bool_]
     success: NDArray[np.int8]
+
+    def __repr__(self) -> str:
+        return f"Log({self.path!r}, runs={self.runs}, {len(self.task)} episodes)"
 
     @property
     def path(self) -> str:

@@ -122,7 +122,9 @@ def _score(options: argparse.Namespace, scorer: Scorer) -> int:
     out, problems = screen.console(), False
     if options.ruler and not as_text:
         out.print("Scores: 1 is the reference agent after 300,000 steps on each task alone, not the expert.")
-    for card in pipeline.scorecards(folders, scorer, options.jobs):
+    scored = pipeline.scorecards(folders, scorer, options.jobs)
+    texts = (f"scoring {folder.name} ({i} of {len(folders)})" for i, folder in enumerate(folders, 1))
+    for card in screen.awaited(scored, texts):
         problems = problems or bool(card.problems)
         try:
             if as_text:

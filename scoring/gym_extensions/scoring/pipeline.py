@@ -108,6 +108,8 @@ def scorecards(
 ) -> Iterator[Scorecard]:
     """The scorecards of the folders in their order, whatever the number of worker processes.
 
+    The processes are started at once, the scorecards come as they are taken.
+
     Args:
         folders: one submission each.
         scorer: scores each of them.
@@ -115,10 +117,14 @@ def scorecards(
     """
     count = min(workers or (os.cpu_count() or 1) + EXTRA_WORKERS, len(folders))
     if count < 2 or (workers is None and len(folders) < MIN_PARALLEL):
-        yield from map(scorer, folders)
-        return
-    with ProcessPoolExecutor(count) as pool:
-        yield from pool.map(scorer, folders)
+        return map(scorer, folders)
+    pool = ProcessPoolExecutor(count)
+    return _until_done(pool, pool.map(scorer, folders))
+
+
+def _until_done(pool: ProcessPoolExecutor, results: Iterator[Scorecard]) -> Iterator[Scorecard]:
+    with pool:
+        yield from results
 
 
 def find_submissions(paths: Sequence[Path]) -> list[Path]:
@@ -147,7 +153,7 @@ def scorecard_document(cards: Sequence[Scorecard], references: References) -> Sc
 
 
 def score_folders(
-    paths: Sequence[Path],
+    paths: Sequence[str | Path],
     references: References | None = None,
     groups: Mapping[str, TaskGroup] | None = None,
 ) -> ScorecardDocument:
@@ -162,7 +168,7 @@ def score_folders(
         BenchError: a path does not exist, or two submissions have the same name.
     """
     references = load_references() if references is None else references
-    cards = scorecards(find_submissions(paths), Scorer(references, groups or GROUPS))
+    cards = scorecards(find_submissions(list(map(Path, paths))), Scorer(references, groups or GROUPS))
     return scorecard_document(tuple(cards), references)
 
 

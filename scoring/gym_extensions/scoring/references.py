@@ -75,13 +75,16 @@ class Reference:
         return [(value - floor) / span for value in values]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class References:
     """The references of one benchmark version by task id. ``digest`` is the SHA-256 of their file."""
 
     version: str
     tasks: Mapping[str, Reference]
     digest: str = ""
+
+    def __repr__(self) -> str:
+        return f"References({self.version!r}, {len(self.tasks)} tasks)"
 
     def missing(self, task_ids: Sequence[str]) -> list[str]:
         """The tasks without a reference."""

@@ -182,7 +182,7 @@ class RunProvenance:
         )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class GroupScore:
     """One submission on one group under one protocol."""
 
@@ -231,6 +231,10 @@ class GroupScore:
         PaperColumns | None, about("reported entries: the totals as printed; else null")
     ] = None
     notes: Annotated[tuple[str, ...], about("reported entries: contradictions between printed numbers")] = ()
+
+    def __repr__(self) -> str:
+        means = {name: value.mean for name, value in self.metrics.items() if value.mean is not None}
+        return f"GroupScore(level={self.level!r}, budget={self.budget!r}, runs={self.runs}, metrics={means})"
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,13 +5,15 @@ Texts are printed literally, in color on a terminal, and 80 columns wide elsewhe
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from itertools import islice
+from typing import TypeVar
 
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from gym_extensions.errors import working
 from gym_extensions.scoring.boards import Comparison, Difference
 from gym_extensions.scoring.highlights import highlights, task_name
 from gym_extensions.scoring.metrics import METRICS, MetricValue
@@ -20,6 +22,7 @@ from gym_extensions.scoring.scorecard import GroupScore, Scorecard, SuiteScore
 
 MAX_ROWS, MAX_NOTES = 16, 3
 """Most suites and groups, and most notes, on the screen of an entry."""
+Item = TypeVar("Item")
 THOUSANDS = 100_000
 """From this return on, the paper's table is printed in thousands."""
 
@@ -36,6 +39,14 @@ def console(errors: bool = False) -> Console:
     Titles and file names come from strangers, so markup is off and they are printed literally.
     """
     return _Console(highlight=False, markup=False, emoji=False, stderr=errors)
+
+
+def awaited(items: Iterator[Item], texts: Iterable[str]) -> Iterator[Item]:
+    """The items; while one is waited for, a terminal shows its text."""
+    for text in texts:
+        with working(text):
+            item = next(items)
+        yield item
 
 
 def number(value: float | None, digits: int = 3) -> str:

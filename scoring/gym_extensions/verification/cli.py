@@ -21,7 +21,7 @@ from rich.progress import (
 )
 
 from gym_extensions.catalog.groups import TaskGroup, with_custom
-from gym_extensions.errors import BenchError, reports_mistakes
+from gym_extensions.errors import BenchError, reports_mistakes, working
 from gym_extensions.rollouts.layout import submission_folders
 from gym_extensions.rollouts.reader import read
 from gym_extensions.scoring.poses import write
@@ -121,7 +121,8 @@ def with_retraining(path: Path, report: Report, groups: Mapping[str, TaskGroup])
     """The report after one drawn run was trained again."""
     from gym_extensions.verification.retrain import retrained  # loads the agents
 
-    return retrained(path, report, groups)
+    with working(f"training a run of {path.name} again"):
+        return retrained(path, report, groups)
 
 
 def write_poses(path: Path, report: Report) -> None:

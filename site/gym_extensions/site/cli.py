@@ -14,12 +14,12 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from gym_extensions.errors import reports_mistakes
+from gym_extensions.errors import reports_mistakes, working
 from gym_extensions.scoring.pipeline import Scorer, find_submissions, references_info
 from gym_extensions.scoring.records import RECORDS, verified_records
 from gym_extensions.scoring.references import load_references
 from gym_extensions.scoring.scorecard import Scorecard
-from gym_extensions.scoring.screen import show_line
+from gym_extensions.scoring.screen import count, show_line
 from gym_extensions.site.boards import Board
 from gym_extensions.site.build import base_digest, build_site
 from gym_extensions.site.mujoco_wasm import FOLDER, load
@@ -110,24 +110,26 @@ def main(argv: list[str] | None = None) -> int:
     info = references_info(references)
     base = base_digest(info)
     keys = {folder.name: folder_key(folder, base) for folder in folders}
+    scored = scorecards_since(options.out, folders, keys, Scorer(references))
     refused: list[Scorecard] = []
 
     def cards() -> Iterator[Scorecard]:
-        for card in scorecards_since(options.out, folders, keys, Scorer(references)):
+        for card in scored:
             if card.problems:
                 refused.append(card)
             yield card
 
-    built = build_site(
-        cards(),
-        info,
-        options.out,
-        base,
-        keys=keys,
-        folders={folder.name: folder for folder in folders},
-        records=verified_records(options.records),
-        simulator=load(options.mujoco),
-    )
+    with working(f"building the pages of {count(len(folders), 'submission')}"):
+        built = build_site(
+            cards(),
+            info,
+            options.out,
+            base,
+            keys=keys,
+            folders={folder.name: folder for folder in folders},
+            records=verified_records(options.records),
+            simulator=load(options.mujoco),
+        )
     # Text from submissions is printed literally, and never stops the output in a narrow encoding.
     if isinstance(sys.stdout, TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")

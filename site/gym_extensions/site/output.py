@@ -231,5 +231,4 @@ def scorecards_since(
     changed = [folder for folder in folders if earlier(folder) is None]
     scored = scorecards(changed, scorer)
     is_changed = set(changed).__contains__
-    for folder in folders:
-        yield next(scored) if is_changed(folder) else earlier(folder) or scorer(folder)
+    return (next(scored) if is_changed(folder) else earlier(folder) or scorer(folder) for folder in folders)
