@@ -5,8 +5,14 @@ from __future__ import annotations
 import dataclasses
 import importlib
 import inspect
+from collections.abc import Callable
+from pathlib import Path
 
 import pytest
+
+from gym_extensions.rollouts.reader import read
+from gym_extensions.scoring import score_folder
+from gym_extensions.scoring.references import load_references
 
 PUBLIC = {
     "gym_extensions.envs": [
@@ -113,3 +119,19 @@ def test_a_public_function_has_typed_parameters(package: str, name: str) -> None
         for parameter in signature.parameters.values()
         if parameter.annotation is inspect.Parameter.empty
     ] == []
+
+
+@pytest.mark.parametrize(("package", "name"), FUNCTIONS)
+def test_a_signature_fits_on_a_screen(package: str, name: str) -> None:
+    if (package, name) == NEEDS_SB3:
+        pytest.importorskip("stable_baselines3")
+    assert len(str(inspect.signature(getattr(importlib.import_module(package), name)))) < 1200
+
+
+def test_what_scoring_returns_is_short_in_a_notebook(submission: Callable[..., Path]) -> None:
+    folder = submission()
+    card = score_folder(folder)
+    read_back = read(folder)
+    (group,), (logs,) = card.groups.values(), read_back.groups.values()
+    shown = [card, group["sequential"], read_back, logs, logs.logs["single"], load_references()]
+    assert [len(repr(each)) for each in shown if len(repr(each)) > 500] == []

@@ -95,6 +95,17 @@ def test_runs_without_a_manifest_are_rejected(random_submission: Path, tmp_path:
     assert training_error(out).code == "manifest-lost"
 
 
+@pytest.mark.parametrize("name", ["run0.csv", "run0.json"])
+def test_a_damaged_run_is_named_before_training(name: str, random_submission: Path, tmp_path: Path) -> None:
+    out = tmp_path / "mine"
+    shutil.copytree(random_submission, out)
+    path = next(out.rglob(name))
+    path.write_bytes(path.read_bytes()[:-40])
+    with pytest.raises(BenchError) as caught:
+        validate(out)
+    assert path.stem in caught.value.where
+
+
 def test_a_manifest_that_is_not_toml_is_rejected(random_submission: Path, tmp_path: Path) -> None:
     out = Path(shutil.copytree(random_submission, tmp_path / "mine"))
     (out / "submission.toml").write_text("title =\n")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import re
@@ -12,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from gym_extensions.errors import working
 from gym_extensions.rollouts.review import Decision, Review, read_review, write_review
 from gym_extensions.scoring import cli
 
@@ -329,3 +331,15 @@ def test_scoring_loads_no_simulator_and_no_torch(submission: Write) -> None:
     )
     found = subprocess.run([sys.executable, "-c", code, submission()], capture_output=True, check=True)
     assert found.stdout == b"[]\n"
+
+
+@pytest.mark.parametrize("is_terminal", [True, False])
+def test_a_command_that_works_shows_it_on_a_terminal(
+    is_terminal: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    errors = io.StringIO()
+    monkeypatch.setattr(errors, "isatty", lambda: is_terminal)
+    monkeypatch.setattr(sys, "stderr", errors)
+    with working("scoring mine"):
+        pass
+    assert ("scoring mine" in errors.getvalue()) == is_terminal

@@ -53,6 +53,7 @@ from gym_extensions.rollouts.run import (
     RunDocument,
     Versions,
     file_sha256,
+    read_run,
     write_run,
 )
 from gym_extensions.rollouts.run_policies import content_sha256, npz_bytes, policy_files
@@ -86,7 +87,7 @@ def validate(out: Path, groups: Iterable[TaskGroup] = ()) -> None:
 
     Raises:
         BenchError: the name is not allowed, ``out`` is a file or not accessible, it contains folders that are
-            not groups, or it contains runs without a manifest.
+            not groups, it contains runs without a manifest, or the log of a run is damaged.
     """
     names = {*GROUPS, *(group.name for group in groups)}
     with _reports_access(out):
@@ -112,6 +113,18 @@ def validate(out: Path, groups: Iterable[TaskGroup] = ()) -> None:
             raise BenchError(
                 "manifest-lost", message, str(out), f"Restore {MANIFEST}, or choose another --out."
             )
+        for path in runs:
+            if RUN_FILE.fullmatch(path.name):
+                _require_intact(path)
+
+
+def _require_intact(log: Path) -> None:
+    """Raises ``BenchError`` if the log of a finished run is not the one that was written with its document."""
+    document = log.with_suffix(DOCUMENT)
+    if not document.exists() or read_run(document).log != file_sha256(log):
+        message = "The log of a finished run is damaged: its document is missing or states another one."
+        hint = f"Restore it, or delete {log.stem}.* to train the run again."
+        raise BenchError("damaged-run", message, str(log), hint)
 
 
 def prepare(out: Path) -> None:

@@ -130,8 +130,9 @@ class Lines:
         write: Callable[[str], object],
         time_left: Callable[[], str],
         clock: Callable[[], float] = time.monotonic,
+        longest: float = LONGEST_INTERVAL,
     ) -> None:
-        self._write, self._time_left, self._clock = write, time_left, clock
+        self._write, self._time_left, self._clock, self._longest = write, time_left, clock, longest
         self._interval, self._next = FIRST_INTERVAL, 0.0
 
     def show(self, event: Event) -> None:
@@ -143,8 +144,25 @@ class Lines:
             if now < self._next:
                 return
             self._next = now + self._interval
-            self._interval = min(2 * self._interval, LONGEST_INTERVAL)
+            self._interval = min(2 * self._interval, self._longest)
         self._write(line(event, self._time_left()))
+
+
+class NotebookDisplay:
+    """Shows the last line in one display of a notebook, which is updated in place."""
+
+    def __init__(self) -> None:
+        self._handle: Any = None
+
+    def __call__(self, text: str) -> None:
+        """Replaces the line."""
+        from IPython.display import display  # a notebook has it
+
+        content = {"text/plain": text}
+        if self._handle is None:
+            self._handle = display(content, raw=True, display_id=True)
+        else:
+            self._handle.update(content, raw=True)
 
 
 def line(event: Event, time_left: str) -> str:
@@ -312,7 +330,7 @@ def check_callback(callback: object) -> None:
 def open_bars(*, is_shown: bool = True) -> Iterator[tuple[Bars, Listener]]:
     """Bars, which are shown in a terminal, and a listener that moves them; elsewhere it prints lines.
 
-    Elsewhere is a file, a pipe or a notebook.
+    Elsewhere is a file or a pipe. In a notebook, each line takes the place of the one before.
     """
     console = Console()
     columns = (
@@ -323,7 +341,7 @@ def open_bars(*, is_shown: bool = True) -> Iterator[tuple[Bars, Listener]]:
         TimeElapsedColumn(),
         TimeRemainingColumn(),
     )
-    is_live = is_shown and console.is_terminal
+    is_live = is_shown and console.is_terminal and not console.is_jupyter
     progress = Progress(*columns, console=console, disable=not is_live, speed_estimate_period=SPEED_SECONDS)
 
     def write(text: str) -> None:
@@ -333,7 +351,10 @@ def open_bars(*, is_shown: bool = True) -> Iterator[tuple[Bars, Listener]]:
         if is_live:
             stack.enter_context(progress)
         bars = Bars(progress)
-        lines = Lines(write, bars.time_left)
+        if console.is_jupyter:
+            lines = Lines(NotebookDisplay(), bars.time_left, longest=FIRST_INTERVAL)
+        else:
+            lines = Lines(write, bars.time_left)
 
         def show(event: Event) -> None:
             bars.show(event)

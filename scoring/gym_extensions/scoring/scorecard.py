@@ -233,7 +233,7 @@ class GroupScore:
     notes: Annotated[tuple[str, ...], about("reported entries: contradictions between printed numbers")] = ()
 
     def __repr__(self) -> str:
-        means = {name: value.mean for name, value in self.metrics.items() if value.mean is not None}
+        means = {key: round(value.mean, 3) for key, value in self.metrics.items() if value.mean is not None}
         return f"GroupScore(level={self.level!r}, budget={self.budget!r}, runs={self.runs}, metrics={means})"
 
 
