@@ -119,7 +119,7 @@ def validate(out: Path, groups: Iterable[TaskGroup] = ()) -> None:
 
 
 def _require_intact(log: Path) -> None:
-    """Raises ``BenchError`` if the log of a finished run is not the one that was written with its document."""
+    """Raises ``BenchError`` if the log of a finished run is not the one that its document states."""
     document = log.with_suffix(DOCUMENT)
     if not document.exists() or read_run(document).log != file_sha256(log):
         message = "The log of a finished run is damaged: its document is missing or states another one."

@@ -183,8 +183,10 @@ class _Reader:
             self.folder.root, group, protocol, run
         )
         first = next((part for parts in others.values() for part in parts.values()), document)
+        file = self.folder.files.get(paths[POLICIES])
         subject = SubmittedRun(
-            group, protocol, run, document, digest, is_there, self._budget, first.fingerprints
+            *(group, protocol, run, document, digest, is_there, self._budget, first.fingerprints),
+            policies_size=file.size if file else 0,
         )
         self._check("document", subject)
         return document, frame

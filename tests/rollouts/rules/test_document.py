@@ -69,6 +69,14 @@ EXAMPLES = (
     ),
     Example(
         "different-policies",
+        "a clone without Git LFS",
+        lambda folder: (folder / POLICIES).write_text("version https://git-lfs.github.com/spec/v1\n"),
+        POLICIES,
+        "git lfs pull",
+        also=("malformed-policies",),
+    ),
+    Example(
+        "different-policies",
         "policies that the document hides",
         document(policies=None),
         POLICIES,

@@ -23,12 +23,18 @@ BUDGET_TOLERANCE = 1.02
 """A run may exceed the budget by 2 %, for an agent whose last batch exceeds it."""
 
 
+MAX_POINTER = 200
+"""Bytes of a pointer of Git LFS at most; no file of policies is so small."""
+CLONE = "A clone that converts line ends (core.autocrlf) or lacks Git LFS (git lfs pull) has other files."
+
+
 @dataclass(frozen=True)
 class SubmittedRun:
     """A run: where its files are, its document, and what the rules compare it with.
 
     ``log_sha256`` is that of the log (empty without one), ``has_policies`` whether it has policies,
-    ``budget`` None if the manifest names none, ``fingerprints`` those of the first run of the group.
+    ``budget`` None if the manifest names none, ``fingerprints`` those of the first run of the group,
+    ``policies_size`` that of the file of policies in bytes; 0 without one.
     """
 
     group: TaskGroup
@@ -39,6 +45,7 @@ class SubmittedRun:
     has_policies: bool
     budget: Budget | None
     fingerprints: dict[str, str]
+    policies_size: int = 0
 
     def file(self, suffix: str = DOCUMENT) -> str:
         """The path of a file of the run."""
@@ -65,7 +72,7 @@ def different_log(run: SubmittedRun) -> Iterator[Finding]:
     """The document states the SHA-256 of the run's log."""
     if run.log_sha256 and run.document.log != run.log_sha256:
         message = f"The log has the SHA-256 {run.log_sha256}; the document states {run.document.log}."
-        hint = "Restore the log; it is written together with its document."
+        hint = f"Restore the log; it is written together with its document. {CLONE}"
         yield Finding(run.file(LOG), message, hint)
 
 
@@ -77,6 +84,9 @@ def different_policies(run: SubmittedRun) -> Iterator[Finding]:
     if policies is not None and not policies.url and not run.has_policies:
         hint = "Restore the file, or write null in the key policies: then the log can only be claimed."
         yield Finding(path, "The file is missing, but the document names policies.", hint)
+    if policies is not None and not policies.url and 0 < run.policies_size <= MAX_POINTER:
+        message = f"The file has {run.policies_size} bytes; the document states {policies.size}."
+        yield Finding(path, message, f"Restore the file. {CLONE}")
     if run.has_policies and (policies is None or policies.url):
         message = "The document names no policies in the submission, but they are there."
         yield Finding(path, message, "Write their digest in the document, or remove the file.")
