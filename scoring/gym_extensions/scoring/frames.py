@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from typing import Any
 
 import pandas as pd
 
@@ -66,7 +67,7 @@ def _metric_rows(card: Scorecard) -> Iterator[Row]:
             yield card.name, card.level, *group, metric.name, value.mean, value.low, value.high, value.why
 
 
-TEXT = "str" if int(pd.__version__.partition(".")[0]) >= 3 else "object"
+TEXT: Any = "str" if int(pd.__version__.partition(".")[0]) >= 3 else "object"
 """The dtype of columns of texts; pandas 2 has none of its own for them."""
 
 
