@@ -200,6 +200,7 @@ class Card:
         parameters: the number of the agent's trained parameters.
         packages: names of the packages, besides Gymnasium, MuJoCo and NumPy, on which the results depend,
             such as ``"torch"``. The manifest states their versions.
+        parent: the algorithm to which the agent is equal until the end of the first stage; empty if none.
 
     Example:
         >>> Card("hill climbing", evaluation="deterministic", parameters=33).algorithm
@@ -216,6 +217,7 @@ class Card:
     stored_steps: int = 0
     parameters: int = 0
     packages: tuple[str, ...] = ()
+    parent: str = ""
 
 
 @runtime_checkable

@@ -167,7 +167,8 @@ def card_tables(card: Card) -> dict[str, Any]:
         "title": card.title or card.algorithm,
         "authors": [],
         "description": card.description,
-        "protocol": {"algorithm": card.algorithm, "evaluation": card.evaluation},
+        "protocol": {"algorithm": card.algorithm, "evaluation": card.evaluation}
+        | ({"parent": card.parent} if card.parent else {}),
         "hyperparameters": lists,
         "tuning": {"steps": card.tuning_steps, "tasks": list(card.tuning_tasks)},
     }

@@ -32,7 +32,10 @@ def parser() -> argparse.ArgumentParser:
     )
     command.add_argument("agent", help=f"{', '.join(algorithms.names())}, or module:factory")
     command.add_argument(
-        "--groups", required=True, help="comma-separated: names of groups, or TOML files of custom groups"
+        "--groups",
+        required=True,
+        help="comma-separated: names of groups, core (the seven groups of the core suite), or TOML files of "
+        "custom groups",
     )
     command.add_argument(
         "--protocol",

@@ -67,7 +67,7 @@ MANIFEST_KEYS = (
 """The order of the manifest."""
 SHARED_SECTIONS = ("protocol", "hyperparameters", "observes")
 """Sections of the manifest that are the same in every run of a submission."""
-DEFAULTS = {"protocol": {"steps": "recorded"}}
+DEFAULTS = {"protocol": {"steps": "recorded", "parent": ""}}
 """Values of keys that a manifest may leave out."""
 ANOTHER = "Choose another --out."
 ONE_SETTING = (
@@ -226,7 +226,7 @@ def require_same(path: Path, existing: Tables, new: Tables) -> None:
             continue
         old, default = stated, DEFAULTS.get(section, {})
         for key in sorted(old.keys() | new[section].keys()):
-            previous, current = old.get(key, default.get(key)), new[section].get(key)
+            previous, current = (each.get(key, default.get(key)) for each in (old, new[section]))
             if previous != current:
                 first, second = ("not stated" if each is None else repr(each) for each in (previous, current))
                 message = f"{section}.{key} is {first} in this submission and {second} in the new run."

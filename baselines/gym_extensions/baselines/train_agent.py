@@ -78,8 +78,8 @@ def train(
 
     Args:
         agent: the name of a reference agent, ``"module:factory"``, or a factory.
-        groups: a task group or several: names of published groups, TOML files of custom groups, or
-            :class:`gym_extensions.envs.TaskGroup` objects.
+        groups: a task group or several: names of published groups, ``"core"``, TOML files of custom
+            groups, or :class:`gym_extensions.envs.TaskGroup` objects.
         protocols: ``"sequential"``, ``"single"``, ``"joint"`` or ``"cumulative"``, or several.
         budget: ``"smoke"``, ``"100k"``, ``"300k"``, ``"1M"`` or ``"paper"``: training steps per task.
         runs: a training seed from 0 to 999, or several.

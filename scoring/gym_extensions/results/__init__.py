@@ -10,11 +10,21 @@
 from gym_extensions.results.foreign import ForeignRuns, foreign_board, foreign_runs
 from gym_extensions.results.frames import curves, episodes, evaluations, unfinished_curves
 from gym_extensions.results.plots import plot_board, plot_curves, plot_matrix, plot_retention
-from gym_extensions.results.scores import board, metrics, metrics_of, score_matrix, scores
+from gym_extensions.results.scores import (
+    board,
+    core,
+    core_pairs,
+    metrics,
+    metrics_of,
+    score_matrix,
+    scores,
+)
 
 __all__ = [
     "ForeignRuns",
     "board",
+    "core",
+    "core_pairs",
     "curves",
     "episodes",
     "evaluations",

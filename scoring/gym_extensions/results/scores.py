@@ -26,9 +26,20 @@ from gym_extensions.results.frames import (
 )
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.tables import Log
-from gym_extensions.scoring.boards import BoardKey
-from gym_extensions.scoring.frames import METRIC_DTYPES, board_dtypes, board_frame, metrics_frame, typed
+from gym_extensions.scoring.boards import BoardKey, CoreBoard
+from gym_extensions.scoring.frames import (
+    CORE_DTYPES,
+    METRIC_DTYPES,
+    PAIR_DTYPES,
+    board_dtypes,
+    board_frame,
+    core_frame,
+    core_pairs_frame,
+    metrics_frame,
+    typed,
+)
 from gym_extensions.scoring.leaderboard import board as board_of
+from gym_extensions.scoring.leaderboard import core as core_of
 from gym_extensions.scoring.pipeline import Scorer, make_scorer, scorecard_document
 from gym_extensions.scoring.references import References
 from gym_extensions.scoring.scorecard import Scorecard, ScorecardDocument
@@ -143,6 +154,75 @@ def board(
         _warn_of_another_budget(cards, key)
         found = replace(found, computed=())
     return select_columns(board_frame(found), columns)
+
+
+def core(
+    submissions: Paths = "submissions",
+    *,
+    columns: Sequence[str] | None = None,
+    references: str | Path | None = None,
+) -> pd.DataFrame:
+    """The core board: one row per method, over all groups of the core (docs/metrics.md).
+
+    Ranked methods come first, best first; only the groups of the core are read.
+
+    =====================  =======  ================================================================
+    column                 dtype    value
+    =====================  =======  ================================================================
+    rank_first, rank_last  Int64    best and worst possible rank; missing without a rank
+    name, title, level     str      as on boards
+    observes_task          bool     whether the agent observes the task in evaluation
+    look                   int64    n: runs 0 to n − 1 of every group are compared
+    next_look              Int64    the next look; missing after the last
+    ranked, why            bool     whether the method is compared; why it is not (str)
+    vs_first               str      ``separated``, ``equivalent`` or ``open``: against the first row
+    vs_reference           str      the same against ``trpo``
+    ``METRIC``             float64  mean over groups; also ``METRIC_low`` and ``METRIC_high``
+    ``GROUP``              float64  final performance on each group, by its id; may be missing
+    steps, cpu_seconds     float64  what one run of all groups takes; missing where it is not stated
+    peak_memory_mb         float64  largest memory of a process
+    stored_steps           Int64    most transitions stored at once
+    parameters             Int64    parameters at the end of training
+    notes                  str      what is not compared, in words
+    =====================  =======  ================================================================
+
+    The metrics are ``final_performance``, ``learning_performance`` and ``forgetting``.
+
+    Args:
+        submissions: a submission, a folder of submissions, or a list of these.
+        columns: the columns to return, in this order; all by default.
+        references: a references file, if not that of the current benchmark version.
+
+    Raises:
+        BenchError: a path or column is unknown, or a submission has problems.
+    """
+    check_columns(columns, CORE_DTYPES)
+    return select_columns(core_frame(_core_board(submissions, references)), columns)
+
+
+def core_pairs(
+    submissions: Paths = "submissions",
+    *,
+    columns: Sequence[str] | None = None,
+    references: str | Path | None = None,
+) -> pd.DataFrame:
+    """Every pair of ranked methods on the core board, for final performance and for forgetting.
+
+    The columns are ``metric``, ``first``, ``second``, ``look``, ``paired``, the difference first − second as
+    ``mean``, ``low`` and ``high`` (adjusted for all pairs and looks), the adjusted ``p_value``, ``verdict``
+    (``separated``, ``equivalent`` or ``open``), ``exploratory`` and ``next_look``. docs/scorecard.md says
+    more. The arguments are those of :func:`core`.
+
+    Raises:
+        BenchError: a path or column is unknown, or a submission has problems.
+    """
+    check_columns(columns, PAIR_DTYPES)
+    return select_columns(core_pairs_frame(_core_board(submissions, references)), columns)
+
+
+def _core_board(submissions: Paths, references: str | Path | None) -> CoreBoard | None:
+    scorer = make_scorer((), references, ("core",))
+    return core_of(_document(submissions, scorer).submissions)
 
 
 SCORE_DTYPES = {

@@ -65,12 +65,16 @@ class Code(msgspec.Struct, frozen=True):
 
 
 class Protocol(msgspec.Struct, frozen=True):
-    """The training budget, the algorithm, how it selects actions in evaluation, who counted the steps."""
+    """The training budget, the algorithm, how it selects actions in evaluation, who counted the steps.
+
+    ``parent`` is the algorithm that it equals until the end of the first stage; empty if it is its own.
+    """
 
     budget: Literal[tuple(BUDGETS)]  # type: ignore[valid-type]
     algorithm: Text
     evaluation: Evaluation
     steps: Steps = "recorded"
+    parent: Text = ""
 
 
 class Observes(msgspec.Struct, frozen=True):

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from gym_extensions.catalog.groups import SUITES
+from gym_extensions.catalog.groups import CORES, SUITES
 from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS
 from gym_extensions.rollouts.manifest import Evaluation, Observes, Steps
 from gym_extensions.rollouts.review import Level
@@ -65,11 +65,7 @@ class VersusNext:
 
     name: Annotated[str, about("the entry below")]
     difference: Annotated[Difference, about("of the metric that sorts the board")]
-    separated: Annotated[bool, about("whether the board's test separates the two")]
-    more_runs: Annotated[
-        int | None,
-        about("about how many more runs each would separate them; 0 if separated, null beyond 100 runs each"),
-    ]
+    separated: Annotated[bool, about("whether the board's test, over all pairs, separates the two")]
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,10 +74,7 @@ class VersusLeader:
 
     name: Annotated[str, about("the first entry")]
     difference: Annotated[Difference, about("first − this entry, of the metric that sorts the board")]
-    separated: Annotated[
-        bool,
-        about("whether Welch's test separates the two, with Holm's correction over the M − 1 such tests"),
-    ]
+    separated: Annotated[bool, about("whether the board's test, over all pairs, separates the two")]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -186,11 +179,126 @@ class Board:
     ] = ()
 
 
+@dataclass(frozen=True, slots=True)
+class CoreGroup:
+    """Final performance of an entry on a group of the core."""
+
+    mean: Annotated[float | None, about("mean over the compared runs; null where it has no value")]
+    low: Annotated[float | None, about("lower end of the 95 % interval; null with one run")]
+    high: Annotated[float | None, about("upper end of the 95 % interval; null with one run")]
+    runs: Annotated[int, about("number of runs, 0 to N − 1")]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CoreCost:
+    """What one run of the core takes, as its documents state it: all groups of the core together.
+
+    Nothing is estimated: a number that some group's runs do not state is null, and so is each of an entry
+    that lacks a group.
+    """
+
+    steps: Annotated[float | None, about("training steps: the sum over groups of the mean over runs")]
+    cpu_seconds: Annotated[
+        float | None, about("processor time: the sum over groups of the mean over the runs that state it")
+    ]
+    peak_memory_mb: Annotated[float | None, about("largest memory of a process, over all runs that state it")]
+    stored_steps: Annotated[int | None, about("most transitions stored at once, over all runs")]
+    parameters: Annotated[int | None, about("the agent's parameters at the end of training: the most")]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CoreEntry:
+    """One method on the core: the submissions with sequential logs on a group of it."""
+
+    name: Annotated[str, about("as in the scorecard")]
+    title: Annotated[str, about("as in the scorecard")]
+    level: Annotated[Level, about("lowest level of the entry's logs on the core")]
+    ranked: Annotated[bool, about("whether it is compared with the others")]
+    why: Annotated[str, about("why it is not: claimed, a copy, groups or runs missing; else empty")] = ""
+    observes: Annotated[Observes | None, about("as in the scorecard's manifest")]
+    parent: Annotated[str, about("the algorithm that it equals until the end of the first stage, or its own")]
+    look: Annotated[int, about("n: runs 0 to n − 1 of every group are compared; 0 without a complete look")]
+    next_look: Annotated[int | None, about("the next look; null after the last")]
+    missing: Annotated[
+        tuple[str, ...], about("groups without sequential runs; its scores on the core are null then")
+    ] = ()
+    metrics: Annotated[
+        dict[str, BoardMetric],
+        about(
+            "`final_performance` (the core score), `learning_performance` and `forgetting`: the mean over "
+            "groups, over runs 0 to n − 1, with its 95 % interval; ranks of the first and the last"
+        ),
+    ]
+    groups: Annotated[dict[str, CoreGroup], about("final performance by group id")]
+    cost: CoreCost
+    notes: Annotated[tuple[str, ...], about("what is not compared, each beginning with its name")] = ()
+
+
+Verdict = Literal["separated", "equivalent", "open"]
+
+
+@dataclass(frozen=True, slots=True)
+class CorePair:
+    """Two ranked entries of the core on one metric, over all groups."""
+
+    first: Annotated[str, about("name of an entry")]
+    second: Annotated[str, about("name of an entry that is below it, in the order of the rows")]
+    look: Annotated[int, about("n: compared are the runs 0 to n − 1 of every group of both")]
+    paired: Annotated[
+        bool,
+        about(
+            "whether runs are paired by number: both declare the same parent, and all compared runs have the "
+            "same returns before and after the first stage; else Welch's test"
+        ),
+    ]
+    mean: Annotated[float, about("mean over groups of the difference of means, first − second")]
+    low: Annotated[float, about("lower end of the interval, adjusted for all pairs and looks")]
+    high: Annotated[float, about("upper end of the interval, adjusted for all pairs and looks")]
+    p_value: Annotated[float, about("adjusted for all pairs (Holm) and looks; at most .05 if separated")]
+    verdict: Annotated[
+        Verdict,
+        about("`separated`, `equivalent` (the interval lies inside the margin), or `open`"),
+    ]
+    exploratory: Annotated[
+        bool, about("whether its runs were looked at before the method was chosen (looks up to 20)")
+    ]
+    next_look: Annotated[int | None, about("the look that may decide it; null if decided or after the last")]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CoreBoard:
+    """One row per method, over all groups of the core, and every pair of ranked methods."""
+
+    suite: Annotated[str, about("name of the list of groups, with its version")]
+    edition: Annotated[int, about("of the comparisons; separations of the first are exploratory")]
+    groups: Annotated[tuple[str, ...], about("group ids")]
+    budget: Annotated[str, about("name of the budget")]
+    looks: Annotated[tuple[int, ...], about("numbers of runs at which entries are compared")]
+    level: Annotated[float, about("level of the family of pairs at each look; .05 over all looks")]
+    margin: Annotated[float, about("methods whose difference surely is smaller are called equivalent")]
+    ranked: Annotated[int, about("M, the number of ranked entries")]
+    rows: Annotated[
+        tuple[CoreEntry, ...], about("ranked entries by the core score, best first; then the others")
+    ]
+    pairs: Annotated[
+        dict[str, tuple[CorePair, ...]],
+        about(
+            "every two ranked entries by metric: `final_performance`, and `forgetting` of those that learned"
+        ),
+    ]
+
+    def pair(self, metric: str, first: str, second: str) -> CorePair | None:
+        """The pair of two entries, in any order; None if they are not compared."""
+        names = {first, second}
+        return next((pair for pair in self.pairs[metric] if {pair.first, pair.second} == names), None)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BoardsDocument(JsonDocument):
     """Every board."""
 
     format: Annotated[Literal[1], about("1")] = 1
+    core: Annotated[CoreBoard | None, about("one row per method; null without an entry on the core")] = None
     boards: Annotated[tuple[Board, ...], about("boards of groups, then of suites")]
 
 
@@ -237,7 +345,7 @@ class BoardKey:
     @property
     def groups(self) -> tuple[str, ...]:
         """The groups that the board's scores are means over."""
-        return SUITES.get(self.group, (self.group,))
+        return {**SUITES, **CORES}.get(self.group, (self.group,))
 
 
 def lookup(card: Scorecard, key: BoardKey) -> GroupScore | SuiteScore | None:

@@ -38,7 +38,7 @@ def parser() -> argparse.ArgumentParser:
         action="append",
         default=[],
         metavar="NAME",
-        help="score only this group, in full; may be repeated",
+        help="score only this group (or core), in full; may be repeated",
     )
     add(
         "--groups",

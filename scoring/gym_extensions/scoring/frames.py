@@ -7,9 +7,11 @@ from typing import Any
 
 import pandas as pd
 
-from gym_extensions.scoring.boards import Board, BoardEntry
+from gym_extensions.catalog.groups import CORE, CORES
+from gym_extensions.scoring.boards import Board, BoardEntry, CoreBoard, CoreEntry
+from gym_extensions.scoring.comparisons import REFERENCE
 from gym_extensions.scoring.documents import no_formula
-from gym_extensions.scoring.metrics import BOARD_METRICS, BY_NAME, METRICS
+from gym_extensions.scoring.metrics import BOARD_METRICS, BY_NAME, FINAL, METRICS
 from gym_extensions.scoring.published import COLUMNS
 from gym_extensions.scoring.scorecard import GroupScore, Scorecard, ScorecardDocument, SuiteScore
 from gym_extensions.scoring.screen import count, number, table_rows
@@ -41,6 +43,54 @@ ENTRY_DTYPES = {
     "why": "str",
 }
 """The columns of :func:`board_frame` before those of the metrics."""
+
+CORE_DTYPES = {
+    "rank_first": "Int64",
+    "rank_last": "Int64",
+    "name": "str",
+    "title": "str",
+    "level": "str",
+    "observes_task": "bool",
+    "look": "int64",
+    "next_look": "Int64",
+    "ranked": "bool",
+    "why": "str",
+    "vs_first": "str",
+    "vs_reference": "str",
+    **dict.fromkeys(
+        (
+            *(
+                f"{metric}{end}"
+                for metric in ("final_performance", "learning_performance", "forgetting")
+                for end in ("", "_low", "_high")
+            ),
+            *CORES[CORE],
+            *("steps", "cpu_seconds", "peak_memory_mb"),
+        ),
+        "float64",
+    ),
+    "stored_steps": "Int64",
+    "parameters": "Int64",
+    "notes": "str",
+}
+"""The columns of :func:`core_frame`."""
+
+PAIR_DTYPES = {
+    "metric": "str",
+    "first": "str",
+    "second": "str",
+    "look": "int64",
+    "paired": "bool",
+    "mean": "float64",
+    "low": "float64",
+    "high": "float64",
+    "p_value": "float64",
+    "verdict": "str",
+    "exploratory": "bool",
+    "next_look": "Int64",
+}
+"""The columns of :func:`core_pairs_frame`."""
+PAIR_COLUMNS = tuple(PAIR_DTYPES)[1:]
 
 COMPUTED = "Computed from the references: no submission."
 
@@ -97,6 +147,44 @@ def _board_row(entry: BoardEntry, protocol: str) -> Row:
     ranks = values[0].rank or (None, None)
     names = (entry.name, entry.title, entry.level, entry.evaluation)
     return *ranks, *names, entry.runs, entry.ranked, entry.why, *ends
+
+
+def _core_row(board: CoreBoard, entry: CoreEntry) -> Row:
+    first = board.rows[0].name
+
+    def verdict(other: str) -> str | None:
+        pair = board.pair(FINAL.name, entry.name, other)
+        return pair.verdict if pair else None
+
+    ends = [end for value in entry.metrics.values() for end in (value.mean, value.low, value.high)]
+    groups = [value.mean if (value := entry.groups.get(name)) else None for name in CORES[CORE]]
+    cost = entry.cost
+    return (
+        *(entry.metrics[FINAL.name].rank or (None, None)),
+        *(entry.name, entry.title, entry.level),
+        bool(entry.observes and entry.observes.task_in_evaluation),
+        *(entry.look, entry.next_look, entry.ranked, entry.why, verdict(first), verdict(REFERENCE)),
+        *(*ends, *groups),
+        *(cost.steps, cost.cpu_seconds, cost.peak_memory_mb, cost.stored_steps, cost.parameters),
+        " ".join(entry.notes),
+    )
+
+
+def core_frame(board: CoreBoard | None) -> pd.DataFrame:
+    """One row per method in the order of the core board, with the columns of ``CORE_DTYPES``."""
+    rows = [_core_row(board, entry) for entry in board.rows] if board else []
+    return pd.DataFrame(rows, columns=list(CORE_DTYPES)).astype(CORE_DTYPES)
+
+
+def core_pairs_frame(board: CoreBoard | None) -> pd.DataFrame:
+    """One row per metric and pair of ranked methods, with the columns of ``PAIR_DTYPES``."""
+    families = board.pairs.items() if board else ()
+    rows = [
+        (metric, *(getattr(pair, name) for name in PAIR_COLUMNS))
+        for metric, pairs in families
+        for pair in pairs
+    ]
+    return pd.DataFrame(rows, columns=list(PAIR_DTYPES)).astype(PAIR_DTYPES)
 
 
 def board_frame(board: Board) -> pd.DataFrame:

@@ -12,10 +12,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, pairwise
 
-import numpy as np
-
-from gym_extensions.catalog.groups import GROUPS, SUITES
-from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS, PROTOCOLS
+from gym_extensions.catalog.groups import CORE, GROUPS, SUITES
+from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS, PROTOCOLS, STANDARD_BUDGET
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.review import LEVELS, REPORTED, VERIFIED, Level
 from gym_extensions.scoring.boards import (
@@ -28,6 +26,7 @@ from gym_extensions.scoring.boards import (
     ComparedScore,
     ComparedScores,
     Comparison,
+    CoreBoard,
     Difference,
     Pair,
     VersusLeader,
@@ -35,8 +34,16 @@ from gym_extensions.scoring.boards import (
     board_keys,
     lookup,
 )
+from gym_extensions.scoring.comparisons import core_board, is_on_core
 from gym_extensions.scoring.computed import computed_rows
-from gym_extensions.scoring.metrics import BOARD_METRICS, METRICS, Metric, MetricValue, learned_nothing
+from gym_extensions.scoring.metrics import (
+    BOARD_METRICS,
+    METRICS,
+    NOTHING_LEARNED,
+    Metric,
+    MetricValue,
+    learned_nothing,
+)
 from gym_extensions.scoring.references import References, load_references
 from gym_extensions.scoring.returns import NEEDS
 from gym_extensions.scoring.scorecard import GroupScore, Scorecard, SuiteScore
@@ -45,15 +52,10 @@ from gym_extensions.scoring.signs import SHARE, Sketch, is_common
 from gym_extensions.scoring.statistics import (
     Mask,
     Summary,
-    holm,
     rank_intervals,
-    runs_to_separate,
     significant_pairs,
-    subtract,
-    zero_mean_p,
 )
 
-NOTHING_LEARNED = "nothing learned to forget"
 FORGETTING = "forgetting"
 MAX_PAIRED = 60
 """Entries of a board whose differences it lists."""
@@ -146,20 +148,18 @@ class Ranked:
     def vs_next(self) -> dict[str, VersusNext]:
         """Each entry but the last against the next."""
         return {
-            above[0]: _versus_next(above, below, bool(self.significant[index, index + 1]), len(self.entries))
-            for index, (above, below) in enumerate(pairwise(self.entries))
+            name: VersusNext(below, Difference.of(first, second), bool(self.significant[index, index + 1]))
+            for index, ((name, first), (below, second)) in enumerate(pairwise(self.entries))
         }
 
     def vs_leader(self) -> dict[str, VersusLeader]:
-        """Each entry but the first against the first, with Holm's correction over these M − 1 tests."""
-        if len(self.entries) < 2:
+        """Each entry but the first against the first."""
+        if not self.entries:
             return {}
-        (leader, first), *others = self.entries
-        p_values = np.array([zero_mean_p(subtract(first, other)) for _, other in others])
-        separated = holm(p_values).tolist()
+        leader, first = self.entries[0]
         return {
-            name: VersusLeader(leader, Difference.of(first, other), apart)
-            for (name, other), apart in zip(others, separated, strict=True)
+            name: VersusLeader(leader, Difference.of(first, other), bool(self.significant[0, index]))
+            for index, (name, other) in enumerate(self.entries[1:], 1)
         }
 
 
@@ -173,16 +173,6 @@ def _ranked_on(entries: Sequence[BoardEntry], summaries: Summaries, metric: Metr
         if summary.runs >= FULL_ENTRY_RUNS
     )
     return Ranked(ranked, significant_pairs([summary for _, summary in ranked]))
-
-
-def _versus_next(
-    above: tuple[str, Summary], below: tuple[str, Summary], separated: bool, entries: int
-) -> VersusNext:
-    """A ranked entry against the next, with the interval of the pair and the runs to separate them."""
-    needed = None if separated else runs_to_separate(subtract(above[1], below[1]), entries)
-    more = None if needed is None else max(1, needed - min(above[1].runs, below[1].runs))
-    difference = Difference.of(above[1], below[1])
-    return VersusNext(below[0], difference, separated, 0 if separated else more)
 
 
 def _pairs(entries: Sequence[BoardEntry], summaries: Summaries) -> tuple[Pair, ...]:
@@ -204,7 +194,7 @@ def board_level(card: Scorecard, key: BoardKey, protocol: str = "") -> Level:
         key: the board.
         protocol: of the logs; the board's if empty. A missing log does not count.
     """
-    logs = (card.groups[name].get(protocol or key.protocol) for name in key.groups)
+    logs = (card.groups.get(name, {}).get(protocol or key.protocol) for name in key.groups)
     return min((log.level for log in logs if log), key=LEVELS.index, default=VERIFIED)
 
 
@@ -302,6 +292,10 @@ def _duplicates(cards: Sequence[Scorecard], key: BoardKey) -> dict[str, str]:
     if key.protocol != "sequential":
         return {}
 
+    def sketches(card: Scorecard, name: str) -> tuple[Sketch, ...]:
+        log = card.groups.get(name, {}).get(key.protocol)
+        return log.episode_sketches if log else ()
+
     def original_first(card: Scorecard) -> tuple[bool, str, str]:
         return (not _is_verified(board_level(card, key)), card.accepted or LAST_DATE, card.name)
 
@@ -310,7 +304,7 @@ def _duplicates(cards: Sequence[Scorecard], key: BoardKey) -> dict[str, str]:
             card.name: [
                 tuple(f"{name} {digest}" for digest in sketch)  # groups of a suite are told apart
                 for name in key.groups
-                for sketch in card.groups[name][key.protocol].episode_sketches
+                for sketch in sketches(card, name)
             ]
             for card in sorted(cards, key=original_first)
         }
@@ -383,7 +377,29 @@ def boards(cards: Sequence[Scorecard], references: References | None = None) -> 
     """
     references = load_references() if references is None else references
     shown = [card for card in cards if not card.withdrawn]
-    return BoardsDocument(boards=tuple(board(shown, key, references) for key in board_keys(shown)))
+    return BoardsDocument(
+        core=core(shown), boards=tuple(board(shown, key, references) for key in board_keys(shown))
+    )
+
+
+def core(cards: Sequence[Scorecard]) -> CoreBoard | None:
+    """The core board of the scorecards; None without an entry on it. Agents that observe the task are on it.
+
+    Args:
+        cards: scorecards; those without runs on the core, or with another budget, are left out.
+    """
+    on_core = [card for card in cards if not card.problems and is_on_core(card)]
+    key = BoardKey(CORE, "sequential", STANDARD_BUDGET, False)
+    levels = {card.name: board_level(card, key) for card in on_core}
+    barred = {name: f"Has most episodes of {other}." for name, other in _duplicates(on_core, key).items()}
+    for card in on_core:
+        logs = (card.groups.get(name, {}).get(key.protocol) for name in key.groups)
+        claimed = next(
+            (log.why_claimed or "not verified." for log in logs if log and not _is_verified(log.level)), ""
+        )
+        if claimed:
+            barred.setdefault(card.name, f"Claimed: {claimed}")
+    return core_board(on_core, levels, barred)
 
 
 Scores = Mapping[str, Mapping[str, GroupScore]] | Mapping[str, Mapping[str, SuiteScore]]

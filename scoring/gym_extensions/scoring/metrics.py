@@ -302,6 +302,7 @@ BOARD_METRICS = {
 BY_NAME = {metric.name: metric for metric in TABLE}
 
 
+NOTHING_LEARNED = "nothing learned to forget"
 LEAST_LEARNED = 0.1
 """Learning performance from which a single run, which has no interval, counts as having learned."""
 

@@ -10,7 +10,7 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from gym_extensions.catalog.groups import GROUPS, TaskGroup, with_custom
+from gym_extensions.catalog.groups import CORE, CORES, GROUPS, TaskGroup, with_custom
 from gym_extensions.errors import BenchError, did_you_mean
 from gym_extensions.files import write_text
 from gym_extensions.rollouts.layout import MANIFEST, NAME, submission_folders
@@ -87,7 +87,11 @@ def make_scorer(
         for group in scored.values():
             if not group.published:
                 require_references(known, group.name, group.task_ids, str(references))
-    names = [name.removesuffix("-v0") for name in only]
+    names = [
+        each.removesuffix("-v0")
+        for name in only
+        for each in CORES.get(CORE if name == "core" else name, (name,))
+    ]
     for name in names:
         if name not in scored:
             message = f"There is no group {name!r}."

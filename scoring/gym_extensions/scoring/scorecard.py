@@ -162,6 +162,7 @@ class RunProvenance:
     steps: Annotated[int, about("training steps over all stages")]
     cpu_seconds: Annotated[float | None, about("processor time; null if it is not known")]
     peak_memory_mb: Annotated[float | None, about("largest memory; null if it is not known")]
+    memory: Annotated[Memory, about("transitions stored at once, and the agent's parameters")]
     policies: Annotated[bool, about("whether the run publishes its policies")]
 
     @classmethod
@@ -178,6 +179,7 @@ class RunProvenance:
             steps=document.steps,
             cpu_seconds=document.cpu_seconds,
             peak_memory_mb=document.peak_memory_mb,
+            memory=document.memory,
             policies=document.policies is not None,
         )
 

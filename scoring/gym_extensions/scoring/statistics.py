@@ -7,7 +7,6 @@ The distribution functions are those of ``scipy.special``, which ``scipy.stats``
 from __future__ import annotations
 
 import math
-from bisect import bisect_left
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -16,15 +15,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import nctdtr, stdtr, stdtrit
 
-from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS
-
 Number = float | None
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 ALPHA = 0.05
 """Family-wise error rate of a board."""
-POWER = 0.8
-MAX_RUNS = 100
 
 
 def mean(values: Iterable[float]) -> Number:
@@ -119,26 +114,21 @@ class Summary:
         squared_error: the squared standard error of the mean.
         df: degrees of freedom of the standard error.
         runs: number of runs; the smallest number for a combination of means.
-        variance: n runs per part would have the squared error ``variance`` / n, at today's deviations.
-        groups: n runs per part would have (n − 1) · ``groups`` degrees of freedom. It is 1 for one group and
-            at most G for a mean of G groups.
     """
 
     mean: float
     squared_error: float
     df: float
     runs: int
-    variance: float
-    groups: float
 
 
 def summary(values: Sequence[float]) -> Summary:
     """The summary of one value per run."""
     mean, runs = math.fsum(values) / len(values), len(values)
     if runs < 2:
-        return Summary(mean, 0.0, 0.0, runs, 0.0, 0.0)
+        return Summary(mean, 0.0, 0.0, runs)
     deviation = standard_deviation(values, ddof=1)
-    return Summary(mean, deviation * deviation / runs, runs - 1.0, runs, deviation * deviation, 1.0)
+    return Summary(mean, deviation * deviation / runs, runs - 1.0, runs)
 
 
 def mean_of_groups(groups: Sequence[Summary]) -> Summary:
@@ -155,11 +145,10 @@ def subtract(first: Summary, second: Summary) -> Summary:
 def _combine(mean: float, parts: Sequence[Summary], divisor: int) -> Summary:
     runs = min(part.runs for part in parts)
     if runs < 2:
-        return Summary(mean, 0.0, 0.0, runs, 0.0, 0.0)
+        return Summary(mean, 0.0, 0.0, runs)
     squared = divisor * divisor
     error, df = welch_satterthwaite([(part.squared_error / squared, part.df) for part in parts])
-    deviation, groups = welch_satterthwaite([(part.variance / squared, part.groups) for part in parts])
-    return Summary(mean, error * error, df, runs, deviation * deviation, groups)
+    return Summary(mean, error * error, df, runs)
 
 
 def welch_satterthwaite(terms: Sequence[tuple[float, float]]) -> tuple[float, float]:
@@ -251,11 +240,16 @@ def welch(entries: Sequence[Summary]) -> tuple[Array, Array]:
 
 def holm(p_values: Array, alpha: float = ALPHA) -> Mask:
     """Which hypotheses Holm's step-down procedure rejects at the family-wise error rate ``alpha``."""
+    return holm_adjusted(p_values) <= alpha
+
+
+def holm_adjusted(p_values: Array) -> Array:
+    """The adjusted p values: the lowest family-wise error rate at which Holm's procedure rejects each."""
     order = np.argsort(p_values)
-    rejected = np.zeros(p_values.shape, dtype=np.bool_)
-    limits = alpha / np.arange(p_values.size, 0, -1)
-    rejected[order] = np.logical_and.accumulate(p_values[order] <= limits)
-    return rejected
+    adjusted = np.empty_like(p_values, dtype=np.float64)
+    steps = np.maximum.accumulate(p_values[order] * np.arange(p_values.size, 0, -1))
+    adjusted[order] = np.minimum(steps, 1.0)
+    return adjusted
 
 
 def significant_pairs(entries: Sequence[Summary], alpha: float = ALPHA) -> Mask:
@@ -281,30 +275,3 @@ def rank_intervals(entries: Sequence[Summary], significant: Mask, better: str) -
     losses = (significant & loses).sum(axis=1).tolist()
     wins = (significant & loses.T).sum(axis=1).tolist()
     return [(1 + above, len(entries) - below) for above, below in zip(losses, wins, strict=True)]
-
-
-def runs_to_separate(between: Summary, entries: int) -> int | None:
-    """The smallest number of runs per entry that would separate two entries, or None beyond 100.
-
-    Welch's test at the level .05 / (M(M−1)/2) must have a power of 80 % if the present means and deviations
-    are the truth. On a suite it is the number of runs per group, where each group has its own deviation. The
-    result is at least 5, the runs of a full entry, because no rank is given below.
-
-    Args:
-        between: the difference of the two entries (:func:`subtract`), each with two runs or more.
-        entries: M, the number of ranked entries on the board.
-    """
-    if between.mean == 0:
-        return None
-    if between.variance == 0:
-        return FULL_ENTRY_RUNS
-    alpha = ALPHA / max(1, entries * (entries - 1) // 2)
-
-    def separated(runs: int) -> bool:
-        df = (runs - 1) * between.groups
-        shift = abs(between.mean) * math.sqrt(runs / between.variance)
-        return power(shift, critical_value(alpha, df), df) >= POWER
-
-    candidates = range(FULL_ENTRY_RUNS, MAX_RUNS + 1)
-    index = bisect_left(candidates, True, key=separated)
-    return candidates[index] if index < len(candidates) else None

@@ -114,7 +114,7 @@ class Options:
             schedules do not start again. An agent that does not use task boundaries continues.
         fresh_buffer: whether the replay buffer is emptied at the start of a stage.
         batch_settings: further settings from the number of environments and the budget's batch size.
-        tuning_steps, tuning_tasks: as in :class:`gym_extensions.baselines.Card`.
+        tuning_steps, tuning_tasks, parent: as in :class:`gym_extensions.baselines.Card`.
         name, title, description: of the agent; the class's if empty.
         hyperparameters: rows of the manifest besides ``settings``, such as those of ``batch_settings``.
     """
@@ -132,6 +132,7 @@ class Options:
     batch_settings: Callable[[int, int], ModelSettings] = no_batch_settings
     tuning_steps: int = 0
     tuning_tasks: tuple[str, ...] = ()
+    parent: str = ""
     name: str = ""
     title: str = ""
     description: str = ""
@@ -290,6 +291,7 @@ class Sb3Agent:
             stored_steps=stored_steps(model),
             parameters=num_parameters(model),
             packages=options.packages,
+            parent=options.parent,
         )
 
     def save(self, path: Path) -> None:

@@ -174,6 +174,7 @@ class RegularizedTrpo(Trpo):
     observes = Observes(boundaries=True)
     tuning_steps = TUNING_STEPS + 2_000_000  # docs/learners.md
     tuning_tasks = (*TUNING_TASKS, "HalfCheetah at 0.6, 0.9 and 1.4 gravity")
+    parent = Trpo.name
     published_coefficient: float
     """The coefficient of the penalty for all groups."""
 

@@ -46,6 +46,7 @@ class L2Init(RegularizedTrpo):
 
     name, title = "l2-init", "TRPO + L2 Init"
     description = "The reference agent with an L2 penalty to the policy's initial weights."
+    parent = ""
     observes = Observes()
     published_coefficient = 0.01  # docs/learners.md
 

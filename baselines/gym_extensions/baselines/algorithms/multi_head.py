@@ -142,6 +142,7 @@ class MultiHead(Trpo):
 
     name, title = "multi-head", "TRPO + multi-head"
     description = "The reference agent with an output layer and log σ per task; it observes the task."
+    parent = Trpo.name
     observes = Observes(task_in_training=True, task_in_evaluation=True, boundaries=True)
 
     def __init__(

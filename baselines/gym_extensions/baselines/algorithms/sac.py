@@ -54,6 +54,7 @@ make_fresh_buffer = Sb3Factory(
         OPTIONS,
         continue_counting=False,
         fresh_buffer=True,
+        parent="sac",
         name="sac-fresh-buffer",
         title="SAC (buffer emptied per task)",
         description="SBX's SAC as in the entry of sac, with a replay buffer that is emptied for each task.",

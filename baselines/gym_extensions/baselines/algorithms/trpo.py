@@ -150,6 +150,7 @@ class Trpo:
     name, title = "trpo", "TRPO"
     tuning_steps = TUNING_STEPS
     tuning_tasks: tuple[str, ...] = TUNING_TASKS
+    parent: str = ""
     description = "TRPO with today's usual settings: 64-64 tanh, normalized observations, GAE λ .95."
 
     def __init__(
@@ -285,6 +286,7 @@ class Trpo:
             tuning_tasks=self.tuning_tasks,
             stored_steps=self._batch_steps,
             parameters=len(self._theta) + self._value.parameters,
+            parent=self.parent,
         )
 
     def save(self, path: Path) -> None:
@@ -333,6 +335,7 @@ class Reset(Trpo):
 
     name, title = "reset", "TRPO + reset"
     description = "The reference agent with fresh networks for every task: no transfer and no memory."
+    parent = Trpo.name
     observes = Observes(boundaries=True)
     _used = False
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from gym_extensions.baselines.training.jobs import Interim
-from gym_extensions.catalog.groups import TaskGroup, resolve_group, with_custom
+from gym_extensions.catalog.groups import TaskGroup, groups_named, with_custom
 from gym_extensions.catalog.protocol import (
     CURVE_POINTS,
     EVALUATION_EPISODES,
@@ -85,7 +85,7 @@ def parse_interim(every: int | None, episodes: int) -> Interim | None:
 
 
 def parse_groups(groups: Groups) -> list[TaskGroup]:
-    """The groups of an argument: names of published groups, TOML files, TaskGroup objects.
+    """The groups of an argument: names of published groups, ``core``, TOML files, TaskGroup objects.
 
     Raises:
         BenchError: an unknown name, an invalid file, or two different groups with one name.
@@ -94,12 +94,12 @@ def parse_groups(groups: Groups) -> list[TaskGroup]:
     if not values:
         message = f"Expected a group or a list of groups, got {groups!r}."
         raise BenchError("bad-groups", message, "groups")
-    resolved = []
+    resolved: list[TaskGroup] = []
     for value in values:
         if not isinstance(value, str | Path | TaskGroup):
             hint = "Use a name, a path to a TOML file, or a TaskGroup."
             raise BenchError("bad-groups", f"{value!r} is not a group.", "groups", hint)
-        resolved.append(resolve_group(value))
+        resolved += groups_named(value)
     with_custom(resolved)
     return resolved
 

@@ -1,0 +1,407 @@
+"""The core board: one row per method, and all pairs of methods compared over all groups at prescribed looks.
+
+See docs/metrics.md, "The core". A look is at 5, 10, 20, 40 or 80 runs and uses exactly the runs 0 to n − 1 of
+every group of both entries, so that neither the number of runs nor their choice can depend on their results.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+from statistics import fmean
+
+import numpy as np
+
+from gym_extensions.catalog.groups import CORE, CORES
+from gym_extensions.catalog.protocol import STANDARD_BUDGET
+from gym_extensions.rollouts.review import Level
+from gym_extensions.scoring.boards import BoardMetric, CoreBoard, CoreCost, CoreEntry, CoreGroup, CorePair
+from gym_extensions.scoring.metrics import BY_NAME, FINAL, NOTHING_LEARNED, MetricValue, learned_nothing
+from gym_extensions.scoring.scorecard import GroupScore, Scorecard
+from gym_extensions.scoring.statistics import (
+    ALPHA,
+    Interval,
+    Summary,
+    critical_value,
+    holm_adjusted,
+    mean_of_groups,
+    subtract,
+    summary,
+    to_interval,
+    zero_mean_p,
+)
+
+EDITION = 1
+LOOKS = (5, 10, 20, 40, 80)
+"""Numbers of runs at which entries are compared."""
+LOOK_LEVEL = 0.0125
+"""Level of a family of pairs at each look. With five looks, the error over all of them is at most .05.
+
+tests/scoring/measure_looks.py finds it by simulation: .0132 for two entries, and more for more entries.
+"""
+EXPLORATORY = 20
+"""Separations at looks up to this one are called exploratory in the first edition (ADR 104)."""
+MARGIN = 0.05
+"""Two methods are equivalent if the interval of their difference lies between ± this."""
+REFERENCE = "trpo"
+"""The entry of the reference agent, with which readers compare the others."""
+FORGETTING = "forgetting"
+LEARNING = "learning_performance"
+FAMILIES = (FINAL.name, FORGETTING)
+"""The metrics with a family of all pairs, each at 5 %."""
+GroupRuns = tuple[tuple[float, ...], ...]
+"""One value per run, by group."""
+
+
+@dataclass(frozen=True)
+class Method:
+    """An entry on every group of the core.
+
+    Attributes:
+        name: of the entry.
+        parent: the algorithm that it equals until the end of the first stage.
+        values: by metric, the values of consecutive runs from 0 in each group; the same groups for all.
+        starts: in each group, for each of these runs, the mean returns before and after the first stage.
+    """
+
+    name: str
+    parent: str
+    values: Mapping[str, GroupRuns]
+    starts: tuple[tuple[object, ...], ...] = ()
+
+    @property
+    def look(self) -> int:
+        """The last look for which every group has enough runs; 0 if there is none."""
+        return last_look(min(map(len, self.values[FINAL.name])))
+
+
+@dataclass(frozen=True)
+class Compared:
+    """Two methods on one metric: first − second, with what the family of all pairs adds."""
+
+    first: str
+    second: str
+    look: int
+    paired: bool
+    difference: Summary
+    p_value: float
+    low: float
+    high: float
+
+    @property
+    def separated(self) -> bool:
+        """Whether Holm's procedure rejects that there is no difference."""
+        return self.p_value <= ALPHA
+
+    @property
+    def equivalent(self) -> bool:
+        """Whether the interval lies inside of ± ``MARGIN``."""
+        return not self.separated and self.low > -MARGIN and self.high < MARGIN
+
+
+def last_look(runs: int) -> int:
+    """The last look with at most this number of runs; 0 if there is none."""
+    return max((look for look in LOOKS if look <= runs), default=0)
+
+
+def next_look(look: int) -> int | None:
+    """The look after this one; None after the last."""
+    return next((each for each in LOOKS if each > look), None)
+
+
+def consecutive(runs: Sequence[int]) -> int:
+    """The number N of runs 0 to N − 1 that are all there.
+
+    >>> consecutive((0, 1, 2, 4))
+    3
+    """
+    present = set(runs)
+    return next(number for number in range(len(present) + 1) if number not in present)
+
+
+def over_groups(groups: GroupRuns, runs: int) -> Summary:
+    """The mean over groups of the mean over the first runs of each."""
+    return mean_of_groups([summary(values[:runs]) for values in groups])
+
+
+def is_paired(first: Method, second: Method, runs: int) -> bool:
+    """Whether two methods are compared run by run.
+
+    They are if both declare the same parent, and each of these runs has the same mean return on every task
+    before and after the first stage, to the last bit. Episodes are deterministic and start from prescribed
+    seeds, so that this is what equal policies leave in the files that scoring reads.
+    """
+    pairs = zip(first.starts, second.starts, strict=True)
+    return (
+        first.parent == second.parent
+        and bool(first.starts)
+        and all(len(a) >= runs and a[:runs] == b[:runs] for a, b in pairs)
+    )
+
+
+def pooled_difference(first: GroupRuns, second: GroupRuns, runs: int, *, paired: bool) -> Summary:
+    """The mean over groups of the difference of the means of two methods.
+
+    Its squared standard error is Σ SE_g² / G², with the degrees of freedom of Welch and Satterthwaite.
+    Unpaired, SE_g² is the sum of those of both means; paired, that of the mean of the runs' differences.
+
+    Args:
+        first: values of one method, by group and run.
+        second: those of the other, of the same groups.
+        runs: n; the first n runs of each group are used, at least two.
+        paired: whether run i of both belong together.
+    """
+    groups = []
+    for a, b in zip(first, second, strict=True):
+        if paired:
+            groups.append(summary([x - y for x, y in zip(a[:runs], b[:runs], strict=True)]))
+        else:
+            groups.append(subtract(summary(a[:runs]), summary(b[:runs])))
+    return mean_of_groups(groups)
+
+
+def family(methods: Sequence[Method], metric: str) -> list[Compared]:
+    """All pairs of methods on one metric, in the order of ``itertools.combinations``.
+
+    Each pair is compared at the last look that both have. p values are multiplied by .05 / ``LOOK_LEVEL``,
+    which makes them valid at whichever look one stops, and adjusted by Holm's procedure over all pairs. The
+    intervals have the level ``LOOK_LEVEL`` / (number of pairs): with 95 % confidence all of them hold, at all
+    looks. Holm's procedure is a little less strict, so that a pair may be separated whose interval just
+    touches 0.
+
+    Args:
+        methods: those with at least one complete look.
+        metric: of ``Method.values``.
+    """
+    pairs = []
+    for a, b in combinations(methods, 2):
+        look = min(a.look, b.look)
+        paired = is_paired(a, b, look)
+        between = pooled_difference(a.values[metric], b.values[metric], look, paired=paired)
+        pairs.append((a.name, b.name, look, paired, between))
+    p_values = np.array([zero_mean_p(pair[-1]) for pair in pairs])
+    adjusted = holm_adjusted(np.minimum(p_values * (ALPHA / LOOK_LEVEL), 1.0)).tolist()
+    found = []
+    for (*names, look, paired, between), p_value in zip(pairs, adjusted, strict=True):
+        width = critical_value(LOOK_LEVEL / len(pairs), between.df) * math.sqrt(between.squared_error)
+        ends = between.mean - width, between.mean + width
+        found.append(Compared(*names, look, paired, between, p_value, *ends))
+    return found
+
+
+def ranks(names: Sequence[str], pairs: Sequence[Compared], better: str) -> dict[str, tuple[int, int]]:
+    """The first and last possible rank of each method: 1 + (significantly better ones), and M − (worse ones).
+
+    Args:
+        names: of the methods of the family.
+        pairs: all pairs of them.
+        better: ``higher`` or ``lower``.
+    """
+    sign = 1.0 if better == "higher" else -1.0
+    above, below = dict.fromkeys(names, 0), dict.fromkeys(names, 0)
+    for pair in pairs:
+        if pair.separated:
+            is_first = sign * pair.difference.mean > 0
+            winner, loser = (pair.first, pair.second) if is_first else (pair.second, pair.first)
+            below[winner] += 1
+            above[loser] += 1
+    return {name: (1 + above[name], len(names) - below[name]) for name in names}
+
+
+def _scores(card: Scorecard) -> dict[str, GroupScore]:
+    """The sequential scores of an entry on the groups of the core, by group id, in its order."""
+    logs = {name: card.groups.get(name, {}).get("sequential") for name in CORES[CORE]}
+    return {name: log for name, log in logs.items() if log is not None and log.runs}
+
+
+def is_on_core(card: Scorecard) -> bool:
+    """Whether an entry has runs on a group of the core, with the budget of its board."""
+    return any(log.budget == STANDARD_BUDGET for log in _scores(card).values())
+
+
+def _parent(card: Scorecard) -> str:
+    protocol = card.manifest.protocol if card.manifest else None
+    return (protocol.parent or protocol.algorithm) if protocol else ""
+
+
+def method_of(card: Scorecard) -> Method | None:
+    """What an entry has on the core; None if it lacks a group or a value."""
+    logs = _scores(card)
+    counts = {name: consecutive(log.runs) for name, log in logs.items()}
+    if len(logs) < len(CORES[CORE]) or not all(
+        log.metrics[metric].runs for log in logs.values() for metric in (*FAMILIES, LEARNING)
+    ):
+        return None
+    values = {
+        metric: tuple(log.metrics[metric].runs[: counts[name]] for name, log in logs.items())
+        for metric in (*FAMILIES, LEARNING)
+    }
+    starts = tuple(tuple(run[:2] for run in log.return_matrix[: counts[name]]) for name, log in logs.items())
+    return Method(card.name, _parent(card), values, starts)
+
+
+def _notes(logs: Mapping[str, GroupScore], look: int) -> tuple[str, ...]:
+    """What of an entry is not compared, in words, with the name of the case."""
+    counts = {name: consecutive(log.runs) for name, log in logs.items()}
+    missing = [name for name in CORES[CORE] if name not in logs]
+    notes = [f"partial-core: It has no sequential runs of {', '.join(missing)}."] if missing else []
+    if len(set(counts.values())) > 1:
+        parts = ", ".join(f"{name} {count}" for name, count in counts.items())
+        notes.append(f"different-numbers-of-runs: The groups have {parts} runs.")
+    beyond = [f"{name} {look} to {count - 1}" for name, count in counts.items() if count > look > 0]
+    if beyond:
+        notes.append(f"runs-beyond-the-look: Not compared until the next look: {', '.join(beyond)}.")
+    for name, log in logs.items():
+        if waiting := [run for run in log.runs if run >= counts[name]]:
+            runs = ", ".join(map(str, waiting))
+            notes.append(f"runs-after-a-gap: {name} lacks run {counts[name]}; not compared: {runs}.")
+    return tuple(notes)
+
+
+def _cost(logs: Mapping[str, GroupScore]) -> CoreCost:
+    documents = [log.provenance for log in logs.values()]
+    if len(logs) < len(CORES[CORE]) or not all(documents):
+        return CoreCost(steps=None, cpu_seconds=None, peak_memory_mb=None, stored_steps=None, parameters=None)
+    seconds = [[run.cpu_seconds for run in runs if run.cpu_seconds is not None] for runs in documents]
+    peaks = [[run.peak_memory_mb for run in runs if run.peak_memory_mb is not None] for runs in documents]
+    memories = [run.memory for runs in documents for run in runs]
+    return CoreCost(
+        steps=sum(fmean(run.steps for run in runs) for runs in documents),
+        cpu_seconds=sum(map(fmean, seconds)) if all(seconds) else None,
+        peak_memory_mb=max(map(max, peaks)) if all(peaks) else None,
+        stored_steps=max(memory.stored_steps for memory in memories),
+        parameters=max(memory.parameters_last for memory in memories),
+    )
+
+
+def _metric(value: Interval | None, why: str) -> BoardMetric:
+    if value is None:
+        return BoardMetric(None, None, None, why)
+    return BoardMetric(value.mean, value.low, value.high, "")
+
+
+def _group(log: GroupScore, look: int) -> CoreGroup:
+    runs = consecutive(log.runs)
+    values = log.metrics[FINAL.name].runs[: look or runs]
+    value = to_interval(summary(values)) if values else None
+    return CoreGroup(*((value.mean, value.low, value.high) if value else (None, None, None)), runs)
+
+
+def _why(logs: Mapping[str, GroupScore], method: Method | None, barred: str) -> str:
+    """Why an entry is not compared; empty if it is."""
+    if barred:
+        return barred
+    if missing := [name for name in CORES[CORE] if name not in logs]:
+        return f"It lacks {', '.join(missing)}."
+    if method is None:
+        return next(
+            f"No score in {name}: {value.why}"
+            for name, log in logs.items()
+            for value in (log.metrics[metric] for metric in (*FAMILIES, LEARNING))
+            if not value.runs
+        )
+    few = [name for name, log in logs.items() if consecutive(log.runs) < LOOKS[0]]
+    return f"Fewer than {LOOKS[0]} runs in {', '.join(few)}." if few else ""
+
+
+def _entry(card: Scorecard, method: Method | None, level: Level, barred: str) -> CoreEntry:
+    logs = _scores(card)
+    look = method.look if method else 0
+    why = _why(logs, method, barred)
+    means = {
+        metric: to_interval(over_groups(method.values[metric], look)) if method and look else None
+        for metric in (FINAL.name, LEARNING, FORGETTING)
+    }
+    return CoreEntry(
+        name=card.name,
+        title=card.title,
+        level=level,
+        ranked=not why,
+        why=why,
+        observes=card.manifest.observes if card.manifest else None,
+        parent=_parent(card),
+        look=look,
+        next_look=next_look(look),
+        missing=tuple(name for name in CORES[CORE] if name not in logs),
+        metrics={metric: _metric(value, why) for metric, value in means.items()},
+        groups={name: _group(log, look) for name, log in logs.items()},
+        cost=_cost(logs),
+        notes=_notes(logs, look),
+    )
+
+
+def _pair(pair: Compared) -> CorePair:
+    verdict = "separated" if pair.separated else "equivalent" if pair.equivalent else "open"
+    return CorePair(
+        pair.first,
+        pair.second,
+        pair.look,
+        pair.paired,
+        pair.difference.mean,
+        pair.low,
+        pair.high,
+        pair.p_value,
+        verdict,
+        pair.look <= EXPLORATORY,
+        next_look(pair.look) if verdict == "open" else None,
+    )
+
+
+def core_board(
+    cards: Sequence[Scorecard], levels: Mapping[str, Level], barred: Mapping[str, str]
+) -> CoreBoard | None:
+    """The core board; None without an entry on it.
+
+    Args:
+        cards: the scorecards of entries on the core (:func:`is_on_core`).
+        levels: the lowest level of the logs of each, by name.
+        barred: why an entry may not be ranked whatever its runs are (a copy, not verified), by name.
+    """
+    if not cards:
+        return None
+    methods = {card.name: method_of(card) for card in cards}
+    entries = [
+        _entry(card, methods[card.name], levels[card.name], barred.get(card.name, "")) for card in cards
+    ]
+
+    def order(entry: CoreEntry) -> tuple[bool, float, str]:
+        mean = entry.metrics[FINAL.name].mean
+        return not entry.ranked, math.inf if mean is None else -mean, entry.name
+
+    entries.sort(key=order)
+    ranked = [(entry, method) for entry in entries if entry.ranked and (method := methods[entry.name])]
+    learners = [method for entry, method in ranked if not _learned_nothing(entry)]
+    families = {FINAL.name: [method for _, method in ranked], FORGETTING: learners}
+    pairs = {metric: family(members, metric) for metric, members in families.items()}
+    found = {
+        metric: ranks([method.name for method in members], pairs[metric], BY_NAME[metric].better)
+        for metric, members in families.items()
+    }
+    return CoreBoard(
+        suite=CORE,
+        edition=EDITION,
+        groups=CORES[CORE],
+        budget=STANDARD_BUDGET,
+        looks=LOOKS,
+        level=LOOK_LEVEL,
+        margin=MARGIN,
+        ranked=len(ranked),
+        rows=tuple(_with_ranks(entry, found) for entry in entries),
+        pairs={metric: tuple(map(_pair, compared)) for metric, compared in pairs.items()},
+    )
+
+
+def _learned_nothing(entry: CoreEntry) -> bool:
+    value = entry.metrics[LEARNING]
+    return learned_nothing({LEARNING: MetricValue(value.mean, value.low, value.high)})
+
+
+def _with_ranks(entry: CoreEntry, found: Mapping[str, Mapping[str, tuple[int, int]]]) -> CoreEntry:
+    """The entry with its rank on each metric that has a family."""
+    metrics = dict(entry.metrics)
+    for metric in FAMILIES:
+        note = NOTHING_LEARNED if metric == FORGETTING and entry.ranked and _learned_nothing(entry) else ""
+        metrics[metric] = replace(metrics[metric], rank=found[metric].get(entry.name), rank_note=note)
+    return replace(entry, metrics=metrics)
