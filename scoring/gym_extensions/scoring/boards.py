@@ -274,7 +274,7 @@ class CoreBoard:
     groups: Annotated[tuple[str, ...], about("group ids")]
     budget: Annotated[str, about("name of the budget")]
     looks: Annotated[tuple[int, ...], about("numbers of runs at which entries are compared")]
-    level: Annotated[float, about("level of the family of pairs at each look; .05 over all looks")]
+    levels: Annotated[tuple[float, ...], about("level of the family of pairs at each look")]
     margin: Annotated[float, about("methods whose difference surely is smaller are called equivalent")]
     ranked: Annotated[int, about("M, the number of ranked entries")]
     rows: Annotated[

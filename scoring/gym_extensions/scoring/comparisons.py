@@ -17,7 +17,15 @@ import numpy as np
 from gym_extensions.catalog.groups import CORE, CORES
 from gym_extensions.catalog.protocol import STANDARD_BUDGET
 from gym_extensions.rollouts.review import Level
-from gym_extensions.scoring.boards import BoardMetric, CoreBoard, CoreCost, CoreEntry, CoreGroup, CorePair
+from gym_extensions.scoring.boards import (
+    BoardMetric,
+    CoreBoard,
+    CoreCost,
+    CoreEntry,
+    CoreGroup,
+    CorePair,
+    Verdict,
+)
 from gym_extensions.scoring.metrics import BY_NAME, FINAL, NOTHING_LEARNED, MetricValue, learned_nothing
 from gym_extensions.scoring.scorecard import GroupScore, Scorecard
 from gym_extensions.scoring.statistics import (
@@ -34,13 +42,14 @@ from gym_extensions.scoring.statistics import (
 )
 
 EDITION = 1
-LOOKS = (5, 10, 20, 40, 80)
-"""Numbers of runs at which entries are compared."""
-LOOK_LEVEL = 0.0125
-"""Level of a family of pairs at each look. With five looks, the error over all of them is at most .05.
+LOOK_LEVELS = {5: 0.005, 10: 0.01, 20: 0.01, 40: 0.01, 80: 0.01}
+"""The level of a family of pairs at each look: together the error is at most .05.
 
-tests/scoring/measure_looks.py finds it by simulation: .0132 for two entries, and more for more entries.
+tests/scoring/measure_looks.py simulates it (docs/metrics.md). The sum for normal runs is below .05; the
+rest is a reserve for the skewed and bimodal runs that entries have, of which few show too small a variance.
 """
+LOOKS = tuple(LOOK_LEVELS)
+"""Numbers of runs at which entries are compared."""
 EXPLORATORY = 20
 """Separations at looks up to this one are called exploratory in the first edition (ADR 104)."""
 MARGIN = 0.05
@@ -79,16 +88,18 @@ class Method:
 
 @dataclass(frozen=True)
 class Compared:
-    """Two methods on one metric: first − second, with what the family of all pairs adds."""
+    """Two methods on one metric: first − second.
+
+    ``p_value`` and ``half_width`` (of the interval) are adjusted for all pairs and looks.
+    """
 
     first: str
     second: str
     look: int
     paired: bool
     difference: Summary
-    p_value: float
-    low: float
-    high: float
+    p_value: float = 1.0
+    half_width: float = math.inf
 
     @property
     def separated(self) -> bool:
@@ -98,7 +109,7 @@ class Compared:
     @property
     def equivalent(self) -> bool:
         """Whether the interval lies inside of ± ``MARGIN``."""
-        return not self.separated and self.low > -MARGIN and self.high < MARGIN
+        return not self.separated and abs(self.difference.mean) + self.half_width < MARGIN
 
 
 def last_look(runs: int) -> int:
@@ -165,30 +176,33 @@ def pooled_difference(first: GroupRuns, second: GroupRuns, runs: int, *, paired:
 def family(methods: Sequence[Method], metric: str) -> list[Compared]:
     """All pairs of methods on one metric, in the order of ``itertools.combinations``.
 
-    Each pair is compared at the last look that both have. p values are multiplied by .05 / ``LOOK_LEVEL``,
-    which makes them valid at whichever look one stops, and adjusted by Holm's procedure over all pairs. The
-    intervals have the level ``LOOK_LEVEL`` / (number of pairs): with 95 % confidence all of them hold, at all
-    looks. Holm's procedure is a little less strict, so that a pair may be separated whose interval just
-    touches 0.
+    Each pair is compared at the last look that both have. p values are multiplied by .05 / (level of the
+    look), which makes them valid at whichever look one stops, and adjusted by Holm's procedure over all
+    pairs. The intervals have the level of the look / (number of pairs): with 95 % confidence all of them
+    hold, at all looks. Holm's procedure is a little less strict, so that a pair may be separated whose
+    interval just touches 0.
 
     Args:
         methods: those with at least one complete look.
         metric: of ``Method.values``.
     """
-    pairs = []
+    found = []
     for a, b in combinations(methods, 2):
         look = min(a.look, b.look)
         paired = is_paired(a, b, look)
         between = pooled_difference(a.values[metric], b.values[metric], look, paired=paired)
-        pairs.append((a.name, b.name, look, paired, between))
-    p_values = np.array([zero_mean_p(pair[-1]) for pair in pairs])
-    adjusted = holm_adjusted(np.minimum(p_values * (ALPHA / LOOK_LEVEL), 1.0)).tolist()
-    found = []
-    for (*names, look, paired, between), p_value in zip(pairs, adjusted, strict=True):
-        width = critical_value(LOOK_LEVEL / len(pairs), between.df) * math.sqrt(between.squared_error)
-        ends = between.mean - width, between.mean + width
-        found.append(Compared(*names, look, paired, between, p_value, *ends))
-    return found
+        found.append(Compared(a.name, b.name, look, paired, between))
+    p_values = [min(1.0, zero_mean_p(pair.difference) * ALPHA / LOOK_LEVELS[pair.look]) for pair in found]
+    adjusted = holm_adjusted(np.array(p_values)).tolist()
+    return [
+        replace(pair, p_value=p_value, half_width=half_width(pair.difference, pair.look, len(found)))
+        for pair, p_value in zip(found, adjusted, strict=True)
+    ]
+
+
+def half_width(difference: Summary, look: int, pairs: int) -> float:
+    """Half the width of the interval of a difference at a look, adjusted for all pairs and looks."""
+    return critical_value(LOOK_LEVELS[look] / pairs, difference.df) * math.sqrt(difference.squared_error)
 
 
 def ranks(names: Sequence[str], pairs: Sequence[Compared], better: str) -> dict[str, tuple[int, int]]:
@@ -253,10 +267,6 @@ def _notes(logs: Mapping[str, GroupScore], look: int) -> tuple[str, ...]:
     beyond = [f"{name} {look} to {count - 1}" for name, count in counts.items() if count > look > 0]
     if beyond:
         notes.append(f"runs-beyond-the-look: Not compared until the next look: {', '.join(beyond)}.")
-    for name, log in logs.items():
-        if waiting := [run for run in log.runs if run >= counts[name]]:
-            runs = ", ".join(map(str, waiting))
-            notes.append(f"runs-after-a-gap: {name} lacks run {counts[name]}; not compared: {runs}.")
     return tuple(notes)
 
 
@@ -285,8 +295,10 @@ def _metric(value: Interval | None, why: str) -> BoardMetric:
 def _group(log: GroupScore, look: int) -> CoreGroup:
     runs = consecutive(log.runs)
     values = log.metrics[FINAL.name].runs[: look or runs]
-    value = to_interval(summary(values)) if values else None
-    return CoreGroup(*((value.mean, value.low, value.high) if value else (None, None, None)), runs)
+    if not values:
+        return CoreGroup(None, None, None, runs)
+    value = to_interval(summary(values))
+    return CoreGroup(value.mean, value.low, value.high, runs)
 
 
 def _why(logs: Mapping[str, GroupScore], method: Method | None, barred: str) -> str:
@@ -333,19 +345,19 @@ def _entry(card: Scorecard, method: Method | None, level: Level, barred: str) ->
 
 
 def _pair(pair: Compared) -> CorePair:
-    verdict = "separated" if pair.separated else "equivalent" if pair.equivalent else "open"
+    verdict: Verdict = "separated" if pair.separated else "equivalent" if pair.equivalent else "open"
     return CorePair(
-        pair.first,
-        pair.second,
-        pair.look,
-        pair.paired,
-        pair.difference.mean,
-        pair.low,
-        pair.high,
-        pair.p_value,
-        verdict,
-        pair.look <= EXPLORATORY,
-        next_look(pair.look) if verdict == "open" else None,
+        first=pair.first,
+        second=pair.second,
+        look=pair.look,
+        paired=pair.paired,
+        mean=pair.difference.mean,
+        low=pair.difference.mean - pair.half_width,
+        high=pair.difference.mean + pair.half_width,
+        p_value=pair.p_value,
+        verdict=verdict,
+        exploratory=pair.look <= EXPLORATORY,
+        next_look=next_look(pair.look) if verdict == "open" else None,
     )
 
 
@@ -385,7 +397,7 @@ def core_board(
         groups=CORES[CORE],
         budget=STANDARD_BUDGET,
         looks=LOOKS,
-        level=LOOK_LEVEL,
+        levels=tuple(LOOK_LEVELS.values()),
         margin=MARGIN,
         ranked=len(ranked),
         rows=tuple(_with_ranks(entry, found) for entry in entries),

@@ -11,10 +11,10 @@ from itertools import groupby
 
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, PROTOCOLS
-from gym_extensions.scoring.leaderboard import NOTHING_LEARNED
 from gym_extensions.scoring.metrics import (
     FINAL,
     LEAST_LEARNED,
+    NOTHING_LEARNED,
     TABLE,
     MetricValue,
     Profile,

@@ -1,0 +1,310 @@
+"""The core board: pooled differences, looks, families of all pairs, verdicts, notes and costs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from itertools import combinations
+
+import msgspec
+import numpy as np
+import pytest
+from scipy import stats
+
+from gym_extensions.catalog.groups import CORE, CORES
+from gym_extensions.rollouts.run import Memory
+from gym_extensions.scoring.boards import CoreBoard, CoreEntry, CorePair
+from gym_extensions.scoring.comparisons import (
+    LOOK_LEVELS,
+    LOOKS,
+    MARGIN,
+    Compared,
+    Method,
+    consecutive,
+    family,
+    last_look,
+    next_look,
+    pooled_difference,
+    ranks,
+)
+from gym_extensions.scoring.leaderboard import core
+from gym_extensions.scoring.metrics import METRICS, MetricValue
+from gym_extensions.scoring.scorecard import GroupScore, RunProvenance, Scorecard
+from gym_extensions.scoring.statistics import ALPHA, Summary
+
+from .entries import Enter, at_level
+
+GROUPS = CORES[CORE]
+FINAL = "final_performance"
+Values = Mapping[str, Sequence[float]]
+"""One value per run, by group."""
+OnCore = Callable[..., Scorecard]
+
+
+def normal(seed: int, mean: float, runs: int = 5, deviation: float = 0.1) -> dict[str, tuple[float, ...]]:
+    """Runs of every group of the core around a mean."""
+    rng = np.random.default_rng(seed)
+    return {group: tuple(rng.normal(mean, deviation, runs).tolist()) for group in GROUPS}
+
+
+def welch(first: Values, second: Values, runs: int) -> tuple[float, float, float]:
+    """The pooled difference of means, its standard error and its degrees of freedom, from the definition."""
+    parts = [np.array([values[group][:runs] for group in GROUPS]) for values in (first, second)]
+    squares = np.array([part.var(axis=1, ddof=1) / runs for part in parts]) / len(GROUPS) ** 2
+    difference = float(parts[0].mean() - parts[1].mean())
+    df = squares.sum() ** 2 / (squares**2 / (runs - 1)).sum()
+    return difference, math.sqrt(squares.sum()), float(df)
+
+
+def method(name: str, values: Values, parent: str = "", starts: object = None) -> Method:
+    start = tuple(tuple([starts or name] * len(values[group])) for group in GROUPS)
+    return Method(name, parent, {FINAL: tuple(tuple(values[group]) for group in GROUPS)}, start)
+
+
+def test_looks_are_prescribed() -> None:
+    assert LOOKS == (5, 10, 20, 40, 80)
+    assert [last_look(runs) for runs in (0, 4, 5, 19, 20, 99)] == [0, 0, 5, 10, 20, 80]
+    assert [next_look(look) for look in (0, 5, 80)] == [5, 10, None]
+    assert [consecutive(runs) for runs in ((), (1, 2), (0, 1, 3), range(7))] == [0, 0, 2, 7]
+
+
+def test_the_pooled_difference_by_hand() -> None:
+    # Differences 1 and 3; squared errors (1 + 1)/3 and (4 + 1)/3, together 7/3 over 2² groups.
+    first, second = ((1.0, 2.0, 3.0), (3.0, 5.0, 7.0)), ((0.0, 1.0, 2.0), (1.0, 2.0, 3.0))
+    unpaired = pooled_difference(first, second, 3, paired=False)
+    assert (unpaired.mean, unpaired.squared_error) == pytest.approx((2.0, 7 / 12), rel=1e-14)
+    assert unpaired.df == pytest.approx((7 / 3) ** 2 / ((1 + 1 + 16 + 1) / 9 / 2), rel=1e-14)
+    # Differences of runs 1, 1, 1 and 2, 3, 4: the first group has no error, the second 1/3.
+    paired = pooled_difference(first, second, 3, paired=True)
+    assert (paired.mean, paired.squared_error, paired.df) == pytest.approx((2.0, 1 / 12, 2.0), rel=1e-14)
+
+
+def test_one_group_is_welchs_test_or_the_paired_test_of_scipy() -> None:
+    rng = np.random.default_rng(3)
+    a, b = rng.normal(0, 1, 10).tolist(), rng.normal(1, 3, 10).tolist()
+    for paired, test in ((False, stats.ttest_ind(a, b, equal_var=False)), (True, stats.ttest_rel(a, b))):
+        found = pooled_difference([a], [b], 10, paired=paired)  # type: ignore[arg-type]
+        assert found.mean / math.sqrt(found.squared_error) == pytest.approx(test.statistic, rel=1e-12)
+        assert found.df == pytest.approx(test.df, rel=1e-12)
+
+
+def test_intervals_and_p_values_of_a_family_agree_with_scipy() -> None:
+    boards = {name: normal(seed, 0.02 * seed, 20 if seed % 2 else 10) for seed, name in enumerate("abcde")}
+    found = family([method(name, values) for name, values in boards.items()], FINAL)
+    p_values, expected = [], []
+    for first, second in combinations("abcde", 2):
+        runs = min(len(boards[name][GROUPS[0]]) for name in (first, second))
+        difference, error, df = welch(boards[first], boards[second], runs)
+        p_values.append(min(1.0, 2 * stats.t.sf(abs(difference) / error, df) * ALPHA / LOOK_LEVELS[runs]))
+        width = stats.t.isf(LOOK_LEVELS[runs] / 10 / 2, df) * error
+        expected.append((first, second, runs, difference, width))
+    order = np.argsort(p_values)
+    holm = np.minimum(1, np.maximum.accumulate(np.array(p_values)[order] * np.arange(10, 0, -1)))
+    assert [found[index].p_value for index in order] == pytest.approx(holm.tolist(), rel=1e-9)
+    assert [(pair.first, pair.second, pair.look) for pair in found] == [each[:3] for each in expected]
+    numbers = [value for pair in found for value in (pair.difference.mean, pair.half_width)]
+    assert numbers == pytest.approx([value for each in expected for value in each[3:]], rel=1e-9)
+    assert {pair.separated for pair in found} == {True, False}
+
+
+def test_runs_are_paired_with_the_same_parent_and_equal_starts_alone() -> None:
+    values = normal(1, 0.5), normal(2, 0.5)
+
+    def paired(parent: str, starts: str) -> bool:
+        (pair,) = family([method("a", values[0], "trpo", "s"), method("b", values[1], parent, starts)], FINAL)
+        return pair.paired
+
+    assert [paired("trpo", "s"), paired("sac", "s"), paired("trpo", "t")] == [True, False, False]
+
+
+def test_ranks_of_all_pairs_by_hand() -> None:
+    def pair(first: str, second: str, difference: float, p_value: float) -> Compared:
+        return Compared(first, second, 5, False, Summary(difference, 1.0, 4.0, 5), p_value, 1.0)
+
+    pairs = [pair("a", "b", 1, 0.04), pair("a", "c", 2, 0.01), pair("b", "c", 1, 0.2)]
+    assert ranks("abc", pairs, "higher") == {"a": (1, 1), "b": (2, 3), "c": (2, 3)}
+    assert ranks("abc", pairs, "lower") == {"a": (3, 3), "b": (1, 2), "c": (1, 2)}
+
+
+@pytest.mark.parametrize(("half_width", "equivalent"), [(0.02, True), (0.04, False)])
+def test_equivalent_means_an_interval_inside_the_margin(half_width: float, equivalent: bool) -> None:
+    pair = Compared("a", "b", 5, False, Summary(-0.02, 1.0, 4.0, 5), 1.0, half_width)
+    assert (MARGIN, pair.equivalent) == (0.05, equivalent)
+
+
+@pytest.fixture
+def on_core(enter: Enter) -> OnCore:
+    """Makes the scorecard of an entry with these final performances of runs 0, 1, … in each group."""
+    card = enter("a", 300)
+    log = card.groups["hopper-gravity-v0"]["sequential"]
+
+    def scores(values: Sequence[float], numbers: Sequence[int] | None, starts: int) -> GroupScore:
+        runs = tuple(range(len(values)) if numbers is None else numbers)
+        metrics = {
+            metric.name: MetricValue(mean=1.0, runs=(1.0,) * len(runs)) for metric in METRICS["sequential"]
+        }
+        for name in (FINAL, "learning_performance"):
+            metrics[name] = MetricValue(mean=1.0, runs=tuple(values))
+        matrix = tuple(((float(starts),), (float(starts + run),), (0.0,)) for run in runs)
+        provenance = tuple(replace(log.provenance[0], run=run) for run in runs)
+        return replace(
+            log,
+            budget="300k",
+            runs=runs,
+            metrics=metrics,
+            return_matrix=matrix,
+            provenance=provenance,
+            episode_sketches=(),
+        )
+
+    def make(
+        name: str,
+        values: Values,
+        *,
+        parent: str = "",
+        starts: int = 0,
+        runs: Mapping[str, Sequence[int]] | None = None,
+    ) -> Scorecard:
+        assert card.manifest is not None
+        protocol = msgspec.structs.replace(card.manifest.protocol, parent=parent)
+        groups = {
+            group: {"sequential": scores(part, (runs or {}).get(group), starts)}
+            for group, part in values.items()
+        }
+        made = replace(card, name=name, manifest=replace(card.manifest, protocol=protocol), groups=groups)
+        return at_level(made, "verified")
+
+    return make
+
+
+def board_of(cards: Sequence[Scorecard]) -> CoreBoard:
+    made = core(cards)
+    assert made is not None
+    return made
+
+
+def row(board: CoreBoard, name: str) -> CoreEntry:
+    return next(entry for entry in board.rows if entry.name == name)
+
+
+def pair_of(board: CoreBoard, first: str, second: str, metric: str = FINAL) -> CorePair:
+    found = board.pair(metric, first, second)
+    assert found is not None
+    return found
+
+
+def test_a_board_has_one_row_per_method_and_every_pair(on_core: OnCore) -> None:
+    levels = {"low": 0.2, "high": 0.9, "near": 0.88}
+    board = board_of([on_core(name, normal(seed, mean)) for seed, (name, mean) in enumerate(levels.items())])
+    assert (board.suite, board.groups, board.looks, board.ranked) == ("core-v1", GROUPS, LOOKS, 3)
+    assert [entry.name for entry in board.rows][-1] == "low"
+    assert row(board, "low").metrics[FINAL].rank == (3, 3)
+    assert row(board, "high").metrics[FINAL].rank == (1, 2)
+    assert {pair_of(board, "low", other).verdict for other in ("high", "near")} == {"separated"}
+    assert (pair_of(board, "high", "near").verdict, pair_of(board, "high", "near").next_look) == ("open", 10)
+    assert all(pair.exploratory for pair in board.pairs[FINAL])
+    mean = row(board, "high").metrics[FINAL].mean
+    assert mean == pytest.approx(np.mean(list(normal(1, 0.9).values())), rel=1e-12)
+
+
+def test_an_entry_with_part_of_the_core_is_shown_without_a_core_score(on_core: OnCore) -> None:
+    part = {group: values for group, values in normal(1, 0.5).items() if group != GROUPS[2]}
+    entry = row(board_of([on_core("whole", normal(2, 0.5)), on_core("part", part)]), "part")
+    assert (entry.ranked, entry.missing, entry.metrics[FINAL].mean) == (False, (GROUPS[2],), None)
+    assert entry.groups[GROUPS[0]].mean == pytest.approx(np.mean(part[GROUPS[0]]))
+    assert entry.notes == (f"partial-core: It has no sequential runs of {GROUPS[2]}.",)
+    assert entry.cost.steps is None
+
+
+def test_runs_beyond_a_look_and_different_numbers_are_noted_and_not_compared(on_core: OnCore) -> None:
+    ten, twelve = normal(1, 0.5, 10), normal(1, 0.5, 12)
+    more = {**ten, GROUPS[0]: (*twelve[GROUPS[0]][:10], 99.0, 99.0)}
+    exact, beyond = (
+        board_of([on_core("a", normal(3, 0.5, 10)), on_core("b", each)])
+        for each in ({**more, GROUPS[0]: more[GROUPS[0]][:10]}, more)
+    )
+    assert beyond.pairs == exact.pairs
+    assert row(beyond, "b").metrics == row(exact, "b").metrics
+    assert [note.partition(":")[0] for note in row(beyond, "b").notes] == [
+        "different-numbers-of-runs",
+        "runs-beyond-the-look",
+    ]
+    assert row(exact, "b").notes == ()
+
+
+def test_a_missing_number_keeps_the_earlier_look(on_core: OnCore) -> None:
+    numbers = {GROUPS[0]: (0, 1, 2, 3, 4, 5, 6, 8, 9, 10)}
+    entry = row(board_of([on_core("a", normal(1, 0.5, 10), runs=numbers)]), "a")
+    assert (entry.look, entry.groups[GROUPS[0]].runs) == (5, 7)
+
+
+def test_entries_are_paired_if_they_start_alike(on_core: OnCore) -> None:
+    cards = [
+        on_core("base", normal(1, 0.5), parent="trpo"),
+        on_core("alike", normal(2, 0.5), parent="trpo"),
+        on_core("other", normal(3, 0.5), parent="trpo", starts=1),
+    ]
+    board = board_of(cards)
+    assert [pair_of(board, "base", name).paired for name in ("alike", "other")] == [True, False]
+
+
+def test_a_claimed_entry_and_a_copy_have_no_rank(on_core: OnCore) -> None:
+    claimed = at_level(on_core("claimed", normal(1, 0.9)), "claimed")
+    original, copy = (on_core(name, normal(2, 0.5)) for name in ("a", "b"))
+    sketches = tuple(tuple(f"{run} {part}" for part in range(16)) for run in range(5))
+    first, second = (
+        replace(
+            card,
+            groups={
+                group: {"sequential": replace(logs["sequential"], episode_sketches=sketches)}
+                for group, logs in card.groups.items()
+            },
+        )
+        for card in (original, copy)
+    )
+    board = board_of([claimed, first, second])
+    assert [entry.name for entry in board.rows if entry.ranked] == ["a"]
+    assert row(board, "b").why == "Has most episodes of a."
+    assert row(board, "claimed").why.startswith("Claimed")
+
+
+def test_forgetting_is_compared_among_those_that_learned(on_core: OnCore) -> None:
+    board = board_of(
+        [on_core("a", normal(1, 0.5)), on_core("b", normal(2, 0.5)), on_core("idle", normal(3, 0.0))]
+    )
+    assert {(pair.first, pair.second) for pair in board.pairs["forgetting"]} in ({("a", "b")}, {("b", "a")})
+    assert row(board, "idle").metrics["forgetting"].rank_note == "nothing learned to forget"
+    assert len(board.pairs[FINAL]) == 3
+
+
+def test_a_cost_is_measured_or_absent(on_core: OnCore) -> None:
+    card = on_core("a", normal(1, 0.5))
+
+    def with_cost(group: str, run: RunProvenance) -> RunProvenance:
+        seconds = None if group == GROUPS[0] and run.run else 10.0 + run.run
+        return replace(
+            run,
+            steps=1000,
+            cpu_seconds=seconds,
+            peak_memory_mb=50.0 + run.run,
+            memory=Memory(stored_steps=7, parameters_first=3, parameters_last=4),
+        )
+
+    def costs(card: Scorecard) -> Scorecard:
+        groups = {}
+        for group, logs in card.groups.items():
+            log = logs["sequential"]
+            groups[group] = {
+                "sequential": replace(log, provenance=tuple(with_cost(group, run) for run in log.provenance))
+            }
+        return replace(card, groups=groups)
+
+    cost = board_of([costs(card)]).rows[0].cost
+    assert (cost.steps, cost.cpu_seconds) == (7000, 10 + 6 * 12)  # one run of the first group states it
+    assert (cost.peak_memory_mb, cost.stored_steps, cost.parameters) == (54, 7, 4)
+    assert board_of([card]).rows[0].cost.cpu_seconds is None
+
+
+def test_another_budget_is_not_on_the_core(enter: Enter) -> None:
+    assert core([enter("a", 300)]) is None
