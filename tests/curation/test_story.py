@@ -18,13 +18,27 @@ from gym_extensions.curation.git import Repository
 from gym_extensions.curation.report import GateReport
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.review import level, read_review
-from gym_extensions.rollouts.run import PolicyFile, read_run
-from gym_extensions.rollouts.run_policies import content_sha256, read_policies, run_arrays, write_policies
+from gym_extensions.rollouts.run import Memory, PolicyFile, read_run
+from gym_extensions.rollouts.run_policies import (
+    content_sha256,
+    policy_keys,
+    read_policies,
+    run_arrays,
+    write_policies,
+)
 from gym_extensions.scoring.leaderboard import boards
 from gym_extensions.scoring.references import Reference, References
 from gym_extensions.scoring.scorer import score
 
-from ..verification.entries import GROUP, change_document, change_log, copy, honest
+from ..verification.entries import (
+    GROUP,
+    change_document,
+    change_log,
+    copy,
+    honest,
+    network,
+    write_run_files,
+)
 from .repositories import commit, git, make_repository
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="the gate needs limits that Windows lacks")
@@ -61,9 +75,27 @@ class Project:
         """The gate's report on a branch of the fork with an entry ``new``."""
         git(self.fork, "switch", "--quiet", "-c", "entry")
         shutil.copytree(entry, self.fork / "submissions" / "new")
+        return self.check("entry")
+
+    def check(self, branch: str) -> GateReport:
+        """Commits a branch of the fork, and gives the gate's report on it."""
         commit(self.fork)
-        git(self.main, "fetch", "--quiet", str(self.fork), "entry:refs/gate/head")
+        git(self.main, "fetch", "--quiet", str(self.fork), f"+{branch}:refs/gate/head")
         return check_pull_request(Request(Repository(self.main), "main", "refs/gate/head"))
+
+    def donate(self, start: str, run: int, seed: int, **changes: object) -> GateReport:
+        """The gate's report on a branch with one run more of the entry ``new``, from a commit of main."""
+        git(self.fork, "fetch", "--quiet", "origin")
+        git(self.fork, "switch", "--quiet", "-c", f"run{run}-{seed}", start)
+        entry = self.fork / "submissions" / "new"
+        keys = policy_keys("sequential", group(GROUP))
+        policies = {key: network(100 * seed + number) for number, key in enumerate(keys)}
+        write_run_files(entry, "sequential", run, policies)
+        document = entry / GROUP / "sequential" / f"run{run}.json"
+        change_document(document, by="A. Donor", **changes)
+        if changes.get("policies", ...) is None:
+            document.with_suffix(".npz").unlink()
+        return self.check(f"run{run}-{seed}")
 
     def merge(self) -> Path:
         """Merges the branch and gives the entry."""
@@ -107,6 +139,67 @@ def test_an_honest_entry_gets_a_rank_with_one_pull_request(workshop: Path, tmp_p
     assert [(row.name, row.ranked, row.level) for row in board.rows] == [("new", True, "verified")]
     assert project.review(entry) == "verified", "nothing is drawn again"
     assert len(read_review(entry).verifications) == 1
+
+
+@pytest.fixture
+def with_entry(workshop: Path, tmp_path: Path) -> Project:
+    """A project with a verified entry ``new`` of an agent of this project."""
+    project, entry = Project(tmp_path), copy(honest(workshop), tmp_path / "of-trpo")
+    manifest = entry / "submission.toml"
+    manifest.write_text(manifest.read_text("utf-8").replace('"formula"', '"trpo"'), "utf-8")
+    project.submit(entry)
+    assert project.review(project.merge()) == "verified"
+    return project
+
+
+def test_a_stranger_donates_a_run_which_alone_is_verified(with_entry: Project) -> None:
+    report = with_entry.donate("origin/main", 5, 5)
+    assert (report.kind, report.verdict, report.labels) == ("donation", "passed", ("claimed", "donation"))
+    assert report.repeated == report.episodes == 120, "the six cells of the donated run"
+    entry = with_entry.merge()
+    assert with_entry.review(entry) == "verified"
+    assert list(read_review(entry).verifications[-1].runs) == [f"{GROUP}/sequential/run5"]
+    score_ = score(read(entry), REFERENCES).groups[f"{GROUP}-v0"]["sequential"]
+    assert [run.by for run in score_.provenance] == ["", "", "", "", "", "A. Donor"]
+
+
+def test_a_donated_run_after_a_gap_waits_and_changes_no_score(with_entry: Project) -> None:
+    before = score(read(with_entry.main / "submissions" / "new"), REFERENCES)
+    assert with_entry.donate("origin/main", 7, 7).verdict == "passed"
+    entry = with_entry.merge()
+    after = score(read(entry), REFERENCES)
+    assert after.groups == before.groups
+    assert after.notes == (f"{GROUP}-v0: sequential: run 5 is missing; until it is there, not scored: 7.",)
+
+
+def test_two_donations_of_a_run_that_differ_are_refused_by_name(with_entry: Project) -> None:
+    start = git(with_entry.main, "rev-parse", "HEAD")
+    assert with_entry.donate("origin/main", 5, 5).verdict == "passed"
+    with_entry.merge()
+    second = with_entry.donate(start, 5, 6)
+    assert (second.kind, {problem.rule for problem in second.problems}) == ("donation", {"donated-twice"})
+    assert "with other content" in second.problems[0].message
+    assert with_entry.donate(start, 6, 6).verdict == "passed", "another run of the same time"
+
+
+def test_a_donated_run_of_another_agent_is_refused_by_name(with_entry: Project) -> None:
+    versions = read_run(with_entry.main / f"submissions/new/{GROUP}/sequential/run0.json").versions
+    memory = Memory(stored_steps=0, parameters_first=36, parameters_last=37)
+    cases: tuple[tuple[str, dict[str, object]], ...] = (
+        ("other-agent-version", {"versions": msgspec.structs.replace(versions, gym_extensions="0.9")}),
+        ("other-agent-version", {"memory": memory}),
+        ("no-policies", {"policies": None}),
+    )
+    for seed, (rule, changes) in enumerate(cases, 5):
+        report = with_entry.donate("origin/main", 5, seed, **changes)
+        assert [(each.rule, each.where) for each in report.problems] == [(rule, f"{GROUP}/sequential/run5")]
+
+
+def test_a_run_of_an_agent_of_a_stranger_is_an_edit(workshop: Path, tmp_path: Path) -> None:
+    project = Project(tmp_path)
+    project.submit(honest(workshop))
+    project.merge()
+    assert project.donate("origin/main", 5, 5).kind == "edit"
 
 
 def test_a_maintainer_decides_by_name_and_reason(workshop: Path, tmp_path: Path) -> None:

@@ -99,8 +99,9 @@ def percent(errors: NDArray[np.bool_] | Array) -> str:
 def least(found: Array, looks: Sequence[int], levels: Sequence[float]) -> Array:
     """The smallest p value of each board times (pairs / level of its look): an error is at most 1."""
     chosen = [LOOKS.index(look) for look in looks]
-    smallest: Array = found[..., chosen].min(1) * found.shape[1] / np.array(levels)
-    return smallest.min(-1)
+    scaled = found[..., chosen].min(1) * found.shape[1] / np.array(levels)
+    smallest: Array = scaled.min(-1)
+    return smallest
 
 
 def errors(draws: dict[str, Draw]) -> Iterator[tuple[object, ...]]:

@@ -76,6 +76,9 @@ def parser() -> argparse.ArgumentParser:
     command.add_argument(
         "--log", help=f"comma-separated: {', '.join(LOGS)}; files in .progress of the submission's folder"
     )
+    command.add_argument(
+        "--by", default="", metavar="NAME", help="who donates these runs to an entry of others"
+    )
     command.add_argument("--quiet", action="store_true", help="do not show the progress")
     return command
 
@@ -103,6 +106,7 @@ def _train(options: argparse.Namespace, titles: list[str]) -> None:
         callback=remember_titles,
         evaluate_every=options.evaluate_every,
         evaluate_episodes=options.evaluate_episodes,
+        by=options.by,
     )
 
 
@@ -148,7 +152,8 @@ def _what_next(options: argparse.Namespace) -> str:
     if missing:
         runs = ",".join(map(str, sorted(missing)))
         return (
-            f"To be scored, it also needs the runs {runs}: train them, or copy their files into this folder."
+            f"Runs after a gap are scored once the runs {runs} are there: train them, or copy their files "
+            "into this folder."
         )
     files = [name for name in parse_names(options.groups) if name.endswith(".toml")]
     words = [str(options.out), *(word for name in files for word in ("--groups", name))]

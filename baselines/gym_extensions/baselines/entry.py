@@ -185,7 +185,7 @@ def finished_runs(out: Path, group: TaskGroup, protocol: str) -> set[int]:
 
 
 def missing_runs(out: Path, group: TaskGroup, protocol: str) -> list[int]:
-    """The numbers below the highest run that have no log; scoring accepts no gaps."""
+    """The numbers below the highest run that have no log; later runs are not scored until they are there."""
     runs = finished_runs(out, group, protocol)
     return sorted(set(range(max(runs, default=0))) - runs)
 
@@ -241,6 +241,7 @@ def write_run_files(
     *,
     command: str = "",
     commit: str = "",
+    by: str = "",
 ) -> None:
     """Writes a finished run, creates the manifest if there is none, and deletes the folders of the jobs.
 
@@ -253,6 +254,7 @@ def write_run_files(
         settings: how they ran.
         command: what trains the run.
         commit: of the code.
+        by: who trained it, if not the authors of the entry.
 
     Raises:
         BenchError: another process has made the folder the submission of another agent.
@@ -285,7 +287,7 @@ def write_run_files(
             document = msgspec.structs.replace(document, machine=None, cpu_seconds=None, peak_memory_mb=None)
         write_run(
             staged / names[DOCUMENT],
-            msgspec.structs.replace(document, command=command, commit=commit),
+            msgspec.structs.replace(document, command=command, commit=commit, by=by),
         )
         if not existing:
             write_text(out / MANIFEST, tomli_w.dumps(tables))

@@ -69,6 +69,7 @@ def train(
     callback: Listener | None = None,
     evaluate_every: int | None = None,
     evaluate_episodes: int = INTERIM_EPISODES,
+    by: str = "",
 ) -> list[Path]:
     """Trains and evaluates an agent and writes its submission.
 
@@ -103,6 +104,7 @@ def train(
             evaluates after each stage only. Neither what is learned nor the logs depend on it if the agent
             can be saved; docs/submit.md says what is guaranteed for other agents.
         evaluate_episodes: episodes per task of these evaluations, from 1 to 20.
+        by: who trains the runs, at most 200 characters: for runs that are donated to an entry of others.
 
     Returns:
         The paths of the logs of the requested runs, including those that were finished before.
@@ -138,7 +140,7 @@ def train(
         ]
         plans = (each.job.plan(request.budget, interim) for each in pending)
         listen(TrainingStarted(tuple(plans), executor.slots))
-        failures = _run(pending, executor, listen)
+        failures = _run(pending, executor, listen, by)
     if len(pending) == 1:
         for failure in failures.values():
             if failure.error is not None:
@@ -243,7 +245,9 @@ def _open_executor(ray: str | None, processes: int) -> Iterator[Remote | Executo
         yield Workers(processes) if processes else ThisProcess()
 
 
-def _run(pending: Sequence[PendingJob], executor: Remote | Executor, listen: Listener) -> dict[str, Failure]:
+def _run(
+    pending: Sequence[PendingJob], executor: Remote | Executor, listen: Listener, by: str
+) -> dict[str, Failure]:
     """Runs the jobs and writes each run when its last job has finished. Returns failures by title."""
     unfinished = Counter(each.job.run_key for each in pending)
     finished: dict[TrainingJob, list[FinishedStage]] = {}
@@ -262,7 +266,7 @@ def _run(pending: Sequence[PendingJob], executor: Remote | Executor, listen: Lis
                 }
                 try:
                     entry.write_run_files(
-                        *(each.out, results, each.settings), command=command_of(each), commit=commit
+                        *(each.out, results, each.settings), command=command_of(each), commit=commit, by=by
                     )
                 except (OSError, BenchError) as error:
                     failures[job.title] = failure_of(error, in_this_process=True)

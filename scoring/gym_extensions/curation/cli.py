@@ -17,6 +17,7 @@ from gym_extensions.curation.pull_request import RULES
 from gym_extensions.curation.report import GateReport, comment, read_report
 from gym_extensions.curation.review import (
     decide,
+    is_of_this_project,
     merge_commit,
     record_commit,
     run_files,
@@ -130,6 +131,21 @@ def maintain_parser() -> argparse.ArgumentParser:
     add("--decision", choices=get_args(Action), help="the decision")
     add("--by", default="", metavar="NAME", help="who decides")
     add("--reason", default="", metavar="TEXT", help="why")
+    add(
+        "--retrain-own",
+        action="store_true",
+        help="also train one drawn run again where the agent is one of this project",
+    )
+    wanted = parts.add_parser(
+        "wanted",
+        help="list the runs that complete the next look of the core board",
+        description="List the runs that complete the next look of an entry on the core board, those first "
+        "that would decide most comparisons per run. Each is one command, and one pull request may bring any "
+        "of them.",
+    )
+    wanted.add_argument(
+        "entries", nargs="*", type=Path, metavar="ENTRY", default=[Path("submissions")], help="all entries"
+    )
     poses = parts.add_parser("poses", help="write the motion of experts that pages show")
     poses.add_argument("tasks", nargs="*", metavar="TASK", help="bare names (default: all with an expert)")
     parts.add_parser("references", help="measure the references", add_help=False)
@@ -149,6 +165,11 @@ def maintain(argv: Sequence[str] | None = None) -> int:
     if options.command == "poses":
         for path in write_expert_poses(options.tasks or experts.names()):
             print(path, flush=True)
+        return 0
+    if options.command == "wanted":
+        from gym_extensions.curation import wanted
+
+        print("\n".join(wanted.lines_of(wanted.wanted(submission_folders(options.entries)))))
         return 0
     records, paths = split_paths(options.entries)
     entries = submission_folders(paths)
@@ -207,6 +228,8 @@ def review_entry(entry: Path, options: argparse.Namespace) -> int:
             if policies is not None and policies.url:
                 fetcher.fetch(policies, name)
         return 0
+    if options.retrain_own:
+        options = argparse.Namespace(**(vars(options) | {"retrain": is_of_this_project(entry)}))
     value = require_value(options.seeds) if options.seeds else merge_commit(entry, run_files(entry, runs))
     report = verified(entry, value, options, only_new=True)
     print("\n".join(lines_of(report)))

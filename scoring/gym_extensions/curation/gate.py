@@ -6,7 +6,7 @@ import json
 import re
 import tempfile
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from itertools import groupby
@@ -30,6 +30,7 @@ from gym_extensions.rollouts.layout import NAME
 from gym_extensions.rollouts.problem import Problem
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.review import CLAIMED, REPORTED
+from gym_extensions.rollouts.run import RunDocument
 from gym_extensions.rollouts.submission import Submission
 from gym_extensions.scoring.metrics import METRICS
 from gym_extensions.scoring.records import CARD, Record
@@ -46,7 +47,12 @@ from gym_extensions.verification.verify import SAMPLED, Run, request_of_run, run
 CODEOWNERS = ".github/CODEOWNERS"
 RECORD = re.compile(r"[A-Za-z0-9]{1,64}/[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
 """A record in a report: ``Hopper/name``."""
-KIND_LABELS: dict[Kind, Label] = {"submission": "submission", "edit": "edits-entry", "record": "record"}
+KIND_LABELS: dict[Kind, Label] = {
+    "submission": "submission",
+    "edit": "edits-entry",
+    "donation": "donation",
+    "record": "record",
+}
 LIMITS = Limits(cpu_seconds=600, wall_seconds=600)
 """Of the process that reads the files of an entry."""
 JOB = "gym_extensions.curation.gate:judge"
@@ -113,6 +119,7 @@ def _with_entry(report: GateReport, pull_request: PullRequest) -> GateReport:
         return replace(report, kind="record", entry=record if RECORD.fullmatch(record) else "")
     entry = pull_request.entries[0]
     kind: Kind = "edit" if entry in pull_request.base_entries else "submission"
+    kind = "donation" if pull_request.donated_runs else kind
     name = entry if NAME.fullmatch(entry) else ""
     return replace(report, kind=kind, entry=name, owners=_owners(pull_request, entry))
 
@@ -148,7 +155,8 @@ def _judged(report: GateReport, pull_request: PullRequest, limits: Limits) -> Ga
     with tempfile.TemporaryDirectory() as scratch:
         extract(pull_request.repository, files, Path(scratch))
         path = Path(scratch) / report.entry
-        call = {"record": f"{path}{CARD}"} if is_record else {"folder": str(path)}
+        donated = list(pull_request.donated_runs)
+        call = {"record": f"{path}{CARD}"} if is_record else {"folder": str(path), "donated": donated}
         (answer,) = answers(JOB, call, limits)
     judgement = Judgement.from_json(json.dumps(answer))
     judged = replace(
@@ -184,18 +192,58 @@ def judge(call: Mapping[str, Any]) -> Iterator[Any]:
         note = f"The policy is run on {episodes} measurement episodes."
         yield json.loads(Judgement(problems=problems, episodes=episodes, notes=(note,)).to_json())
         return
-    folder = Path(call["folder"])
+    folder, donated = Path(call["folder"]), frozenset(call["donated"])
     submission = read(folder, policies=True)
     card = score(submission, load_references())
-    if card.problems:
-        found = Judgement(problems=card.problems)
+    problems = card.problems or tuple(donation_problems(read(folder, merge_runs=False), donated))
+    if problems:
+        found = Judgement(problems=problems)
     elif card.level == REPORTED:
         found = Judgement(level="reported", notes=(*card.notes, *card.signs))
     else:
-        found = repeated_sample(read(folder, merge_runs=False), folder)
+        found = repeated_sample(read(folder, merge_runs=False), folder, donated)
         notes = (*found.notes, *card.notes, *card.signs)
         found = replace(found, level="claimed", scores=_scores(card), notes=notes)
     yield json.loads(found.to_json())
+
+
+def donation_problems(submission: Submission, donated: Set[str]) -> Iterator[Problem]:
+    """What is wrong with donated runs of an entry without other problems.
+
+    A run publishes its policies, and was trained with versions of the packages, and has a number of
+    parameters, that a run of the entry has, too.
+
+    Args:
+        submission: the entry with these runs.
+        donated: names of the runs; none if it is no donation.
+    """
+    documents = {name: run.document for name, run in runs_of(submission).items()}
+    own = [document for name, document in documents.items() if name not in donated]
+    versions = [_agent_versions(document) for document in own]
+    for name, document in documents.items():
+        if name not in donated:
+            continue
+        if document.policies is None:
+            hint = "Train it with `gym-extensions train`, which writes them."
+            yield Problem("no-policies", name, "A donated run needs its policies.", hint)
+        sizes = {each.memory.parameters_last for each in own if each.group == document.group}
+        stated, last = _agent_versions(document), document.memory.parameters_last
+        if stated not in versions:
+            words = ", ".join(f"{package} {version}" for package, version in stated.items())
+            message = f"It was trained with {words}, and no run of the entry was."
+        elif sizes and last not in sizes:
+            message = f"It has {last} parameters, and the runs of the entry have {sorted(sizes)[0]}."
+        else:
+            continue
+        hint = "Train it with the versions that the documents of the entry state."
+        yield Problem("other-agent-version", name, message, hint)
+
+
+def _agent_versions(document: RunDocument) -> dict[str, str]:
+    """The versions on which it depends what a run of an agent of this project is."""
+    stated = document.versions
+    named = {"gym_extensions": stated.gym_extensions, "gymnasium": stated.gymnasium, "mujoco": stated.mujoco}
+    return named | document.packages
 
 
 def _scores(card: Scorecard) -> tuple[GateScore, ...]:
@@ -224,8 +272,8 @@ def sampled_cells(runs: Sequence[Run], count: int = SAMPLE) -> dict[str, list[Ce
     return drawn
 
 
-def repeated_sample(submission: Submission, folder: Path) -> Judgement:
-    """Repeats a sample of the logged episodes in this process.
+def repeated_sample(submission: Submission, folder: Path, donated: Set[str] = frozenset()) -> Judgement:
+    """Repeats a sample of the logged episodes in this process; of a donation, those of the donated runs.
 
     An episode that differs is a problem if the run states the processor kernels and versions of this machine,
     and a note otherwise.
@@ -234,7 +282,11 @@ def repeated_sample(submission: Submission, folder: Path) -> Judgement:
     if submission.manifest.protocol.evaluation == SAMPLED:
         return Judgement(notes=("The policies sample their actions, so that no episode can be repeated.",))
     policies = {name: run.document.policies for name, run in runs_of(submission).items()}
-    runs = [run for name, run in runs_of(submission).items() if (each := policies[name]) and not each.url]
+    runs = [
+        run
+        for name, run in runs_of(submission).items()
+        if (each := policies[name]) and not each.url and (not donated or name in donated)
+    ]
     drawn, here, end = sampled_cells(runs), this_machine(), time.monotonic() + SAMPLE_SECONDS
     repeated = episodes = 0
     problems: list[Problem] = []

@@ -12,9 +12,11 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
+from gym_extensions.baselines import algorithms
 from gym_extensions.curation.git import SUBMODULE, Repository, TreeEntry
 from gym_extensions.experts.cards import MAX_CARD, MAX_POLICY
 from gym_extensions.rollouts.layout import (
+    MANIFEST,
     MAX_FILES,
     MAX_SUBMISSION_BYTES,
     NAME,
@@ -24,6 +26,7 @@ from gym_extensions.rollouts.layout import (
     is_reserved,
     max_bytes,
 )
+from gym_extensions.rollouts.manifest import RECORDED, manifest_of, parse
 from gym_extensions.rollouts.problem import Finding, Problem
 from gym_extensions.scoring import records
 from gym_extensions.scoring.records import RECORDS, recordable
@@ -33,6 +36,8 @@ FOLDERS = (SUBMISSIONS, RECORDS)
 RENAMES = ("R", "C")
 REGULAR = "100644"
 LINK = "120000"
+RUN_FILE = re.compile(r"submissions/[^/]+/([^/]+/(?:sequential|single|joint)/run\d+)\.(?:csv|json|npz)")
+"""The path of a file of a run; its group is the run's name in review.toml."""
 SEQUENTIAL = re.compile(
     r"submissions/[^/]+/[^/]+/sequential/run\d+\.(csv|npz|stage[1-9]\d*\.onnx)|records/[^/]+/[^/]+\.npz"
 )
@@ -106,6 +111,25 @@ class PullRequest:
             if len(part) == 3 and part[0] == RECORDS
         }
         return tuple(sorted(names))
+
+    @cached_property
+    def donated_runs(self) -> tuple[str, ...]:
+        """The runs that it donates, by their names in review.toml; empty if it does anything else.
+
+        It donates runs if it only adds files of runs that an existing entry of an agent of this project did
+        not have.
+        """
+        matches = [RUN_FILE.fullmatch(change.path) for change in self.changes if change.status == "A"]
+        if len(self.entries) != 1 or len(matches) < len(self.changes) or not all(matches):
+            return ()
+        data = self.repository.file(self.start, f"{SUBMISSIONS}/{self.entries[0]}/{MANIFEST}")
+        try:
+            protocol = manifest_of(parse(data or b"")).protocol
+        except ValueError:  # also that of msgspec
+            return ()
+        if protocol.steps != RECORDED or protocol.algorithm not in algorithms.names():
+            return ()
+        return tuple(sorted({match[1] for match in matches if match}))
 
     @cached_property
     def paths(self) -> tuple[str, ...]:
@@ -225,12 +249,29 @@ def new_record(pull_request: PullRequest) -> Iterator[Finding]:
 
 @rule
 def outdated_entry(pull_request: PullRequest) -> Iterator[Finding]:
-    """The entry has not changed on the base since the pull request started from it."""
-    for name in pull_request.entries:
+    """The entry has not changed on the base since the pull request started from it. (A pull request that only
+    donates runs may be older.)"""
+    for name in () if pull_request.donated_runs else pull_request.entries:
         folder = f"submissions/{name}"
         repository = pull_request.repository
         if repository.tree(pull_request.start, folder) != repository.tree(pull_request.base, folder):
             yield Finding(folder, "The entry was changed on the base meanwhile.", "Merge the base first.")
+
+
+@rule
+def donated_twice(pull_request: PullRequest) -> Iterator[Finding]:
+    """A donated run is not on the base: a run is deterministic, and the first one stands."""
+    if not pull_request.donated_runs:
+        return
+    theirs = {file.path: file.object_id for file in pull_request.base_files}
+    ours = {file.path: file.object_id for file in pull_request.head_files}
+    for path in pull_request.paths:
+        if path in theirs:
+            how = "with the same content" if theirs[path] == ours[path] else "with other content"
+            hint = (
+                "Donate another run. If they differ, open an issue with both documents: one machine is wrong."
+            )
+            yield Finding(path, f"The run was donated meanwhile, {how}.", hint)
 
 
 @rule

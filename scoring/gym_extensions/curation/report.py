@@ -14,9 +14,9 @@ from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.problem import Problem
 from gym_extensions.scoring.documents import JsonDocument, about
 
-Kind = Literal["submission", "edit", "record", "code", "none"]
+Kind = Literal["submission", "edit", "donation", "record", "code", "none"]
 Verdict = Literal["passed", "review", "refused", "not-judged"]
-Label = Literal["submission", "edits-entry", "record", "refused", "claimed"]
+Label = Literal["submission", "edits-entry", "donation", "record", "refused", "claimed"]
 Level = Literal["reported", "claimed"]
 MAX_BYTES = 2**20
 MAX_PROBLEMS = 50
@@ -65,8 +65,8 @@ class GateReport(JsonDocument):
     kind: Annotated[
         Kind,
         about(
-            "`submission` (a new entry), `edit` (of an existing one), `record`, `code`, or `none` if it "
-            "changes nothing"
+            "`submission` (a new entry), `edit` (of an existing one), `donation` (further runs of an "
+            "agent of this project), `record`, `code`, or `none` if it changes nothing"
         ),
     ]
     verdict: Annotated[

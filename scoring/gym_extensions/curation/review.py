@@ -8,6 +8,7 @@ from pathlib import Path
 
 import msgspec
 
+from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.curation.git import Repository
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.layout import DOCUMENT, LOG, NETWORK, POLICIES
@@ -21,6 +22,7 @@ from gym_extensions.rollouts.review import (
 )
 from gym_extensions.scoring import records
 from gym_extensions.scoring.records import Record
+from gym_extensions.verification.cli import require_reference_agent
 from gym_extensions.verification.verify import record, runs_of, verified_before
 
 MAX_RECORD_BYTES = 2**20
@@ -96,6 +98,15 @@ def today() -> str:
     return datetime.now(UTC).date().isoformat()
 
 
+def is_of_this_project(entry: Path) -> bool:
+    """Whether an entry's agent is one of this project, so that a job can train a run of it again."""
+    try:
+        require_reference_agent(entry, GROUPS)
+    except BenchError:
+        return False
+    return True
+
+
 def take(entry: Path, file: Path) -> None:
     """Adds the one verification in a file, which another job wrote, to the review of an entry.
 
@@ -116,8 +127,10 @@ def take(entry: Path, file: Path) -> None:
         raise BenchError("bad-record", "It is about other files, or about decided ones.", str(file))
     if verification.value != merge_commit(entry, run_files(entry, runs)):
         raise BenchError("bad-record", "Its seeds do not follow from the merge commit.", str(file))
-    if verification.retrained:
-        raise BenchError("bad-record", "No job trains a run again.", str(file))
+    if verification.retrained and not is_of_this_project(entry):
+        raise BenchError("bad-record", "No job trains the agent of a stranger again.", str(file))
+    if not set(verification.retrained) <= verification.runs.keys():
+        raise BenchError("bad-record", "It says that other runs were trained again.", str(file))
     record(entry, verification)
 
 

@@ -23,7 +23,12 @@ from gym_extensions.rollouts.rules.manifest import ManifestInFolder
 from gym_extensions.rollouts.rules.policies import RunPolicies
 from gym_extensions.rollouts.run import RunDocument, run_of
 from gym_extensions.rollouts.run_policies import AnyPolicy, has_policies, read_arrays
-from gym_extensions.rollouts.submission import Submission, SubmittedGroup, merge_identical_runs
+from gym_extensions.rollouts.submission import (
+    Submission,
+    SubmittedGroup,
+    merge_identical_runs,
+    without_runs_after_gaps,
+)
 from gym_extensions.rollouts.tables import TableError, log_frame, log_of
 
 if TYPE_CHECKING:
@@ -47,7 +52,8 @@ def read(
     Args:
         path: the submission's folder.
         groups: the groups that it may contain, by name.
-        merge_runs: whether identical runs of an agent without parameters count as one.
+        merge_runs: whether the runs are those that are scored: without runs after a gap, and identical ones
+            of an agent without parameters count as one.
         policies: whether the policies are read and checked, too. Without, only their presence is.
         only: the names of the groups whose runs are read; None for all.
     """
@@ -78,8 +84,8 @@ class _Reader:
         self._check("review", ReviewOfRuns(self.folder, review))
         if merge_runs and not self.problems:
             for group_id, group in groups.items():
-                if not _is_trainable(group.runs):
-                    groups[group_id] = merge_identical_runs(group)
+                scored = without_runs_after_gaps(group)
+                groups[group_id] = scored if _is_trainable(group.runs) else merge_identical_runs(scored)
         return Submission(name, manifest, groups, summarize(self.problems, name), readme, review)
 
     def _check(self, scope: Scope, subject: Any) -> bool:

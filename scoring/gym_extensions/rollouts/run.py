@@ -101,6 +101,7 @@ class RunDocument(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         run: the training seed.
         command: what trained it; empty if it is not known.
         commit: of the code; empty if it is not known.
+        by: who trained it, if not the authors of the entry: a donated run.
         versions: of the packages and the platform.
         steps: training steps over all stages.
         memory: transitions and parameters.
@@ -122,6 +123,7 @@ class RunDocument(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     run: Count
     command: Annotated[str, Meta(max_length=4000)] = ""
     commit: Text = ""
+    by: Text = ""
     date: Annotated[str, Meta(pattern=r"^\d{4}-\d\d-\d\d$")] | None = None
     versions: Versions
     packages: dict[Text, Text] = {}

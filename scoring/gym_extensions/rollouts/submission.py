@@ -84,6 +84,19 @@ class Submission:
         return all_versions(self.documents)
 
 
+def without_runs_after_gaps(submitted: SubmittedGroup) -> SubmittedGroup:
+    """The group with the runs 0 to N − 1 of each log, and a note per log with further ones."""
+    logs, notes = dict(submitted.logs), list(submitted.notes)
+    for protocol, log in submitted.logs.items():
+        present = set(log.runs)
+        count = next(run for run in range(len(present) + 1) if run not in present)
+        if later := [run for run in log.runs if run > count]:
+            logs[protocol] = select_runs(log, set(range(count)))
+            runs = ", ".join(map(str, later))
+            notes.append(f"{protocol}: run {count} is missing; until it is there, not scored: {runs}.")
+    return replace(submitted, logs=logs, notes=tuple(notes))
+
+
 def merge_identical_runs(submitted: SubmittedGroup) -> SubmittedGroup:
     """The group with identical runs counted as one, and a note per set of identical runs.
 

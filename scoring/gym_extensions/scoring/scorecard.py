@@ -156,6 +156,7 @@ class RunProvenance:
     run: Annotated[int, about("training seed")]
     command: Annotated[str, about("what trained it; empty if it is not known")]
     commit: Annotated[str, about("of the code; empty if it is not known")]
+    by: Annotated[str, about("who donated the run; empty if the authors of the entry trained it")]
     date: Annotated[str | None, about("YYYY-MM-DD; null if it is not known")]
     versions: Annotated[dict[str, str], about("of packages, Python, platform and BLAS kernels")]
     processor: Annotated[str, about("of the machine; empty if it is not known")]
@@ -173,6 +174,7 @@ class RunProvenance:
             run=document.run,
             command=document.command,
             commit=document.commit,
+            by=document.by,
             date=document.date,
             versions={name: version for name, version in versions.items() if version},
             processor=document.machine.processor if document.machine else "",

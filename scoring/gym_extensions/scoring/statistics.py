@@ -13,7 +13,7 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import nctdtr, stdtr, stdtrit
+from scipy.special import stdtr, stdtrit
 
 Number = float | None
 Array = NDArray[np.float64]
@@ -71,17 +71,6 @@ def two_sided_p(t: ArrayLike, df: ArrayLike) -> Array:
 def critical_value(alpha: float, df: float) -> float:
     """The t with a two-sided p value of ``alpha``, precise for the smallest ``alpha``, too."""
     return -quantile(alpha / 2, df)
-
-
-def power(shift: float, critical: float, df: float) -> float:
-    """The probability that a test rejects in the direction of a true difference.
-
-    P(T > ``critical``) for T noncentral with noncentrality ``shift``: the difference in standard errors, not
-    negative. A rejection in the wrong direction does not count. ``shift`` is limited to 2 · ``critical`` + 3,
-    where the power exceeds .95 for any ``df``, because ``nctdtr`` returns NaN far beyond. The error is below
-    1e-11 for ``df`` ≥ 4.
-    """
-    return 1.0 - float(nctdtr(df, min(shift, 2 * critical + 3), critical))
 
 
 @dataclass(frozen=True)

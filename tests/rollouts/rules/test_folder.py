@@ -109,10 +109,10 @@ EXAMPLES = (
     Example("missing-file", "a document without its log", remove(LOG), LOG, DOCUMENT),
     Example(
         "gaps-in-runs",
-        "a run left out",
-        rename_runs(1, 2, "sequential", "single"),
+        "the first run left out",
+        rename_runs(0, 2, "sequential", "single"),
         f"{GROUP}/sequential",
-        "these are missing: [1]",
+        "run 0 is missing",
         also=("misplaced-document",),
         count=2,
     ),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -181,22 +180,19 @@ def missing_file(folder: Folder) -> Iterator[Finding]:
 
 @rule("folder")
 def gaps_in_runs(folder: Folder) -> Iterator[Finding]:
-    """The runs of a group and protocol are 0 to N − 1 without gaps, so that no runs can be selected by their
-    results; at most 100. (Seeds from 1000 are reserved for the reference agents.)"""
+    """The runs of a group and protocol are numbered from 0, at most to 99. Those after a gap are not scored
+    until the missing ones are there, so that no runs can be selected by their results. (Seeds from 1000 are
+    reserved for the reference agents.)"""
     for (group, protocol), found in folder.runs.items():
         runs, where = list(found), f"{group}/{protocol}"
-        if runs != list(range(len(runs))):
-            candidates = (run for run in itertools.count() if run not in found)
-            count = max(0, min(MAX_RUNS, runs[-1] + 1 - len(runs)))
-            missing = list(itertools.islice(candidates, count))
-            message = f"The runs are {quote(runs)}; these are missing: {quote(missing)}."
-            hint = "Train the missing runs; no run may be left out."
+        if runs[-1] >= MAX_RUNS:
+            hint = f"Submit the runs 0 to {MAX_RUNS - 1}."
             if runs[-1] >= FIRST_REFERENCE_RUN:
                 hint = f"Train with seeds from 0; those from {FIRST_REFERENCE_RUN} are reserved."
-            yield Finding(where, message, hint)
-        elif len(runs) > MAX_RUNS:
-            message = f"There are {len(runs)} runs; the limit is {MAX_RUNS}."
-            yield Finding(where, message, f"Submit the runs 0 to {MAX_RUNS - 1}.")
+            yield Finding(where, f"There is a run {runs[-1]}; the last is {MAX_RUNS - 1}.", hint)
+        elif runs[0] != 0:
+            hint = "Train run 0; no run may be left out."
+            yield Finding(where, f"The runs are {quote(runs)}; run 0 is missing.", hint)
 
 
 @rule("folder")
