@@ -51,7 +51,7 @@ rest is a reserve for the skewed and bimodal runs that entries have, of which fe
 LOOKS = tuple(LOOK_LEVELS)
 """Numbers of runs at which entries are compared."""
 EXPLORATORY = 20
-"""Separations at looks up to this one are called exploratory in the first edition (ADR 104)."""
+"""Separations at looks up to this one are called exploratory in the first edition (ADR 107)."""
 MARGIN = 0.05
 """Two methods are equivalent if the interval of their difference lies between ± this."""
 REFERENCE = "trpo"
