@@ -12,7 +12,13 @@ import numpy as np
 import pytest
 
 from gym_extensions.baselines import Card, Context, Observes, train
-from gym_extensions.baselines.agent_checks import action_function, card_of, check_context, observes_of
+from gym_extensions.baselines.agent_checks import (
+    action_function,
+    card_of,
+    card_tables,
+    check_context,
+    observes_of,
+)
 from gym_extensions.baselines.algorithms.floors import Zero
 from gym_extensions.baselines.entry import manifest_tables
 from gym_extensions.baselines.training.jobs import Settings
@@ -237,3 +243,8 @@ def test_agents_of_one_factory_ask_for_the_same(tmp_path: Path) -> None:
     with pytest.raises(BenchError, match=r"boundaries=True\), another agent for") as error:
         train(Undecided, "pusher", "sequential", "smoke", 0, out=tmp_path / "out")
     assert error.value.code == "bad-agent"
+
+
+def test_a_parent_is_in_the_manifest_if_there_is_one() -> None:
+    assert card_tables(Card("l2", parent="trpo"))["protocol"]["parent"] == "trpo"
+    assert "parent" not in card_tables(Card("trpo"))["protocol"]

@@ -325,6 +325,21 @@ def test_too_many_open_files_are_a_named_error(tmp_path: Path) -> None:
     assert error.value.code == "too-many-runs"
 
 
+def test_a_donated_run_adds_its_three_files_and_names_the_donor(three_runs: Path, tmp_path: Path) -> None:
+    out = Path(shutil.copytree(three_runs, tmp_path / "random"))
+    before = digests(out)
+    train("random", QUICK_GROUP, "joint", "smoke", 17, out=out, by="A. Donor")
+    after = digests(out)
+    assert {name: after[name] for name in before} == before
+    assert sorted(Path(str(name)).name for name in after.keys() - before.keys()) == [
+        "run17.csv",
+        "run17.json",
+        "run17.npz",
+    ]
+    names = {path.name: read_run(path).by for path in out.glob("*/joint/*.json")}
+    assert names == {"run0.json": "", "run1.json": "", "run2.json": "", "run17.json": "A. Donor"}
+
+
 def test_a_finished_manifest_is_not_changed_by_another_run(three_runs: Path, tmp_path: Path) -> None:
     out = Path(shutil.copytree(three_runs, tmp_path / "mine"))
     text = (out / "submission.toml").read_text() + "\n# a note of the author\n"

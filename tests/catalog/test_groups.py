@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from gym_extensions.catalog.groups import GROUPS, PAPER_GROUPS, group
+from gym_extensions.catalog.groups import CORE, CORES, GROUPS, PAPER_GROUPS, group, groups_named
+from gym_extensions.catalog.protocol import BUDGETS
 from gym_extensions.catalog.tasks import FAMILIES, TASKS
 from gym_extensions.errors import BenchError
 
@@ -68,6 +69,15 @@ def test_there_are_150_navigation_tasks_in_five_groups_of_thirty_map_by_map() ->
 @pytest.mark.parametrize("name", ["hopper-gravity", "hopper-gravity-v0"])
 def test_a_group_is_found_with_or_without_its_version(name: str) -> None:
     assert group(name).id == "hopper-gravity-v0"
+
+
+def test_the_core_is_seven_groups_that_cost_8_7_million_steps() -> None:
+    members = groups_named("core")
+    assert members == groups_named("core-v1")
+    assert tuple(member.id for member in members) == CORES[CORE]
+    assert len(members) == 7
+    assert sum(BUDGETS["300k"].steps_for(member.name) * len(member.tasks) for member in members) == 8_700_000
+    assert groups_named("pusher") == (group("pusher"),)
 
 
 def test_an_unknown_group_raises_an_error_with_the_closest_name() -> None:

@@ -11,14 +11,15 @@ import pandas as pd
 import pytest
 
 from gym_extensions import results
+from gym_extensions.catalog.groups import CORE, CORES, groups_named
 from gym_extensions.errors import BenchError
 from gym_extensions.scoring.boards import BoardKey
 from gym_extensions.scoring.leaderboard import board
 from gym_extensions.scoring.metrics import BOARD_METRICS, METRICS
 from gym_extensions.scoring.pipeline import score_folder, score_folders
-from gym_extensions.scoring.references import References
+from gym_extensions.scoring.references import Reference, References
 
-from ..conftest import MANIFEST
+from ..conftest import MANIFEST, write_submission
 
 Write = Callable[..., Path]
 ROOT = Path(__file__).resolve().parents[2]
@@ -233,6 +234,37 @@ def test_a_matrix_of_another_shape_or_with_nan_is_refused(matrix: list[object]) 
     with pytest.raises(BenchError) as error:
         results.metrics_of(matrix)  # type: ignore[arg-type]
     assert error.value.code == "bad-matrix"
+
+
+def test_the_core_has_a_row_per_method_and_a_row_per_pair(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tasks = [task for member in groups_named("core") for task in member.task_ids]
+    known = References("synthetic", dict.fromkeys(tasks, Reference(0.0, 1000.0, False)), "0" * 64)
+    monkeypatch.setattr("gym_extensions.scoring.pipeline.load_references", lambda: known)
+    manifest = MANIFEST.replace('"smoke"', '"300k"')
+    groups = tuple(name.removesuffix("-v0") for name in CORES[CORE])
+    for name, factor, members in (("low", 1, groups), ("high", 3, groups), ("part", 3, groups[:1])):
+        write_submission(
+            tmp_path,
+            name=name,
+            groups=members,
+            runs=(0, 1, 2, 3, 4),
+            protocols=("sequential",),
+            manifest=manifest,
+            value=improving(factor),
+        )
+    frame = results.core(tmp_path).set_index("name")
+    assert list(frame.index) == ["high", "low", "part"]
+    assert frame["rank_first"].tolist()[:2] == [1, 2]
+    assert frame["look"].tolist() == [5, 5, 0]
+    assert frame["vs_first"].tolist()[1] == "separated"
+    assert pd.isna(frame.loc["part", "final_performance"])
+    assert frame.loc["high", list(CORES[CORE])].mean() == pytest.approx(
+        frame.loc["high", "final_performance"]
+    )
+    pairs = results.core_pairs(tmp_path, columns=["metric", "first", "second", "verdict"])
+    assert pairs.loc[0].tolist() == ["final_performance", "high", "low", "separated"]
 
 
 def test_frames_load_no_simulator_and_no_torch(submission: Write) -> None:
