@@ -252,7 +252,7 @@ def test_out_writes_scorecards_and_boards(submission: Write, known: None, tmp_pa
         "scorecards/a.json",
         "scorecards/b.json",
     ]
-    assert json.loads((out / "boards.json").read_text()) == {"format": 1, "boards": []}
+    assert json.loads((out / "boards.json").read_text()) == {"format": 1, "core": None, "boards": []}
 
 
 def test_out_holds_nothing_older(submission: Write, known: None, tmp_path: Path) -> None:

@@ -35,7 +35,7 @@ def test_the_document_of_an_entry_is_its_scorecard(document: dict[str, Any], wri
 def test_the_index_leads_to_every_document_and_page(written: dict[str, str]) -> None:
     index = json.loads(written["api/index.json"])
     paths = [row[key] for part in ("entries", "boards") for row in index[part] for key in ("path", "page")]
-    assert {*paths, *index["groups"].values()} <= set(written)
+    assert {*paths, index["core"], *index["groups"].values()} <= set(written)
     assert len(paths) > 15
     assert len(index["groups"]) > 30
 

@@ -152,8 +152,8 @@ def _what_next(options: argparse.Namespace) -> str:
     if missing:
         runs = ",".join(map(str, sorted(missing)))
         return (
-            f"Runs after a gap are scored once the runs {runs} are there: train them, or copy their files "
-            "into this folder."
+            f"Runs after a gap are not scored, so it also needs the runs {runs}: train them, or copy their "
+            "files into this folder."
         )
     files = [name for name in parse_names(options.groups) if name.endswith(".toml")]
     words = [str(options.out), *(word for name in files for word in ("--groups", name))]

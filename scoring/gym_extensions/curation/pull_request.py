@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from gym_extensions.baselines import algorithms
+from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.curation.git import SUBMODULE, Repository, TreeEntry
 from gym_extensions.experts.cards import MAX_CARD, MAX_POLICY
 from gym_extensions.rollouts.layout import (
@@ -36,7 +37,7 @@ FOLDERS = (SUBMISSIONS, RECORDS)
 RENAMES = ("R", "C")
 REGULAR = "100644"
 LINK = "120000"
-RUN_FILE = re.compile(r"submissions/[^/]+/([^/]+/(?:sequential|single|joint)/run\d+)\.(?:csv|json|npz)")
+RUN_FILE = re.compile(rf"submissions/[^/]+/([^/]+/(?:{'|'.join(PROTOCOLS)})/run\d+)\.(?:csv|json|npz)")
 """The path of a file of a run; its group is the run's name in review.toml."""
 SEQUENTIAL = re.compile(
     r"submissions/[^/]+/[^/]+/sequential/run\d+\.(csv|npz|stage[1-9]\d*\.onnx)|records/[^/]+/[^/]+\.npz"

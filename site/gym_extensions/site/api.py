@@ -67,6 +67,10 @@ def board_data(board_id: str, suffix: str = "json") -> str:
     return f"api/boards/{slug(board_id.lower())}.{suffix}"
 
 
+CORE_DATA = "api/core.json"
+"""The core board."""
+
+
 def group_data(group_id: str) -> str:
     """A group or suite with its tasks and boards."""
     return f"api/groups/{slug(group_id)}.json"
@@ -110,6 +114,7 @@ class Index(JsonDocument):
     references: ReferencesInfo
     entries: Annotated[tuple[IndexEntry, ...], about("submissions, sorted by name")]
     boards: Annotated[tuple[IndexBoard, ...], about("boards")]
+    core: Annotated[str, about("path of the core board, a document of schemas/boards.json")]
     groups: Annotated[dict[str, str], about("path of each group's or suite's document, by its id")]
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
 
-from gym_extensions.catalog.groups import SUITES
+from gym_extensions.catalog.groups import CORE, CORES, SUITES
 from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS
 from gym_extensions.rollouts.review import REPORTED
 from gym_extensions.scoring import boards as model
@@ -28,7 +28,8 @@ class Entrant:
     """An entry without the long parts of its logs, so that many fit in memory.
 
     Args:
-        card: the scorecard without success rates, training curves, provenance and README.
+        card: the scorecard without success rates, training curves and README, and without provenance but that
+            of the core, which states costs.
         inputs: the digest of the whole scorecard.
     """
 
@@ -40,7 +41,12 @@ def entrant(card: Scorecard, inputs: bytes = b"") -> Entrant:
     """The part of a scorecard that pages of many entries show."""
     groups = {
         group: {
-            protocol: replace(score, success_rates=(), curves=(), provenance=())
+            protocol: replace(
+                score,
+                success_rates=(),
+                curves=(),
+                provenance=score.provenance if group in CORES[CORE] and protocol == "sequential" else (),
+            )
             for protocol, score in scores.items()
         }
         for group, scores in card.groups.items()

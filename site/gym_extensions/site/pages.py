@@ -254,9 +254,11 @@ def _data(site: Leaderboard, render: Render) -> Iterator[File]:
         references=site.references,
         entries=tuple(map(api.index_entry, site.entries)),
         boards=tuple(boards.values()),
+        core=api.CORE_DATA,
         groups={group.id: api.group_data(group.id) for group in members},
     )
     yield "api/index.json", index.to_json()
+    yield api.CORE_DATA, BoardsDocument(core=site.scored.core, boards=()).to_json()
     for board in site.boards:
         yield api.board_data(board.id), BoardsDocument(boards=(board.scored,)).to_json()
         yield api.board_data(board.id, "csv"), exports.board_csv(board)
