@@ -11,6 +11,7 @@ import msgspec
 import numpy as np
 import pytest
 
+from gym_extensions.baselines import train
 from gym_extensions.catalog.groups import group
 from gym_extensions.curation.cli import maintain
 from gym_extensions.curation.gate import Request, check_pull_request
@@ -102,11 +103,11 @@ class Project:
         git(self.main, "merge", "--quiet", "--no-ff", "--no-edit", "refs/gate/head")
         return self.main / "submissions" / "new"
 
-    def review(self, entry: Path) -> str:
+    def review(self, entry: Path, *options: str) -> str:
         """Runs both jobs of the review on main, commits the review, and gives the entry's level."""
         record = self.records / "new.toml"
         record.unlink(missing_ok=True)
-        maintain(["review", str(entry), *self.options, "--record", str(self.records)])
+        maintain(["review", str(entry), *self.options, *options, "--record", str(self.records)])
         if record.exists():
             assert maintain(["review", str(entry), "--take", str(record)]) == 0
             assert git(self.main, "status", "--porcelain").split()[1] == "submissions/new/review.toml"
@@ -200,6 +201,15 @@ def test_a_run_of_an_agent_of_a_stranger_is_an_edit(workshop: Path, tmp_path: Pa
     project.submit(honest(workshop))
     project.merge()
     assert project.donate("origin/main", 5, 5).kind == "edit"
+
+
+def test_the_job_trains_a_run_of_an_agent_of_this_project_again(tmp_path: Path) -> None:
+    project = Project(tmp_path)
+    train("random", GROUP, "sequential", "smoke", 0, out=tmp_path / "trained", progress=False)
+    shutil.rmtree(tmp_path / "trained" / ".progress")
+    project.submit(tmp_path / "trained")
+    entry = project.merge()
+    assert project.review(entry, "--retrain-own") == "reproduced"
 
 
 def test_a_maintainer_decides_by_name_and_reason(workshop: Path, tmp_path: Path) -> None:
