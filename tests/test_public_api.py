@@ -68,6 +68,8 @@ PUBLIC = {
     "gym_extensions.results": [
         "ForeignRuns",
         "board",
+        "core",
+        "core_pairs",
         "curves",
         "episodes",
         "evaluations",
