@@ -240,7 +240,7 @@ def test_the_core_has_a_row_per_method_and_a_row_per_pair(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     tasks = [task for member in groups_named("core") for task in member.task_ids]
-    known = References("synthetic", dict.fromkeys(tasks, Reference(0.0, 1000.0, False)), "0" * 64)
+    known = References("synthetic", dict.fromkeys(tasks, Reference(0.0, 1000.0)), "0" * 64)
     monkeypatch.setattr("gym_extensions.scoring.pipeline.load_references", lambda: known)
     manifest = MANIFEST.replace('"smoke"', '"300k"')
     groups = tuple(name.removesuffix("-v0") for name in CORES[CORE])

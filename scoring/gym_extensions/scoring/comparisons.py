@@ -28,6 +28,7 @@ from gym_extensions.scoring.boards import (
 )
 from gym_extensions.scoring.metrics import BY_NAME, FINAL, NOTHING_LEARNED, MetricValue, learned_nothing
 from gym_extensions.scoring.scorecard import GroupScore, Scorecard
+from gym_extensions.scoring.scorer import anchor_errors
 from gym_extensions.scoring.statistics import (
     ALPHA,
     Interval,
@@ -37,7 +38,7 @@ from gym_extensions.scoring.statistics import (
     mean_of_groups,
     subtract,
     summary,
-    to_interval,
+    with_anchors,
     zero_mean_p,
 )
 
@@ -297,7 +298,7 @@ def _group(log: GroupScore, look: int) -> CoreGroup:
     values = log.metrics[FINAL.name].runs[: look or runs]
     if not values:
         return CoreGroup(None, None, None, runs)
-    value = to_interval(summary(values))
+    value = with_anchors(summary(values), anchor_errors([log], FINAL))
     return CoreGroup(value.mean, value.low, value.high, runs)
 
 
@@ -323,7 +324,11 @@ def _entry(card: Scorecard, method: Method | None, level: Level, barred: str) ->
     look = method.look if method else 0
     why = _why(logs, method, barred)
     means = {
-        metric: to_interval(over_groups(method.values[metric], look)) if method and look else None
+        metric: with_anchors(
+            over_groups(method.values[metric], look), anchor_errors(list(logs.values()), BY_NAME[metric])
+        )
+        if method and look
+        else None
         for metric in (FINAL.name, LEARNING, FORGETTING)
     }
     return CoreEntry(

@@ -81,11 +81,11 @@ def _value(groups: Groups, suite: str, protocol: str, metric: Metric) -> MetricV
     if total is None:
         missing = [name for name in names if estimate(groups, (name,), protocol, metric) is None]
         return MetricValue(why=f"It has no value in {', '.join(missing)}.")
-    interval = with_anchors(total, _anchors([groups[name][protocol] for name in names], metric))
+    interval = with_anchors(total, anchor_errors([groups[name][protocol] for name in names], metric))
     return MetricValue.of(interval, why=ONE_RUN if interval.low is None else "")
 
 
-def _anchors(scores: Sequence[GroupScore], metric: Metric) -> list[tuple[float, float]]:
+def anchor_errors(scores: Sequence[GroupScore], metric: Metric) -> list[tuple[float, float]]:
     """The squared errors of the experts of a suite's tasks in the mean over its groups, and their df."""
     errors: dict[str, float] = {}
     df: dict[str, float] = {}
