@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import get_args
@@ -152,6 +152,16 @@ def maintain_parser() -> argparse.ArgumentParser:
     return command
 
 
+def _other_lines(options: argparse.Namespace) -> Iterator[object]:
+    """What the commands besides the review print, as they go on."""
+    if options.command == "poses":
+        yield from write_expert_poses(options.tasks or experts.names())
+    else:
+        from gym_extensions.curation import wanted  # loads the agents
+
+        yield from wanted.lines_of(wanted.wanted(submission_folders(options.entries)))
+
+
 @reports_mistakes
 def maintain(argv: Sequence[str] | None = None) -> int:
     """Runs a command of maintainers and returns the exit status."""
@@ -162,14 +172,9 @@ def maintain(argv: Sequence[str] | None = None) -> int:
         return references(arguments[1:])
     command = maintain_parser()
     options = command.parse_args(arguments)
-    if options.command == "poses":
-        for path in write_expert_poses(options.tasks or experts.names()):
-            print(path, flush=True)
-        return 0
-    if options.command == "wanted":
-        from gym_extensions.curation import wanted
-
-        print("\n".join(wanted.lines_of(wanted.wanted(submission_folders(options.entries)))))
+    if options.command != "review":
+        for line in _other_lines(options):
+            print(line, flush=True)
         return 0
     records, paths = split_paths(options.entries)
     entries = submission_folders(paths)
