@@ -241,7 +241,7 @@ def test_the_core_has_a_row_per_method_and_a_row_per_pair(
 ) -> None:
     tasks = [task for member in groups_named("core") for task in member.task_ids]
     known = References("synthetic", dict.fromkeys(tasks, Reference(0.0, 1000.0)), "0" * 64)
-    monkeypatch.setattr("gym_extensions.scoring.pipeline.load_references", lambda: known)
+    monkeypatch.setattr("gym_extensions.scoring.references.load_references", lambda: known)
     manifest = MANIFEST.replace('"smoke"', '"300k"')
     groups = tuple(name.removesuffix("-v0") for name in CORES[CORE])
     for name, factor, members in (("low", 1, groups), ("high", 3, groups), ("part", 3, groups[:1])):
