@@ -37,7 +37,9 @@ FOLDERS = (SUBMISSIONS, RECORDS)
 RENAMES = ("R", "C")
 REGULAR = "100644"
 LINK = "120000"
-RUN_FILE = re.compile(rf"submissions/[^/]+/([^/]+/(?:{'|'.join(PROTOCOLS)})/run\d+)\.(?:csv|json|npz)")
+RUN_FILE = re.compile(
+    rf"submissions/[^/]+/([^/]+/(?:{'|'.join(PROTOCOLS)})/run\d+)\.(?:csv|json|npz|stage[^/]+\.onnx)"
+)
 """The path of a file of a run; its group is the run's name in review.toml."""
 SEQUENTIAL = re.compile(
     r"submissions/[^/]+/[^/]+/sequential/run\d+\.(csv|npz|stage[1-9]\d*\.onnx)|records/[^/]+/[^/]+\.npz"

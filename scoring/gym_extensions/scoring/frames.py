@@ -173,7 +173,7 @@ def _core_row(board: CoreBoard, entry: CoreEntry) -> Row:
 def core_frame(board: CoreBoard | None) -> pd.DataFrame:
     """One row per method in the order of the core board, with the columns of ``CORE_DTYPES``."""
     rows = [_core_row(board, entry) for entry in board.rows] if board else []
-    return pd.DataFrame(rows, columns=list(CORE_DTYPES)).astype(CORE_DTYPES)
+    return typed(pd.DataFrame(rows, columns=list(CORE_DTYPES)), CORE_DTYPES)
 
 
 def core_pairs_frame(board: CoreBoard | None) -> pd.DataFrame:
@@ -184,7 +184,7 @@ def core_pairs_frame(board: CoreBoard | None) -> pd.DataFrame:
         for metric, pairs in families
         for pair in pairs
     ]
-    return pd.DataFrame(rows, columns=list(PAIR_DTYPES)).astype(PAIR_DTYPES)
+    return typed(pd.DataFrame(rows, columns=list(PAIR_DTYPES)), PAIR_DTYPES)
 
 
 def board_frame(board: Board) -> pd.DataFrame:
