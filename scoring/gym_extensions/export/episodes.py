@@ -112,7 +112,6 @@ def croissant(files: dict[str, str]) -> dict[str, Any]:
         "description": "Evaluation episodes of continual-learning agents on gym-extensions.",
         "conformsTo": "http://mlcommons.org/croissant/1.0",
         "license": LICENSE_URL,
-        "url": "https://pypi.org/project/gym-extensions/",
         "version": version(NAME).partition(".dev")[0],
         "datePublished": date.today().isoformat(),
         "distribution": [
