@@ -53,7 +53,9 @@ def commands(page: Path) -> list[str]:
     return [line for line in lines if COMMAND.match(line)]
 
 
-COMMANDS = sorted({command for page in PAGES for command in commands(page)})
+OTHER_PROGRAMS = "libraries.md"
+"""The page with commands of other projects, which tests/test_libraries.py runs where they are installed."""
+COMMANDS = sorted({command for page in PAGES if page.name != OTHER_PROGRAMS for command in commands(page)})
 
 
 def module(path: Path) -> ModuleType:

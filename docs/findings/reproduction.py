@@ -113,7 +113,7 @@ def cell(row: PaperRow, column: str) -> PaperCell:
 def cell_summary(each: PaperCell, count: int) -> Summary:
     """The mean of ``count`` episodes with its sampling error; ``std`` divides by the number of episodes."""
     variance = each.std**2 * count / (count - 1)
-    return Summary(each.mean, variance / count, count - 1.0, count, variance, 1.0)
+    return Summary(each.mean, variance / count, count - 1.0, count)
 
 
 def table(rows: Sequence[PaperRow], episodes: int = EVALUATION_EPISODES) -> Table:

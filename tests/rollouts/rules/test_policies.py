@@ -33,6 +33,7 @@ from ..examples import (
     put,
 )
 
+NOT_A_ZIP = b"PK" * 500
 PLAIN = Policy(np.zeros(3), np.ones(3), weights=(np.ones((11, 3)),), biases=(np.zeros(3),))
 WIDE = Policy(np.zeros(3), np.ones(3), weights=(np.ones((12, 3)),), biases=(np.zeros(3),))
 FEW = Policy(np.zeros(2), np.ones(2), weights=(np.ones((11, 2)),), biases=(np.zeros(2),))
@@ -68,7 +69,7 @@ OBSERVED = edit("task_in_evaluation = false", "task_in_evaluation = true", TOML)
 DETERMINISTIC = edit('evaluation = "sampled"', 'evaluation = "deterministic"', TOML)
 
 EXAMPLES = (
-    Example("malformed-policies", "not a zip", put(POLICIES, b"PK"), POLICIES, "cannot be read"),
+    Example("malformed-policies", "not a zip", put(POLICIES, NOT_A_ZIP), POLICIES, "cannot be read"),
     Example("malformed-policies", "a pickle", put(POLICIES, arrays(a=[{}])), POLICIES, "allow_pickle"),
     Example("malformed-policy", "a stage is missing", without("stage3/"), POLICIES, "stage3 is missing"),
     Example("malformed-policy", "an array is missing", without("stage3/head"), POLICIES, "'head' is missing"),
@@ -137,7 +138,7 @@ def test_the_rule_reports_this_problem_and_no_other_rule_does(example: Example, 
 
 def test_policies_are_read_only_if_that_is_asked(submission: Callable[..., Path]) -> None:
     folder = submission()
-    put(POLICIES, b"PK")(folder)
+    put(POLICIES, NOT_A_ZIP)(folder)
     assert read(folder).problems == ()
     assert [problem.where for problem in read(folder, policies=True).problems] == [POLICIES]
 
