@@ -300,7 +300,7 @@ def test_how_the_runs_were_made_is_a_folded_table(document: dict[str, Any]) -> N
         "steps": 1_500_000,
         "cpu_seconds": 1234.5,
         "peak_memory_mb": None,
-        "memory": None,
+        "memory": {"stored_steps": 2000, "parameters_first": 10, "parameters_last": 10},
         "policies": True,
     }
     scores = document["submissions"][0]["groups"]["hopper-gravity-v0"]["sequential"]
