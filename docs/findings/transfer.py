@@ -15,6 +15,8 @@ TRANSFERS = (
     "asymptotic_transfer",
     "forward_transfer_auc",
     "joint_gap",
+    "practice",
+    "transfer_at_equal_practice",
 )
 TITLES = [BY_NAME[name].title for name in TRANSFERS]
 
