@@ -215,7 +215,7 @@ def donation_problems(submission: Submission, donated: Set[str]) -> Iterator[Pro
 
     Args:
         submission: the entry with these runs.
-        donated: names of the runs; none if it is no donation.
+        donated: names of the donated runs; empty for any other pull request.
     """
     documents = {name: run.document for name, run in runs_of(submission).items()}
     own = [document for name, document in documents.items() if name not in donated]

@@ -243,7 +243,7 @@ def new_record(pull_request: PullRequest) -> Iterator[Finding]:
         where = f"{RECORDS}/{record}"[:MAX_PATH]
         if recordable(task) is None or not records.NAME.fullmatch(name):
             hint = "Take the bare name of a MuJoCo task, such as Hopper, and a short name."
-            yield Finding(where, "There is no such task, or it is no name of a record.", hint)
+            yield Finding(where, "The task does not exist, or the name is not allowed for a record.", hint)
         elif base & {*record_files(record), f"{RECORDS}/{record}{records.REVIEW}"}:
             yield Finding(where, "There is such a record.", "A record never changes: take another name.")
         elif len(pull_request.files_of_record(record)) < 2:

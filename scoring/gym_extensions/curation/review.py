@@ -143,7 +143,7 @@ def take_record(found: Record, file: Path) -> None:
     """Writes the review of a record in a file, which another job wrote, beside its card.
 
     Raises:
-        BenchError: the file is no review of these files with seeds from the commit that fixed them, its
+        BenchError: the file does not review these files with seeds from the commit that fixed them, its
             verdict does not follow from its numbers, or the record has a review.
     """
     review = records.read_review(file)

@@ -1,4 +1,4 @@
-"""Trains the runs of the table: TRPO, usually from a policy, with a checkpoint every so many steps."""
+"""Trains the runs of the table: TRPO, usually from a policy, with checkpoints at fixed intervals."""
 
 from __future__ import annotations
 
