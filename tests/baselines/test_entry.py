@@ -14,11 +14,14 @@ from typing import Any, NoReturn
 import pytest
 
 from gym_extensions.baselines import Card, Observes, train
+from gym_extensions.baselines.agent_checks import card_of, observes_of
+from gym_extensions.baselines.algorithms import factory, names
 from gym_extensions.baselines.entry import (
     lock_runs,
     manifest_tables,
     move_into_place,
     prepare,
+    read_manifest,
     require_same,
     validate,
 )
@@ -27,8 +30,9 @@ from gym_extensions.baselines.training.jobs import Settings
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import group, with_custom
 from gym_extensions.catalog.protocol import evaluation_seed
-from gym_extensions.envs import fingerprint
+from gym_extensions.envs import fingerprint, make_vec
 from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.layout import MANIFEST
 from gym_extensions.rollouts.manifest import findings
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.run import RunDocument, read_run
@@ -37,6 +41,8 @@ from gym_extensions.rollouts.run_policies import read_policies
 from .conftest import QUICK_GROUP, SHORT_GROUP, digests, log_rows
 
 GROUP = group(SHORT_GROUP)
+SUBMISSIONS = Path(__file__).resolve().parents[2] / "submissions"
+COMMITTED = {path.parent.name for path in SUBMISSIONS.glob(f"*/{MANIFEST}")}
 PATH = Path("mine/submission.toml")
 CARD = Card("climber", hyperparameters={"step": 0.1, "widths": [4, 4]}, stored_steps=10)
 HOLD = """
@@ -347,3 +353,16 @@ def test_a_finished_manifest_is_not_changed_by_another_run(three_runs: Path, tmp
     train("random", QUICK_GROUP, "joint", "smoke", 3, out=out)
     assert (out / "submission.toml").read_text() == text
     assert "versions" not in tomllib.loads(text)
+
+
+@pytest.mark.parametrize("name", sorted(COMMITTED & set(names())))
+def test_a_committed_entry_can_be_continued(name: str) -> None:
+    if name.startswith("sac"):
+        pytest.importorskip("sbx")
+    env = make_vec("Hopper", 1)
+    agent = factory(name)(env.single_observation_space, env.single_action_space, 0)
+    card, path = card_of(agent, name), SUBMISSIONS / name / MANIFEST
+    existing = read_manifest(path)
+    num_envs = existing["hyperparameters"].get("num_envs")
+    stated = Settings(name, existing["protocol"]["budget"], num_envs, observes=observes_of(agent, name))
+    require_same(path, existing, manifest_tables(card, stated))

@@ -83,6 +83,7 @@ class PackNet(MultiHead):
 
     name, title = "packnet", "TRPO + PackNet"
     description = "The reference agent with PackNet: tasks own weights and a head; it observes the task."
+    parent = ""  # the first task's weights are pruned, so no stage is equal to that of trpo
 
     def __init__(
         self,
