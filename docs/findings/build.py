@@ -1,67 +1,106 @@
 """Writes docs/findings.md and its figures from the committed submissions: ``make findings``.
 
-Every number and verdict is computed from the submissions. The text is in ``page.md.jinja``; ``groups.py``
-says what is compared.
+Every number and verdict is computed. The text is in ``page.md.jinja``; ``tables.py`` says what is compared.
 """
 
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
-from figures import draw_learned_and_final, draw_retention
-from groups import FINE_TUNING, group_of, group_rows, groups_without_score, open_tasks
-from page import render
-from retention import as_scores, most_forgotten
-from suites import suites_of
-from transfer import transfer
+import tables
+from costs import hours
+from figures import draw_groups, draw_learned_and_final, draw_retention
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from tables import COLUMNS, CORE, FINAL, FINE_TUNING, LEARNED, LOST, REPLAY
 
-from gym_extensions.catalog.groups import GROUPS
+from gym_extensions import results
+from gym_extensions.catalog.groups import GROUPS, SUITES
 from gym_extensions.catalog.protocol import STANDARD_BUDGET
 from gym_extensions.files import write_text
-from gym_extensions.results.frames import evaluations
+from gym_extensions.scoring import score_folder
 from gym_extensions.scoring.pipeline import make_scorer
-from gym_extensions.scoring.references import ALONE, load_references
+from gym_extensions.scoring.references import ALONE
+from gym_extensions.site.text import fixed
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER, PAGE = ROOT / "docs" / "findings", ROOT / "docs" / "findings.md"
+NOT_COMPARED = {"random", "zero", "alone", "trpo-2017", "trpo-2017-paper", "trpo-2017-paper-hopper"}
+
+
+def forgetting_of_runs(folder: Path) -> dict[str, Sequence[float]]:
+    """Forgetting of every run of an entry, by group id."""
+    groups = score_folder(folder).groups
+    logs = {group: protocols.get("sequential") for group, protocols in groups.items()}
+    return {group: log.metrics[LOST].runs for group, log in logs.items() if log and LOST in log.metrics}
+
+
+def by_ruler_alone(folder: Path) -> dict[str, list[tables.Value]]:
+    """The metrics of ``COLUMNS`` by group id, where 1 is the same agent on each task alone."""
+    card = make_scorer(ruler=ALONE)(folder)
+    found = {}
+    for group, protocols in card.groups.items():
+        log = protocols.get("sequential")
+        if log and all(log.metrics[name].mean is not None for name in COLUMNS):
+            shown = [log.metrics[name] for name in COLUMNS]
+            found[group] = [tables.Value(each.mean, each.low, each.high) for each in shown]  # type: ignore[arg-type]
+    return found
 
 
 def main(submissions: Path = ROOT / "submissions") -> None:
     """Writes the page and its figures."""
     if not submissions.is_dir():
         raise SystemExit(f"{submissions}: no such folder. Give the folder with the submissions.")
-    scorer = make_scorer()
-    folders = [path.parent for path in sorted(submissions.glob("*/submission.toml"))]
-    cards = [card for card in map(scorer, folders) if not card.problems]
-    groups = [
-        group_of(group.name, rows)
-        for group in GROUPS.values()
-        if (rows := group_rows(cards, group.id)) and rows[0].name == FINE_TUNING
-    ]
-    for group in groups:
-        if group.is_compared:
-            points = [(row.title, row.learned, row.final) for row in group.all_rows]
-            draw_learned_and_final(points, FOLDER / f"{group.name}.svg")
-    if forgotten := most_forgotten(
-        {group.name: group.rows[0].forgetting for group in groups if group.is_learned}
-    ):
-        scores = as_scores(evaluations(submissions / FINE_TUNING), load_references().tasks)
-        draw_retention(scores, forgotten, FOLDER / "retention.svg")
-    compared = {group.name for group in groups}
-    transfers = [
-        transfer(card, group.id, group.name)
-        for card in cards
-        for group in GROUPS.values()
-        if card.name == FINE_TUNING and group.name in compared
-    ]
-    without_score = groups_without_score(cards)
-    suites = [
-        suite for card in cards if card.name == FINE_TUNING for suite in suites_of(card, STANDARD_BUDGET)
-    ]
-    alone = [make_scorer(ruler=ALONE)(submissions / FINE_TUNING)] if groups else []
-    by_alone = {group.name: row for group in groups for row in group_rows(alone, GROUPS[group.name].id)}
-    write_text(PAGE, render(groups, without_score, transfers, open_tasks(), suites, by_alone=by_alone))
+    core, metrics = results.core(submissions), results.metrics(submissions)
+    methods = tables.methods(core, results.core_pairs(submissions))
+    names = [name for name in core["name"] if name not in NOT_COMPARED]
+    groups = tables.fine_tuning(metrics, forgetting_of_runs(submissions / FINE_TUNING))
+    learned = [row for row in groups if row.is_learned]
+    draw_learned_and_final(
+        [(each.row["title"], each.value(LEARNED), each.value(FINAL)) for each in methods], FOLDER / "core.svg"
+    )
+    draw_groups(tables.by_group(metrics, names, FINAL), [group.name for group in CORE], FOLDER / "groups.svg")
+    scores = tables.as_scores(results.evaluations(submissions / FINE_TUNING))
+    draw_retention(scores, tables.most_forgotten(learned), FOLDER / "retention.svg")
+    trained = set(metrics[metrics["name"] == FINE_TUNING]["group"])
+    scored = {row.group.name for row in groups}
+    templates = Environment(
+        loader=FileSystemLoader(FOLDER), undefined=StrictUndefined, trim_blocks=True, autoescape=False
+    )
+    templates.filters.update(hours=hours)
+    templates.globals.update(fmt=lambda number: fixed(abs(number), 2))
+    text = templates.get_template("page.md.jinja").render(
+        budget=STANDARD_BUDGET,
+        fine_tuning=FINE_TUNING,
+        core=[group.name for group in CORE],
+        methods=methods,
+        incomplete=core[~core["ranked"] & core["name"].isin(names)].to_dict("records"),
+        VERDICTS={"separated": "**separated**", "equivalent": "equivalent", "open": "not separated"},
+        LEARNED=LEARNED,
+        FINAL=FINAL,
+        LOST=LOST,
+        finals=tables.by_group(metrics, names, FINAL),
+        losses=tables.by_group(metrics, names, LOST),
+        learned=learned,
+        unlearned=[row for row in groups if not row.is_learned],
+        without_score=[g.name for g in GROUPS.values() if g.id in trained and g.name not in scored],
+        by_alone=by_ruler_alone(submissions / FINE_TUNING),
+        suites=[
+            (name, [tables.value(metrics, FINE_TUNING, name, metric) for metric in COLUMNS])
+            for name in SUITES
+            if name in trained
+        ],
+        open_tasks={name: each for name, each in tables.open_tasks().items() if name in scored},
+        transfer_titles=tables.transfer_titles(),
+        transfers=tables.transfers(metrics),
+        replay=tables.replay({name: forgetting_of_runs(submissions / name) for name in REPLAY}),
+        missing={
+            group.name: core[core[group.id].isna() & core["name"].isin(names)]["name"] for group in CORE
+        },
+        never=[group.name for group in GROUPS.values() if group.id not in trained],
+    )
+    write_text(PAGE, text + "\n")
 
 
 if __name__ == "__main__":

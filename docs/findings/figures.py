@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 from itertools import takewhile
@@ -11,11 +12,11 @@ from typing import TYPE_CHECKING
 import matplotlib
 import pandas as pd
 from matplotlib.figure import Figure
+from tables import Value
 
 from gym_extensions.results.plots import plot_retention
 from gym_extensions.scoring.highlights import task_name
 from gym_extensions.scoring.published import PaperRow
-from gym_extensions.scoring.statistics import Interval
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,7 +25,7 @@ matplotlib.rcParams |= {"svg.hashsalt": "gym-extensions", "svg.fonttype": "none"
 COLUMNS = 2
 
 
-def draw_learned_and_final(rows: Sequence[tuple[str, Interval, Interval]], path: Path) -> None:
+def draw_learned_and_final(rows: Sequence[tuple[str, Value, Value]], path: Path) -> None:
     """One line per method from its learned performance (ring) to its final performance (disc)."""
     figure = Figure(figsize=(6.4, 0.6 + 0.36 * len(rows)), layout="constrained")
     axes = figure.subplots()
@@ -42,8 +43,24 @@ def draw_learned_and_final(rows: Sequence[tuple[str, Interval, Interval]], path:
     _save(figure, path)
 
 
-def _draw_interval(axes: Axes, each: Interval, height: float, color: str) -> None:
-    if each.low is not None and each.high is not None:
+def draw_groups(rows: Sequence[tuple[str, Sequence[Value]]], groups: Sequence[str], path: Path) -> None:
+    """The final performance of every method with its interval, one panel per group."""
+    figure = Figure(figsize=(12, 0.9 + 0.26 * len(rows)), layout="constrained")
+    panels = figure.subplots(1, len(groups), sharey=True)
+    for column, (group, axes) in enumerate(zip(groups, panels, strict=True)):
+        for height, (_, values) in enumerate(rows):
+            _draw_interval(axes, values[column], height, "C0")
+            axes.plot(values[column].mean, height, "o", color="C0", markersize=4)
+        axes.axvline(0, color="0.8", linewidth=0.8, zorder=0)
+        axes.set_title(group, fontsize=8)
+    panels[0].set_yticks(range(len(rows)), [name for name, _ in rows])
+    panels[0].invert_yaxis()
+    figure.supxlabel("score at the end (0 = floor, 1 = expert)", fontsize=9)
+    _save(figure, path)
+
+
+def _draw_interval(axes: Axes, each: Value, height: float, color: str) -> None:
+    if not math.isnan(each.mean):
         axes.plot([each.low, each.high], [height, height], color=color, linewidth=3, alpha=0.45, zorder=1)
 
 

@@ -13,7 +13,6 @@ from pathlib import Path
 import numpy as np
 from figures import draw_reproduction
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
-from numbers_as_text import mean
 
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES
@@ -31,7 +30,7 @@ from gym_extensions.scoring.statistics import (
     two_sided_p,
     welch,
 )
-from gym_extensions.site.text import fixed
+from gym_extensions.site.text import fixed, interval
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER, PAGE = ROOT / "docs" / "findings", ROOT / "docs" / "reproduction.md"
@@ -140,9 +139,15 @@ def deviation(each: PaperCell) -> str:
     return f"{fixed(each.mean, 0)} ± {fixed(each.std, 0)}"
 
 
+def gap(each: Interval) -> str:
+    """A difference of returns with its interval."""
+    assert each.low is not None and each.high is not None
+    return f"{fixed(each.mean, 0)} ({interval(each.low, each.high, 0)})"
+
+
 def gap_in_words(each: Change) -> str:
     """A change with its interval and verdict."""
-    return f"{mean(each.gap, 0)}, {'**separated**' if each.is_separated else 'tie'}"
+    return f"{gap(each.gap)}, {'**separated**' if each.is_separated else 'tie'}"
 
 
 def verdict(group: Group, shown: Table) -> str:
@@ -163,7 +168,7 @@ def page(groups: Sequence[Group]) -> str:
     templates.filters.update(
         deviation=deviation,
         change=gap_in_words,
-        gap=partial(mean, digits=0),
+        gap=gap,
         whole=partial(fixed, digits=0),
         task_name=task_name,
     )

@@ -1,0 +1,205 @@
+"""The tables of docs/findings.md, from the data frames of ``gym_extensions.results``."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from gym_extensions.catalog.groups import CORES, GROUPS, TaskGroup
+from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS, STANDARD_BUDGET
+from gym_extensions.scoring.metrics import BY_NAME
+from gym_extensions.scoring.references import load_references
+from gym_extensions.scoring.statistics import difference, holm, summary, two_sided_p, welch, zero_mean_p
+from gym_extensions.site.text import fixed, interval
+
+FINE_TUNING = "trpo"
+LEARNED, FINAL, LOST = "learning_performance", "final_performance", "forgetting"
+COLUMNS = (LEARNED, FINAL, LOST)
+REPLAY = ("sac", "sac-fresh-buffer")
+"""The same learner with its replay buffer kept across tasks, and emptied."""
+TRANSFERS = (
+    "zero_shot_transfer",
+    "generalization_to_unseen_tasks",
+    "asymptotic_transfer",
+    "forward_transfer_auc",
+    "joint_gap",
+    "practice",
+    "transfer_at_equal_practice",
+)
+CORE = [GROUPS[name.removesuffix("-v0")] for name in CORES["core-v1"]]
+
+
+class Value(NamedTuple):
+    """A mean with its interval; NaN where there is none."""
+
+    mean: float
+    low: float
+    high: float
+
+    def __str__(self) -> str:
+        if math.isnan(self.mean):
+            return "–"
+        if math.isnan(self.low):
+            return f"{fixed(self.mean, 2)} (one run)"
+        return f"{fixed(self.mean, 2)} ({interval(self.low, self.high, 2)})"
+
+    @property
+    def excludes_zero(self) -> bool:
+        """Whether the interval excludes 0."""
+        return not self.low <= 0 <= self.high
+
+
+class Against(NamedTuple):
+    """A method minus fine-tuning, over the core: the adjusted interval and the verdict."""
+
+    value: Value
+    verdict: str
+    next_look: int | None
+
+
+@dataclass(frozen=True)
+class Method:
+    """A row of the core board, and its differences from fine-tuning by metric; none without a rank."""
+
+    row: pd.Series
+    against: dict[str, Against]
+
+    def value(self, metric: str) -> Value:
+        """A metric over all groups of the core."""
+        return Value(*(self.row[f"{metric}{end}"] for end in ("", "_low", "_high")))
+
+    @property
+    def rank(self) -> str:
+        """The possible ranks, such as ``1–3``."""
+        first, last = self.row["rank_first"], self.row["rank_last"]
+        return f"{first}" if first == last else f"{first}–{last}"
+
+
+def methods(core: pd.DataFrame, pairs: pd.DataFrame) -> list[Method]:
+    """The ranked methods of the core, best first."""
+    found = []
+    for _, row in core[core["ranked"]].iterrows():
+        against = {}
+        for _, pair in pairs.iterrows():
+            if {pair["first"], pair["second"]} == {row["name"], FINE_TUNING}:
+                mean, low, high = pair["mean"], pair["low"], pair["high"]
+                value = Value(mean, low, high) if pair["first"] == row["name"] else Value(-mean, -high, -low)
+                after = None if pd.isna(pair["next_look"]) else int(pair["next_look"])
+                against[pair["metric"]] = Against(value, pair["verdict"], after)
+        found.append(Method(row, against))
+    return found
+
+
+def value(metrics: pd.DataFrame, name: str, group: str, metric: str, protocol: str = "sequential") -> Value:
+    """A metric of an entry on a group or suite, at the standard budget."""
+    found = metrics[
+        (metrics["name"] == name)
+        & (metrics["group"] == group)
+        & (metrics["metric"] == metric)
+        & (metrics["protocol"] == protocol)
+        & (metrics["budget"] == STANDARD_BUDGET)
+    ]
+    return Value(*found[["mean", "low", "high"]].iloc[0]) if len(found) else Value(*[math.nan] * 3)
+
+
+def by_group(metrics: pd.DataFrame, names: Sequence[str], metric: str) -> list[tuple[str, list[Value]]]:
+    """A metric of entries on every group of the core; entries with five runs on one of them."""
+    full = metrics[metrics["runs"] >= FULL_ENTRY_RUNS]
+    rows = [(name, [value(full, name, group.id, metric) for group in CORE]) for name in names]
+    return [row for row in rows if not all(math.isnan(each.mean) for each in row[1])]
+
+
+@dataclass(frozen=True)
+class Forgetting:
+    """Fine-tuning on a group: the metrics of ``COLUMNS``, and whether the corrected test finds forgetting."""
+
+    group: TaskGroup
+    runs: int
+    values: tuple[Value, ...]
+    separated: bool
+
+    @property
+    def is_learned(self) -> bool:
+        """Whether its score right after training is above the floor, by its interval."""
+        return self.values[0].low > 0
+
+
+def fine_tuning(metrics: pd.DataFrame, runs: dict[str, Sequence[float]]) -> list[Forgetting]:
+    """Fine-tuning on every group with a score, the most forgetting first.
+
+    Args:
+        metrics: of ``results.metrics``.
+        runs: forgetting of each run, by group id. A t test per group that was learned, with Holm's correction
+            over them, finds where its mean differs from 0.
+    """
+    found = {}
+    for group in GROUPS.values():
+        values = tuple(value(metrics, FINE_TUNING, group.id, metric) for metric in COLUMNS)
+        if not any(math.isnan(each.mean) for each in values):
+            found[group.id] = Forgetting(group, len(runs[group.id]), values, separated=False)
+    learned = [each for each in found.values() if each.is_learned]
+    rejected = holm(np.array([zero_mean_p(summary(runs[each.group.id])) for each in learned]))
+    for each, is_separated in zip(learned, rejected, strict=True):
+        found[each.group.id] = Forgetting(each.group, each.runs, each.values, bool(is_separated))
+    return sorted(found.values(), key=lambda each: -each.values[2].mean)
+
+
+def transfers(metrics: pd.DataFrame) -> list[tuple[str, list[Value]]]:
+    """The transfers of fine-tuning by group, the groups with most values first."""
+    rows = []
+    for group in GROUPS.values():
+        values = [value(metrics, FINE_TUNING, group.id, metric) for metric in TRANSFERS]
+        if not all(math.isnan(each.mean) for each in values):
+            rows.append((group.name, values))
+    return sorted(rows, key=lambda row: sum(math.isnan(each.mean) for each in row[1]))
+
+
+def transfer_titles() -> list[str]:
+    """The titles of ``TRANSFERS``."""
+    return [BY_NAME[name].title for name in TRANSFERS]
+
+
+def replay(runs: dict[str, dict[str, Sequence[float]]]) -> list[tuple[str, Value, float]]:
+    """Forgetting of SAC with its replay buffer minus SAC without: group, difference, p value (Welch).
+
+    Args:
+        runs: forgetting of each run, by entry and group id.
+    """
+    rows = []
+    for group in CORE:
+        kept, emptied = (runs.get(name, {}).get(group.id, ()) for name in REPLAY)
+        if min(len(kept), len(emptied)) >= FULL_ENTRY_RUNS:
+            gap = difference(kept, emptied)
+            p_value = float(two_sided_p(*welch([summary(kept), summary(emptied)]))[0])
+            rows.append((group.name, Value(gap.mean, gap.low or math.nan, gap.high or math.nan), p_value))
+    return rows
+
+
+def open_tasks() -> dict[str, list[str]]:
+    """The tasks without an expert, by name of the group."""
+    references = load_references().tasks
+    tasks = {
+        group.name: [task.name for task in group.tasks if task.id in references and references[task.id].open]
+        for group in GROUPS.values()
+    }
+    return {name: each for name, each in tasks.items() if each}
+
+
+def most_forgotten(rows: Sequence[Forgetting], panels: int = 4) -> list[str]:
+    """The groups whose intervals of forgetting lie farthest above 0, in the order of the rows."""
+    lows = {row.group.name: row.values[2].low for row in rows if row.values[2].low > 0}
+    chosen = sorted(lows, key=lambda name: -lows[name])[:panels]
+    return [name for name in lows if name in chosen]
+
+
+def as_scores(evaluations: pd.DataFrame) -> pd.DataFrame:
+    """Evaluations with scores in the column ``return``, without the tasks that have none."""
+    scored = {name: each for name, each in load_references().tasks.items() if not each.open}
+    frame = evaluations[evaluations["task"].isin(scored)]
+    pairs = zip(frame["task"], frame["return"], strict=True)
+    return frame.assign(**{"return": [scored[task].normalize(each) for task, each in pairs]})
