@@ -225,8 +225,9 @@ class CoreEntry:
     metrics: Annotated[
         dict[str, BoardMetric],
         about(
-            "`final_performance` (the core score), `learning_performance` and `forgetting`: the mean over "
-            "groups, over runs 0 to n − 1, with its 95 % interval; ranks of the first and the last"
+            "`final_performance` (the core score), `learning_performance`, `forgetting` and "
+            "`zero_shot_transfer`: the mean over groups, over runs 0 to n − 1, with its 95 % interval; ranks "
+            "of the first and of forgetting"
         ),
     ]
     groups: Annotated[dict[str, CoreGroup], about("final performance by group id")]

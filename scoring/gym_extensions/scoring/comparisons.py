@@ -61,6 +61,8 @@ FORGETTING = "forgetting"
 LEARNING = "learning_performance"
 FAMILIES = (FINAL.name, FORGETTING)
 """The metrics with a family of all pairs, each at 5 %."""
+SHOWN = (FINAL.name, LEARNING, FORGETTING, "zero_shot_transfer")
+"""The metrics of a row. An entry without a value of one of them has no score."""
 GroupRuns = tuple[tuple[float, ...], ...]
 """One value per run, by group."""
 
@@ -246,12 +248,12 @@ def method_of(card: Scorecard) -> Method | None:
     logs = _scores(card)
     counts = {name: consecutive(log.runs) for name, log in logs.items()}
     if len(logs) < len(CORES[CORE]) or not all(
-        log.metrics[metric].runs for log in logs.values() for metric in (*FAMILIES, LEARNING)
+        log.metrics[metric].runs for log in logs.values() for metric in SHOWN
     ):
         return None
     values = {
         metric: tuple(log.metrics[metric].runs[: counts[name]] for name, log in logs.items())
-        for metric in (*FAMILIES, LEARNING)
+        for metric in SHOWN
     }
     starts = tuple(tuple(run[:2] for run in log.return_matrix[: counts[name]]) for name, log in logs.items())
     return Method(card.name, _parent(card), values, starts)
@@ -312,7 +314,7 @@ def _why(logs: Mapping[str, GroupScore], method: Method | None, barred: str) -> 
         return next(
             f"No score in {name}: {value.why}"
             for name, log in logs.items()
-            for value in (log.metrics[metric] for metric in (*FAMILIES, LEARNING))
+            for value in (log.metrics[metric] for metric in SHOWN)
             if not value.runs
         )
     few = [name for name, log in logs.items() if consecutive(log.runs) < LOOKS[0]]
@@ -329,7 +331,7 @@ def _entry(card: Scorecard, method: Method | None, level: Level, barred: str) ->
         )
         if method and look
         else None
-        for metric in (FINAL.name, LEARNING, FORGETTING)
+        for metric in SHOWN
     }
     return CoreEntry(
         name=card.name,

@@ -9,7 +9,7 @@ import pandas as pd
 
 from gym_extensions.catalog.groups import CORE, CORES
 from gym_extensions.scoring.boards import Board, BoardEntry, CoreBoard, CoreEntry
-from gym_extensions.scoring.comparisons import REFERENCE
+from gym_extensions.scoring.comparisons import REFERENCE, SHOWN
 from gym_extensions.scoring.documents import no_formula
 from gym_extensions.scoring.metrics import BOARD_METRICS, BY_NAME, FINAL, METRICS
 from gym_extensions.scoring.published import COLUMNS
@@ -59,11 +59,7 @@ CORE_DTYPES = {
     "vs_reference": "str",
     **dict.fromkeys(
         (
-            *(
-                f"{metric}{end}"
-                for metric in ("final_performance", "learning_performance", "forgetting")
-                for end in ("", "_low", "_high")
-            ),
+            *(f"{metric}{end}" for metric in SHOWN for end in ("", "_low", "_high")),
             *CORES[CORE],
             *("steps", "cpu_seconds", "peak_memory_mb"),
         ),
