@@ -14,7 +14,7 @@ from typing import Annotated, Literal
 from gym_extensions.rollouts.review import Level
 from gym_extensions.scoring.documents import JsonDocument, about, json_schema
 from gym_extensions.scoring.scorecard import ReferencesInfo, ReferenceValue, Scorecard
-from gym_extensions.site.boards import Board
+from gym_extensions.site.boards import Board, Leaderboard
 
 MAX_SLUG = 80
 
@@ -51,10 +51,14 @@ def task_path(task_id: str) -> str:
     return f"tasks/{slug(task_id.rsplit('/', maxsplit=1)[-1].lower())}.html"
 
 
-def board_path(board_id: str, page: int = 1, *, everything: bool = False) -> str:
-    """A page of a board, from 1; with ``everything``, a page of the table of all rows."""
-    part = "-all" if everything else ""
-    return f"boards/{slug(board_id.lower())}{part}{f'-{page}' if page > 1 else ''}.html"
+def board_path(board_id: str, page: int = 1) -> str:
+    """A page of the table of all rows of a board, from 1."""
+    return f"boards/{slug(board_id.lower())}{f'-{page}' if page > 1 else ''}.html"
+
+
+def board_tab(board: Board) -> str:
+    """The board on the page of its group."""
+    return f"{group_path(board.group)}#{board.id}"
 
 
 def entry_data(name: str) -> str:
@@ -69,6 +73,39 @@ def board_data(board_id: str, suffix: str = "json") -> str:
 
 CORE_DATA = "api/core.json"
 """The core board."""
+
+
+COMPARED = "api/compare.js"
+"""What the page Compare loads: entries, the boards that they are on, and the pairs of the core."""
+
+
+def compared(site: Leaderboard) -> str:
+    """The content of that file, a script, because pages that are opened as files cannot read JSON."""
+    boards = [
+        {
+            "group": board.group,
+            "label": f"{board.protocol}, {board.budget}{', task label' if board.task_conditioned else ''}",
+            "page": board_tab(board),
+            "pairs": board_data(board.id, "pairs.js"),
+            "id": board.id,
+            "entries": [row.entry.name for row in board.rows],
+        }
+        for board in site.boards
+        if len(board.rows) > 1
+    ]
+    board = site.scored.core
+    pairs = {
+        metric: [[p.first, p.second, p.mean, p.low, p.high, p.p_value, p.verdict, p.look] for p in found]
+        for metric, found in (board.pairs if board else {}).items()
+    }
+    names = {name for each in boards for name in each["entries"]}
+    titles = {entry.name: entry.title for entry in site.entries if entry.name in names}
+    groups = {
+        entry.name: {group: [value.mean, value.low, value.high] for group, value in entry.groups.items()}
+        for entry in (board.rows if board else ())
+    }
+    document = {"titles": titles, "boards": boards, "core": pairs, "groups": groups}
+    return f"compareIndex({json.dumps(document, separators=(',', ':'))});\n"
 
 
 def group_data(group_id: str) -> str:

@@ -13,7 +13,7 @@ from gym_extensions.catalog.groups import CORE, CORES, SUITES
 from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS
 from gym_extensions.rollouts.review import REPORTED
 from gym_extensions.scoring import boards as model
-from gym_extensions.scoring.boards import BoardEntry, BoardsDocument, VersusNext
+from gym_extensions.scoring.boards import BoardEntry, BoardMetric, BoardsDocument, VersusNext
 from gym_extensions.scoring.leaderboard import boards as scored_boards
 from gym_extensions.scoring.metrics import MetricValue
 from gym_extensions.scoring.records import Record
@@ -52,6 +52,11 @@ def entrant(card: Scorecard, inputs: bytes = b"") -> Entrant:
         for group, scores in card.groups.items()
     }
     return Entrant(replace(card, readme="", groups=groups), inputs)
+
+
+def value_of(metric: BoardMetric) -> MetricValue:
+    """A metric of a board's document as one with an interval and without runs."""
+    return MetricValue(metric.mean, metric.low, metric.high, why=metric.why)
 
 
 RANKED_COLUMNS = ("final_performance", "single_task_performance", "forgetting")
@@ -112,10 +117,6 @@ class Row:
         return rank[1] - rank[0] if rank else 0
 
 
-MOST_NAMED = 3
-"""Up to this many overlapping entries are named; more are counted."""
-
-
 class Leader(NamedTuple):
     """The first entry of a board, and how certain its lead is, in a sentence."""
 
@@ -172,23 +173,16 @@ def _unranked(scored: Sequence[Row]) -> str:
         return "It is the only entry with a score."
     if first.score.ends is None:
         return "It has one run, so its uncertainty is unknown."
-    low = first.score.ends[0]
-    overlapping = [f"{short(row.entry.title)} ({row.entry.name})" for row in others if _top(row) >= low]
+    overlapping = sum(_top(row) >= first.score.ends[0] for row in others)
     if overlapping:
-        names = f"{len(overlapping)} others" if len(overlapping) > MOST_NAMED else _listed(overlapping)
+        names = "another entry" if overlapping == 1 else f"{overlapping} others"
         return f"Its interval overlaps with {names}, so the order may be due to chance."
-    if any(row.score.ends is None for row in others):
-        return "Its interval lies above the intervals and single runs of all other entries."
-    return "Its interval lies above the intervals of all other entries."
+    return "Its interval lies above those of all other entries."
 
 
 def _top(row: Row) -> float:
     """The upper end of an entry's interval, or the value of its single run."""
     return row.score.ends[1] if row.score.ends else row.score.mean or 0.0
-
-
-def _listed(names: Sequence[str]) -> str:
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
 
 
 @dataclass(frozen=True)
@@ -205,7 +199,7 @@ class Computed:
     def metric(self, name: str) -> MetricValue:
         """The named metric; one without a value where the board's document has none."""
         value = self.entry.metrics.get(name)
-        return MetricValue(value.mean, value.low, value.high, why=value.why) if value else MetricValue()
+        return value_of(value) if value else MetricValue()
 
 
 COMPUTED_NOTES = {
@@ -260,21 +254,21 @@ class Board:
 
     @property
     def pairs(self) -> str:
-        """The differences of its entries as a script, which the page loads when two are compared.
+        """The differences of its entries as a script, which a page loads when two are compared.
 
         By the positions i < j of two entries in ``names``: mean, ends of the interval and p value per column.
         """
-        place = {name: at for at, name in enumerate(dict.fromkeys(row.entry.name for row in self.rows))}
+        known = {name for pair in self.scored.pairs for name in (pair.first, pair.second)}
+        names = [row.entry.name for row in self.rows if row.entry.name in known]
+        place = {name: at for at, name in enumerate(names)}
         found = {
             f"{place[pair.first]},{place[pair.second]}": [
                 _numbers(pair.metrics.get(name)) for name in self.columns
             ]
             for pair in self.scored.pairs
         }
-        known = {name for pair in self.scored.pairs for name in (pair.first, pair.second)}
-        names = [name for name in place if name in known]
-        document = {"columns": self.columns, "names": names, "pairs": found}
-        return f"tablePairs({json.dumps(document, separators=(',', ':'))});\n"
+        document = {"board": self.id, "columns": self.columns, "names": names, "pairs": found}
+        return f"boardPairs({json.dumps(document, separators=(',', ':'))});\n"
 
     @cached_property
     def open_tasks(self) -> tuple[str, ...]:

@@ -7,65 +7,23 @@ pages that show many entries are written at the end, from what ``entrant`` keeps
 from __future__ import annotations
 
 import gc
-import posixpath
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
-from markupsafe import Markup
-
 from gym_extensions.errors import BenchError
 from gym_extensions.scoring.scorecard import ReferencesInfo, Scorecard, ScorecardDocument
 from gym_extensions.site.boards import Entrant, Frame, Leaderboard, entrant
 from gym_extensions.site.mujoco_wasm import Simulator
 from gym_extensions.site.output import Output, digest, encoded, kept, kept_path
-from gym_extensions.site.pages import PAGES, TASK_PAGES, Draft, File, Page
+from gym_extensions.site.pages import PAGES, Draft, File, Page, Render
 from gym_extensions.site.records import Records
-from gym_extensions.site.templating import FOLDER, environment, source_digest
+from gym_extensions.site.templating import FOLDER, source_digest
 
 COLLECTED_FILES = 500
 """Number of files after which unused objects of their pages are removed from memory."""
-
-
-@dataclass(frozen=True)
-class Renderer:
-    """Fills the templates with the menu and what every page shows.
-
-    Args:
-        site: what every page shows.
-        pages: all kinds of pages.
-        inputs: the digest of the scorecard of the entry whose pages are written; empty for shared pages.
-        folder: the folder of that entry, where it is known.
-        folders: the folders of all entries by name, where they are known.
-        simulator: MuJoCo for the browser, if the site has it.
-    """
-
-    site: Frame
-    pages: tuple[Page, ...]
-    inputs: bytes = b""
-    folder: Path | None = None
-    folders: Mapping[str, Path] = field(default_factory=dict)
-    simulator: Simulator | None = None
-
-    def __call__(self, template: str, path: str, **values: object) -> str:
-        """The text of the page at ``path``."""
-        relative = posixpath.relpath(".", posixpath.dirname(path) or ".")
-        linked = [page for page in self.pages if page.path]
-        return (
-            environment()
-            .get_template(template)
-            .render(
-                site=self.site,
-                menu=[page for page in linked if not page.in_footer],
-                footer=[page for page in linked if page.in_footer],
-                has_task_pages=TASK_PAGES in self.pages,
-                path=path,
-                root=Markup("" if relative == "." else f"{relative}/"),
-                **values,
-            )
-        )
 
 
 @dataclass
@@ -90,9 +48,9 @@ class Site:
             hint = "Rename one of the folders."
             raise BenchError("same-name", f"Two submissions have the name {card.name!r}.", hint=hint)
         inputs = digest(encoded(card)).encode()
-        render = Renderer(Frame(self.references), self.pages, inputs, self.folders.get(card.name))
+        render = Render(Frame(self.references), self.pages, inputs, self.folders.get(card.name))
         for page in self.pages:
-            yield from page.publish_entry(card, render)
+            yield from page.publish_entry(card, render) if page.publish_entry else ()
         yield kept_path(card.name), kept(self.keys.get(card.name, ""), card)
         self.entrants[card.name] = entrant(card, inputs)
 
@@ -104,9 +62,9 @@ class Site:
 
     def shared_files(self) -> Iterator[File]:
         """The files that are made from all entries."""
-        render = Renderer(self.leaderboard, self.pages, folders=self.folders, simulator=self.simulator)
+        render = Render(self.leaderboard, self.pages, folders=self.folders, simulator=self.simulator)
         for page in self.pages:
-            yield from page.publish(self.leaderboard, render)
+            yield from page.publish(self.leaderboard, render) if page.publish else ()
         for file in sorted((FOLDER / "static").rglob("*.*")):
             yield file.relative_to(FOLDER).as_posix(), file.read_bytes()
 

@@ -15,8 +15,8 @@ from gym_extensions.scoring.documents import no_formula
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.site.api import slug
 from gym_extensions.site.boards import Board
-from gym_extensions.site.text import fixed, task_label
-from gym_extensions.site.trial import COLUMNS, group_trials, suite_trials
+from gym_extensions.site.text import fixed, split_version, task_label
+from gym_extensions.site.trial import COLUMNS, SEQUENTIAL, group_trials, suite_trials
 
 NAME = "gym-extensions"
 CHARACTER, PADDING, HEIGHT = 6.6, 8, 20
@@ -97,9 +97,29 @@ def _escaped(text: str) -> str:
     return "".join(ESCAPED.get(character, character) for character in line)
 
 
-def verify_command(card: Scorecard) -> str:
-    """The command that verifies an entry in a clone of the repository."""
-    return f"gym-extensions verify {shlex.quote(f'submissions/{card.name}')}"
+def commands(card: Scorecard) -> str:
+    """The commands that check an entry, repeat a run of it and load one of its policies, in a clone."""
+    folder = f"submissions/{card.name}"
+    lines = [
+        "# repeat the logged episodes with the published policies, and run these on new seeds",
+        f"gym-extensions verify {shlex.quote(folder)}",
+    ]
+    trials = [trial for trial in group_trials(card) if trial.detail and trial.detail.provenance]
+    if not trials:
+        return lines[1]
+    made = trials[0].detail.provenance[0] if trials[0].detail else None
+    if made and made.command:
+        lines += [f"# what trained run {made.run} on {trials[0].group}", made.command]
+    sequential = next((trial for trial in trials if trial.protocol == SEQUENTIAL), None)
+    if sequential and sequential.detail and sequential.detail.provenance[0].policies:
+        group = split_version(sequential.group)[0]
+        lines += [
+            "# a policy, in Python: of a run, after any stage",
+            "from gym_extensions import policies",
+            f"policy = policies.load({folder!r}, {group!r}, run={sequential.runs[0]}, "
+            f"stage={len(sequential.tasks)})",
+        ]
+    return "\n".join(lines)
 
 
 METRIC_COLUMNS = (

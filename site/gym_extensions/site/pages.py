@@ -6,12 +6,14 @@
 from __future__ import annotations
 
 import json
+import posixpath
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from itertools import groupby
 from pathlib import Path
-from typing import Protocol
+
+from markupsafe import Markup
 
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.protocol import BUDGETS, FULL_ENTRY_RUNS
@@ -22,17 +24,16 @@ from gym_extensions.scoring.boards import BoardsDocument
 from gym_extensions.scoring.poses import load_entry
 from gym_extensions.scoring.schema import schema_texts
 from gym_extensions.scoring.scorecard import ReferenceValue, Scorecard, ScorecardDocument
-from gym_extensions.site import api, exports, speed
+from gym_extensions.site import api, core, exports, speed
 from gym_extensions.site.boards import Frame, Leaderboard
 from gym_extensions.site.changes import changelog, entry_events, feed, releases
-from gym_extensions.site.charts.strips import board_scale
-from gym_extensions.site.groups import Group, groups, overview, reasons
+from gym_extensions.site.groups import Group, groups
 from gym_extensions.site.motion import watches
 from gym_extensions.site.mujoco_wasm import VERSION, Simulator
 from gym_extensions.site.output import encoded
 from gym_extensions.site.play import offer
 from gym_extensions.site.records import TaskPolicies
-from gym_extensions.site.tables import PAGE_ROWS, board_pages, entry_pages
+from gym_extensions.site.tables import PAGE_ROWS, SHOWN_ROWS, entry_pages, parts
 from gym_extensions.site.tasks import (
     TaskView,
     best_entries,
@@ -42,6 +43,7 @@ from gym_extensions.site.tasks import (
     measured,
     pictures,
 )
+from gym_extensions.site.templating import environment
 from gym_extensions.site.text import is_verified
 from gym_extensions.site.trial import EXAMPLE, separate_groups
 
@@ -51,31 +53,43 @@ MAX_COMPARED = 40
 """Boards of which the page of comparisons links the first two entries."""
 
 
-class Render(Protocol):
-    """Fills a template; ``path`` is the path of the page."""
+@dataclass(frozen=True)
+class Render:
+    """Fills the templates with the menu and what every page shows.
 
-    @property
-    def site(self) -> Frame:
-        """What every page shows."""
+    Args:
+        site: what every page shows.
+        pages: all kinds of pages.
+        inputs: the digest of the scorecard of the entry whose pages are written; empty for shared pages.
+        folder: the folder of that entry, where it is known.
+        folders: the folders of all entries by name, where they are known.
+        simulator: MuJoCo for the browser, if the site has it.
+    """
 
-    @property
-    def inputs(self) -> bytes:
-        """The digest of the scorecard of the entry whose pages are written; empty for shared pages."""
-
-    @property
-    def folder(self) -> Path | None:
-        """The folder of that entry, where it is known."""
-
-    @property
-    def folders(self) -> Mapping[str, Path]:
-        """The folders of all entries by name, where they are known."""
-
-    @property
-    def simulator(self) -> Simulator | None:
-        """MuJoCo for the browser, if the site has it."""
+    site: Frame
+    pages: tuple[Page, ...]
+    inputs: bytes = b""
+    folder: Path | None = None
+    folders: Mapping[str, Path] = field(default_factory=dict)
+    simulator: Simulator | None = None
 
     def __call__(self, template: str, path: str, **values: object) -> str:
-        """The text of the page."""
+        """The text of the page at ``path``."""
+        relative = posixpath.relpath(".", posixpath.dirname(path) or ".")
+        linked = [page for page in self.pages if page.path]
+        return (
+            environment()
+            .get_template(template)
+            .render(
+                site=self.site,
+                menu=[page for page in linked if not page.in_footer],
+                footer=[page for page in linked if page.in_footer],
+                has_task_pages=TASK_PAGES in self.pages,
+                path=path,
+                root=Markup("" if relative == "." else f"{relative}/"),
+                **values,
+            )
+        )
 
 
 @dataclass(frozen=True)
@@ -95,16 +109,6 @@ File = tuple[str, str | bytes | Draft]
 """A path and its content."""
 
 
-def no_files(_site: Leaderboard, _render: Render) -> Iterator[File]:
-    """No file."""
-    return iter(())
-
-
-def no_entry_files(_entry: Scorecard, _render: Render) -> Iterator[File]:
-    """No file per entry."""
-    return iter(())
-
-
 @dataclass(frozen=True)
 class Page:
     """A kind of page.
@@ -120,46 +124,41 @@ class Page:
 
     title: str
     path: str = ""
-    publish: Callable[[Leaderboard, Render], Iterator[File]] = no_files
-    publish_entry: Callable[[Scorecard, Render], Iterator[File]] = no_entry_files
+    publish: Callable[[Leaderboard, Render], Iterator[File]] | None = None
+    publish_entry: Callable[[Scorecard, Render], Iterator[File]] | None = None
     in_footer: bool = False
 
 
 def _overview(site: Leaderboard, render: Render) -> Iterator[File]:
-    """Who ends best and who forgets least, per group and budget."""
-    view = overview(site.boards)
+    """Which method is best on the core, a figure of it, and where everything else is."""
     scored = [entry for entry in site.entries if not entry.problems and entry.level != REPORTED]
-    numbers = {
+    values = {
         "entries": len(scored),
         "verified": sum(is_verified(entry) for entry in scored),
         "reported": sum(entry.level == REPORTED for entry in site.entries),
         "refused": sum(bool(entry.problems) for entry in site.entries),
+        "groups": groups(site.boards, site.entrants, site.references),
+        "tasks_published": len(TASKS),
+        "records": sum(map(len, site.records.values())),
+        "board": site.scored.core,
     }
-    path = "index.html"
-    yield path, render("index.html", path, view=view, reasons=reasons(view.without_score), **numbers)
+    yield "index.html", render("index.html", "index.html", **values)
+    yield "core.html", render("core.html", "core.html", board=site.scored.core)
 
 
 def _groups(site: Leaderboard, render: Render) -> Iterator[File]:
-    """The list of groups and suites, then a page for each, also of those that nobody entered."""
-    members = groups(site.boards, site.entrants, site.references)
-    yield "groups.html", render("groups.html", "groups.html", groups=members)
-    for group in members:
+    """A page for each group and suite with its boards, and the table of all rows of every board."""
+    for group in groups(site.boards, site.entrants, site.references):
         path = api.group_path(group.id)
-        yield path, render("group.html", path, group=group)
-
-
-def _boards(site: Leaderboard, render: Render) -> Iterator[File]:
-    """Pages of 50 rows per board, and the table of all rows where that is not the same."""
+        rows = [(row.entry, row.entrant.inputs) for board in group.boards for row in board.rows[:SHOWN_ROWS]]
+        counts = [(board.id, len(board.rows), board.ranked) for board in group.boards]
+        shared = repr((group.tasks, group.paper, counts)).encode()
+        write = partial(render, "group.html", path, group=group)
+        yield path, Draft(shared + encoded(rows), write)
     for board in site.boards:
-        scale = board_scale(board.trials)
-        certainty = board.leader.certainty if board.leader else ""
-        counts, first = (len(board.rows), board.ranked), board.rows[0].entry
-        shared = (board.id, counts, first, certainty, board.open_tasks, board.reasons, scale)
-        for page in board_pages(board):
-            template = "rows.html" if page.everything else "board.html"
-            rows = [(row.entry, row.entrant.inputs) for row in page.rows]
-            write = partial(render, template, page.path, page=page, board=board, scale=scale)
-            yield page.path, Draft(encoded((shared, page.pages, rows)), write)
+        for part in parts(board.rows, PAGE_ROWS, partial(api.board_path, board.id)):
+            path = part.path(part.number)
+            yield path, render("board.html", path, board=board, part=part)
 
 
 def _tasks(site: Leaderboard, render: Render) -> Iterator[File]:
@@ -182,7 +181,8 @@ def _submission(entry: Scorecard, render: Render) -> Iterator[File]:
     poses = load_entry(render.folder) if render.folder else {}
     panels = watches(entry, poses)
     inputs = render.inputs + encoded(poses)
-    yield path, Draft(inputs, partial(render, "submission.html", path, entry=entry, watches=panels))
+    write = partial(render, "submission.html", path, entry=entry, watches=panels, row=core.own_row(entry))
+    yield path, Draft(inputs, write)
     for group in separate_groups(entry):
         page = api.results_path(entry.name, group)
         values = {"entry": entry, "group": group, "watches": panels}
@@ -193,15 +193,16 @@ def _submission(entry: Scorecard, render: Render) -> Iterator[File]:
 
 def _entries(site: Leaderboard, render: Render) -> Iterator[File]:
     """All submissions, refused ones and published tables included: 200 per page, by status and name."""
-    for page in entry_pages(site.entries, site.boards):
-        yield page.path, render("entries.html", page.path, page=page)
+    for part in entry_pages(site.entries, site.boards):
+        path = part.path(part.number)
+        yield path, render("entries.html", path, part=part)
 
 
 def _compare(site: Leaderboard, render: Render) -> Iterator[File]:
-    """How two entries are compared, with a link per board that opens it with its first two side by side."""
+    """Two menus of entries and what separates them; without script, links to the boards."""
     boards = [board for board in site.boards if board.leader and len(board.rows) > 1]
-    values = {"boards": boards[:MAX_COMPARED], "page_rows": PAGE_ROWS}
-    yield "compare.html", render("compare.html", "compare.html", **values)
+    yield "compare.html", render("compare.html", "compare.html", boards=boards[:MAX_COMPARED])
+    yield api.COMPARED, api.compared(site)
 
 
 def _play(site: Leaderboard, render: Render) -> Iterator[File]:
@@ -337,8 +338,8 @@ TASK_PAGES = Page("Tasks", "tasks.html", _tasks)
 
 PAGES = (
     Page("Overview", "index.html", _overview),
-    Page("Groups", "groups.html", _groups),
-    Page("Boards", publish=_boards),
+    Page("Core", "core.html"),
+    Page("Groups", "index.html#groups", _groups),
     TASK_PAGES,
     Page("Submissions", publish_entry=_submission),
     Page("Entries", "entries.html", _entries),

@@ -6,8 +6,9 @@ Cells are written here, because a large site has millions of them and a template
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from markupsafe import Markup, escape
 
@@ -15,9 +16,8 @@ from gym_extensions.rollouts.review import REPORTED
 from gym_extensions.scoring.metrics import BY_NAME, MetricValue
 from gym_extensions.scoring.published import PaperCell
 from gym_extensions.scoring.scorecard import ReferenceValue, Scorecard
-from gym_extensions.site.api import board_path
 from gym_extensions.site.boards import Board, Row
-from gym_extensions.site.text import ends, fixed, half_width, rank, tied, variation
+from gym_extensions.site.text import ends, fixed, rank, tied, variation
 from gym_extensions.site.trial import Change, Trial, nothing_to_forget
 
 
@@ -50,7 +50,7 @@ def figures(
         columns: the names of the metrics.
         reasons: why values are missing, as the notes below the table list them.
         notes: the beginning of the anchor of these notes.
-        row: the row of the board; without it, there are no ranks and no values for sorting.
+        row: the row of the board; without it, there are no ranks.
     """
     estimates = (_estimate(trial.metric(name), reasons, notes) for name in columns)
     return Markup(
@@ -66,17 +66,9 @@ def _figure(trial: Trial, name: str, estimate: str, row: Row | None, *, is_first
     kind = f"num{' first' if is_first else ''}{' muted' if is_forgetting and trial.learned_nothing else ''}"
     return (
         f'<td class="{kind}" data-label="{escape(BY_NAME[name].title)}"'
-        f"{_sorted_by(trial.metric(name)) if row else ''}>"
-        f"{estimate}{f' {nothing(trial)}' if is_forgetting else ''}"
+        f">{estimate}{f' {nothing(trial)}' if is_forgetting else ''}"
         f"{_rank(row, name, with_ties=is_first) if row else ''}</td>\n"
     )
-
-
-def _sorted_by(value: MetricValue) -> str:
-    """The attributes that the script of the table reads."""
-    half = half_width(value)
-    mean = "" if value.mean is None else f' data-v="{value.mean:.4f}"'
-    return mean if half is None or not mean else f'{mean} data-h="{half:.4f}"'
 
 
 def _estimate(value: MetricValue, reasons: Sequence[str], notes: str) -> str:
@@ -169,92 +161,34 @@ def change_tint(change: Change) -> str:
     return kind + unsure
 
 
-PAGE_ROWS = 50
-PAGE_BYTES = 285_000
-"""About the largest size of a page of the table of all rows; some 1000 rows."""
-ROW_BYTES = 190
-"""Size of a row of that table without its names, with five metrics."""
+SHOWN_ROWS = 20
+"""Rows of a board on the page of its group, with drawings; all are in the board's own table."""
+PAGE_ROWS = 1000
+"""Rows of a page of that table, of at most 300 bytes each."""
 
 
 @dataclass(frozen=True)
-class BoardPage:
-    """One page of a board.
+class Part:
+    """A page of a list that is too long for one.
 
     Args:
-        board: the board.
+        rows: what it lists.
         number: the page, from 1.
-        first: the number of its first row, from 1.
-        rows: its rows.
-        everything: whether it is a page of the table of all rows.
-        pages: how many such pages there are.
+        pages: how many pages there are.
+        path: the path of the page of a number.
     """
 
-    board: Board
+    rows: Sequence[Any]
     number: int
-    first: int
-    rows: tuple[Row, ...]
-    everything: bool
     pages: int
-
-    @property
-    def path(self) -> str:
-        """Its path."""
-        return board_path(self.board.id, self.number, everything=self.everything)
-
-    @property
-    def previous(self) -> str:
-        """The path of the page before; empty for the first."""
-        at = self.number - 1
-        return board_path(self.board.id, at, everything=self.everything) if at else ""
-
-    @property
-    def next(self) -> str:
-        """The path of the page after; empty for the last."""
-        at = self.number + 1
-        return board_path(self.board.id, at, everything=self.everything) if at <= self.pages else ""
-
-    @property
-    def is_interactive(self) -> bool:
-        """Whether it shows every row of the board, so that it can be sorted and filtered."""
-        return self.pages == 1 and (self.everything or len(self.rows) == len(self.board.rows))
-
-    @property
-    def all_rows(self) -> str:
-        """The path of the table of all rows; empty where this page has them all."""
-        return "" if self.is_interactive else board_path(self.board.id, everything=True)
+    path: Callable[[int], str]
 
 
-def board_pages(board: Board) -> Iterator[BoardPage]:
-    """Every page of a board; the table of all rows only if they do not fit on one page."""
-    parts = [board.rows[at : at + PAGE_ROWS] for at in range(0, len(board.rows), PAGE_ROWS)]
-    yield from _pages(board, parts, everything=False)
-    if len(parts) > 1:
-        yield from _pages(board, _parts(board.rows), everything=True)
-
-
-def _parts(rows: Sequence[Row]) -> list[Sequence[Row]]:
-    """The rows in as few parts as fit on pages."""
-    parts: list[Sequence[Row]] = []
-    start, size = 0, 0
-    for at, row in enumerate(rows):
-        size += _bytes(row)
-        if size > PAGE_BYTES:
-            parts.append(rows[start:at])
-            start, size = at, _bytes(row)
-    return [*parts, rows[start:]]
-
-
-def _bytes(row: Row) -> int:
-    """About the size of a row in the table of all rows; an escaped character takes up to six bytes."""
-    texts = (row.entry.title[:40], row.entry.name, row.entry.name)
-    return ROW_BYTES + sum(len(str(escape(text)).encode()) for text in texts)
-
-
-def _pages(board: Board, parts: Sequence[Sequence[Row]], *, everything: bool) -> Iterator[BoardPage]:
-    first = 1
-    for number, rows in enumerate(parts, 1):
-        yield BoardPage(board, number, first, tuple(rows), everything, len(parts))
-        first += len(rows)
+def parts(rows: Sequence[Any], size: int, path: Callable[[int], str]) -> Iterator[Part]:
+    """The pages of a list, with ``size`` rows each; one page of an empty list."""
+    starts = range(0, max(len(rows), 1), size)
+    for number, start in enumerate(starts, 1):
+        yield Part(rows[start : start + size], number, len(starts), path)
 
 
 ENTRIES_PER_PAGE = 200
@@ -265,52 +199,17 @@ REFUSED = "Refused: they break a rule, and are on no board until all problems ar
 STATUS = (ON_A_BOARD, OFF_BOARDS, PUBLISHED, REFUSED)
 
 
-@dataclass(frozen=True)
-class EntryPage:
-    """A page of the list: submissions under the headings of their status.
-
-    Args:
-        number: the page, from 1.
-        pages: how many pages there are.
-        parts: heading and submissions.
-    """
-
-    number: int
-    pages: int
-    parts: tuple[tuple[str, tuple[Scorecard, ...]], ...]
-
-    @property
-    def path(self) -> str:
-        """Its path."""
-        return list_path(self.number)
-
-    @property
-    def previous(self) -> str:
-        """The path of the page before; empty for the first."""
-        return list_path(self.number - 1) if self.number > 1 else ""
-
-    @property
-    def next(self) -> str:
-        """The path of the page after; empty for the last."""
-        return list_path(self.number + 1) if self.number < self.pages else ""
-
-
 def list_path(number: int) -> str:
-    """The path of a page of the list."""
+    """The path of a page of the list of all entries."""
     return f"entries{f'-{number}' if number > 1 else ''}.html"
 
 
-def entry_pages(entries: Sequence[Scorecard], boards: Sequence[Board]) -> Iterator[EntryPage]:
-    """Every page of the list; one page without submissions."""
+def entry_pages(entries: Sequence[Scorecard], boards: Sequence[Board]) -> Iterator[Part]:
+    """Every page of the list: pairs of a status and an entry, sorted by status and name."""
     on_boards = {row.entry.name for board in boards for row in board.rows}
-    ordered = sorted(entries, key=lambda entry: (STATUS.index(_status(entry, on_boards)), entry.name))
-    parts = [ordered[at : at + ENTRIES_PER_PAGE] for at in range(0, len(ordered), ENTRIES_PER_PAGE)] or [[]]
-    for number, part in enumerate(parts, 1):
-        by_status: dict[str, list[Scorecard]] = {}
-        for entry in part:
-            by_status.setdefault(_status(entry, on_boards), []).append(entry)
-        sections = tuple((status, tuple(members)) for status, members in by_status.items())
-        yield EntryPage(number, len(parts), sections)
+    pairs = [(_status(entry, on_boards), entry) for entry in entries]
+    pairs.sort(key=lambda pair: (STATUS.index(pair[0]), pair[1].name))
+    return parts(pairs, ENTRIES_PER_PAGE, list_path)
 
 
 def _status(entry: Scorecard, on_boards: set[str]) -> str:

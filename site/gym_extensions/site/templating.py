@@ -13,7 +13,7 @@ from gym_extensions.rollouts.review import REPORTED
 from gym_extensions.scoring import highlights
 from gym_extensions.scoring.metrics import BY_NAME
 from gym_extensions.scoring.published import COLUMNS as PAPER_COLUMNS
-from gym_extensions.site import api, exports, motion, play, records, speed, tables, tasks, text, trial
+from gym_extensions.site import api, core, exports, motion, play, records, speed, tables, tasks, text, trial
 from gym_extensions.site.boards import missing_reasons
 from gym_extensions.site.charts import lines, strips
 from gym_extensions.site.output import digest
@@ -44,6 +44,7 @@ def environment() -> Environment:
     )
     templates.globals.update(
         api=api,
+        core=core,
         exports=exports,
         line_charts=lines,
         records=records,

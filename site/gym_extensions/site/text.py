@@ -67,19 +67,12 @@ def readable(value: object) -> str:
     return str(value)
 
 
-def half_width(value: MetricValue) -> float | None:
-    """Half of the interval, which is symmetric; None with fewer than two runs."""
-    return (value.ends[1] - value.ends[0]) / 2 if value.ends else None
-
-
 def plus_minus(value: MetricValue) -> str:
     """Mean and half of the interval with three digits: ``0.421 ±0.113``; empty without a value."""
-    half = half_width(value)
-    return (
-        ""
-        if value.mean is None
-        else fixed(value.mean, 3) + (f" ±{fixed(half, 3)}" if half is not None else "")
-    )
+    if value.mean is None:
+        return ""
+    half = f" ±{fixed((value.ends[1] - value.ends[0]) / 2, 3)}" if value.ends else ""
+    return fixed(value.mean, 3) + half
 
 
 def tied(others: int) -> str:
@@ -157,6 +150,12 @@ def group(group_id: str) -> Markup:
         return Markup('{} <span class="version">suite, mean of {}</span>').format(group_id, groups)
     name, version = split_version(group_id)
     return Markup('{}<span class="version">-v{}</span>').format(name, version) if version else escape(name)
+
+
+def group_name(group_id: str) -> str:
+    """A group's name in a list of links, without version 0."""
+    name, version = split_version(group_id)
+    return f"{name}-v{version}" if int(version or 0) else f"{name}{' suite' if group_id in SUITES else ''}"
 
 
 TAGS = {"`": "<code>{}</code>", "*": "<em>{}</em>"}
@@ -307,6 +306,20 @@ def missing(items: Iterable[str]) -> str:
 def level(card: Scorecard) -> str:
     """The level of an entry; ``refused`` with problems."""
     return card.level or REFUSED
+
+
+def checked(card: Scorecard) -> str:
+    """How an entry was verified, in a sentence or two; what its level means if it was not."""
+    if not is_verified(card):
+        return LEVELS[card.level] if card.level else ""
+    passed = [found for found in card.verifications if found.passed and found.current]
+    runs, episodes, repeated = (
+        sum(getattr(found, name) for found in passed) for name in ("current", "episodes", "repeated")
+    )
+    text = f"Verified: the policies of {count(runs, 'run')} were run on new seeds and agree with the logs"
+    if episodes:
+        text += f"; {grouped(repeated)} of {grouped(episodes)} logged episodes were repeated bit for bit"
+    return text + (". A run was trained again and agrees." if card.level == REPRODUCED else ".")
 
 
 def is_verified(card: Scorecard) -> bool:

@@ -1,4 +1,4 @@
-"""Strip plots: a metric's mean, interval and runs on one line, alone or above another metric."""
+"""Strip plots: a metric's mean, interval and runs on one line, alone or beside another metric."""
 
 from __future__ import annotations
 
@@ -48,73 +48,65 @@ def strip(value: MetricValue, scale: Scale) -> Markup:
     """One metric value on one line: interval as a bar, runs as dots, mean as a disc."""
     if value.mean is None:
         return Markup("")
-    return _strip(ROW_HEIGHT, describe(value), scale, _marks(value, scale, ROW_HEIGHT / 2, "final"))
+    return _strip(ROW_HEIGHT, describe(value), scale, _marks(value, scale, ROW_HEIGHT / 2))
 
 
-def slope(before: MetricValue, after: MetricValue, scale: Scale) -> Markup:
-    """Two metric values below each other, joined by a line: right after training above, at the end below.
+def dumbbell(before: MetricValue, after: MetricValue, scale: Scale) -> Markup:
+    """Two metric values on one line: a ring right after the training, a disc with its interval at the end.
 
-    A line that leans to the left shows forgetting.
+    A disc to the left of its ring shows forgetting.
     """
     if before.mean is None or after.mean is None:
         return strip(after, scale)
-    top, bottom, height = ROW_HEIGHT / 2, ROW_HEIGHT * 1.5 + 4, ROW_HEIGHT * 2 + 4
-    change = after.mean - before.mean
+    change, y = after.mean - before.mean, ROW_HEIGHT / 2
     kind = "same" if abs(change) < NO_CHANGE else "loss" if change < 0 else "gain"
-    join = stroke(scale.at(before.mean), top, scale.at(after.mean), bottom, f"join {kind}")
-    label = f"learning performance {describe(before)}; final performance {describe(after)}"
-    marks = _marks(before, scale, top, "learning") + _marks(after, scale, bottom, "final")
-    return _strip(height, label, scale, join + marks)
-
-
-def example() -> Markup:
-    """The legend: a slope of invented numbers below its ruler."""
-    before = MetricValue(0.82, 0.72, 0.92, (0.75, 0.78, 0.83, 0.85, 0.89))
-    after = MetricValue(0.47, 0.35, 0.59, (0.36, 0.43, 0.48, 0.52, 0.56))
-    scale = Scale(-0.1, 1.1, MARGIN, WIDTH - MARGIN)
-    return ruler(scale) + slope(before, after, scale)
+    ring = f'<circle class="mean learning" cx="{px(scale.at(before.mean))}" cy="{px(y)}" r="4.5"/>'
+    join = stroke(scale.at(before.mean), y, scale.at(after.mean), y, f"join {kind}")
+    label = f"learned {describe(before)}; at the end {describe(after)}"
+    return _strip(ROW_HEIGHT, label, scale, join + ring + _marks(after, scale, y))
 
 
 def ruler(scale: Scale) -> Markup:
-    """The tick labels above a column of strips, always with 0 (floor) and 1 (expert)."""
+    """The tick labels above a column of strips, with 0 (floor) and 1 (expert) where the scale has them."""
     marks = "".join(
         f'<text class="tick{" key" if mark in {0, 1} else ""}" x="{px(scale.at(mark))}" y="12">'
         f"{tick_label(mark)}</text>"
-        for mark in sorted({*scale.ticks(5), 0.0, 1.0})
+        for mark in sorted({*scale.ticks(5), *filter(scale.contains, (0.0, 1.0))})
         if mark in {0.0, 1.0}
         or min(abs(scale.at(mark) - scale.at(key)) for key in (0.0, 1.0)) > TICK_DISTANCE
     )
     return Markup(f'<svg class="ruler" viewBox="0 0 {WIDTH} 16" aria-hidden="true">{marks}</svg>')
 
 
-def _marks(value: MetricValue, scale: Scale, y: float, kind: str) -> str:
+def _marks(value: MetricValue, scale: Scale, y: float) -> str:
     parts = []
     if value.ends:
         low, high = (scale.at(end) for end in value.ends)
-        parts.append(stroke(low, y, high, y, f"interval {kind}"))
+        parts.append(stroke(low, y, high, y, "interval"))
         parts += [
-            _arrow(scale.at(end), y, -1 if end < scale.low else 1, kind)
+            _arrow(scale.at(end), y, -1 if end < scale.low else 1)
             for end in value.ends
             if not scale.contains(end)
         ]
     middle, across = px(y), scale.each_at(value.runs) if value.runs else []
     parts += [
-        f'<circle class="run {kind}" cx="{px(x)}" cy="{middle}" r="2.4"><title>{fixed(run)}</title></circle>'
+        f'<circle class="run" cx="{px(x)}" cy="{middle}" r="2.4"><title>{fixed(run)}</title></circle>'
         for run, x in zip(value.runs, across, strict=True)
     ]
     if value.mean is not None:
-        parts.append(f'<circle class="mean {kind}" cx="{px(scale.at(value.mean))}" cy="{middle}" r="5"/>')
+        parts.append(f'<circle class="mean" cx="{px(scale.at(value.mean))}" cy="{middle}" r="5"/>')
     return "".join(parts)
 
 
-def _arrow(x: float, y: float, side: int, kind: str) -> str:
+def _arrow(x: float, y: float, side: int) -> str:
     corners = f"{px(x + 7 * side)},{px(y)} {px(x)},{px(y - 5)} {px(x)},{px(y + 5)}"
-    return f'<polygon class="beyond {kind}" points="{corners}"/>'
+    return f'<polygon class="beyond" points="{corners}"/>'
 
 
 def _strip(height: float, label: str, scale: Scale, body: str) -> Markup:
     grid = "".join(
         stroke(scale.at(mark), 0, scale.at(mark), height, f"grid {name}")
         for mark, name in ((0.0, "floor"), (1.0, "expert"))
+        if scale.contains(mark)
     )
     return picture("strip", str(WIDTH), px(height), label, grid + body)

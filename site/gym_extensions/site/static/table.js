@@ -1,4 +1,4 @@
-/* Sorts, searches, filters, compares and exports the table of a board. Without it, the page is complete as it is.
+/* Sorts, searches, filters and exports the table of a board. Without it, the page is complete as it is.
    The state is in the fragment of the address, as #?q=trpo&sort=forgetting, so that it works from a file, too. */
 "use strict";
 
@@ -6,21 +6,6 @@ const FILTERS = { level: "Level", label: "Task label", algorithm: "Algorithm" };
 const FULL_RUNS = 5;
 const SCREEN = 50; // Rows that are laid out at first: laying out a thousand takes longer than sorting them.
 const byText = new Intl.Collator("en").compare;
-
-/* The differences of the board's entries, as the scorer computed them; the page loads them when two are compared. */
-
-let pairs = null;
-function tablePairs(document) { pairs = document; }
-
-/* first − second in a column: mean, ends of the interval and p value; null where the scorer has none. */
-function difference(document, first, second, column) {
-  const [i, j, at] = [document.names.indexOf(first), document.names.indexOf(second), document.columns.indexOf(column)];
-  const found = document.pairs[`${Math.min(i, j)},${Math.max(i, j)}`]?.[at];
-  if (!found || i < 0 || j < 0) return null;
-  const [v, low, high, p] = found;
-  if (i < j) return { v, low, high, p };
-  return { v: -v, low: low === null ? null : -high, high: low === null ? null : -low, p };
-}
 
 /* Text of numbers, as the pages write them. */
 
@@ -37,21 +22,20 @@ const parsed = (text) => {
 /* Rows of the table as values. */
 
 function cellValue(cell, column) {
-  if (!column.number) return { text: plain((column.key === "level" && cell.querySelector(".badge") || cell).textContent) };
-  if ("v" in cell.dataset) return { v: Number(cell.dataset.v), h: "h" in cell.dataset ? Number(cell.dataset.h) : null };
-  return cell.querySelector(".none") ? { v: null, h: null } : parsed(cell.textContent);
+  if (!column.number) return { text: plain(cell.textContent) };
+  return parsed(cell.textContent);
 }
 
 function readTable(table) {
   const columns = [...table.tHead.rows[0].cells].map((head, index) => ({
     head, index, key: head.dataset.key || "", number: head.dataset.kind === "number",
-    title: plain((head.querySelector("a") || head).firstChild?.textContent || ""),
+    title: plain(head.firstChild?.textContent || ""),
   }));
   const rows = [...table.tBodies[0].rows].map((element, order) => {
     const values = {};
     for (const column of columns) if (column.key) values[column.key] = cellValue(element.cells[column.index], column);
     const link = element.querySelector("th a");
-    const name = element.dataset.entry || element.querySelector("th i").textContent;
+    const name = element.querySelector("th i").textContent;
     const find = element.cells[0].textContent.toLowerCase() + " " + (values.algorithm?.text || "").toLowerCase();
     return { element, order, values, name, title: plain(link.textContent), href: link.getAttribute("href"), find };
   });
@@ -171,12 +155,11 @@ function start(table) {
   const chooser = make("details", { className: "columns" }, make("summary", { textContent: "Columns" }),
     ...optional.map((column, at) => make("label", {}, boxes[at], ` ${column.title}`)));
   const more = make("button", { type: "button", className: "more", onclick: () => { state.all = true; update(); } });
-  const panel = make("section", { className: "comparison", hidden: true });
   const tools = make("div", { className: "tools" }, labelled("Search", search), labelled("Runs", runs),
     ...Object.entries(selects).map(([key, select]) => labelled(FILTERS[key], select)), chooser, compare,
     make("span", { className: "export" }, "These rows as ", downloads[0], " ", downloads[1]), reset);
   const anchor = table.closest(".scroll") || table;
-  anchor.before(tools, status, panel);
+  anchor.before(tools, status);
   anchor.after(more);
 
   for (const column of columns) {
@@ -204,7 +187,10 @@ function start(table) {
   search.oninput = () => { state.q = search.value; update(); };
   runs.onchange = () => { state.runs = runs.value; update(); };
   for (const [key, select] of Object.entries(selects)) select.onchange = () => { state.filters[key] = select.value; update(); };
-  compare.onclick = () => panel.scrollIntoView({ block: "nearest" });
+  compare.onclick = () => {
+    const [first, second] = state.ticked;
+    location.href = `${table.dataset.compare}#?${new URLSearchParams({ first, second })}`;
+  };
   reset.onclick = () => { state = readState(""); update(); };
   addEventListener("hashchange", () => {
     if (location.hash.startsWith("#?") || !location.hash) { state = readState(location.hash); apply(); }
@@ -234,8 +220,6 @@ function start(table) {
         column.head.hidden = hidden;
         for (const row of rows) row.element.cells[column.index].hidden = hidden;
         for (const row of table.querySelectorAll(".computed tr")) if (row.cells[column.index]?.colSpan === 1) row.cells[column.index].hidden = hidden;
-        const group = table.querySelectorAll("col")[column.index];
-        if (group) group.hidden = hidden;
       }
     }
     search.value = state.q;
@@ -245,42 +229,7 @@ function start(table) {
     const total = `${rows.length} ${rows.length === 1 ? "entry" : "entries"}`;
     const matching = shown.length === rows.length ? total : `${shown.length} of ${total}`;
     status.textContent = more.hidden ? matching : `${matching}; the first ${placed.length} are below`;
-    comparison();
-  }
-
-  function comparison() {
-    const pair = state.ticked.map((name) => rows.find((row) => row.name === name)).filter(Boolean);
-    compare.disabled = pair.length !== 2;
-    panel.hidden = pair.length !== 2;
-    panel.replaceChildren();
-    if (panel.hidden) return;
-    const [a, b] = pair;
-    const cell = (tag, text, scope) => {
-      const element = make(tag, { textContent: text });
-      if (scope) element.scope = scope;
-      return element;
-    };
-    const side = (value) => (value.v === null ? "\u2013" : fixed(value.v) + (value.h === null ? "" : ` \u00b1 ${fixed(value.h)}`));
-    if (!pairs) {
-      if (!document.querySelector("script[data-pairs]")) {
-        const script = make("script", { src: table.dataset.pairs, onload: comparison });
-        script.dataset.pairs = "";
-        document.head.append(script);
-      }
-      return;
-    }
-    const lines = columns.filter((column) => pairs.columns.includes(column.key)).map((column) => {
-      const gap = difference(pairs, a.name, b.name, column.key);
-      const p = gap === null || gap.p === null ? "" : gap.p < 0.001 ? "< 0.001" : fixed(gap.p, 3);
-      const text = gap === null ? "\u2013"
-        : gap.low === null ? fixed(gap.v) : `${fixed(gap.v)} (${fixed(gap.low)} to ${fixed(gap.high)})`;
-      const sides = [a, b].map((row) => cell("td", side(row.values[column.key])));
-      return make("tr", {}, cell("th", column.title, "row"), ...sides, cell("td", text), cell("td", p || "\u2013"));
-    });
-    const heads = ["Metric", `${a.title} (${a.name})`, `${b.title} (${b.name})`, "Difference (95 % interval)", "p value"];
-    panel.append(make("h2", { textContent: "Two entries side by side" }),
-      make("table", { className: "plain" }, make("caption", { textContent: "Mean \u00b1 half of the 95 % interval; the difference is first \u2212 second, by Welch for this pair alone. Boards of many entries have differences of the first ones only." }),
-        make("thead", {}, make("tr", {}, ...heads.map((text) => cell("th", text, "col")))), make("tbody", {}, ...lines)));
+    compare.disabled = state.ticked.length !== 2;
   }
 
   function download(kind) {
@@ -296,4 +245,4 @@ function start(table) {
 }
 
 if (typeof document !== "undefined") for (const table of document.querySelectorAll("table[data-table]")) start(table);
-if (typeof module !== "undefined") module.exports = { difference, parsed, fixed, shownRows, readState, writeState, csvText, shownData };
+if (typeof module !== "undefined") module.exports = { parsed, fixed, shownRows, readState, writeState, csvText, shownData };
