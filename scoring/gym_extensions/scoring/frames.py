@@ -201,11 +201,15 @@ KEY = ["name", "group", "protocol"]
 
 
 def csv_text(document: ScorecardDocument) -> str:
-    """The frame of all metrics as CSV: floats by ``repr``, missing values empty.
+    """The frame of all metrics as CSV."""
+    return to_csv(metrics_frame(document))
+
+
+def to_csv(frame: pd.DataFrame) -> str:
+    """A frame as CSV: floats by ``repr``, missing values empty.
 
     Texts that a spreadsheet would take for a formula begin with an apostrophe.
     """
-    frame = metrics_frame(document)
     texts = frame.columns[frame.dtypes == TEXT]
     frame[texts] = frame[texts].map(no_formula, na_action="ignore")
     return frame.to_csv(index=False, lineterminator="\n")

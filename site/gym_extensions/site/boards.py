@@ -13,13 +13,12 @@ from gym_extensions.catalog.groups import CORE, CORES, SUITES
 from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS
 from gym_extensions.rollouts.review import REPORTED
 from gym_extensions.scoring import boards as model
-from gym_extensions.scoring.boards import BoardEntry, BoardMetric, BoardsDocument, VersusNext
+from gym_extensions.scoring.boards import BoardEntry, BoardMetric, BoardsDocument
 from gym_extensions.scoring.leaderboard import boards as scored_boards
 from gym_extensions.scoring.metrics import MetricValue
 from gym_extensions.scoring.records import Record
 from gym_extensions.scoring.references import load_references
 from gym_extensions.scoring.scorecard import ReferencesInfo, Scorecard
-from gym_extensions.site.text import fixed, is_verified, short
 from gym_extensions.site.trial import COLUMNS, SEQUENTIAL, Retention, Trial, group_order
 
 
@@ -147,24 +146,7 @@ def _ranked(ranked: Sequence[Row], metric: str) -> str:
     tied = first.tied(metric)
     if not tied:
         return "It is significantly better than every other ranked entry (95\u202f% confidence)."
-    return f"A tie at the top of {tied + 1} entries. " + _versus(others[0].entry, first.entry.vs_next)
-
-
-def _versus(second: BoardEntry, comparison: VersusNext | None) -> str:
-    """How the first entry compares with the second, in the digits that the page shows."""
-    if comparison is None:
-        raise ValueError("A ranked entry above another one has no comparison with it.")
-    difference, name = comparison.difference, f"{short(second.title)} ({second.name})"
-    size = fixed(difference.mean)
-    if comparison.separated:
-        size = "less than 0.01" if size == fixed(0.0) else size
-        return f"It is significantly better than {name}, by {size}, but not than all others."
-    if difference.low is None or difference.high is None:
-        return f"Its distance to {name} is {size}."
-    return (
-        f"Its distance to {name} is {size}, and could be anything from {fixed(difference.low)} to "
-        f"{fixed(difference.high)}."
-    )
+    return f"The test does not separate it from {count(tied, 'other ranked entry', 'other ranked entries')}."
 
 
 def _unranked(scored: Sequence[Row]) -> str:
@@ -242,11 +224,6 @@ class Board:
         """The number of ranked entries."""
         return sum(row.ranked for row in self.rows)
 
-    @property
-    def verified(self) -> int:
-        """The number of verified entries."""
-        return sum(is_verified(row.card) for row in self.rows)
-
     @cached_property
     def computed(self) -> tuple[Computed, ...]:
         """The rows that are computed from the references; they are no submissions."""
@@ -309,11 +286,6 @@ class Board:
         return min(
             rows, key=lambda row: (row.trial.metric("forgetting").mean or 0.0, row.entry.name), default=None
         )
-
-    @property
-    def why_no_rank(self) -> str:
-        """The reason why the first entry has no rank; empty if it has one."""
-        return self.rows[0].entry.why
 
     @property
     def why_no_score(self) -> str:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import gc
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -101,23 +100,6 @@ def files(
             yield path, content.decode()
 
 
-def build(document: ScorecardDocument, out: Path) -> Path:
-    """Writes the site of a document and returns the path of its index; see ``build_site``."""
-    return build_site(document.submissions, document.references, out).index
-
-
-@contextmanager
-def _collected_by_hand() -> Iterator[None]:
-    """Turns the automatic garbage collection off, which searches all entries again and again."""
-    was_enabled = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if was_enabled:
-            gc.enable()
-
-
 def base_digest(references: ReferencesInfo) -> str:
     """A digest of what all pages depend on: the code, the libraries and the references."""
     return digest(source_digest().encode(), repr(references).encode())
@@ -160,12 +142,16 @@ def build_site(
         keys=keys or {},
         simulator=simulator,
     )
-    with Output(out, base) as output, _collected_by_hand():
-        for number, (path, content) in enumerate(site.files(cards)):
-            if number % COLLECTED_FILES == 0:
-                gc.collect(1)
-            if isinstance(content, Draft):
-                output.add_draft(path, content.inputs, content.write)
-            else:
-                output.add(path, content.encode() if isinstance(content, str) else content)
+    gc.disable()  # it would search all entries again and again
+    try:
+        with Output(out, base) as output:
+            for number, (path, content) in enumerate(site.files(cards)):
+                if number % COLLECTED_FILES == 0:
+                    gc.collect(1)
+                if isinstance(content, Draft):
+                    output.add_draft(path, content.inputs, content.write)
+                else:
+                    output.add(path, content.encode() if isinstance(content, str) else content)
+    finally:
+        gc.enable()
     return Built(out / "index.html", site.leaderboard, output.written)

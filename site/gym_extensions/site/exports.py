@@ -1,9 +1,7 @@
-"""What readers take away: tables as CSV, citations, a badge, and the command that verifies an entry."""
+"""What readers take away: citations, a badge, and the commands that check and repeat an entry."""
 
 from __future__ import annotations
 
-import csv
-import io
 import re
 import shlex
 import unicodedata
@@ -11,11 +9,9 @@ from importlib.metadata import version
 
 from markupsafe import escape
 
-from gym_extensions.scoring.documents import no_formula
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.site.api import slug
-from gym_extensions.site.boards import Board
-from gym_extensions.site.text import fixed, split_version, task_label
+from gym_extensions.site.text import fixed, split_version
 from gym_extensions.site.trial import COLUMNS, SEQUENTIAL, group_trials, suite_trials
 
 NAME = "gym-extensions"
@@ -122,38 +118,6 @@ def commands(card: Scorecard) -> str:
     return "\n".join(lines)
 
 
-METRIC_COLUMNS = (
-    "name",
-    "level",
-    "group",
-    "protocol",
-    "budget",
-    "runs",
-    "metric",
-    "mean",
-    "low",
-    "high",
-    "why",
-)
-"""Those of ``score --csv``."""
-
-
-def metrics_csv(card: Scorecard) -> str:
-    """One row per group or suite, protocol and metric: floats by ``repr``, missing values empty."""
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(METRIC_COLUMNS)
-    for trial in (*group_trials(card), *suite_trials(card)):
-        runs = len(trial.runs) if trial.detail else ""
-        for name, value in trial.metrics.items():
-            low, high = value.ends or ("", "")
-            mean = "" if value.mean is None else value.mean
-            facts = (card.name, card.level or "", trial.group, trial.protocol, trial.score.budget)
-            texts = (*map(no_formula, facts), runs, name)
-            writer.writerow((*texts, mean, low, high, no_formula(value.why)))
-    return out.getvalue()
-
-
 PAPER = """@article{henderson2017benchmark,
   title = {{Benchmark Environments for Multitask Learning in Continuous Domains}},
   author = {Henderson, Peter and Chang, Wei-Di and Shkurti, Florian and Hansen, Johanna and Meger, David and
@@ -175,55 +139,3 @@ def software_bibtex() -> str:
 }}
 """
     return f"{software}\n{PAPER}"
-
-
-FACTS = (
-    "entry",
-    "title",
-    "level",
-    "runs",
-    "ranked",
-    "task_label",
-    "stored_transitions",
-    "parameters",
-    "algorithm",
-    "authors",
-    "accepted",
-)
-
-
-def board_csv(board: Board) -> str:
-    """One row per entry from top to bottom, then computed ones: facts, then mean and interval per metric."""
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow([*FACTS, *(f"{name}{end}" for name in board.columns for end in ("", "_low", "_high"))])
-    for row in board.rows:
-        memory = row.entry.memory
-        manifest = row.card.manifest
-        facts = (
-            row.entry.name,
-            row.entry.title,
-            row.entry.level,
-            row.runs,
-            "true" if row.ranked else "false",
-            task_label(row.card),
-            memory.stored_steps if memory else "",
-            memory.parameters_last if memory else "",
-            manifest.protocol.algorithm if manifest else "",
-            "; ".join(row.entry.authors),
-            row.entry.accepted,
-        )
-        values = [row.trial.metric(name) for name in board.columns]
-        numbers = [number for value in values for number in (value.mean, value.low, value.high)]
-        writer.writerow(
-            [
-                *(no_formula(fact) if isinstance(fact, str) else fact for fact in facts),
-                *("" if number is None else repr(number) for number in numbers),
-            ]
-        )
-    for computed in board.computed:
-        values = [computed.metric(name) for name in board.columns]
-        numbers = [number for value in values for number in (value.mean, value.low, value.high)]
-        known = (computed.entry.name, computed.entry.title, "", "", "false", *[""] * (len(FACTS) - 5))
-        writer.writerow([*known, *("" if number is None else repr(number) for number in numbers)])
-    return out.getvalue()

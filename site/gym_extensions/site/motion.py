@@ -404,24 +404,14 @@ def _floor(frame: View, has_ticks: bool) -> str:
     return f'<path class="floor" d="M0 {frame.at((0.0, 0.0))[1]}h{frame.size[0]}{marks}"/>'
 
 
-def _moves(points: NDArray[np.int_]) -> list[tuple[int, int]]:
-    """The steps between points (n, 2) without pauses; steps on in the same direction are one."""
-    moves: list[tuple[int, int]] = []
-    for x, y in np.diff(points, axis=0).tolist():
-        before = moves[-1] if moves else (0, 0)
-        if moves and x * before[1] == y * before[0] and x * before[0] + y * before[1] >= 0:
-            moves[-1] = (before[0] + x, before[1] + y)
-        elif x or y:
-            moves.append((x, y))
-    return moves or [(0, 0)]
-
-
 def _path(picture: str, episode: Episode) -> Markup:
     """The path of an episode of 2-D navigation over the picture of its map."""
     width, height = SIZE
     rows = np.rint(episode.coordinates).astype(int)
     rows[:, 1] = height - rows[:, 1]
-    line = f"M{rows[0, 0]} {rows[0, 1]}l" + " ".join(f"{x} {y}" for x, y in _moves(rows)).replace(" -", "-")
+    line = f"M{rows[0, 0]} {rows[0, 1]}l" + " ".join(
+        f"{x} {y}" for x, y in np.diff(rows, axis=0).tolist()
+    ).replace(" -", "-")
     label = f"{episode.title}: {episode.facts}"
     return Markup(
         f'<svg class="strobe map" viewBox="0 0 {width} {height}" width="320" role="img" '

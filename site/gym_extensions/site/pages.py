@@ -5,12 +5,10 @@
 
 from __future__ import annotations
 
-import json
 import posixpath
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import partial
-from itertools import groupby
 from pathlib import Path
 
 from markupsafe import Markup
@@ -21,6 +19,7 @@ from gym_extensions.catalog.sheets import sheet
 from gym_extensions.catalog.tasks import TASKS
 from gym_extensions.rollouts.review import REPORTED
 from gym_extensions.scoring.boards import BoardsDocument
+from gym_extensions.scoring.frames import board_frame, csv_text, to_csv
 from gym_extensions.scoring.poses import load_entry
 from gym_extensions.scoring.schema import schema_texts
 from gym_extensions.scoring.scorecard import ReferenceValue, Scorecard, ScorecardDocument
@@ -262,7 +261,7 @@ def _data(site: Leaderboard, render: Render) -> Iterator[File]:
     yield api.CORE_DATA, BoardsDocument(core=site.scored.core, boards=()).to_json()
     for board in site.boards:
         yield api.board_data(board.id), BoardsDocument(boards=(board.scored,)).to_json()
-        yield api.board_data(board.id, "csv"), exports.board_csv(board)
+        yield api.board_data(board.id, "csv"), to_csv(board_frame(board.scored))
         yield api.board_data(board.id, "pairs.js"), board.pairs
     for group in members:
         yield api.group_data(group.id), _group_document(group, site, boards).to_json()
@@ -293,7 +292,7 @@ def _changes(site: Leaderboard, render: Render) -> Iterator[File]:
     history, events = releases(changelog()), entry_events(site.entries)
     values = {"releases": history, "events": events[:MAX_EVENTS], "count": len(events)}
     yield "changes.html", render("changes.html", "changes.html", **values)
-    yield "feed.xml", feed(history, events)
+    yield "feed.xml", render("feed.xml", "feed.xml", items=feed(history, events))
 
 
 def _about(_site: Leaderboard, render: Render) -> Iterator[File]:
@@ -304,13 +303,7 @@ def _about(_site: Leaderboard, render: Render) -> Iterator[File]:
 
 def _speed(_site: Leaderboard, render: Render) -> Iterator[File]:
     """Measured speed, a section per measure, the last one for memory."""
-    measurements: speed.Measurements = json.loads(speed.MEASURED.read_text(encoding="utf-8"))
-    rows = measurements["rows"]
-    comparisons = [speed.comparison(row) for row in rows if row["measure"] != speed.MEMORY]
-    chapters = [(title, list(part)) for title, part in groupby(comparisons, key=lambda item: item.title)]
-    memory = [speed.peak_memory(row) for row in rows if row["measure"] == speed.MEMORY]
-    values = {"machine": measurements["machine"], "chapters": chapters, "memory": memory}
-    yield "speed.html", render("speed.html", "speed.html", **values)
+    yield "speed.html", render("speed.html", "speed.html", **speed.measured())
 
 
 def _pictures(_site: Leaderboard, _render: Render) -> Iterator[File]:
@@ -326,9 +319,10 @@ def _pictures(_site: Leaderboard, _render: Render) -> Iterator[File]:
 
 def _entry_exports(entry: Scorecard, render: Render) -> Iterator[File]:
     """The files that the page of an entry offers: metrics as CSV, a citation and a badge."""
-    texts = {"badge.svg": exports.badge}
+    texts: dict[str, Callable[[Scorecard], str]] = {"badge.svg": exports.badge}
     if not entry.problems:
-        texts |= {"metrics.csv": exports.metrics_csv, "citation.bib": exports.bibtex}
+        document = ScorecardDocument(references=render.site.references, submissions=(entry,))
+        texts |= {"metrics.csv": lambda _: csv_text(document), "citation.bib": exports.bibtex}
     for name, text in texts.items():
         yield api.entry_file(entry.name, name), Draft(render.inputs, partial(text, entry))
 

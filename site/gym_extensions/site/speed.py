@@ -1,15 +1,14 @@
-"""Measured speed: the ratios that ``make bench`` writes, as comparisons and peak memory.
-
-``ratios.json`` keeps the keys with which the benchmarks write it; the tables below give them labels.
-"""
+"""Measured speed: the ratios that ``make bench`` writes, as comparisons and peak memory."""
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import groupby
 from pathlib import Path
-from typing import TypedDict
+from typing import Any, NamedTuple
 
 from markupsafe import Markup
 
@@ -24,7 +23,7 @@ TITLES = {
     "wall and sensor": "Wall and sensor",
     "training": "Training",
 }
-"""The title of each measure; others are shown as they are written."""
+"""The title of each measure."""
 SETTINGS = {
     "lanes": ("environment", "environments"),
     "threads": ("thread", "threads"),
@@ -32,41 +31,7 @@ SETTINGS = {
     "batch": ("step per batch", "steps per batch"),
 }
 """The settings of a comparison that are shown, with their names in singular and plural."""
-VARIANTS = {"make_batch": "make_vec"}
-"""Variants whose name in the committed measurements is older than the public one."""
-
-
-class Measurement(TypedDict, total=False):
-    """A row of ``ratios.json``: median speeds, ratios of the first speed to the others, and targets."""
-
-    measure: str
-    task: str
-    lanes: int
-    threads: int
-    episodes: int
-    batch: int
-    rounds: int
-    per_second: dict[str, float]
-    ratios: dict[str, float]
-    bars: dict[str, float]
-
-
-class Machine(TypedDict):
-    """The machine of the measurements."""
-
-    processor: str
-    cores: int
-    system: str
-    python: str
-    packages: dict[str, str]
-
-
-class Measurements(TypedDict):
-    """The content of ``ratios.json``."""
-
-    format: int
-    machine: Machine
-    rows: list[Measurement]
+Row = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
@@ -84,76 +49,57 @@ class Variant:
     name: str
     speed: float
     share: float
-    ratio: float | None = None
-    target: float | None = None
-
-    @property
-    def reached(self) -> bool | None:
-        """Whether the ratio reaches its target; None without a target."""
-        return None if self.target is None or self.ratio is None else self.ratio >= self.target
+    ratio: float | None
+    target: float | None
 
 
-@dataclass(frozen=True)
-class Comparison:
+class Comparison(NamedTuple):
     """Variants that were measured in turns in one run; the first is this project's."""
 
-    measure: str
     task: str
     settings: str
-    variants: tuple[Variant, ...]
-
-    @property
-    def title(self) -> str:
-        """The title of what was measured."""
-        return TITLES.get(self.measure, self.measure.capitalize())
+    variants: list[Variant]
 
 
-@dataclass(frozen=True)
-class PeakMemory:
-    """The peak memory of a whole process, and its limit, in GB."""
-
-    name: str
-    limit: float
-    ratio: float
-
-    @property
-    def peak(self) -> float:
-        """Peak memory in GB."""
-        return self.limit / self.ratio
-
-    @property
-    def within_limit(self) -> bool:
-        """Whether the peak stays within the limit."""
-        return self.ratio >= 1
+def measured() -> dict[str, Any]:
+    """The machine, the comparisons by title, and peak memory as (process, GB, limit in GB)."""
+    document = json.loads(MEASURED.read_text(encoding="utf-8"))
+    rows = [row for row in document["rows"] if row["measure"] != MEMORY]
+    return {
+        "machine": document["machine"],
+        "chapters": [
+            (TITLES[measure], [comparison(row) for row in part])
+            for measure, part in groupby(rows, key=lambda row: row["measure"])
+        ],
+        "memory": [peak_memory(row) for row in document["rows"] if row["measure"] == MEMORY],
+    }
 
 
-def comparison(row: Measurement) -> Comparison:
+def comparison(row: Row) -> Comparison:
     """The comparison in a row of ``ratios.json``."""
     speeds = row["per_second"]
-    fastest = max(speeds.values())
     variants = [
-        Variant(label(name), speed, speed / fastest, row["ratios"].get(name), row["bars"].get(name))
+        Variant(
+            label(name), speed, speed / max(speeds.values()), row["ratios"].get(name), row["bars"].get(name)
+        )
         for name, speed in speeds.items()
     ]
-    return Comparison(row["measure"], row.get("task", ""), _settings(row), tuple(variants))
+    values = [(row[key], *names) for key, names in SETTINGS.items() if key in row]
+    settings = ", ".join(f"{value} {one if value == 1 else many}" for value, one, many in values)
+    return Comparison(row["task"], settings, variants)
 
 
-def peak_memory(row: Measurement) -> PeakMemory:
-    """The peak memory in a row of ``ratios.json``, whose only ratio is named by the limit, as ``1.5 GB``."""
+def peak_memory(row: Row) -> tuple[str, float, float]:
+    """Process, peak and limit in GB of a row whose only ratio is named by the limit, as ``1.5 GB``."""
     name, *_ = row["per_second"]
     ((limit, ratio),) = row["ratios"].items()
-    return PeakMemory(label(name), float(limit.removesuffix(" GB")), ratio)
+    return label(name), float(limit.removesuffix(" GB")) / ratio, float(limit.removesuffix(" GB"))
 
 
 def label(name: str) -> str:
-    """The public name of a variant: lanes are environments."""
-    renamed = re.sub(r"^(\d+)( \w+)? lanes$", r"\1\2 environments", VARIANTS.get(name, name))
+    """The public name of a variant: lanes are environments, and ``make_batch`` is now ``make_vec``."""
+    renamed = re.sub(r"^(\d+)( \w+)? lanes$", r"\1\2 environments", name.replace("make_batch", "make_vec"))
     return re.sub(r"^1 environments$", "1 environment", renamed)
-
-
-def _settings(row: Mapping[str, object]) -> str:
-    values = [(row[key], *names) for key, names in SETTINGS.items() if key in row]
-    return ", ".join(f"{value} {one if value == 1 else many}" for value, one, many in values)
 
 
 BAR_WIDTH, BAR_HEIGHT = 220, 12

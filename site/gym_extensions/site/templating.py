@@ -13,7 +13,20 @@ from gym_extensions.rollouts.review import REPORTED
 from gym_extensions.scoring import highlights
 from gym_extensions.scoring.metrics import BY_NAME
 from gym_extensions.scoring.published import COLUMNS as PAPER_COLUMNS
-from gym_extensions.site import api, core, exports, motion, play, records, speed, tables, tasks, text, trial
+from gym_extensions.site import (
+    api,
+    changes,
+    core,
+    exports,
+    motion,
+    play,
+    records,
+    speed,
+    tables,
+    tasks,
+    text,
+    trial,
+)
 from gym_extensions.site.boards import missing_reasons
 from gym_extensions.site.charts import lines, strips
 from gym_extensions.site.output import digest
@@ -44,6 +57,7 @@ def environment() -> Environment:
     )
     templates.globals.update(
         api=api,
+        changes=changes,
         core=core,
         exports=exports,
         line_charts=lines,
@@ -75,7 +89,7 @@ def source_digest() -> str:
         file
         for folder in folders
         for file in folder.rglob("*")
-        if file.suffix in {".py", ".html", ".css", ".csv", ".js", ".json", ".png", ".svg", ".webp"}
+        if file.suffix in {".py", ".html", ".css", ".csv", ".js", ".json", ".png", ".svg", ".webp", ".xml"}
     )
     versions = [f"{name} {metadata.version(name)}".encode() for name in LIBRARIES]
     return digest(*versions, *(part for file in files for part in (file.name.encode(), file.read_bytes())))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from bisect import bisect_right
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
@@ -17,7 +16,6 @@ from gym_extensions.scoring.metrics import (
     NOTHING_LEARNED,
     TABLE,
     MetricValue,
-    Profile,
     Run,
     learned_nothing,
 )
@@ -100,9 +98,9 @@ class Trial:
 
     @cached_property
     def profile(self) -> Points:
-        """Points of the performance profile, up to the highest score; empty without one."""
-        whole = whole_profile(self.detail) if self.detail else None
-        return whole.points if whole else ()
+        """Points of the performance profile, up to a score of 2; empty without one."""
+        profile = self.detail.profile if self.detail else None
+        return profile.points if profile else ()
 
     @property
     def iqm(self) -> float | None:
@@ -223,37 +221,6 @@ def table_digits(trial: Trial) -> int:
         return 2
     cells = [cell for row in trial.detail.paper_table for cell in row.cells() if cell]
     return digits_for(cell.mean / 10 for cell in cells)
-
-
-STEP = 0.05
-
-
-def whole_profile(score: GroupScore) -> Profile | None:
-    """The document's profile, continued to the right until no run and task is above.
-
-    The document ends at τ = 2. What lies above follows from the return matrix.
-    """
-    profile = score.profile
-    if profile is None or not profile.fraction or profile.fraction[-1] <= 0:
-        return profile
-    values = sorted(
-        share
-        for run in score.return_matrix
-        for task, value in zip(score.tasks, run[-1], strict=True)
-        if (reference := score.reference.get(task)) and (share := reference.normalize(value)) is not None
-    )
-    if not values:
-        return profile
-    taus, shares = list(profile.tau), list(profile.fraction)
-    while shares[-1] > 0:
-        taus.append(round(taus[-1] + _step(values[-1]), 6))
-        shares.append((len(values) - bisect_right(values, taus[-1])) / len(values))
-    return Profile(tuple(taus), tuple(shares))
-
-
-def _step(highest: float) -> float:
-    """The distance of further points: few points, however far the values reach."""
-    return max(STEP, highest / 40)
 
 
 Stages = tuple[tuple[MetricValue, ...], ...]

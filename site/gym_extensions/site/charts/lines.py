@@ -7,7 +7,7 @@ Statistical Precipice".
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import islice
@@ -28,7 +28,7 @@ from gym_extensions.site.charts.svg import (
     tick_label,
 )
 from gym_extensions.site.text import fixed, grouped, short, variation
-from gym_extensions.site.trial import Points, Retention, Trial
+from gym_extensions.site.trial import Points, Trial
 
 X, Y = (34.0, 200.0), (100.0, 10.0)
 """Left and right, bottom and top of a panel."""
@@ -191,19 +191,20 @@ LINE_STYLES = 6
 
 @dataclass(frozen=True)
 class Line:
-    """One entry's profile: its class in the style sheet, its title and name, its interquartile mean."""
+    """An entry on a chart: its class in the style sheet and its row."""
 
     kind: str
-    title: str
-    iqm: float | None
-    profile: Points
-    name: str = ""
+    row: Row
 
     @property
     def sample(self) -> Markup:
-        """A piece of the line, for the legend."""
+        """A piece of its line, for the legend."""
         body = stroke(0, 4, 26, 4, f"line {self.kind}")
         return Markup(f'<svg class="sample" viewBox="0 0 26 8" aria-hidden="true">{body}</svg>')
+
+
+def _lines(rows: Iterable[Row]) -> list[Line]:
+    return [Line(f"p{number}", row) for number, row in enumerate(islice(rows, LINE_STYLES), 1)]
 
 
 def describe(profile: Points) -> str:
@@ -214,27 +215,23 @@ def describe(profile: Points) -> str:
 
 def of_trial(trial: Trial) -> Markup:
     """The profile of one entry on one group; empty without a profile."""
-    if not trial.profile:
-        return Markup("")
-    return _chart([Line("p1", "", trial.iqm, trial.profile)], describe(trial.profile))
+    return _chart([("p1", "", trial.profile)], describe(trial.profile)) if trial.profile else Markup("")
 
 
 def profiles(rows: Sequence[Row]) -> list[Line]:
     """The lines of the first entries that have a profile, from top to bottom."""
-    profiled = (row for row in rows if row.trial.profile)
-    return [
-        Line(f"p{number}", row.entry.title, row.trial.iqm, row.trial.profile, row.entry.name)
-        for number, row in enumerate(islice(profiled, LINE_STYLES), 1)
-    ]
+    return _lines(row for row in rows if row.trial.profile)
 
 
 def of_board(lines: Sequence[Line]) -> Markup:
     """All lines on one scale; the board's first entry is drawn last, above the others."""
-    return _chart(lines, "; ".join(f"{line.title}: {describe(line.profile)}" for line in lines))
+    titled = [(line.kind, line.row.entry.title, line.row.trial.profile) for line in lines]
+    return _chart(titled, "; ".join(f"{title}: {describe(profile)}" for _, title, profile in titled))
 
 
-def _chart(lines: Sequence[Line], label: str) -> Markup:
-    first, last = lines[0].profile[0][0], max(line.profile[-1][0] for line in lines)
+def _chart(lines: Sequence[tuple[str, str, Points]], label: str) -> Markup:
+    """The profiles: class, title and points of each."""
+    first, last = lines[0][2][0][0], max(profile[-1][0] for _, _, profile in lines)
     x, y = Scale(first, last, *PROFILE_X), Scale(0.0, 1.0, *PROFILE_Y)
     body = [stroke(x.start, y.at(share), x.end, y.at(share), "level") for share in (0.0, 0.5, 1.0)]
     body += [text("tick side", x.start - 5, y.at(share) + 3, _percent(share)) for share in (0.0, 0.5, 1.0)]
@@ -248,10 +245,10 @@ def _chart(lines: Sequence[Line], label: str) -> Markup:
     ]
     body.append(text("tick name", 0, 10, "share of runs and tasks above the score"))
     body.append(text("tick side", x.end, y.start + 29, "score at the end (0 floor, 1 expert)"))
-    for line in reversed(lines):
-        title = f"<title>{escape(line.title)}</title>" if line.title else ""
-        through = points(_corners(line.profile), x, y)
-        body.append(f'<polyline class="line {line.kind}" points="{through}">{title}</polyline>')
+    for kind, title, profile in reversed(lines):
+        named = f"<title>{escape(title)}</title>" if title else ""
+        through = points(_corners(profile), x, y)
+        body.append(f'<polyline class="line {kind}" points="{through}">{named}</polyline>')
     return picture("profile", "384", "196", label, "".join(body))
 
 
@@ -266,55 +263,33 @@ def _percent(share: float) -> str:
     return f"{100 * share:.0f}\u202f%"
 
 
-@dataclass(frozen=True)
-class Drawn:
-    """An entry on the charts: its class in the style sheet, its title and name, its scores."""
-
-    kind: str
-    title: str
-    name: str
-    retention: Retention
-
-    @property
-    def sample(self) -> Markup:
-        """A piece of its line, for the legend."""
-        body = stroke(0, 4, 26, 4, f"line {self.kind}")
-        return Markup(f'<svg class="sample" viewBox="0 0 26 8" aria-hidden="true">{body}</svg>')
-
-
-def drawn(rows: Sequence[Row], most: int = LINE_STYLES) -> list[Drawn]:
+def drawn(rows: Sequence[Row]) -> list[Line]:
     """The first entries that have scores over the sequence."""
-    with_stages = ((row, row.retention) for row in rows if row.retention and row.retention.stages)
-    return [
-        Drawn(f"p{number}", row.entry.title, row.entry.name, retention)
-        for number, (row, retention) in enumerate(islice(with_stages, most), 1)
-    ]
+    return _lines(row for row in rows if row.retention and row.retention.stages)
 
 
-def panels(lines: Sequence[Drawn]) -> list[tuple[Markup, Markup]]:
+def panels(lines: Sequence[Line]) -> list[tuple[Markup, Markup]]:
     """Title and chart of every task that has scores, on one scale."""
-    if not lines:
-        return []
-    tasks = lines[0].retention.tasks
+    retentions = [line.row.retention for line in lines if line.row.retention]
     means = [
         value.mean
-        for line in lines
-        for stage in line.retention.stages
+        for retention in retentions
+        for stage in retention.stages
         for value in stage
         if value.mean is not None
     ]
     if not means:
         return []
-    y = scale_around(means, *Y)
-    x = Scale(0, len(tasks), *X)
+    tasks = retentions[0].tasks
+    x, y = Scale(0, len(tasks), *X), scale_around(means, *Y)
     return [
         (variation(task, tasks), _panel(lines, at, x, y))
         for at, task in enumerate(tasks)
-        if lines[0].retention.stages[0][at].mean is not None
+        if retentions[0].stages[0][at].mean is not None
     ]
 
 
-def _panel(lines: Sequence[Drawn], at: int, x: Scale, y: Scale) -> Markup:
+def _panel(lines: Sequence[Line], at: int, x: Scale, y: Scale) -> Markup:
     top, bottom = min(y.start, y.end), max(y.start, y.end)
     width = px(x.at(at + 1) - x.start)
     body = [
@@ -328,7 +303,7 @@ def _panel(lines: Sequence[Drawn], at: int, x: Scale, y: Scale) -> Markup:
     ]
     labels = []
     for line in reversed(lines):
-        values = [stage[at] for stage in line.retention.stages]
+        values = [stage[at] for stage in line.row.retention.stages] if line.row.retention else []
         mean = [(float(stage), value.mean) for stage, value in enumerate(values) if value.mean is not None]
         if not mean:
             continue
@@ -340,8 +315,6 @@ def _panel(lines: Sequence[Drawn], at: int, x: Scale, y: Scale) -> Markup:
             )
         body.append(f'<polyline class="line {line.kind}" points="{points(mean, x, y)}"/>')
         after, end = mean[min(at + 1, len(mean) - 1)][1], mean[-1][1]
-        labels.append(
-            f"{short(line.title)} ({line.name}): {fixed(after)} right after its training, "
-            f"{fixed(end)} at the end"
-        )
+        name = f"{short(line.row.entry.title)} ({line.row.entry.name})"
+        labels.append(f"{name}: {fixed(after)} right after its training, {fixed(end)} at the end")
     return picture("panel", "208", "108", "; ".join(reversed(labels)), "".join(body))
