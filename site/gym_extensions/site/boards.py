@@ -19,6 +19,7 @@ from gym_extensions.scoring.metrics import MetricValue
 from gym_extensions.scoring.records import Record
 from gym_extensions.scoring.references import load_references
 from gym_extensions.scoring.scorecard import ReferencesInfo, Scorecard
+from gym_extensions.site.text import count
 from gym_extensions.site.trial import COLUMNS, SEQUENTIAL, Retention, Trial, group_order
 
 

@@ -6,7 +6,7 @@ import re
 import unicodedata
 from collections.abc import Iterable, Mapping
 from functools import lru_cache
-from os.path import commonprefix
+from itertools import takewhile
 
 from markupsafe import Markup, escape
 
@@ -131,9 +131,16 @@ def variation(task_id: str, tasks: tuple[str, ...]) -> Markup:
 
 def _own_parts(name: str, names: list[str]) -> str:
     """The parts of a name between those that all names begin with and those that all end with."""
-    first = commonprefix(names).rfind("-") + 1
-    last = commonprefix([other[::-1] for other in names]).rfind("-") + 1
-    return name[first : len(name) - last]
+    parts = [other.split("-") for other in names]
+    first = _shared(parts)
+    last = _shared([list(reversed(each[first:])) for each in parts])
+    own = name.split("-")
+    return "-".join(own[first : len(own) - last])
+
+
+def _shared(parts: list[list[str]]) -> int:
+    """The number of parts that all begin with."""
+    return sum(1 for _ in takewhile(lambda each: len(set(each)) == 1, zip(*parts, strict=False)))
 
 
 def group(group_id: str) -> Markup:
