@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 from markupsafe import Markup, escape
 
-from gym_extensions.catalog.groups import CORE, CORES
 from gym_extensions.scoring.boards import CoreBoard, CoreCost, CoreEntry
 from gym_extensions.scoring.leaderboard import core
 from gym_extensions.scoring.metrics import MetricValue
@@ -14,7 +13,6 @@ from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.site.boards import value_of
 from gym_extensions.site.charts.strips import MARGIN, WIDTH
 from gym_extensions.site.charts.svg import Scale, picture, px, scale_around, stroke, text, tick_label
-from gym_extensions.site.groups import Group
 from gym_extensions.site.text import count, ends, fixed, grouped, mean, short, split_version
 
 FINAL, LEARNED, LOST = "final_performance", "learning_performance", "forgetting"
@@ -71,11 +69,6 @@ def size(cost: CoreCost) -> str:
     if cost.stored_steps is None or cost.parameters is None:
         return ""
     return f"{grouped(cost.stored_steps)} transitions stored, {grouped(cost.parameters)} parameters"
-
-
-def core_first(members: Sequence[Group]) -> list[Group]:
-    """Groups of the core, then other groups, then suites."""
-    return sorted(members, key=lambda group: (group.id not in CORES[CORE], bool(group.members)))
 
 
 def answers(board: CoreBoard | None) -> list[Markup]:

@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from gym_extensions.catalog.groups import GROUPS, SUITES, TaskGroup
+from gym_extensions.catalog.groups import CORE, CORES, GROUPS, SUITES, TaskGroup
 from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.catalog.tasks import TASKS
+from gym_extensions.experts.references import Task as Reference
 from gym_extensions.rollouts.review import REPORTED
 from gym_extensions.scoring.published import PaperRow
 from gym_extensions.scoring.scorecard import ReferencesInfo
 from gym_extensions.site.boards import Board, Entrant, Row
-from gym_extensions.site.tasks import Measured, group_picture, measured, task_picture
+from gym_extensions.site.tasks import group_picture, measured, task_picture
 from gym_extensions.site.text import fixed
 from gym_extensions.site.trial import SEQUENTIAL
 
@@ -26,7 +27,7 @@ class TaskRow:
 
     task: str
     picture: str
-    measured: Measured | None
+    measured: Reference | None
 
     @property
     def has_page(self) -> bool:
@@ -43,8 +44,9 @@ class TaskRow:
         """What a score of 0 means, in words."""
         if self.measured is None:
             return ""
-        agent = {"zero": "the zero action", "random": "random actions"}.get(self.measured.floor_agent)
-        return f"0 = {agent or self.measured.floor_agent}: return {_number(self.measured.floor)}"
+        floor = self.measured.floor
+        agent = {"zero": "the zero action", "random": "random actions"}.get(floor.agent, floor.agent)
+        return f"0 = {agent}: return {_number(floor.mean)}"
 
 
 @dataclass(frozen=True)
@@ -109,14 +111,18 @@ class Group:
 def groups(
     boards: Sequence[Board], entrants: Sequence[Entrant], references: ReferencesInfo
 ) -> tuple[Group, ...]:
-    """Every published suite and group in the order of the catalog, and others that have a board."""
+    """The groups of the core, other published groups and those that have a board, then the suites."""
     by_group: dict[str, list[Board]] = {}
     for board in boards:
         by_group.setdefault(board.group, []).append(board)
     published = {group.id: group for group in GROUPS.values()}
-    ids = dict.fromkeys((*SUITES, *published, *by_group))
+    ids = dict.fromkeys(
+        (*CORES[CORE], *published, *(name for name in by_group if name not in SUITES), *SUITES)
+    )
     known = measured(references)
-    return tuple(_group(name, published.get(name), by_group.get(name, []), entrants, known) for name in ids)
+    return tuple(
+        _group(name, published.get(name), by_group.get(name, []), entrants, known) for name in (*ids, *SUITES)
+    )
 
 
 def _group(
@@ -124,7 +130,7 @@ def _group(
     group: TaskGroup | None,
     boards: Sequence[Board],
     entrants: Sequence[Entrant],
-    known: Mapping[str, Measured],
+    known: Mapping[str, Reference],
 ) -> Group:
     tasks = group.task_ids if group else next((board.trials[0].tasks for board in boards), ())
     return Group(
@@ -164,11 +170,12 @@ def _paper(
     return PaperTable(tuple((card.name, card.title) for card in cards), rows)
 
 
-def _one(reference: Measured) -> str:
-    if reference.expert is not None:
-        provisional = f" (provisional: {reference.provisional})" if reference.provisional else ""
-        return f"1 = {reference.agent or 'expert'}: return {_number(reference.expert)}{provisional}"
-    tried = "" if reference.attempt is None else f"; the best attempt returns {_number(reference.attempt)}"
+def _one(reference: Reference) -> str:
+    expert = reference.expert
+    if expert:
+        provisional = f" (provisional: {expert.provisional})" if expert.provisional else ""
+        return f"1 = {expert.agent or 'expert'}: return {_number(expert.mean)}{provisional}"
+    tried = f"; the best attempt returns {_number(reference.attempts.mean)}" if reference.attempts else ""
     return f"Open: no expert is known that is clearly better than 0{tried}"
 
 

@@ -138,11 +138,7 @@ class Output:
         try:
             if digest(old.read_bytes()) != expected:
                 return False
-            target = self._target(path)
-            try:
-                os.link(old, target)
-            except OSError:  # a file system without links
-                shutil.copyfile(old, target)
+            os.link(old, self._target(path))
         except OSError:
             return False
         return True

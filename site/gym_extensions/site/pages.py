@@ -270,11 +270,13 @@ def _data(site: Leaderboard, render: Render) -> Iterator[File]:
 
 
 def _group_document(group: Group, site: Leaderboard, boards: dict[str, api.IndexBoard]) -> api.GroupDocument:
-    known = {
-        task.task: ReferenceValue(task.measured.floor, task.measured.expert, task.measured.expert is None)
-        for task in group.tasks
-        if task.measured
-    }
+    known = {}
+    for row in group.tasks:
+        if row.measured:
+            expert = row.measured.expert
+            known[row.task] = ReferenceValue(
+                row.measured.floor.mean, expert.mean if expert else None, not expert
+            )
     details = (trial.detail for board in group.boards for trial in board.trials)
     used = next((detail.reference for detail in details if detail), {})
     return api.GroupDocument(
@@ -318,13 +320,11 @@ def _pictures(_site: Leaderboard, _render: Render) -> Iterator[File]:
 
 
 def _entry_exports(entry: Scorecard, render: Render) -> Iterator[File]:
-    """The files that the page of an entry offers: metrics as CSV, a citation and a badge."""
-    texts: dict[str, Callable[[Scorecard], str]] = {"badge.svg": exports.badge}
+    """The files that the page of an entry offers: metrics as CSV and a citation."""
     if not entry.problems:
         document = ScorecardDocument(references=render.site.references, submissions=(entry,))
-        texts |= {"metrics.csv": lambda _: csv_text(document), "citation.bib": exports.bibtex}
-    for name, text in texts.items():
-        yield api.entry_file(entry.name, name), Draft(render.inputs, partial(text, entry))
+        yield api.entry_file(entry.name, "metrics.csv"), Draft(render.inputs, lambda: csv_text(document))
+        yield api.entry_file(entry.name, "citation.bib"), exports.bibtex(entry)
 
 
 TASK_PAGES = Page("Tasks", "tasks.html", _tasks)

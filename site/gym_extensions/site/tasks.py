@@ -16,7 +16,7 @@ from gym_extensions.catalog.sheets import Sheet, large_picture, sheet
 from gym_extensions.catalog.tasks import TASKS, VERSIONS, Task, task
 from gym_extensions.catalog.variations import Course, Gravity
 from gym_extensions.experts.references import REFERENCES, parse_file
-from gym_extensions.experts.references import Task as ReferenceRow
+from gym_extensions.experts.references import Task as Reference
 from gym_extensions.scoring.published import PaperRow
 from gym_extensions.scoring.references import load_references, trained_alone
 from gym_extensions.scoring.scorecard import ReferencesInfo
@@ -76,61 +76,18 @@ def map_file(sheet: Sheet) -> str:
     )
 
 
-@dataclass(frozen=True)
-class Measured:
-    """How a task's floor and expert were measured, in raw returns.
-
-    Args:
-        floor: mean return of the agent that ignores observations.
-        floor_agent: its name.
-        expert: mean return of the expert; None for an open task.
-        agent: ``expert``, ``planner``, or empty if none was tried.
-        error: standard error of the expert's mean; of the best attempt on an open task.
-        episodes: their number.
-        attempt: mean return of the best attempt on an open task; None without one.
-        provisional: why the expert does not do what the task is for; empty if it does.
-        alone: the mean return of each run of the reference agent on this task alone.
-        floor_error: the standard error of the floor over its episodes.
-        floor_episodes: the number of these episodes.
-    """
-
-    floor: float
-    floor_agent: str
-    expert: float | None
-    agent: str = ""
-    error: float = 0.0
-    episodes: int = 0
-    attempt: float | None = None
-    provisional: str = ""
-    alone: tuple[float, ...] = ()
-    floor_error: float = 0.0
-    floor_episodes: int = 0
-
-
 @cache
-def measured(info: ReferencesInfo) -> Mapping[str, Measured]:
-    """By task id, from the file of this benchmark version; empty if its digest is another."""
+def measured(info: ReferencesInfo) -> Mapping[str, Reference]:
+    """Floor and expert by task id, of this benchmark version; empty if the digest of its file is another."""
     if not info.sha256 or load_references(info.version).digest != info.sha256:
         return {}
-    tasks = parse_file((REFERENCES / f"{info.version}.json").read_bytes()).tasks
-    return {name: _measured(name, row) for name, row in tasks.items()}
+    return parse_file((REFERENCES / f"{info.version}.json").read_bytes()).tasks
 
 
-def _measured(name: str, row: ReferenceRow) -> Measured:
-    best, alone = row.expert or row.attempts or None, trained_alone().get(name)
-    return Measured(
-        floor=row.floor.mean,
-        floor_agent=row.floor.agent,
-        floor_error=row.floor.standard_error,
-        floor_episodes=row.floor.episodes,
-        expert=row.expert.mean if row.expert else None,
-        attempt=row.attempts.mean if row.attempts else None,
-        agent=best.agent if best else "",
-        error=best.standard_error if best else 0.0,
-        episodes=best.episodes if best else 0,
-        provisional=row.expert.provisional if row.expert else "",
-        alone=tuple(run.mean for run in alone.runs) if alone else (),
-    )
+def alone(task_id: str) -> tuple[float, ...]:
+    """The mean return of each run of the reference agent on a task alone."""
+    found = trained_alone().get(task_id)
+    return tuple(run.mean for run in found.runs) if found else ()
 
 
 BEST = 5
@@ -156,7 +113,7 @@ class TaskView:
     """A task as its page shows it."""
 
     task: Task
-    measured: Measured | None
+    measured: Reference | None
     best: tuple[BestEntry, ...]
 
     @property
@@ -168,7 +125,7 @@ class TaskView:
     def inputs(self) -> bytes:
         """What its page depends on besides the code and the references."""
         best = [(row.board.id, row.row.card.name, row.row.card.title, row.returns) for row in self.best]
-        return repr((self.task, self.measured, best)).encode()
+        return repr((self.task, self.measured, alone(self.id), best)).encode()
 
     @cached_property
     def sheet(self) -> Sheet | None:
@@ -284,25 +241,21 @@ def _arrow(x: int, factor: float, kind: str, label: str) -> str:
 WIDTH, MARGIN, LINE = 480, 24, 34
 
 
-def reference_dots(measured: Measured) -> Markup:
+def reference_dots(reference: Reference, runs: tuple[float, ...]) -> Markup:
     """The floor as a line marked 0, the expert as one marked 1, and the runs on the task alone as dots."""
-    one = () if measured.expert is None else (measured.expert,)
-    values = [measured.floor, *measured.alone, *one]
+    floor, agent = reference.floor.mean, reference.expert.agent if reference.expert else ""
+    one = (reference.expert.mean,) if reference.expert else ()
+    values = [floor, *runs, *one]
     scale = scale_around(values, MARGIN, WIDTH - MARGIN, always=())
     y, digits = LINE / 2 + 8, digits_for(values)
     parts = [stroke(scale.start, y, scale.end, y, "level")]
     parts += [text("tick", scale.at(mark), y + 24, tick_label(mark)) for mark in scale.ticks()]
-    label = [f"floor {fixed(measured.floor, digits)}"]
-    for value, mark, kind in (
-        (measured.floor, "0", "reference-floor"),
-        *((each, "1", "cell-mean") for each in one),
-    ):
+    marks = [(floor, "0", "reference-floor"), *((each, "1", "cell-mean") for each in one)]
+    for value, mark, kind in marks:
         parts.append(stroke(scale.at(value), y - 9, scale.at(value), y + 9, kind))
         parts.append(text("tick key", scale.at(value), y - 13, mark))
-    parts += [
-        f'<circle class="run final" cx="{px(scale.at(run))}" cy="{px(y)}" r="4"/>' for run in measured.alone
-    ]
-    label += [f"{measured.agent} {fixed(each, digits)}" for each in one]
-    if measured.alone:
-        label.append(f"trained alone {', '.join(fixed(run, digits) for run in measured.alone)}")
+    parts += [f'<circle class="run" cx="{px(scale.at(run))}" cy="{px(y)}" r="4"/>' for run in runs]
+    label = [f"floor {fixed(floor, digits)}", *(f"{agent} {fixed(each, digits)}" for each in one)]
+    if runs:
+        label.append(f"trained alone {', '.join(fixed(run, digits) for run in runs)}")
     return picture("references dots", str(WIDTH), px(y + 28), "; ".join(label), "".join(parts))

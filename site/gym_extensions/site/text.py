@@ -75,11 +75,6 @@ def plus_minus(value: MetricValue) -> str:
     return fixed(value.mean, 3) + half
 
 
-def tied(others: int) -> str:
-    """With how many other entries an entry is tied, or nothing."""
-    return f"tied with {others} other{'' if others == 1 else 's'}" if others else ""
-
-
 JOINERS = "\N{ZERO WIDTH JOINER}\N{VARIATION SELECTOR-16}"
 MAX_TITLE = 60
 ELLIPSIS = "\N{HORIZONTAL ELLIPSIS}"

@@ -35,13 +35,13 @@ def board_scale(trials: Sequence[Trial]) -> Scale:
     return metric_scale(trial.metric(name) for trial in trials for name in drawn)
 
 
-def describe(value: MetricValue, digits: int = 2) -> str:
+def describe(value: MetricValue) -> str:
     """A metric value in words, for screen readers."""
     if value.mean is None:
         return f"no value: {value.why}"
     alone = ", one run, no interval" if value.runs else ", no interval"
-    ends = f", 95 % interval {interval(*value.ends, digits)}" if value.ends else alone
-    return f"{fixed(value.mean, digits)}{ends}"
+    ends = f", 95 % interval {interval(*value.ends)}" if value.ends else alone
+    return f"{fixed(value.mean)}{ends}"
 
 
 def strip(value: MetricValue, scale: Scale) -> Markup:

@@ -33,20 +33,11 @@ class Scale:
 
     def each_at(self, values: Sequence[float]) -> list[float]:
         """``at`` of every value."""
-        low, start = self.low, self.start
-        span, way = self.high - low, self.end - start
-        return [start + (value - low) / span * way for value in self._clipped(values)]
-
-    def all_at(self, values: Sequence[float]) -> list[float]:
-        """As ``each_at`` and faster, but the last digits may differ."""
         slope = (self.end - self.start) / (self.high - self.low)
         offset = self.start - self.low * slope
-        return [offset + value * slope for value in self._clipped(values)]
-
-    def _clipped(self, values: Sequence[float]) -> Sequence[float]:
-        if self.low <= min(values) and max(values) <= self.high:
-            return values
-        return [min(max(value, self.low), self.high) for value in values]
+        if not self.low <= min(values) <= max(values) <= self.high:
+            values = [min(max(value, self.low), self.high) for value in values]
+        return [offset + value * slope for value in values]
 
     def contains(self, value: float) -> bool:
         """Whether the value lies within the scale."""
@@ -106,7 +97,7 @@ def points(line: Iterable[tuple[float, float]], x: Scale, y: Scale) -> str:
     """The ``points`` of a polyline through these values, clipped to the scales."""
     across, up = zip(*line, strict=True)
     pairs = [0.0] * (2 * len(across))
-    pairs[::2], pairs[1::2] = x.all_at(across), y.all_at(up)
+    pairs[::2], pairs[1::2] = x.each_at(across), y.each_at(up)
     # One operation for all numbers: large boards have millions of points.
     return (("%.1f,%.1f " * len(across)) % tuple(pairs)).rstrip().replace("-0.0", "0.0")
 
