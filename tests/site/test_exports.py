@@ -2,32 +2,38 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import re
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
 
 import pytest
 
 from gym_extensions.scoring.frames import csv_text
-from gym_extensions.site.exports import badge, bibtex, metrics_csv, software_bibtex, verify_command
+from gym_extensions.site.exports import bibtex, commands, software_bibtex
 
 from .browser import Reader, files, typed
 
 
-def test_a_folder_that_a_shell_would_split_is_quoted(document: dict[str, Any]) -> None:
-    document["submissions"][0]["name"] = "a b; rm"
-    assert verify_command(typed(document).submissions[0]) == "gym-extensions verify 'submissions/a b; rm'"
+def test_the_commands_check_and_repeat_an_entry(document: dict[str, Any]) -> None:
+    card = document["submissions"][0]
+    card["name"] = "a b; rm"
+    assert commands(typed(document).submissions[0]) == "gym-extensions verify 'submissions/a b; rm'"
+    made = {
+        "run": 0, "command": "gym-extensions train mine", "commit": "", "by": "", "date": None,
+        "versions": {}, "processor": "", "steps": 1, "cpu_seconds": None,
+        "peak_memory_mb": None, "policies": True,
+        "memory": {"stored_steps": 1, "parameters_first": 1, "parameters_last": 1},
+    }  # fmt: skip
+    card["groups"]["hopper-gravity-v0"]["sequential"]["provenance"] = [made]
+    text = commands(typed(document).submissions[0])
+    assert "# what trained run 0 on hopper-gravity-v0\ngym-extensions train mine\n" in text
+    assert "policies.load('submissions/a b; rm', 'hopper-gravity', run=0, stage=5)" in text
 
 
 def test_the_csv_has_the_rows_of_score(document: dict[str, Any]) -> None:
-    whole = typed(document)
-    expected = csv_text(whole)
-    rows = [line for line in expected.splitlines() if line.startswith(("name,", "agile,"))]
-    assert metrics_csv(whole.submissions[0]).splitlines() == rows
+    rows = [line for line in csv_text(typed(document)).splitlines() if line.startswith(("name,", "agile,"))]
+    assert dict(files(document))["submissions/agile/metrics.csv"].splitlines() == rows
 
 
 def test_the_citation_has_title_authors_and_code(document: dict[str, Any]) -> None:
@@ -78,25 +84,15 @@ def test_an_address_that_would_end_its_field_is_left_out(document: dict[str, Any
     assert "url" not in bibtex(typed(document).submissions[0])
 
 
-@pytest.mark.parametrize(
-    ("index", "text"),
-    [(0, "gym-extensions: hopper-gravity-v0 0.55 ± 0.06"), (5, "gym-extensions: refused")],
-)
-def test_the_badge_shows_the_first_score(document: dict[str, Any], index: int, text: str) -> None:
-    drawing = ElementTree.fromstring(badge(typed(document).submissions[index]))
-    assert drawing.get("aria-label") == text
-
-
 def test_the_page_of_an_entry_links_to_its_files(document: dict[str, Any]) -> None:
     texts = dict(files(document))
     page = Reader(texts["submissions/agile.html"])
     links = {attributes.get("href") for _, attributes in page.elements}
-    for name in ("metrics.csv", "citation.bib", "badge.svg"):
+    for name in ("metrics.csv", "citation.bib"):
         assert f"../submissions/agile/{name}" in links
         assert f"submissions/agile/{name}" in texts
     assert "gym-extensions verify submissions/agile" in page.text
-    assert "Download and cite" not in Reader(texts["submissions/broken.html"]).text
-    assert next(csv.reader(io.StringIO(texts["submissions/agile/metrics.csv"])))[0] == "name"
+    assert "repeat, download, cite" not in Reader(texts["submissions/broken.html"]).text
 
 
 CITATION = (Path(__file__).parents[2] / "CITATION.cff").read_text("utf-8")

@@ -1,4 +1,4 @@
-"""The script of the tables is small, and computes no statistic."""
+"""The scripts of the tables and of Compare are small, and compute no statistic."""
 
 from __future__ import annotations
 
@@ -15,34 +15,45 @@ import gym_extensions.site
 SCRIPT = Path(gym_extensions.site.__path__[0]) / "static" / "table.js"
 
 
-def run(program: str) -> object:
-    """What a program with the script's functions as ``t`` prints, read as JSON."""
+def run(program: str, script: str = "table.js") -> object:
+    """What a program with a script's functions as ``t`` prints, read as JSON."""
     node = shutil.which("node")
     if node is None:
         pytest.skip("node is not installed; the browser tests run the script, too")
-    text = f"const t = require({json.dumps(str(SCRIPT))}); console.log(JSON.stringify({program}))"
+    path = json.dumps(str(SCRIPT.with_name(script)))
+    text = f"const t = require({path}); console.log(JSON.stringify({program}))"
     return json.loads(subprocess.run([node, "-e", text], check=True, capture_output=True, text=True).stdout)
 
 
-def test_the_script_has_less_than_twenty_kilobytes_compressed() -> None:
-    assert len(gzip.compress(SCRIPT.read_bytes())) < 20_000
+def test_the_scripts_have_less_than_twenty_kilobytes_compressed() -> None:
+    static = SCRIPT.parent
+    assert sum(len(gzip.compress(path.read_bytes())) for path in static.glob("*.js")) < 20_000
 
 
-def test_a_difference_is_looked_up_in_both_directions() -> None:
+@pytest.mark.parametrize(
+    ("pair", "difference"),
+    [
+        (("a", "b"), [0.25, 0.125, 0.5, 0.01]),
+        (("b", "a"), [-0.25, -0.5, -0.125, 0.01]),
+        (("c", "a"), [-0.25, None, None, None]),
+        (("b", "c"), None),
+        (("a", "x"), None),
+    ],
+)
+def test_a_difference_is_looked_up_in_both_directions(
+    pair: tuple[str, str], difference: list[float | None] | None
+) -> None:
     found = {
-        "columns": ["final_performance"],
         "names": ["a", "b", "c"],
         "pairs": {"0,1": [[0.25, 0.125, 0.5, 0.01]], "0,2": [[0.25, None, None, None]], "1,2": [None]},
     }
-    look_up = f"(one, two) => t.difference({json.dumps(found)}, one, two, 'final_performance')"
-    results = run(f"[['a','b'],['b','a'],['c','a'],['b','c'],['a','x']].map((pair) => ({look_up})(...pair))")
-    assert results == [
-        {"v": 0.25, "low": 0.125, "high": 0.5, "p": 0.01},
-        {"v": -0.25, "low": -0.5, "high": -0.125, "p": 0.01},
-        {"v": -0.25, "low": None, "high": None, "p": None},
-        None,
-        None,
-    ]
+    assert run(f"t.difference({json.dumps(found)}, ...{json.dumps(pair)})", "compare.js") == difference
+
+
+def test_the_answer_over_the_core_is_the_first_minus_the_second() -> None:
+    pairs = [["a", "b", 0.2, 0.1, 0.3, 0.01, "separated", 5]]
+    answer = run(f"t.verdict({json.dumps(pairs)}, 'b', 'a')", "compare.js")
+    assert answer == {"mean": -0.2, "low": -0.3, "high": -0.1, "p": 0.01, "verdict": "separated", "runs": 5}
 
 
 def test_the_functions_of_the_script() -> None:

@@ -8,12 +8,13 @@ from urllib.parse import urlsplit
 import pytest
 
 from gym_extensions.catalog.tasks import TASKS, task
+from gym_extensions.experts.references import Expert, Floor
+from gym_extensions.experts.references import Task as Reference
 from gym_extensions.scoring.references import load_references
 from gym_extensions.scoring.scorecard import ReferencesInfo
 from gym_extensions.site.api import task_path
 from gym_extensions.site.build import files as site_files
 from gym_extensions.site.tasks import (
-    Measured,
     TaskView,
     best_entries,
     gravity_arrows,
@@ -24,8 +25,8 @@ from gym_extensions.site.tasks import (
 from .browser import Reader, typed
 from .conftest import everything
 
-SOLVED = Measured(10.0, "zero", 200.0, "expert", alone=(90.0, 110.0))
-OPEN = Measured(10.0, "random", None, "expert", attempt=12.0, alone=(9.0, 12.0))
+SOLVED = Reference(Floor(10.0), Expert(200.0, agent="expert"))
+OPEN = Reference(Floor(10.0), None)
 
 
 @pytest.fixture(scope="module")
@@ -108,14 +109,14 @@ def test_a_page_says_what_1_is(pages: dict[str, str]) -> None:
 
 
 def test_the_expert_is_marked_1_and_runs_on_the_task_alone_are_dots() -> None:
-    drawing = reference_dots(SOLVED)
+    drawing = reference_dots(SOLVED, (90.0, 110.0))
     assert drawing.count("<circle") == 2
     assert ">1</text>" in drawing
     assert "floor 10.0; expert 200.0; trained alone 90.0, 110.0" in drawing
 
 
 def test_an_open_task_has_no_1() -> None:
-    drawing = reference_dots(OPEN)
+    drawing = reference_dots(OPEN, (9.0, 12.0))
     assert drawing.count("<circle") == 2
     assert 'class="tick key"' in drawing
     assert ">1</text>" not in drawing

@@ -10,8 +10,9 @@ import pytest
 
 from gym_extensions.site.boards import Leaderboard, entrant
 from gym_extensions.site.charts import lines as line_charts
-from gym_extensions.site.charts.lines import Line, line_chart
+from gym_extensions.site.charts.lines import line_chart
 from gym_extensions.site.charts.svg import Scale
+from gym_extensions.site.trial import group_trials
 
 from ..browser import files, typed
 
@@ -41,7 +42,7 @@ def test_markup_in_a_label_is_escaped() -> None:
 
 HALVES = ((-0.5, 1.0), (0.0, 1.0), (0.5, 0.5), (1.0, 0.25), (1.5, 0.0), (2.0, 0.0))
 TAUS, SHARES = (list(side) for side in zip(*HALVES, strict=True))
-BOARD = "boards/hopper-gravity-v0-sequential-100k.html"
+GROUP = "groups/hopper-gravity-v0.html"
 HOSTILE = '"><script>alert(1)</script>'
 OPEN = "Every task of this group is open: no expert is known that is clearly better than the floor."
 
@@ -65,40 +66,30 @@ def text(page: str) -> str:
     return re.sub(r"\s+", " ", re.sub(r"<[^>]+>", " ", page))
 
 
-def test_a_profile_goes_through_the_points_of_the_document() -> None:
-    line = Line("p1", "Agile", None, HALVES)
-    drawn = ElementTree.fromstring(line_charts.of_board([line])).findall("polyline")
-    assert [polyline.get("points") for polyline in drawn] == [
+def of_profile(document: dict[str, Any], profile: tuple[tuple[float, float], ...]) -> ElementTree.Element:
+    """The drawing of an entry with this profile."""
+    taus, shares = (list(side) for side in zip(*profile, strict=True))
+    scores(document).update(profile={"tau": taus, "fraction": shares}, iqm=0.4)
+    (trial, *_) = group_trials(typed(document).submissions[0])
+    return ElementTree.fromstring(line_charts.of_trial(trial))
+
+
+def test_a_profile_goes_through_the_points_of_the_document(document: dict[str, Any]) -> None:
+    drawing = of_profile(document, HALVES)
+    assert [polyline.get("points") for polyline in drawing.findall("polyline")] == [
         "40.0,24.0 106.4,24.0 172.8,94.0 239.2,129.0 305.6,164.0 372.0,164.0"
     ]
-
-
-def test_points_between_two_of_the_same_share_are_omitted() -> None:
-    flat = tuple((step / 20, 1.0) for step in range(-10, 41))
-    drawn = ElementTree.fromstring(line_charts.of_board([Line("p1", "", None, flat)])).findall("polyline")
-    assert [polyline.get("points") for polyline in drawn] == ["40.0,24.0 372.0,24.0"]
-
-
-def test_the_label_of_a_profile_has_the_shares_at_four_scores() -> None:
     words = "above 0: 100 %, above 0.5: 50 %, above 1: 25 %, above 2: 0 %"
-    assert line_charts.describe(HALVES).replace("\u202f", " ") == words
-    label = ElementTree.fromstring(line_charts.of_board([Line("p1", "Agile", None, HALVES)])).get(
-        "aria-label"
-    )
-    assert str(label).replace("\u202f", " ") == f"Agile: {words}"
-
-
-def test_both_scales_have_tick_labels_and_titles() -> None:
-    texts = [
-        element.text
-        for element in ElementTree.fromstring(line_charts.of_board([Line("p1", "", None, HALVES)]))
-    ]
-    for label in (
-        *("0\u202f%", "50\u202f%", "100\u202f%", "−0.5", "0", "0.5", "1", "1.5", "2"),
-        "share of runs and tasks above the score",
-        "score at the end (0 floor, 1 expert)",
-    ):
+    assert str(drawing.get("aria-label")).replace("\u202f", " ") == words
+    texts = [element.text for element in drawing]
+    for label in ("0\u202f%", "100\u202f%", "−0.5", "0", "2", "share of runs and tasks above the score"):
         assert label in texts
+
+
+def test_points_between_two_of_the_same_share_are_omitted(document: dict[str, Any]) -> None:
+    flat = tuple((step / 20, 1.0) for step in range(-10, 41))
+    (line,) = of_profile(document, flat).findall("polyline")
+    assert line.get("points") == "40.0,24.0 372.0,24.0"
 
 
 def test_the_first_entry_is_drawn_last_and_six_lines_are_drawn(
@@ -126,8 +117,8 @@ def test_the_page_of_an_entry_has_its_profile_and_interquartile_mean(
 
 
 def test_a_board_draws_and_names_the_entries_that_have_a_profile(document: dict[str, Any]) -> None:
-    board = profiled(document, 0, 1)[BOARD]
-    drawing, key = board.split('<svg class="profile"')[1].split("</svg>", maxsplit=1)
+    board = profiled(document, 0, 1)[GROUP]
+    drawing, key = board.split('<svg class="profile"')[1].split("</details>")[0].split("</svg>", 1)
     assert drawing.count("<polyline") == 2
     assert re.findall(r"<title>(\w+)</title>", drawing) == ["Keeper", "Agile"]
     named = re.findall(r'class="line (p\d)".*?</svg> (\w+)', key)
@@ -136,14 +127,14 @@ def test_a_board_draws_and_names_the_entries_that_have_a_profile(document: dict[
 
 
 def test_a_board_without_profiles_draws_none(document: dict[str, Any]) -> None:
-    assert "Performance profile:" not in dict(files(document))[BOARD]
+    assert "Performance profile:" not in dict(files(document))[GROUP]
 
 
 @pytest.mark.parametrize("entry", ["Title & sons", HOSTILE])
 def test_the_title_of_an_entry_is_escaped_in_the_drawing(document: dict[str, Any], entry: str) -> None:
     document["submissions"][0]["title"] = entry
-    page = profiled(document, 0)[BOARD]
-    assert page.count("<script") == page.count("static/table.js") + page.count("static/regions.js")
+    page = profiled(document, 0)[GROUP]
+    assert page.count("<script") == page.count("static/regions.js")
     svg = '<svg class="profile"' + page.split('<svg class="profile"')[1].split("</svg>")[0] + "</svg>"
     assert ElementTree.fromstring(svg).findtext("polyline/title") == entry
 

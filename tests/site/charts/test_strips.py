@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 import pytest
 
 from gym_extensions.scoring.metrics import MetricValue
-from gym_extensions.site.charts.strips import metric_scale, ruler, slope, strip
+from gym_extensions.site.charts.strips import dumbbell, metric_scale, ruler, strip
 from gym_extensions.site.charts.svg import Scale
 
 UNIT = Scale(0.0, 1.0, 0.0, 100.0)
@@ -50,17 +50,14 @@ def test_a_shared_scale_contains_means_and_runs_but_not_wide_intervals() -> None
 
 
 @pytest.mark.parametrize(("after", "kind"), [(0.2, "loss"), (0.8, "gain"), (0.502, "same")])
-def test_a_slope_to_the_left_is_a_loss(after: float, kind: str) -> None:
-    svg = slope(MetricValue(0.5, None, None, (0.5,)), MetricValue(after, None, None, (after,)), UNIT)
+def test_a_disc_to_the_left_of_its_ring_is_a_loss(after: float, kind: str) -> None:
+    svg = dumbbell(MetricValue(0.5, None, None, (0.5,)), MetricValue(after, None, None, (after,)), UNIT)
     line = elements(svg, "join")[0]
     assert line.get("class") == f"join {kind}"
     assert (line.get("x1"), line.get("x2")) == ("50.0", f"{after * 100:.1f}")
-
-
-def test_the_label_of_a_slope_describes_both_values() -> None:
-    label = ElementTree.fromstring(slope(FIVE_RUNS, FIVE_RUNS, UNIT)).get("aria-label")
-    value = "0.50, 95 % interval 0.40 to 0.60"
-    assert label == f"learning performance {value}; final performance {value}"
+    assert ElementTree.fromstring(svg).get("aria-label") == (
+        f"learned 0.50, one run, no interval; at the end {after:.2f}, one run, no interval"
+    )
 
 
 def test_a_ruler_labels_floor_and_reference_even_on_a_long_scale() -> None:

@@ -1,4 +1,4 @@
-"""The site of the browser tests: entries of every level, long names, a board of two pages, poses."""
+"""The site of the browser tests: entries of every level, long names, a long board, poses."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from gym_extensions.site.pages import Draft
 
 from ..browser import typed
 from ..conftest import everything, learner, sequential, submission
+from ..test_core import GROUPS, method
 from ..test_motion import poses_of
 from ..test_play import write_run
 
@@ -23,16 +24,15 @@ ASSETS = Path(__file__).parents[3] / FOLDER
 """The simulator of Play, where ``make site-assets`` has fetched it."""
 TASK = "tasks/hopperwall-v0.html"
 MANY = "many-"
-"""The prefix of the entries that fill a board of two pages; their own pages are not written."""
+"""The prefix of the entries that fill a long board; their own pages are not written."""
 
 PAGES = {
     "overview": "index.html",
-    "groups": "groups.html",
+    "core": "core.html",
     "group": "groups/hopper-gravity-v0.html",
     "suite": "groups/gravity.html",
     "board": "boards/hopper-gravity-v0-sequential-100k.html",
-    "board of two pages": "boards/walker2d-gravity-v0-sequential-100k.html",
-    "all rows": "boards/walker2d-gravity-v0-sequential-100k-all.html",
+    "long board": "boards/walker2d-gravity-v0-sequential-100k.html",
     "tasks": "tasks.html",
     "task": TASK,
     "entries": "entries.html",
@@ -50,7 +50,7 @@ PAGES = {
     "speed": "speed.html",
 }
 """One page of every kind, by path."""
-QUICK = ("overview", "board", "entry")
+QUICK = ("overview", "group", "entry")
 """The kinds that also run in ``make test``: text, a table with drawings, charts and players."""
 KINDS = [
     pytest.param(path, id=kind, marks=() if kind in QUICK else pytest.mark.slow)
@@ -63,7 +63,10 @@ def write_site(folder: Path) -> Path:
     """Writes the pages of ``PAGES``, the shared pages and all other files of the site."""
     document = everything()
     many = [_many(index) for index in range(52)]
-    document["submissions"] = sorted(document["submissions"] + many, key=lambda entry: entry["name"])
+    methods = [method("keeps", 0.8, 0.98), method("loses", 0.8, 0.5), method("lacks", 0.9, 0.9, GROUPS[:3])]
+    document["submissions"] = sorted(
+        document["submissions"] + many + methods, key=lambda entry: entry["name"]
+    )
     write(write_run(folder.parent / "agile"), "hopper-gravity", poses_of(document))
     info = references_info(load_references())
     site = Site(info, folders={"agile": folder.parent / "agile"}, simulator=load(ASSETS))

@@ -44,7 +44,7 @@ FAINT_DRAWINGS = f"""() => {{ {CONTRAST}
 }}"""
 HIDDEN_RUNS = f"""() => {{ {CONTRAST}
   return report(shown.filter((e) => e.matches(".run")).filter((e) => {{
-    const bar = e.parentElement.querySelector(`.interval.${{e.classList[1]}}`);
+    const bar = e.parentElement.querySelector(".interval");
     return bar && getComputedStyle(bar).stroke === getComputedStyle(e).fill;
   }}));
 }}"""
@@ -90,7 +90,7 @@ def forced(browser: Browser, request: pytest.FixtureRequest) -> Iterator[Page]:
     context.close()
 
 
-@pytest.mark.parametrize("kind", ["board", "entry", "metrics"])
+@pytest.mark.parametrize("kind", ["overview", "group", "entry", "metrics"])
 def test_marks_badges_and_focus_are_visible(forced: Page, address: str, kind: str) -> None:
     forced.goto(address + PAGES[kind])
     assert {name: forced.evaluate(code) for name, code in CHECKS.items()} == {name: [] for name in CHECKS}

@@ -1,4 +1,4 @@
-"""The table of a board in a browser: sort, search, filter, columns, compare, download, and the address."""
+"""The table of a board, the tabs of a group and Compare in a browser; their state is in the address."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ if TYPE_CHECKING:
     from playwright.sync_api import Locator, Page
 
 Visit = Callable[[str], "Page"]
-BOARD, ALL_ROWS = PAGES["board"], PAGES["all rows"]
+BOARD, ALL_ROWS, GROUP = PAGES["board"], PAGES["long board"], PAGES["group"]
 SHOWN = ".wide tbody:not(.computed) tr:not([hidden])"
 
 
 def names(page: Page) -> list[str]:
     """The folders of the shown entries, from top to bottom."""
     found: list[str] = page.eval_on_selector_all(
-        SHOWN, "rows => rows.map((row) => row.dataset.entry || row.querySelector('i').textContent)"
+        SHOWN, "rows => rows.map((row) => row.querySelector('i').textContent)"
     )
     return found
 
@@ -31,22 +31,15 @@ def chooser(page: Page, label: str) -> Locator:
     return page.locator(f".tools > label:has-text('{label}') select")
 
 
-def values(page: Page, label: str) -> list[float]:
-    """The numbers of a column of a board, in the order of the rows that have one."""
-    cells: list[float] = page.eval_on_selector_all(
-        f"{SHOWN} td[data-label='{label}'][data-v]", "cells => cells.map((cell) => Number(cell.dataset.v))"
-    )
-    return cells
-
-
 def test_a_click_sorts_with_the_best_first_and_another_reverses(visit: Visit) -> None:
-    page = visit(BOARD)
-    page.get_by_role("button", name="Sort by Forgetting").click()
-    assert values(page, "Forgetting") == sorted(values(page, "Forgetting"))
-    assert page.locator("th[data-key=forgetting]").get_attribute("aria-sort") == "ascending"
-    page.get_by_role("button", name="Sort by Forgetting").click()
-    assert values(page, "Forgetting") == sorted(values(page, "Forgetting"), reverse=True)
-    assert page.locator("th[data-key=forgetting]").get_attribute("aria-sort") == "descending"
+    page = visit(ALL_ROWS)
+    best = names(page)
+    page.get_by_role("button", name="Sort by Final performance").click()
+    assert names(page)[0] == best[0] == f"{MANY}51"
+    assert page.locator("th[data-key=final_performance]").get_attribute("aria-sort") == "descending"
+    page.get_by_role("button", name="Sort by Final performance").click()
+    assert page.locator("th[data-key=final_performance]").get_attribute("aria-sort") == "ascending"
+    assert names(page)[0] == f"{MANY}00"
     page.get_by_role("button", name="Reset").click()
     assert page.locator("th[aria-sort]").count() == 0
 
@@ -92,34 +85,54 @@ def test_filters_hide_the_other_entries(visit: Visit) -> None:
     assert names(page) == ["agile"]
 
 
-def test_a_column_can_be_hidden(visit: Visit) -> None:
-    page = visit(BOARD)
-    page.get_by_text("Columns").click()
-    page.locator(".columns label", has_text="Replay memory").locator("input").uncheck()
-    assert not page.locator("th[data-key=memory]").is_visible()
-    assert page.locator("td[data-label='Replay memory']:visible").count() == 0
-
-
 def test_two_ticked_entries_are_compared_and_the_address_names_them(visit: Visit) -> None:
     page = visit(BOARD)
     assert page.get_by_role("button", name="Compare two").is_disabled()
     page.get_by_label("Compare Agile").check()
     page.get_by_label("Compare Keeper").check()
-    panel = page.locator(".comparison")
-    line = panel.locator("tr", has_text="Final performance").inner_text()
-    first, second = (
-        page.locator(f"tr[data-entry={name}] td[data-label='Final performance']").get_attribute("data-v")
-        for name in ("agile", "keeper")
-    )
-    assert first
-    assert second
-    assert f"{float(first):.2f}" in line
-    assert f"{float(first) - float(second):.2f}".replace("-", "\N{MINUS SIGN}") in line
-    address = page.evaluate("location.href")
-    assert address.endswith("#?compare=agile%2Ckeeper")
-    page.goto("about:blank")
-    page.goto(address)
-    assert page.locator(".comparison tr", has_text="Final performance").inner_text() == line
+    page.get_by_role("button", name="Compare two").click()
+    page.wait_for_url("**/compare.html#?first=agile&second=keeper")
+    line = page.locator("#compared tr", has_text="hopper-gravity")
+    line.locator(".interval").wait_for(state="attached")
+    assert page.get_by_label("First").input_value() == "agile"
+    difference = line.locator("td.num").first.inner_text()
+    page.get_by_label("First").select_option("keeper")
+    page.get_by_label("Second").select_option("agile")
+    page.wait_for_function("() => location.hash === '#?first=keeper&second=agile'")
+    opposite = line.locator("td.num").first.inner_text()
+    assert opposite in {f"\N{MINUS SIGN}{difference}", difference.removeprefix("\N{MINUS SIGN}")}
+
+
+def test_the_answer_over_the_core_comes_first(visit: Visit) -> None:
+    page = visit("compare.html")
+    first, second = page.locator("#compared .answers p").all_inner_texts()
+    assert first.startswith("Keeps keeps more: 0.")
+    assert second.startswith("Keeps forgets less: \N{MINUS SIGN}0.")
+    page.get_by_label("Second").select_option("keeps")
+    assert page.locator("#compared").inner_text() == "Choose two different entries."
+
+
+def shown_panels(page: Page) -> list[str | None]:
+    """The boards of a group that are shown."""
+    return [panel.get_attribute("id") for panel in page.locator(".tabbed > section:visible").all()]
+
+
+def test_tabs_show_one_board_at_a_time_without_script_and_by_keyboard(page: Page, address: str) -> None:
+    context = page.context.browser.new_context(java_script_enabled=False) if page.context.browser else None
+    assert context
+    plain = context.new_page()
+    plain.goto(address + GROUP)
+    first = ["hopper-gravity-v0-sequential-100k"]
+    assert shown_panels(plain) == first
+    assert plain.locator("#hopper-gravity-v0-sequential-100k tbody tr[data-entry]").count() == 3
+    plain.locator(".tabs a", has_text="Tasks").press("Enter")
+    assert shown_panels(plain) == ["tasks"]
+    plain.go_back()
+    assert shown_panels(plain) == first
+    plain.goto(address + "compare.html")
+    assert not plain.locator("#compare").is_visible()
+    assert plain.locator("a[href*='groups/']").count() > 0
+    context.close()
 
 
 def test_the_address_holds_the_state_and_brings_it_back(visit: Visit) -> None:
@@ -154,9 +167,8 @@ SCROLL = """(region) => {
 
 
 @pytest.mark.parametrize("width", [1200, 1500])
-@pytest.mark.parametrize("path", [BOARD, ALL_ROWS], ids=["drawings", "all rows"])
-def test_the_head_stays_visible_while_the_rows_scroll(visit: Visit, path: str, width: int) -> None:
-    page = visit(path)
+def test_the_head_stays_visible_while_the_rows_scroll(visit: Visit, width: int) -> None:
+    page = visit(ALL_ROWS)
     page.emulate_media(reduced_motion="reduce")
     page.set_viewport_size({"width": width, "height": 400})
     page.locator(".wide").evaluate(SCROLL)
@@ -166,13 +178,3 @@ def test_the_head_stays_visible_while_the_rows_scroll(visit: Visit, path: str, w
     assert first
     assert first["y"] < head["y"] + head["height"], "the rows did not scroll"
     assert -1 <= head["y"] < 100
-
-
-def test_without_script_a_board_is_complete(page: Page, address: str) -> None:
-    context = page.context.browser.new_context(java_script_enabled=False) if page.context.browser else None
-    assert context
-    plain = context.new_page()
-    plain.goto(address + BOARD)
-    assert plain.locator("tbody tr[data-entry]").count() == 3
-    assert plain.locator(".tools").count() == 0
-    context.close()
