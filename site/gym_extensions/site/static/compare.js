@@ -88,10 +88,9 @@ function table(boards, first, second) {
     make("td", {}, ...(kept ? [bar(kept, reach)] : [])), ...numbers(kept), ...numbers(lost)));
   const names = ["Board", "\u2190 second \u00b7 first better \u2192", "Score", "95 % interval", "Forgetting", "95 % interval"];
   const heads = names.map((name, at) => Object.assign(cell("th", name, at === 2 || at === 4 ? "num" : ""), { scope: "col" }));
-  return make("div", { className: "scroll", tabIndex: 0, role: "region", ariaLabel: "Differences on each board" },
-    make("table", { className: "plain" },
-      make("caption", {}, "First minus second, on each board that both are on; \u2013 where the scorer has no difference"),
-      make("thead", {}, make("tr", {}, ...heads)), make("tbody", {}, ...lines)));
+  return make("table", { className: "plain" },
+    make("caption", {}, "First minus second, on each board that both are on; \u2013 where the scorer has no difference"),
+    make("thead", {}, make("tr", {}, ...heads)), make("tbody", {}, ...lines));
 }
 
 /* Both scores on each group of the core, for two that are on different boards of it. */
@@ -101,16 +100,22 @@ function scores(first, second) {
   const lines = Object.keys(a).filter((group) => b[group]).map((group) => make("tr", {}, cell("th", group), shown(a[group]), shown(b[group])));
   if (!lines.length) return make("p", {}, "The two have no group in common.");
   const heads = ["Group", index.titles[first], index.titles[second]].map((name, at) => Object.assign(cell("th", name, at ? "num" : ""), { scope: "col" }));
-  return make("div", { className: "scroll", tabIndex: 0, role: "region", ariaLabel: "Scores on each group" }, make("table", { className: "plain" },
+  return make("table", { className: "plain" },
     make("caption", {}, "The two are on no common board, because only one of them observes the task. Score at the end on each group of the core"),
-    make("thead", {}, make("tr", {}, ...heads)), make("tbody", {}, ...lines)));
+    make("thead", {}, make("tr", {}, ...heads)), make("tbody", {}, ...lines));
 }
 
 function show(first, second) {
-  const place = document.getElementById("compared");
+  const [place, region] = ["compared", "differences"].map((id) => document.getElementById(id));
   const boards = index.boards.filter((board) => board.entries.includes(first) && board.entries.includes(second));
-  const render = () => place.replaceChildren(answer(first, second), boards.length ? table(boards, first, second) : scores(first, second));
-  if (first === second) return place.replaceChildren(make("p", {}, "Choose two different entries."));
+  const render = () => {
+    place.replaceChildren(answer(first, second));
+    region.replaceChildren(boards.length ? table(boards, first, second) : scores(first, second));
+  };
+  if (first === second) {
+    place.replaceChildren(make("p", {}, "Choose two different entries."));
+    return region.replaceChildren();
+  }
   for (const board of boards) {
     if (loaded[board.id] !== undefined) continue;
     loaded[board.id] = null;
