@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 from gym_extensions.site.text import rank
-from gym_extensions.site.trial import COLUMNS, nothing_to_forget
+from gym_extensions.site.trial import nothing_to_forget
 
 from .conftest import Make, estimate
-from .made_boards import Card, around, boards_of, leaderboard, names, only
+from .made_boards import around, boards_of, names, only
 
 
 def test_a_board_is_sorted_by_final_performance_then_name(entry: Make) -> None:
@@ -31,22 +31,12 @@ def test_each_entry_without_a_rank_has_its_own_reason(entry: Make) -> None:
     ]
 
 
-def test_the_column_after_learning_performance_is_forgetting() -> None:
-    columns = COLUMNS["sequential"]
-    assert columns.index("forgetting") == columns.index("learning_performance") + 1
-
-
 def test_task_conditioned_entries_have_a_separate_board(entry: Make) -> None:
     conditioned = {"task_in_training": True, "task_in_evaluation": True, "boundaries": True}
     first, second = boards_of(entry("a", around(0.5)), entry("b", around(0.9), observes=conditioned))
     assert (names(first), first.task_conditioned) == (["a"], False)
     assert (names(second), second.task_conditioned) == (["b"], True)
     assert second.id == "hopper-gravity-v0-sequential-100k-task-conditioned"
-
-
-def test_observing_the_task_only_in_training_does_not_change_the_board(entry: Make) -> None:
-    observes = {"task_in_training": True, "task_in_evaluation": False, "boundaries": False}
-    assert not only(entry("a", around(0.5), observes=observes)).task_conditioned
 
 
 def test_every_budget_has_its_board_except_smoke(entry: Make) -> None:
@@ -60,37 +50,11 @@ def test_every_budget_has_its_board_except_smoke(entry: Make) -> None:
     ]
 
 
-def test_a_refused_submission_is_not_on_a_board(document: Card) -> None:
-    broken = document["submissions"][-1]
-    broken["groups"] = document["submissions"][0]["groups"]
-    assert "broken" not in {row.entry.name for board in leaderboard(document).boards for row in board.rows}
-
-
-def test_a_published_table_alone_has_no_board(entry: Make) -> None:
-    table = entry("table", None, level="reported")
-    assert boards_of(table) == ()
-    assert names(only(table, entry("a", around(0.5)))) == ["a", "table"]
-
-
 def test_ranks_are_intervals_and_a_single_entry_has_none(entry: Make) -> None:
     tied = only(entry("a", around(0.9)), entry("b", around(0.899)), entry("c", around(0.1)))
     ranks = [rank(row.rank("final_performance")) for row in tied.rows]
     assert ranks == ["rank 1–2", "rank 1–2", "rank 3"]
     assert [row.rank("final_performance") for row in only(entry("a", around(0.9))).rows] == [None]
-
-
-def test_an_entry_has_no_rank_on_a_metric_where_no_other_is_ranked(entry: Make) -> None:
-    nothing = around(0.0)
-    single = only(entry("a", around(0.9)), entry("b", around(0.1), nothing), entry("c", around(0.2), nothing))
-    assert [rank(row.rank("forgetting")) for row in single.rows] == ["", "", ""]
-    assert [rank(row.rank("final_performance")) for row in single.rows] == ["rank 1", "rank 2", "rank 3"]
-    two = only(entry("a", around(0.9)), entry("b", around(0.1)), entry("c", around(0.2), nothing))
-    assert [rank(row.rank("forgetting")) for row in two.rows] == ["rank 1–2", "", "rank 1–2"]
-
-
-def test_entries_are_tied_with_those_that_the_board_does_not_separate(entry: Make) -> None:
-    board = only(entry("a", around(0.9)), entry("b", around(0.899)), entry("c", around(0.1)))
-    assert [row.tied("final_performance") for row in board.rows] == [1, 1, 0]
 
 
 def test_the_least_forgetting_is_among_those_that_learned(entry: Make) -> None:
@@ -110,15 +74,6 @@ def test_an_entry_without_a_rank_is_not_called_the_best(entry: Make) -> None:
     assert board.leader.row.entry.name == "lucky"
     ranked = only(entry("lucky", around(0.9, runs=4)), entry("full", around(0.4)))
     assert [row.entry.name for row in (ranked.best, ranked.least_forgetting) if row] == ["full", "full"]
-
-
-def test_an_identical_entry_follows_the_first_and_has_no_rank(entry: Make) -> None:
-    board = only(entry("b", around(0.5)), entry("a", around(0.5)), entry("c", around(0.4)))
-    assert [(row.entry.name, row.duplicate_of, row.ranked) for row in board.rows] == [
-        ("a", None, True),
-        ("b", "a", False),
-        ("c", None, True),
-    ]
 
 
 @pytest.mark.parametrize(
@@ -175,13 +130,3 @@ def test_the_certainty_of_a_lead_follows_from_its_runs(
     leader = only(*(entry(name, values) for name, values in runs.items())).leader
     assert leader is not None
     assert (leader.row.entry.name, leader.certainty) == ("a", sentence)
-
-
-def test_a_ranked_entry_leads_before_a_better_one_with_fewer_runs(entry: Make) -> None:
-    leader = only(entry("lucky", around(0.9, runs=1)), entry("full", around(0.4))).leader
-    assert leader is not None
-    assert leader.row.entry.name == "full"
-
-
-def test_a_board_without_scores_has_no_leader(entry: Make) -> None:
-    assert only(entry("a", None)).leader is None

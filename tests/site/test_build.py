@@ -33,12 +33,6 @@ def build(document: dict[str, Any], out: Path) -> Path:
     return module.build_site(whole.submissions, whole.references, out).index
 
 
-def test_the_order_of_submissions_in_the_document_changes_no_page(document: dict[str, Any]) -> None:
-    pages = {path: text for path, text in files(document) if path.endswith(".html")}
-    document["submissions"].reverse()
-    assert {path: text for path, text in files(document) if path.endswith(".html")} == pages
-
-
 def test_the_build_does_not_depend_on_hash_seed_time_zone_or_folder(
     document: dict[str, Any], tmp_path: Path
 ) -> None:
@@ -58,13 +52,6 @@ def test_the_build_does_not_depend_on_hash_seed_time_zone_or_folder(
     setting = {"PYTHONHASHSEED": "2", "TZ": OTHER_TIME_ZONE, "LC_ALL": "C"}
     subprocess.run(command, check=True, cwd=tmp_path / "second", env={**os.environ, **setting})
     assert contents(tmp_path / "first" / "site") == contents(tmp_path / "second" / "site")
-
-
-def test_no_page_contains_an_absolute_path(document: dict[str, Any], tmp_path: Path) -> None:
-    build(document, tmp_path / "site")
-    paths = [str(path).encode() for path in (tmp_path, Path.cwd(), Path.home())]
-    for name, data in contents(tmp_path / "site").items():
-        assert not [path for path in paths if path in data], name
 
 
 def test_a_build_replaces_the_previous_one_completely(document: dict[str, Any], tmp_path: Path) -> None:

@@ -8,9 +8,9 @@ from xml.etree import ElementTree as ET
 
 import pytest
 
-from gym_extensions.site.changes import EntryEvent, Release, changelog, entry_events, feed, releases
+from gym_extensions.site.changes import EntryEvent, Release, entry_events, feed, releases
 
-from .browser import files, read, typed
+from .browser import files, typed
 
 CHANGELOG = """# Changelog
 
@@ -52,14 +52,6 @@ def test_releases_have_their_changes_by_kind(changelog_file: Path) -> None:
     )
 
 
-def test_an_installation_without_a_changelog_has_no_releases(tmp_path: Path) -> None:
-    assert releases(tmp_path / "CHANGELOG.md") == ()
-
-
-def test_the_source_tree_has_its_changelog_where_the_page_reads_it() -> None:
-    assert releases(changelog())
-
-
 ATOM = "http://www.w3.org/2005/Atom"
 
 
@@ -99,10 +91,3 @@ def test_events_are_decisions_newest_first(document: dict[str, Any]) -> None:
         ("keeper", "Withdrawn"),
         ("agile", "Accepted"),
     ]
-
-
-def test_the_page_lists_entries_and_links_the_feed(document: dict[str, Any]) -> None:
-    decided(document, 0, "accepted", "2026-11-22")
-    page = read(document)["changes.html"]
-    assert "2026-11-22 Accepted: Agile agile" in page.text
-    assert "feed.xml" in {attributes.get("href") for _, attributes in page.elements}

@@ -129,13 +129,6 @@ def test_a_group_page_names_provisional_experts_and_open_tasks(document: dict[st
     assert "Open: no expert is known that is clearly better than 0" in pages["groups/striker-v0.html"].text
 
 
-def test_the_one_of_a_task_of_navigation_is_the_planner(document: dict[str, Any]) -> None:
-    current = load_references()
-    document["references"] = {"version": current.version, "sha256": current.digest}
-    text = read(document)["groups/nav-state-v0.html"].text
-    assert re.search(r"1 = planner: return −\d+\. 0 = the zero action: return −1000", text)
-
-
 def test_a_group_page_has_the_numbers_of_a_publication_beside_those_of_the_first_entries(
     document: dict[str, Any],
 ) -> None:

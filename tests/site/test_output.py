@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import shutil
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -187,14 +186,6 @@ def test_a_review_that_is_written_later_is_shown(built: Path, scored: Scored) ->
     assert "Accepted: " in (built / "_site" / "changes.html").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("item", ["link", "folder"])
-def test_an_added_link_or_folder_is_noticed(built: Path, scored: Scored, item: str) -> None:
-    path = built / "submissions" / "alpha" / "hopper-gravity" / "added"
-    path.mkdir() if item == "folder" else path.symlink_to("sequential")
-    main(["site"])
-    assert scored == ["alpha"]
-
-
 @pytest.mark.parametrize("content", [b"", b"\x93", b"[]"])
 def test_a_damaged_scorecard_is_made_again(built: Path, scored: Scored, content: bytes) -> None:
     (built / "_site" / kept_path("beta")).write_bytes(content)
@@ -204,14 +195,5 @@ def test_a_damaged_scorecard_is_made_again(built: Path, scored: Scored, content:
 
 def test_other_code_scores_everything(built: Path, scored: Scored, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "source_digest", lambda: "another")
-    assert main(["site"]) == 0
-    assert scored == ["alpha", "beta"]
-
-
-def test_other_references_score_everything(
-    built: Path, scored: Scored, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    changed = replace(REFERENCES, version="another")
-    monkeypatch.setattr(cli, "load_references", lambda: changed)
     assert main(["site"]) == 0
     assert scored == ["alpha", "beta"]

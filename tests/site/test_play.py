@@ -5,7 +5,6 @@ from __future__ import annotations
 import gzip
 import hashlib
 import json
-import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -220,10 +219,3 @@ def test_the_simulator_is_read_only_if_it_is_the_pinned_one(
     (tmp_path / "right" / "mujoco.js").unlink()
     with pytest.raises(BenchError, match="No such file"):
         mujoco_wasm.load(tmp_path / "right")
-
-
-def test_fetching_without_npm_says_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(shutil, "which", lambda name: None)
-    with pytest.raises(BenchError, match="npm is not installed"):
-        mujoco_wasm.fetch(tmp_path / "assets")
-    assert not (tmp_path / "assets").exists()

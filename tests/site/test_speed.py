@@ -56,9 +56,3 @@ def test_the_first_variant_is_compared_with_the_others() -> None:
 )
 def test_a_measured_variant_has_its_public_name(name: str, public: str) -> None:
     assert label(name) == public
-
-
-def test_the_speed_page_does_not_show_the_keys_of_the_measurements(document: dict[str, Any]) -> None:
-    text = Reader(dict(files(document))["speed.html"]).text
-    assert "512 Humanoid environments" in text
-    assert not re.findall(r"\blanes\b|make_batch|\bbars?\b", text)

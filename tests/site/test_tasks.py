@@ -11,14 +11,12 @@ from gym_extensions.catalog.tasks import TASKS, task
 from gym_extensions.experts.references import Expert, Floor
 from gym_extensions.experts.references import Task as Reference
 from gym_extensions.scoring.references import load_references
-from gym_extensions.scoring.scorecard import ReferencesInfo
 from gym_extensions.site.api import task_path
 from gym_extensions.site.build import files as site_files
 from gym_extensions.site.tasks import (
     TaskView,
     best_entries,
     gravity_arrows,
-    measured,
     reference_dots,
 )
 
@@ -68,12 +66,6 @@ def test_a_page_says_what_differs_and_by_how_much(pages: dict[str, str]) -> None
     assert "Nothing: it is the base body." in page(pages, "Hopper").text
 
 
-def test_a_page_shows_the_task_beside_its_base_body(pages: dict[str, str]) -> None:
-    images = [attributes for tag, attributes in page(pages, "HopperBigFoot").elements if tag == "img"]
-    assert [image["src"] for image in images] == ["../pictures/hopperbigfoot.webp", "../pictures/hopper.webp"]
-    assert {(image["width"], image["height"]) for image in images} == {("480", "360")}
-
-
 def test_gravity_is_shown_as_two_arrows(pages: dict[str, str]) -> None:
     labels = [attributes.get("aria-label") for _, attributes in page(pages, "HopperGravityHalf").elements]
     assert "gravity 0.5 times that of the base body" in labels
@@ -120,7 +112,3 @@ def test_an_open_task_has_no_1() -> None:
     assert drawing.count("<circle") == 2
     assert 'class="tick key"' in drawing
     assert ">1</text>" not in drawing
-
-
-def test_references_of_another_version_are_not_shown() -> None:
-    assert measured(ReferencesInfo("another", "0" * 64)) == {}

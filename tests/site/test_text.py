@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import msgspec
 import pytest
 from markupsafe import Markup
 
-from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.site import text
 from gym_extensions.site.text import inline
-
-from .conftest import submission
 
 
 @pytest.mark.parametrize(
@@ -28,10 +24,6 @@ from .conftest import submission
 )
 def test_a_number_has_fixed_digits_and_a_minus_sign(value: float, digits: int, shown: str) -> None:
     assert text.fixed(value, digits) == shown
-
-
-def test_the_ends_of_an_interval_are_joined_by_a_word() -> None:
-    assert text.interval(-0.031, 0.412) == "−0.03 to 0.41"
 
 
 @pytest.mark.parametrize(
@@ -76,10 +68,6 @@ def test_a_variation_omits_the_base_name_in_every_version(version: int) -> None:
     suffix = f"-v{version}" if version else ""
     assert text.variation(base, (half, base)) == f"Hopper{suffix}"
     assert text.variation(half, (half, base)) == f"Gravity<wbr>Half{suffix}"
-
-
-def test_a_variation_of_a_group_without_a_common_base_keeps_its_name() -> None:
-    assert text.variation("HopperWall-v0", ("HopperWall-v0", "Walker2dWall-v0")) == "Hopper<wbr>Wall"
 
 
 @pytest.mark.parametrize("ending", ["", "-KnownGoalPosition"])
@@ -133,44 +121,3 @@ def test_a_long_text_is_cut_between_characters(long: str, shortened: str) -> Non
 )
 def test_code_is_marked_and_everything_else_escaped(source: str, markup: str) -> None:
     assert inline(source) == markup
-
-
-def test_a_budget_has_steps_per_task_and_a_purpose() -> None:
-    assert [text.budget(name) for name in ("paper", "1M", "300k", "100k")] == [
-        "paper",
-        "1M (long)",
-        "300k (standard)",
-        "100k (quick)",
-    ]
-    steps = "100\u202f000 training steps per task"
-    assert text.budget_steps("100k", "hopper-gravity-v0") == steps
-    assert text.budget_steps("paper", "hopper-body-v1") == "25\u202f000\u202f000 training steps per task"
-
-
-def test_a_missing_file_is_named_after_its_protocol() -> None:
-    assert text.missing(["joint.csv", "5 runs"]) == "the protocol “all tasks at once” (joint.csv), 5 runs"
-
-
-@pytest.mark.parametrize(
-    ("level", "label", "is_verified"),
-    [
-        ("reported", "reported", False),
-        ("claimed", "claimed", False),
-        ("verified", "verified", True),
-        ("reproduced", "reproduced", True),
-        (None, "refused", False),
-    ],
-)
-def test_a_level_is_a_word_and_two_of_them_are_verified(
-    level: str | None, label: str, is_verified: bool
-) -> None:
-    card = msgspec.convert({**submission("a", {}), "level": level}, Scorecard)
-    assert (text.level(card), text.is_verified(card)) == (label, is_verified)
-
-
-def test_an_agent_without_task_information_says_none() -> None:
-    observes = {"task_in_training": True, "task_in_evaluation": False, "boundaries": True}
-    card = msgspec.convert(submission("a", {}, observes=observes), Scorecard)
-    assert text.observed(card) == "task label in training, task boundaries"
-    blind = msgspec.convert(submission("a", {}, observes=dict.fromkeys(observes, False)), Scorecard)
-    assert text.observed(blind) == "none"

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import pytest
 
-from gym_extensions.scoring.metrics import BY_NAME
 from gym_extensions.scoring.scorecard import GroupScore, ReferenceValue
 from gym_extensions.site.tables import change_tint, tint
 from gym_extensions.site.trial import EXAMPLE, Retention, Trial
@@ -26,10 +25,6 @@ def test_success_rates_are_averaged_over_runs_where_the_task_defines_success() -
     rates = (((None, 0.25), (None, 0.5)), ((None, 0.75), (None, 1.0)))
     trial = Trial("group", "sequential", replace(SCORE, success_rates=rates))
     assert trial.success_rates == ((None, 0.5), (None, 0.75))
-
-
-def test_a_group_without_success_has_no_table_of_success_rates() -> None:
-    assert Trial("group", "sequential", SCORE).success_rates == ()
 
 
 REFERENCE = {"a": ReferenceValue(0.0, 100.0, False), "b": ReferenceValue(0.0, None, True)}
@@ -90,13 +85,6 @@ def test_an_open_task_has_a_raw_change() -> None:
     assert (change.value.mean, change.normalized, change_tint(change)) == (-30.0, False, "raw unsure")
 
 
-def test_a_score_without_returns_has_no_changes() -> None:
-    empty = GroupScore(
-        level="verified", budget="paper", runs=(), tasks=("a",), metrics={}, reference={}, return_matrix=()
-    )
-    assert (Retention(empty).changes, Retention(empty).stages) == ((), ())
-
-
 def test_tints_of_a_matrix_reach_its_highest_score() -> None:
     reference = ReferenceValue(0.0, 100.0, False)
     assert [tint(value, reference, top=4.0) for value in (-50, 0, 100, 200, 400)] == [
@@ -106,12 +94,6 @@ def test_tints_of_a_matrix_reach_its_highest_score() -> None:
         "h5",
         "h10",
     ]
-
-
-def test_every_metric_has_a_value_and_says_what_it_does_not_show() -> None:
-    assert set(EXAMPLE.values) == set(BY_NAME)
-    assert None not in EXAMPLE.values.values()
-    assert all(metric.limits.endswith(".") for metric in BY_NAME.values())
 
 
 def test_values_by_hand() -> None:

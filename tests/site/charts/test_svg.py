@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from gym_extensions.site.charts.svg import Scale, apart, points, scale_around
+from gym_extensions.site.charts.svg import Scale, apart, points
 
 UNIT = Scale(0.0, 1.0, 0.0, 100.0)
 
@@ -26,22 +26,9 @@ def test_ticks_are_round_and_few(low: float, high: float, ticks: tuple[float, ..
     assert Scale(low, high, 0, 1).ticks() == pytest.approx(ticks)
 
 
-def test_a_scale_of_scores_contains_floor_and_reference() -> None:
-    scale = scale_around([0.4, 0.5], 0, 100)
-    assert (scale.low, scale.high) == pytest.approx((-0.06, 1.06))
-
-
-def test_a_scale_of_one_value_has_a_width() -> None:
-    assert scale_around([3.0], 0, 100, always=()).at(3.0) == pytest.approx(50.0)
-
-
 def test_labels_of_zero_and_one_do_not_collide_on_a_long_scale() -> None:
     assert apart((0.0, 1.0, 8.0), Scale(-0.5, 9.0, 100.0, 10.0)) == [0.0, 8.0]
     assert apart((0.0, 1.0, 1.5), Scale(-0.1, 1.6, 100.0, 10.0)) == [0.0, 1.0, 1.5]
-
-
-def test_a_level_outside_the_scale_has_no_label() -> None:
-    assert apart((0.0, 5.0), Scale(0.0, 1.0, 100.0, 10.0)) == [0.0]
 
 
 def test_points_are_clipped_to_the_scales() -> None:

@@ -68,14 +68,6 @@ def test_a_long_table_shows_fifty_rows_until_all_are_wanted(visit: Visit) -> Non
     assert len(names(page)) == 53
 
 
-def test_paper_has_every_row(visit: Visit) -> None:
-    page = visit(ALL_ROWS)
-    page.evaluate("dispatchEvent(new Event('beforeprint'))")
-    assert len(names(page)) == 53
-    page.evaluate("dispatchEvent(new Event('afterprint'))")
-    assert len(names(page)) == 50
-
-
 def test_filters_hide_the_other_entries(visit: Visit) -> None:
     page = visit(BOARD)
     chooser(page, "Algorithm").select_option("keeper")
