@@ -23,7 +23,7 @@ from gym_extensions.scoring.frames import board_frame, csv_text, to_csv
 from gym_extensions.scoring.poses import load_entry
 from gym_extensions.scoring.schema import schema_texts
 from gym_extensions.scoring.scorecard import ReferenceValue, Scorecard, ScorecardDocument
-from gym_extensions.site import api, core, exports, speed
+from gym_extensions.site import api, exports, speed
 from gym_extensions.site.boards import Frame, Leaderboard
 from gym_extensions.site.changes import changelog, entry_events, feed, releases
 from gym_extensions.site.groups import Group, groups
@@ -32,7 +32,7 @@ from gym_extensions.site.mujoco_wasm import VERSION, Simulator
 from gym_extensions.site.output import encoded
 from gym_extensions.site.play import offer
 from gym_extensions.site.records import TaskPolicies
-from gym_extensions.site.tables import PAGE_ROWS, SHOWN_ROWS, entry_pages, parts
+from gym_extensions.site.tables import PAGE_ROWS, entry_pages, parts
 from gym_extensions.site.tasks import (
     TaskView,
     best_entries,
@@ -49,7 +49,7 @@ from gym_extensions.site.trial import EXAMPLE, separate_groups
 MAX_EVENTS = 100
 """Events on the page of changes."""
 MAX_COMPARED = 40
-"""Boards of which the page of comparisons links the first two entries."""
+"""Boards that the page of comparisons links to."""
 
 
 @dataclass(frozen=True)
@@ -149,9 +149,8 @@ def _groups(site: Leaderboard, render: Render) -> Iterator[File]:
     """A page for each group and suite with its boards, and the table of all rows of every board."""
     for group in groups(site.boards, site.entrants, site.references):
         path = api.group_path(group.id)
-        rows = [(row.entry, row.entrant.inputs) for board in group.boards for row in board.rows[:SHOWN_ROWS]]
-        counts = [(board.id, len(board.rows), board.ranked) for board in group.boards]
-        shared = repr((group.tasks, group.paper, counts)).encode()
+        rows = [(row.entry, row.entrant.inputs) for board in group.boards for row in board.rows]
+        shared = repr((group.tasks, group.paper, [board.id for board in group.boards])).encode()
         write = partial(render, "group.html", path, group=group)
         yield path, Draft(shared + encoded(rows), write)
     for board in site.boards:
@@ -180,8 +179,7 @@ def _submission(entry: Scorecard, render: Render) -> Iterator[File]:
     poses = load_entry(render.folder) if render.folder else {}
     panels = watches(entry, poses)
     inputs = render.inputs + encoded(poses)
-    write = partial(render, "submission.html", path, entry=entry, watches=panels, row=core.own_row(entry))
-    yield path, Draft(inputs, write)
+    yield path, Draft(inputs, partial(render, "submission.html", path, entry=entry, watches=panels))
     for group in separate_groups(entry):
         page = api.results_path(entry.name, group)
         values = {"entry": entry, "group": group, "watches": panels}
