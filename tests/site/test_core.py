@@ -8,7 +8,8 @@ from xml.etree import ElementTree
 
 import pytest
 
-from gym_extensions.catalog.groups import CORE, CORES, group
+from gym_extensions.catalog.groups import CORE, CORES, SUITES, group
+from gym_extensions.catalog.groups import GROUPS as GROUP_IDS
 from gym_extensions.scoring.boards import CoreBoard, CoreCost
 from gym_extensions.scoring.leaderboard import core as core_board
 from gym_extensions.site import core
@@ -128,6 +129,9 @@ def test_the_overview_has_twenty_methods_and_at_most_forty_kilobytes() -> None:
     assert len(index.encode()) < 40_000
     assert index.count('class="num place"') == 20
     page = read(document)
+    cards = [a["href"] for tag, a in page["index.html"].elements if a.get("href", "").startswith("groups/")]
+    assert cards[: len(GROUPS)] == [f"groups/{group_id}.html" for group_id in CORES[CORE]]
+    assert len(cards) == len(set(cards)) == len(GROUP_IDS) + len(SUITES)
     assert "All 27 methods" in page["index.html"].text
     assert page["core.html"].text.count("lacks walker2d-gravity") == 25
     assert "Pairs: final performance" in page["core.html"].text

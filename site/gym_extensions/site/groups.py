@@ -116,9 +116,7 @@ def groups(
     for board in boards:
         by_group.setdefault(board.group, []).append(board)
     published = {group.id: group for group in GROUPS.values()}
-    ids = dict.fromkeys(
-        (*CORES[CORE], *published, *(name for name in by_group if name not in SUITES), *SUITES)
-    )
+    ids = [name for name in dict.fromkeys((*CORES[CORE], *published, *by_group)) if name not in SUITES]
     known = measured(references)
     return tuple(
         _group(name, published.get(name), by_group.get(name, []), entrants, known) for name in (*ids, *SUITES)

@@ -64,6 +64,7 @@ def write_site(folder: Path) -> Path:
     document = everything()
     many = [_many(index) for index in range(52)]
     methods = [method("keeps", 0.8, 0.98), method("loses", 0.8, 0.5), method("lacks", 0.9, 0.9, GROUPS[:3])]
+    methods[1]["title"] = "W" * 200
     document["submissions"] = sorted(
         document["submissions"] + many + methods, key=lambda entry: entry["name"]
     )

@@ -31,6 +31,8 @@ function difference(board, first, second, at = 0) {
   return [-mean, low === null ? null : -high, low === null ? null : -low, p];
 }
 
+const title = (name) => (index.titles[name].length > 40 ? `${[...index.titles[name]].slice(0, 39).join("")}\u2026` : index.titles[name]);
+
 const make = (tag, properties = {}, ...children) => {
   const element = Object.assign(document.createElement(tag), properties);
   element.append(...children);
@@ -50,8 +52,8 @@ function answer(first, second) {
     const what = found.verdict === "separated" ? (found.mean > 0 ? more : less)
       : found.verdict === "equivalent" ? `is equivalent in ${metric === "forgetting" ? "forgetting" : "what it keeps"}`
         : `is not separated in ${metric === "forgetting" ? "forgetting" : "what it keeps"}`;
-    list.append(make("p", {}, make("strong", {}, index.titles[first]), ` ${what}: ${fixed(found.mean)} (${range(found.low, found.high)}) `
-      + `against ${index.titles[second]}, over the core with ${found.runs} runs; p ${pText(found.p)}, adjusted for all pairs.`));
+    list.append(make("p", {}, make("strong", {}, title(first)), ` ${what}: ${fixed(found.mean)} (${range(found.low, found.high)}) `
+      + `against ${title(second)}, over the core with ${found.runs} runs; p ${pText(found.p)}, adjusted for all pairs.`));
   }
   if (!list.children.length) list.append(make("p", {}, "There is no answer over the core: one of the two is not ranked on it. The boards below have both."));
   return list;
@@ -99,7 +101,7 @@ function scores(first, second) {
   const shown = (value) => cell("td", value[0] === null ? "\u2013" : fixed(value[0]) + (value[1] === null ? "" : ` (${range(value[1], value[2])})`), "num");
   const lines = Object.keys(a).filter((group) => b[group]).map((group) => make("tr", {}, cell("th", group), shown(a[group]), shown(b[group])));
   if (!lines.length) return make("p", {}, "The two have no group in common.");
-  const heads = ["Group", index.titles[first], index.titles[second]].map((name, at) => Object.assign(cell("th", name, at ? "num" : ""), { scope: "col" }));
+  const heads = ["Group", title(first), title(second)].map((name, at) => Object.assign(cell("th", name, at ? "num" : ""), { scope: "col" }));
   return make("table", { className: "plain" },
     make("caption", {}, "The two are on no common board, because only one of them observes the task. Score at the end on each group of the core"),
     make("thead", {}, make("tr", {}, ...heads)), make("tbody", {}, ...lines));
@@ -129,7 +131,7 @@ function start() {
   const names = Object.keys(index.titles).sort();
   if (names.length < 2) return;
   for (const select of [first, second]) for (const name of names) {
-    select.add(new Option(index.titles[name] === name ? name : `${index.titles[name].slice(0, 60)} (${name})`, name));
+    select.add(new Option(title(name) === name ? name : `${title(name)} (${name})`, name));
   }
   const best = index.core.final_performance?.[0] || [names.find((name) => name !== "trpo"), names.includes("trpo") ? "trpo" : names[1]];
   const read = () => {
