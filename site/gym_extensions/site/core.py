@@ -167,7 +167,7 @@ def figure(entries: Sequence[CoreEntry]) -> Markup:
     places = [(x.at(value(entry, LEARNED).mean or 0), y.at(value(entry, FINAL).mean or 0)) for entry in shown]
     for number, (entry, (across, up)) in reversed(list(enumerate(zip(shown, places, strict=True)))):
         learned, kept = value(entry, LEARNED), value(entry, FINAL)
-        kind = "first" if number == 0 else "other"
+        kind = "unranked" if not entry.ranked else "other" if number else "first"
         if learned.ends and kept.ends:
             parts.append(stroke(x.at(learned.ends[0]), up, x.at(learned.ends[1]), up, f"whisker {kind}"))
             parts.append(stroke(across, y.at(kept.ends[0]), across, y.at(kept.ends[1]), f"whisker {kind}"))
