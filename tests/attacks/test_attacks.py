@@ -30,7 +30,7 @@ from gym_extensions.rollouts.run_policies import (
 )
 from gym_extensions.verification.episodes import Store
 from gym_extensions.verification.fetch import Fetcher
-from gym_extensions.verification.verify import Verifier
+from gym_extensions.verification.verify import verify
 
 from ..verification.entries import GROUP, RUNS, Row, change_document, change_log, copy, honest, network
 from ..verification.entries import write_run_files as record
@@ -328,7 +328,7 @@ def workshop(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def stop_of(entry: Path, cache: Path) -> str:
     """What stops an entry, or ``verified``."""
-    report = Verifier(entry, VALUE, Store(cache / "verify"), Fetcher(cache / "policies")).verify()
+    report = verify(entry, VALUE, Store(cache / "verify"), Fetcher(cache / "policies"))
     if report.problems:
         return " ".join(problem.rule for problem in report.problems)
     found = report.verification

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import json
 import shutil
 from pathlib import Path
 
+import msgspec
 import pytest
 
 from gym_extensions.curation import gate
@@ -37,4 +37,4 @@ def request_with_entry(project: Path) -> Path:
 def no_judge(monkeypatch: pytest.MonkeyPatch) -> None:
     """Judges no submission: for what is decided before or after that."""
     judgement = Judgement(level="claimed", repeated=380, episodes=400, notes=("`@alice` <img>",))
-    monkeypatch.setattr(gate, "answers", lambda *_: iter([json.loads(judgement.to_json())]))
+    monkeypatch.setattr(gate, "answers", lambda *_: iter([msgspec.to_builtins(judgement)]))

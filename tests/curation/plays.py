@@ -62,10 +62,10 @@ PLAYS: dict[str, tuple[str, str, Play]] = {
         "submissions/conftest.py",
         lambda project: commit(project, {"submissions/conftest.py": "import os\n"}),
     ),
-    "a folder of traces": (
+    "policies of the old form": (
         "stray-file",
-        f"{NEW}/hopper-gravity/traces/run0.npz",
-        lambda project: commit(project, {f"{NEW}/hopper-gravity/traces/run0.npz": "x"}),
+        f"{NEW}/hopper-gravity/policies/run0.npz",
+        lambda project: commit(project, {f"{NEW}/hopper-gravity/policies/run0.npz": "x"}),
     ),
     "a folder of submissions in capitals": (
         "stray-file",

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from jsonschema import Draft202012Validator
 
 from gym_extensions.curation.cli import check_pr as main
 from gym_extensions.curation.pull_request import RULES
-from gym_extensions.curation.report import GateReport, read_report
-from gym_extensions.scoring.documents import json_schema
+from gym_extensions.curation.report import read_report
 
 from .repositories import commit
 
@@ -27,7 +24,6 @@ def test_the_command_prints_a_report_that_its_schema_allows_and_reads_it_back(
     commit(project, {"submissions/old/README.md": "A text.\n"})
     assert main(["--repository", str(project), "--base", "main", "--json", "--number", "3"]) == 0
     printed = capfdbinary.readouterr().out
-    Draft202012Validator(json_schema(GateReport)).validate(json.loads(printed))
     report = read_report(printed)
     assert (report.pull_request, report.kind, report.verdict) == (3, "edit", "review")
     path = project / "report.json"

@@ -15,7 +15,7 @@ from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.submission import (
     SubmittedGroup,
     first_identical_runs,
-    merge_identical_runs,
+    scored_runs,
     select_runs,
 )
 from gym_extensions.rollouts.tables import Log
@@ -48,7 +48,7 @@ def log(protocol: str, returns: Mapping[int, float]) -> Log:
 def merge(**returns: Mapping[int, float]) -> tuple[dict[str, tuple[int, ...]], tuple[str, ...]]:
     """The runs of each log that remain, and the notes."""
     logs = {protocol: log(protocol, values) for protocol, values in returns.items()}
-    merged = merge_identical_runs(SubmittedGroup(HOPPER, logs))
+    merged = scored_runs(SubmittedGroup(HOPPER, logs), merge=True)
     return {protocol: log.runs for protocol, log in merged.logs.items()}, merged.notes
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import msgspec
 import pytest
 
+from gym_extensions.catalog.groups import group
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.run import (
     Curve,
@@ -17,13 +18,12 @@ from gym_extensions.rollouts.run import (
     PolicyFile,
     RunDocument,
     Versions,
-    all_versions,
     file_sha256,
-    largest_memory,
     read_run,
     run_text,
     write_run,
 )
+from gym_extensions.rollouts.submission import Submission, SubmittedGroup
 
 VERSIONS = Versions(
     gym_extensions="1.0.0",
@@ -118,7 +118,9 @@ def test_memory_and_versions_of_several_runs() -> None:
         memory=Memory(stored_steps=9, parameters_first=1, parameters_last=3),
         versions=msgspec.structs.replace(VERSIONS, numpy="2.5"),
     )
-    assert largest_memory([PLAIN, other]) == Memory(stored_steps=9, parameters_first=2, parameters_last=3)
-    assert largest_memory([]) is None
-    versions = all_versions([PLAIN, other, FULL])
-    assert (versions["numpy"], versions["torch"], "blas" in versions) == ("2.4.6, 2.5", "2.13", False)
+    runs = {"joint": dict(enumerate([PLAIN, other, FULL]))}
+    entry = Submission("entry", None, {"pusher-v0": SubmittedGroup(group("pusher"), {}, runs)})
+    assert entry.memory == Memory(stored_steps=9, parameters_first=2, parameters_last=3)
+    assert (entry.versions["numpy"], entry.versions["torch"]) == ("2.4.6, 2.5", "2.13")
+    assert "blas" not in entry.versions
+    assert Submission("entry", None, {}).memory is None

@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gym_extensions.catalog.groups import group
-from gym_extensions.catalog.protocol import evaluation_seed
 from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.rules.log import LogRows
 from gym_extensions.rollouts.tables import (
     CurvePoint,
     Episode,
@@ -21,7 +21,6 @@ from gym_extensions.rollouts.tables import (
     log_frame,
     log_of,
     log_text,
-    prescribed_rows,
     read_log,
     write_log,
 )
@@ -109,24 +108,9 @@ def test_runs_follow_each_other_in_the_columns_and_rows_keep_their_lines() -> No
     assert log.runs == (0, 3)
     assert log.run.tolist() == [0, 0, 3, 3, 3]
     assert log.position.tolist() == [0, 2, 0, 2, 2]
-    assert log.max_steps.tolist() == [1000] * 5
-    assert log.episode_keys[-1] == (3, 1, TASKS[1], 0)
-    assert (log.file_of(3), log.line_of(3)) == ("hopper-gravity/sequential/run3.csv", 3)
-    assert (log.file_of(1), log.line_of(1)) == (LOG, 3)
-
-
-def test_the_prescribed_rows_of_a_run() -> None:
-    hopper = group("hopper-gravity")
-    rows = prescribed_rows("sequential", hopper)
-    assert rows["stage"].size == 6 * 5 * 20
-    seed = evaluation_seed(hopper.id, hopper.task_ids[2], 7)
-    assert {name: column[20 * (5 + 2) + 7] for name, column in rows.items()} == {
-        "stage": 1,
-        "position": 2,
-        "episode": 7,
-        "seed": seed,
-    }
-    assert set(prescribed_rows("joint", hopper)["stage"].tolist()) == {1}
+    rows = LogRows(log)
+    assert rows.limit.tolist() == [1000] * 5
+    assert (rows.where(3), rows.where(1)) == (f"{LOG.replace('0', '3')}, line 3", f"{LOG}, line 3")
 
 
 def test_points_of_an_unfinished_curve_are_appended(tmp_path: Path) -> None:

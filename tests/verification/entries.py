@@ -35,7 +35,7 @@ from gym_extensions.rollouts.run_policies import (
 )
 from gym_extensions.rollouts.tables import Episode, read_log, write_log
 from gym_extensions.verification.episodes import Cell, Player
-from gym_extensions.verification.repeat import this_machine
+from gym_extensions.verification.verify import this_machine
 from gym_extensions.versions import version
 
 from ..conftest import MANIFEST

@@ -19,7 +19,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_extensions.verification.new_seeds import TaskReturns, compare
+from gym_extensions.verification.new_seeds import TaskReturns, agrees, compare
 
 Array = NDArray[np.float64]
 
@@ -62,9 +62,9 @@ def entry(
 def refusals(rng: np.random.Generator, attack: str, kind: str, seed: float) -> tuple[bool, bool]:
     """Whether the first draw refuses an entry, and whether both do."""
     first, second = zip(*entry(rng, attack, kind, seed), strict=True)
-    if compare(first, rng).agrees:
+    if agrees(compare(first, rng)):
         return False, False
-    return True, not compare(second, rng).agrees
+    return True, not agrees(compare(second, rng))
 
 
 def main() -> None:

@@ -80,13 +80,13 @@ def crash(call: dict[str, str]) -> Iterator[str]:
 )
 def test_a_mistake_of_the_verifier_is_not_called_a_limit(end: str, code: str, module: str) -> None:
     with pytest.raises(BenchError) as error:
-        list(answers(f"{module}:crash", {"end": end}))
+        list(answers(f"{module}:crash", {"end": end}, Limits()))
     assert error.value.code == code
 
 
 def test_the_process_gets_no_token_of_its_environment(module: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("GH_TOKEN", "secret")
-    assert list(answers(f"{module}:crash", {"end": ""})) == ["no token"]
+    assert list(answers(f"{module}:crash", {"end": ""}, Limits())) == ["no token"]
 
 
 def test_a_process_that_takes_too_long_is_ended(module: str) -> None:

@@ -25,7 +25,7 @@ from gym_extensions.rollouts.run import PolicyFile, read_run
 from gym_extensions.rollouts.run_policies import content_sha256, network_files, read_arrays
 from gym_extensions.verification import episodes
 from gym_extensions.verification.cli import main
-from gym_extensions.verification.repeat import logged_cells, prescribed_cell, repetition
+from gym_extensions.verification.verify import repetition, runs_of
 from gym_extensions.versions import version
 
 from .entries import change_document
@@ -71,16 +71,13 @@ def test_the_documented_module_of_pytorch_becomes_a_verified_entry(entry: Path) 
 def test_a_return_of_a_network_is_repeated_within_a_tolerance(
     entry: Path, factor: float, is_repeated: bool
 ) -> None:
-    (submitted,) = read(entry, merge_runs=False).groups.values()
-    log = submitted.logs["sequential"]
-    logged = logged_cells(log, 0)
-    cells = tuple(prescribed_cell(log, *key) for key in logged)
+    (run,) = runs_of(read(entry, merge_runs=False)).values()
     outcomes = tuple(
-        tuple(each._replace(return_=each.return_ * factor) for each in part) for part in logged.values()
+        tuple(each._replace(return_=each.return_ * factor) for each in part) for part in run.logged.values()
     )
-    found = repetition(log, 0, cells, episodes.Played(outcomes, runtime="onnxruntime"))
+    found = repetition(run, run.prescribed, episodes.Played(outcomes, runtime="onnxruntime"))
     assert found.repeated == (found.episodes if is_repeated else 0)
-    assert repetition(log, 0, cells, episodes.Played(outcomes)).repeated == 0
+    assert repetition(run, run.prescribed, episodes.Played(outcomes)).repeated == 0
 
 
 def replace_networks(entry: Path, data: bytes) -> None:
@@ -132,12 +129,9 @@ def test_where_the_runtime_is_missing_nothing_is_decided(
     entry: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "onnxruntime", None)
-    (name,) = ("hopper-wall/sequential/run0",)
-    digest = read_run(entry / f"{name}.json").policies
-    assert digest is not None
-    cells = (episodes.Cell(0, 0, (1, 2)),)
-    where = ("hopper-wall", "sequential", 0, digest.sha256, "")
-    request = episodes.RunRequest(name, str(entry), *where, observes_task=False, cells=cells)
+    submission = read(entry, merge_runs=False)
+    (run,) = runs_of(submission).values()
+    request = run.request(submission, entry, run.prescribed[:1])
     with pytest.raises(BenchError, match=r"gym-extensions\[onnx\]"):
         episodes.played(request, episodes.Player(group("hopper-wall")))
 

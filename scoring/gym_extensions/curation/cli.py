@@ -3,43 +3,24 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
-from collections.abc import Callable, Iterator, Sequence
-from functools import partial
+from collections.abc import Sequence
 from pathlib import Path
 from typing import get_args
 
 from gym_extensions import experts
+from gym_extensions.curation import review as reviews
 from gym_extensions.curation.gate import Request, check_pull_request
 from gym_extensions.curation.git import Repository
 from gym_extensions.curation.pull_request import RULES
 from gym_extensions.curation.report import GateReport, comment, read_report
-from gym_extensions.curation.review import (
-    decide,
-    is_of_this_project,
-    merge_commit,
-    record_commit,
-    run_files,
-    take,
-    take_record,
-    undecided_runs,
-)
 from gym_extensions.errors import BenchError, reports_mistakes, working
 from gym_extensions.files import write_text
 from gym_extensions.rollouts.layout import DOCUMENT, submission_folders
 from gym_extensions.rollouts.review import Action, Review, review_text
 from gym_extensions.rollouts.run import read_run
-from gym_extensions.scoring.documents import json_schema
 from gym_extensions.scoring.records import RECORDS, REVIEW, Record, split_paths
-from gym_extensions.verification.cli import (
-    ENTRY_HELP,
-    add_options,
-    is_verified,
-    lines_of,
-    verified,
-    write_poses,
-)
+from gym_extensions.verification import cli as verification
 from gym_extensions.verification.fetch import Fetcher
 from gym_extensions.verification.new_seeds import require_value
 from gym_extensions.verification.records import line_of, verify_record, write_expert_poses
@@ -60,7 +41,6 @@ def gate_parser() -> argparse.ArgumentParser:
     add("--number", type=int, metavar="N", help="number of the pull request, for the report")
     output = command.add_mutually_exclusive_group()
     output.add_argument("--json", action="store_true", help="print the report as JSON")
-    output.add_argument("--schema", action="store_true", help="print the JSON Schema of reports")
     output.add_argument("--rules", action="store_true", help="print the rules")
     output.add_argument("--comment", type=Path, metavar="REPORT", help="print a report as Markdown")
     output.add_argument("--labels", type=Path, metavar="REPORT", help="print the labels of a report")
@@ -82,8 +62,6 @@ def _print(text: str) -> None:
 
 def _document(options: argparse.Namespace) -> str | None:
     """What the options that check nothing print; None for the others."""
-    if options.schema:
-        return json.dumps(json_schema(GateReport), indent=1, sort_keys=True) + "\n"
     if options.rules:
         return "".join(f"{name}: {' '.join((each.__doc__ or '').split())}\n" for name, each in RULES.items())
     if options.comment:
@@ -120,11 +98,11 @@ def maintain_parser() -> argparse.ArgumentParser:
         description="Verify the runs of entries and the records that no verification has decided about, "
         "with seeds from the commit that merged them, and write the result into their review. With "
         "--decision, record a decision.",
-        epilog="Exit status: 0 verified or recorded, 1 an entry is not verified, 2 wrong usage.",
+        epilog="Exit status: 0 verified or recorded, 1 an entry is not verification.verified, 2 wrong usage.",
     )
     add = review.add_argument
-    add("entries", nargs="+", type=Path, metavar="ENTRY", help=ENTRY_HELP)
-    add_options(review)
+    add("entries", nargs="+", type=Path, metavar="ENTRY", help=verification.ENTRY_HELP)
+    verification.add_options(review)
     add("--record", type=Path, metavar="DIR", help="write a file in DIR instead of the review")
     add("--take", type=Path, metavar="FILE", help="check such a file, and add it to the review")
     add("--fetch", action="store_true", help="only fetch policies that lie elsewhere into the cache")
@@ -152,16 +130,6 @@ def maintain_parser() -> argparse.ArgumentParser:
     return command
 
 
-def _other_lines(options: argparse.Namespace) -> Iterator[object]:
-    """What the commands besides the review print, as they go on."""
-    if options.command == "poses":
-        yield from write_expert_poses(options.tasks or experts.names())
-    else:
-        from gym_extensions.curation import wanted  # loads the agents
-
-        yield from wanted.lines_of(wanted.wanted(submission_folders(options.entries)))
-
-
 @reports_mistakes
 def maintain(argv: Sequence[str] | None = None) -> int:
     """Runs a command of maintainers and returns the exit status."""
@@ -172,32 +140,40 @@ def maintain(argv: Sequence[str] | None = None) -> int:
         return references(arguments[1:])
     command = maintain_parser()
     options = command.parse_args(arguments)
-    if options.command != "review":
-        for line in _other_lines(options):
-            print(line, flush=True)
-        return 0
+    if options.command == "review":
+        return _review(command, options)
+    if options.command == "poses":
+        for path in write_expert_poses(options.tasks or experts.names()):
+            print(path, flush=True)
+    else:
+        from gym_extensions.curation import wanted  # loads the agents
+
+        print("\n".join(wanted.lines_of(wanted.wanted(submission_folders(options.entries)))))
+    return 0
+
+
+def _review(command: argparse.ArgumentParser, options: argparse.Namespace) -> int:
     records, paths = split_paths(options.entries)
     entries = submission_folders(paths)
     if options.take and len(records) == 1 and not entries:
-        take_record(records[0], options.take)
+        reviews.take_record(records[0], options.take)
         return 0
     if (options.decision or options.take) and (records or len(entries) != 1):
         command.error("--decision is about one entry, --take about one entry or record")
     if options.decision:
-        decide(entries[0], options.decision, options.by, options.reason)
+        reviews.decide(entries[0], options.decision, options.by, options.reason)
         return 0
     if options.take:
-        take(entries[0], options.take)
+        reviews.take(entries[0], options.take)
         return 0
-    jobs: list[Callable[[argparse.Namespace], int]] = [partial(review_entry, each) for each in entries]
-    jobs += [partial(review_record, each) for each in records]
-    status = 0
-    for job in jobs:
+    status, reviewed = 0, list[Path | Record]([*entries, *records])
+    for each in reviewed:
         try:
-            status |= job(options)
+            found = review_record(each, options) if isinstance(each, Record) else review_entry(each, options)
         except BenchError as error:
             print(f"error: {error}", file=sys.stderr)
-            status = 2
+            found = 2
+        status = max(status, found)
     return status
 
 
@@ -209,7 +185,7 @@ def review_record(record: Record, options: argparse.Namespace) -> int:
     """
     if options.fetch or record.review is not None:
         return 0
-    value = require_value(options.seeds) if options.seeds else record_commit(record)
+    value = require_value(options.seeds) if options.seeds else reviews.record_commit(record)
     review = verify_record(record, value)
     print(line_of(record, review))
     record.write(review, options.record and options.record / RECORDS / f"{record.name}{REVIEW}")
@@ -222,7 +198,7 @@ def review_entry(entry: Path, options: argparse.Namespace) -> int:
     Raises:
         BenchError: the entry has problems, or cannot be verified at the moment. Nothing is recorded then.
     """
-    runs = undecided_runs(entry)
+    runs = reviews.undecided_runs(entry)
     if not runs:
         print(f"{entry.name}: nothing is left to verify; a new draw needs new files.")
         return 0
@@ -234,16 +210,17 @@ def review_entry(entry: Path, options: argparse.Namespace) -> int:
                 fetcher.fetch(policies, name)
         return 0
     if options.retrain_own:
-        options = argparse.Namespace(**(vars(options) | {"retrain": is_of_this_project(entry)}))
-    value = require_value(options.seeds) if options.seeds else merge_commit(entry, run_files(entry, runs))
-    report = verified(entry, value, options, only_new=True)
-    print("\n".join(lines_of(report)))
+        options = argparse.Namespace(**(vars(options) | {"retrain": reviews.is_of_this_project(entry)}))
+    value = options.seeds and require_value(options.seeds)
+    value = value or reviews.merge_commit(entry, reviews.run_files(entry, runs))
+    report = verification.verified(entry, value, options, only_new=True)
+    print("\n".join(verification.lines_of(report)))
     if report.verification is None:
-        return int(not is_verified(report))
+        return int(not verification.is_verified(report))
     if options.record:
         review = Review(verifications=[report.verification])
         write_text(options.record / f"{entry.name}.toml", review_text(review))
     else:
         record(entry, report.verification)
-        write_poses(entry, report)
-    return int(not is_verified(report))
+        verification.write_poses(entry, report)
+    return int(not verification.is_verified(report))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 import tempfile
 import time
@@ -13,7 +12,9 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any
 
-from gym_extensions.curation.git import MACHINE_ERRORS, Repository, TreeEntry
+import msgspec
+
+from gym_extensions.curation.git import MACHINE_ERRORS, Repository
 from gym_extensions.curation.pull_request import SUBMISSIONS, PullRequest, broken_rules, is_data
 from gym_extensions.curation.report import (
     MAX_PROBLEMS,
@@ -26,6 +27,7 @@ from gym_extensions.curation.report import (
     cut,
 )
 from gym_extensions.errors import BenchError
+from gym_extensions.files import write_bytes
 from gym_extensions.rollouts.layout import NAME
 from gym_extensions.rollouts.problem import Problem
 from gym_extensions.rollouts.reader import read
@@ -35,14 +37,12 @@ from gym_extensions.rollouts.submission import Submission
 from gym_extensions.scoring.metrics import METRICS
 from gym_extensions.scoring.records import CARD, Record
 from gym_extensions.scoring.references import load_references
-from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.scoring.scorer import score
 from gym_extensions.verification.episodes import Cell, Player, played
 from gym_extensions.verification.limits import Limits, answers
 from gym_extensions.verification.new_seeds import files_digest
 from gym_extensions.verification.records import sample
-from gym_extensions.verification.repeat import other_machine, repetition, this_machine
-from gym_extensions.verification.verify import SAMPLED, Run, request_of_run, runs_of
+from gym_extensions.verification.verify import SAMPLED, Run, repetition, runs_of
 
 CODEOWNERS = ".github/CODEOWNERS"
 RECORD = re.compile(r"[A-Za-z0-9]{1,64}/[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
@@ -87,7 +87,13 @@ def check_pull_request(request: Request) -> GateReport:
         pull_request = opened(repository, base, head)
         if not any(map(is_data, pull_request.paths)):
             return replace(report, kind="code", verdict="not-judged")
-        report = _with_entry(report, pull_request)
+        name = next(iter(pull_request.entries or pull_request.records), "")
+        report = replace(
+            report,
+            kind=pull_request.kind,
+            entry=name if (RECORD if pull_request.kind == "record" else NAME).fullmatch(name) else "",
+            owners=_owners(pull_request, name),
+        )
         problems = broken_rules(pull_request)
         return _closed(report, problems) if problems else _judged(report, pull_request, request.limits)
     except BenchError as error:
@@ -112,22 +118,10 @@ def opened(repository: Repository, base: str, head: str) -> PullRequest:
     return pull_request
 
 
-def _with_entry(report: GateReport, pull_request: PullRequest) -> GateReport:
-    """The report with the kind of the pull request, and with the name and the owners of its entry."""
-    if not pull_request.entries:
-        record = next(iter(pull_request.records), "")
-        return replace(report, kind="record", entry=record if RECORD.fullmatch(record) else "")
-    entry = pull_request.entries[0]
-    kind: Kind = "edit" if entry in pull_request.base_entries else "submission"
-    kind = "donation" if pull_request.donated_runs else kind
-    name = entry if NAME.fullmatch(entry) else ""
-    return replace(report, kind=kind, entry=name, owners=_owners(pull_request, entry))
-
-
 def _owners(pull_request: PullRequest, entry: str) -> tuple[str, ...]:
     data = pull_request.repository.file(pull_request.base, CODEOWNERS) or b""
-    rules = [line.split() for line in data.decode(errors="replace").splitlines()]
-    owners = [parts[1:] for parts in rules if parts and parts[0] == f"/{SUBMISSIONS}/{entry}/"]
+    lines = [line.split() for line in data.decode(errors="replace").splitlines()]
+    owners = [parts[1:] for parts in lines if parts[:1] == [f"/{SUBMISSIONS}/{entry}/"]]
     return tuple(name for name in (owners[-1] if owners else []) if re.fullmatch(OWNER, name))
 
 
@@ -152,13 +146,16 @@ def _judged(report: GateReport, pull_request: PullRequest, limits: Limits) -> Ga
     """The report with what the files of the entry or record are worth, found out in a process with limits."""
     is_record = report.kind == "record"
     files = (pull_request.files_of_record if is_record else pull_request.files_of)(report.entry)
+    contents = pull_request.repository.blobs(file.object_id for file in files)
     with tempfile.TemporaryDirectory() as scratch:
-        extract(pull_request.repository, files, Path(scratch))
-        path = Path(scratch) / report.entry
+        # The paths and sizes keep to the rules.
+        for file, content in zip(files, contents, strict=True):
+            write_bytes(Path(scratch, file.path.partition("/")[2]), content)
+        path = Path(scratch, report.entry)
         donated = list(pull_request.donated_runs)
         call = {"record": f"{path}{CARD}"} if is_record else {"folder": str(path), "donated": donated}
         (answer,) = answers(JOB, call, limits)
-    judgement = Judgement.from_json(json.dumps(answer))
+    judgement = msgspec.convert(answer, Judgement)
     judged = replace(
         report,
         level=judgement.level,
@@ -170,41 +167,42 @@ def _judged(report: GateReport, pull_request: PullRequest, limits: Limits) -> Ga
     return _closed(judged, judgement.problems)
 
 
-def extract(repository: Repository, files: Sequence[TreeEntry], target: Path) -> None:
-    """Writes the files of an entry or record of a commit below a folder. Their paths and sizes keep to the
-    rules."""
-    contents = repository.blobs(file.object_id for file in files)
-    for file, content in zip(files, contents, strict=True):
-        path = target / file.path.partition("/")[2]
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(content)
-
-
 def judge(call: Mapping[str, Any]) -> Iterator[Any]:
     """The job of the process with limits: reads and scores an entry, and repeats a sample of its episodes.
 
     Of a record, the first measurement episodes are run.
     """
-    if "record" in call:
-        record = Record(Path(call["record"]))
-        episodes, errors = sample(record)
-        problems = tuple(Problem(each.code, record.name, each.message, each.hint) for each in errors)
-        note = f"The policy is run on {episodes} measurement episodes."
-        yield json.loads(Judgement(problems=problems, episodes=episodes, notes=(note,)).to_json())
-        return
+    judged = _judge_record if "record" in call else _judge_entry
+    yield msgspec.to_builtins(judged(call))
+
+
+def _judge_record(call: Mapping[str, Any]) -> Judgement:
+    record = Record(Path(call["record"]))
+    episodes, errors = sample(record)
+    problems = tuple(Problem(each.code, record.name, each.message, each.hint) for each in errors)
+    note = f"The policy is run on {episodes} measurement episodes."
+    return Judgement(problems=problems, episodes=episodes, notes=(note,))
+
+
+def _judge_entry(call: Mapping[str, Any]) -> Judgement:
     folder, donated = Path(call["folder"]), frozenset(call["donated"])
-    submission = read(folder, policies=True)
-    card = score(submission, load_references())
-    problems = card.problems or tuple(donation_problems(read(folder, merge_runs=False), donated))
-    if problems:
-        found = Judgement(problems=problems)
-    elif card.level == REPORTED:
-        found = Judgement(level="reported", notes=(*card.notes, *card.signs))
-    else:
-        found = repeated_sample(read(folder, merge_runs=False), folder, donated)
-        notes = (*found.notes, *card.notes, *card.signs)
-        found = replace(found, level="claimed", scores=_scores(card), notes=notes)
-    yield json.loads(found.to_json())
+    card = score(read(folder, policies=True), load_references())
+    whole = read(folder, merge_runs=False)
+    if problems := card.problems or tuple(donation_problems(whole, donated)):
+        return Judgement(problems=problems)
+    if card.level == REPORTED:
+        return Judgement(level="reported", notes=(*card.notes, *card.signs))
+    found = repeated_sample(whole, folder, donated)
+    scores = tuple(
+        GateScore(
+            *(group, protocol, each.budget, len(each.runs), METRICS[protocol][0].name),
+            *(value.mean, value.low, value.high),
+        )
+        for group, protocols in card.groups.items()
+        for protocol, each in protocols.items()
+        for value in [each.metrics[METRICS[protocol][0].name]]
+    )
+    return replace(found, level="claimed", scores=scores, notes=(*found.notes, *card.notes, *card.signs))
 
 
 def donation_problems(submission: Submission, donated: Set[str]) -> Iterator[Problem]:
@@ -220,94 +218,68 @@ def donation_problems(submission: Submission, donated: Set[str]) -> Iterator[Pro
     documents = {name: run.document for name, run in runs_of(submission).items()}
     own = [document for name, document in documents.items() if name not in donated]
     versions = [_agent_versions(document) for document in own]
-    for name, document in documents.items():
-        if name not in donated:
-            continue
+    for name in sorted(donated):
+        document = documents[name]
         if document.policies is None:
             hint = "Train it with `gym-extensions train`, which writes them."
             yield Problem("no-policies", name, "A donated run needs its policies.", hint)
         sizes = {each.memory.parameters_last for each in own if each.group == document.group}
         stated, last = _agent_versions(document), document.memory.parameters_last
+        message = ""
         if stated not in versions:
             words = ", ".join(f"{package} {version}" for package, version in stated.items())
             message = f"It was trained with {words}, and no run of the entry was."
         elif sizes and last not in sizes:
-            message = f"It has {last} parameters, and the runs of the entry have {sorted(sizes)[0]}."
-        else:
-            continue
-        hint = "Train it with the versions that the documents of the entry state."
-        yield Problem("other-agent-version", name, message, hint)
+            message = f"It has {last} parameters, and the runs of the entry have {min(sizes)}."
+        if message:
+            hint = "Train it with the versions that the documents of the entry state."
+            yield Problem("other-agent-version", name, message, hint)
 
 
 def _agent_versions(document: RunDocument) -> dict[str, str]:
     """The versions on which it depends what a run of an agent of this project is."""
-    stated = document.versions
-    named = {"gym_extensions": stated.gym_extensions, "gymnasium": stated.gymnasium, "mujoco": stated.mujoco}
-    return named | document.packages
+    names = ("gym_extensions", "gymnasium", "mujoco")
+    return {name: getattr(document.versions, name) for name in names} | document.packages
 
 
-def _scores(card: Scorecard) -> tuple[GateScore, ...]:
-    scores = []
-    for group, protocols in card.groups.items():
-        for protocol, each in protocols.items():
-            metric = METRICS[protocol][0].name
-            value = each.metrics[metric]
-            interval = (value.mean, value.low, value.high)
-            scores.append(GateScore(group, protocol, each.budget, len(each.runs), metric, *interval))
-    return tuple(scores)
+def repeated_sample(submission: Submission, folder: Path, donated: Set[str] = frozenset()) -> Judgement:
+    """Repeats a sample of the logged episodes in this process; of a donation, those of the donated runs.
 
-
-def sampled_cells(runs: Sequence[Run], count: int = SAMPLE) -> dict[str, list[Cell]]:
-    """The cells that are repeated, by run: those whose SHA-256 with the digest of all files is lowest."""
+    The cells are those whose SHA-256 with the digest of all files is lowest. An episode that differs is a
+    problem if the run states the processor kernels and versions of this machine, and a note otherwise.
+    """
+    assert submission.manifest is not None, "it has no problems"
+    if submission.manifest.protocol.evaluation == SAMPLED:
+        return Judgement(notes=("The policies sample their actions, so that no episode can be repeated.",))
+    runs, notes = [], list[str]()
+    for name, run in runs_of(submission).items():
+        policies = run.document.policies
+        if policies is not None and policies.url:
+            notes = ["Policies that lie elsewhere are fetched after the merge."]
+        elif policies is not None and (not donated or name in donated):
+            runs.append(run)
     digest = files_digest({run.name: run.document.digest for run in runs})
 
     def draw(item: tuple[Run, Cell]) -> str:
         run, cell = item
         return sha256(f"{digest}/{run.name}/{cell.stage}/{cell.task}".encode()).hexdigest()
 
-    drawn: dict[str, list[Cell]] = {}
-    cells = ((run, cell) for run in runs for cell in run.prescribed)
-    for each, cell in sorted(cells, key=draw)[:count]:
-        drawn.setdefault(each.name, []).append(cell)
-    return drawn
-
-
-def repeated_sample(submission: Submission, folder: Path, donated: Set[str] = frozenset()) -> Judgement:
-    """Repeats a sample of the logged episodes in this process; of a donation, those of the donated runs.
-
-    An episode that differs is a problem if the run states the processor kernels and versions of this machine,
-    and a note otherwise.
-    """
-    assert submission.manifest is not None, "it has no problems"
-    if submission.manifest.protocol.evaluation == SAMPLED:
-        return Judgement(notes=("The policies sample their actions, so that no episode can be repeated.",))
-    policies = {name: run.document.policies for name, run in runs_of(submission).items()}
-    runs = [
-        run
-        for name, run in runs_of(submission).items()
-        if (each := policies[name]) and not each.url and (not donated or name in donated)
-    ]
-    drawn, here, end = sampled_cells(runs), this_machine(), time.monotonic() + SAMPLE_SECONDS
+    cells = [(run, cell) for run in runs for cell in run.prescribed]
+    drawn, end = set(sorted(map(draw, cells))[:SAMPLE]), time.monotonic() + SAMPLE_SECONDS
     repeated = episodes = 0
     problems: list[Problem] = []
-    notes: list[str] = []
-    observes_task = submission.manifest.observes.task_in_evaluation
-    for group, members in groupby(runs, key=lambda run: run.log.group):
+    for group, members in groupby(cells, key=lambda item: item[0].log.group):
         player = Player(group)
-        for run in members:
-            for cell in drawn.get(run.name, ()):
-                if time.monotonic() > end:
-                    continue
-                request = request_of_run(run, folder, observes_task, (cell,))
-                result = repetition(run.log, run.number, (cell,), played(request, player))
-                repeated, episodes = repeated + result.repeated, episodes + result.episodes
-                machine = other_machine(run.document.versions, here, run.document.packages)
-                if result.difference and machine:
-                    notes.append(f"{run.name} was made elsewhere ({machine}): {result.difference}.")
-                elif result.difference:
-                    hint = "Store the policy of every stage, and log its first evaluation."
-                    problems.append(Problem(NOT_REPEATED, run.name, f"{result.difference}.", hint))
+        for run, cell in members:
+            if draw((run, cell)) not in drawn or time.monotonic() > end:
+                continue
+            request = run.request(submission, folder, (cell,))
+            result = repetition(run, (cell,), played(request, player))
+            repeated, episodes = repeated + result.repeated, episodes + result.episodes
+            if result.difference and run.other_machine:
+                notes.append(f"{run.name} was made elsewhere ({run.other_machine}): {result.difference}.")
+            elif result.difference:
+                hint = "Store the policy of every stage, and log its first evaluation."
+                problems.append(Problem(NOT_REPEATED, run.name, f"{result.difference}.", hint))
         player.close()
-    if any(each and each.url for each in policies.values()):
-        notes.append("Policies that lie elsewhere are fetched after the merge.")
     return Judgement(repeated=repeated, episodes=episodes, problems=tuple(problems), notes=tuple(notes))

@@ -8,13 +8,14 @@ from __future__ import annotations
 import os
 import re
 import unicodedata
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
 from gym_extensions.baselines import algorithms
 from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.curation.git import SUBMODULE, Repository, TreeEntry
+from gym_extensions.curation.report import Kind
 from gym_extensions.experts.cards import MAX_CARD, MAX_POLICY
 from gym_extensions.rollouts.layout import (
     MANIFEST,
@@ -95,14 +96,12 @@ class PullRequest:
     @cached_property
     def base_entries(self) -> frozenset[str]:
         """The names of the entries on the branch that it is for."""
-        parts = (entry.path.split("/") for entry in self.base_files)
-        return frozenset(names[1] for names in parts if names[0] == SUBMISSIONS and len(names) > 2)
+        return frozenset(_entries(file.path for file in self.base_files))
 
     @cached_property
     def entries(self) -> tuple[str, ...]:
         """The names of the entries whose files it changes, sorted."""
-        parts = (path.split("/") for path in self.paths)
-        return tuple(sorted({names[1] for names in parts if names[0] == SUBMISSIONS and len(names) > 2}))
+        return tuple(sorted(_entries(self.paths)))
 
     @cached_property
     def records(self) -> tuple[str, ...]:
@@ -134,6 +133,15 @@ class PullRequest:
             return ()
         return tuple(sorted({match[1] for match in matches if match}))
 
+    @property
+    def kind(self) -> Kind:
+        """What it changes; it changes data."""
+        if not self.entries:
+            return "record"
+        if self.donated_runs:
+            return "donation"
+        return "edit" if self.entries[0] in self.base_entries else "submission"
+
     @cached_property
     def paths(self) -> tuple[str, ...]:
         """Every path that it changes, old paths of renamed files included, sorted."""
@@ -147,6 +155,11 @@ class PullRequest:
         """The two files of a record in its last commit, with their sizes, as far as they exist."""
         files = self.repository.tree(self.head, f"{RECORDS}/{record.partition('/')[0]}", sizes=True)
         return tuple(file for file in files if file.path in record_files(record))
+
+
+def _entries(paths: Iterable[str]) -> set[str]:
+    parts = (path.split("/") for path in paths)
+    return {names[1] for names in parts if names[0] == SUBMISSIONS and len(names) > 2}
 
 
 def _changes(fields: Iterator[bytes]) -> Iterator[Change]:

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Literal, TypeAlias
 
-import msgspec
+from msgspec import Meta
 
 from gym_extensions.catalog.protocol import BUDGETS, FULL_ENTRY_RUNS
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.problem import Problem
-from gym_extensions.scoring.documents import JsonDocument, about
+from gym_extensions.scoring.documents import JsonDocument
 
 Kind = Literal["submission", "edit", "donation", "record", "code", "none"]
 Verdict = Literal["passed", "review", "refused", "not-judged"]
@@ -25,25 +25,28 @@ MAX_TEXT = 500
 
 OWNER = "@[A-Za-z0-9][A-Za-z0-9-]*(/[A-Za-z0-9._-]+)?"
 """A user or team of the code host."""
-CommitId: TypeAlias = Annotated[str, msgspec.Meta(pattern="^[0-9a-f]{40,64}$")]
+CommitId: TypeAlias = Annotated[str, Meta(pattern="^[0-9a-f]{40,64}$")]
+
+
+Note = Annotated[str, Meta(max_length=MAX_TEXT)]
 
 
 @dataclass(frozen=True, slots=True)
 class GateScore:
-    """The first metric of a submission on a group and protocol."""
+    """The first metric of a submission on a group (its id) and protocol, with its interval."""
 
-    group: Annotated[str, about("group id")]
-    protocol: Annotated[str, about("`sequential`, `single`, `joint` or `cumulative`")]
-    budget: Annotated[str, about("name of the budget")]
-    runs: Annotated[int, about("number of runs")]
-    metric: Annotated[str, about("name of the metric")]
-    mean: Annotated[float | None, about("as in the scorecard")]
-    low: Annotated[float | None, about("as in the scorecard")]
-    high: Annotated[float | None, about("as in the scorecard")]
+    group: str
+    protocol: str
+    budget: str
+    runs: int
+    metric: str
+    mean: float | None
+    low: float | None
+    high: float | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Judgement(JsonDocument):
+class Judgement:
     """What the process with limits found out about an entry."""
 
     level: Level | None = None
@@ -56,52 +59,44 @@ class Judgement(JsonDocument):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GateReport(JsonDocument):
-    """What the gate says of a pull request."""
+    """What the gate says of a pull request.
 
-    format: Annotated[Literal[1], about("1")] = 1
-    pull_request: Annotated[int | None, about("its number; null outside of a code host")] = None
-    base: Annotated[CommitId, about("commit of the branch that it is for; its code judged")]
-    head: Annotated[CommitId, about("its last commit")]
-    kind: Annotated[
-        Kind,
-        about(
-            "`submission` (a new entry), `edit` (of an existing one), `donation` (further runs of an "
-            "agent of this project), `record`, `code`, or `none` if it changes nothing"
-        ),
-    ]
-    verdict: Annotated[
-        Verdict,
-        about(
-            "`passed`; `review`: passed, and its owner or a maintainer must agree; `refused`: it has "
-            "problems; `not-judged`: it changes code alone, which the ordinary tests check"
-        ),
-    ]
-    entry: Annotated[
-        str,
-        msgspec.Meta(
-            pattern=r"^([A-Za-z0-9][A-Za-z0-9._-]{0,63}(/[A-Za-z0-9_-]{1,64})?)?$",
-            description="name of the entry, or task and name of the record",
-        ),
-    ] = ""
+    Attributes:
+        pull_request: its number; None outside of a code host.
+        base: the commit of the branch that it is for, whose code judged.
+        head: its last commit.
+        kind: ``submission`` (a new entry), ``edit`` (of an existing one), ``donation`` (further runs of an
+            agent of this project), ``record``, ``code``, or ``none`` if it changes nothing.
+        verdict: ``review``: passed, and its owner or a maintainer must agree; ``not-judged``: it changes code
+            alone, which the ordinary tests check.
+        entry: name of the entry, or task and name of the record.
+        owners: of the entry, from CODEOWNERS of the base.
+        level: of the entry; None unless judged without a problem.
+        repeated: number of sampled episodes that were repeated bit for bit, of ``episodes``.
+        problems: the first broken rules; ``more_problems`` counts the others.
+        scores: first metrics, by group.
+        notes: what scoring did and noticed.
+        labels: for the pull request, sorted.
+    """
+
+    format: Literal[1] = 1
+    pull_request: int | None
+    base: CommitId
+    head: CommitId
+    kind: Kind
+    verdict: Verdict
+    entry: Annotated[str, Meta(pattern=r"^([A-Za-z0-9][A-Za-z0-9._-]{0,63}(/[A-Za-z0-9_-]{1,64})?)?$")] = ""
     owners: Annotated[
-        tuple[Annotated[str, msgspec.Meta(pattern=f"^{OWNER}$")], ...],
-        msgspec.Meta(max_length=MAX_PROBLEMS, description="owners of the entry, from CODEOWNERS of the base"),
+        tuple[Annotated[str, Meta(pattern=f"^{OWNER}$")], ...], Meta(max_length=MAX_PROBLEMS)
     ] = ()
-    level: Annotated[Level | None, about("level of the entry; null unless judged without a problem")] = None
-    repeated: Annotated[int, about("number of sampled episodes that were repeated bit for bit")] = 0
-    episodes: Annotated[int, about("number of sampled episodes")] = 0
-    problems: Annotated[
-        tuple[Problem, ...],
-        msgspec.Meta(max_length=MAX_PROBLEMS, description="broken rules, at most 50"),
-    ] = ()
-    more_problems: Annotated[int, about("number of problems that are not listed")] = 0
-    scores: Annotated[
-        tuple[GateScore, ...], msgspec.Meta(max_length=400, description="first metrics, by group")
-    ] = ()
-    notes: Annotated[
-        tuple[str, ...], msgspec.Meta(max_length=MAX_PROBLEMS, description="what scoring did and noticed")
-    ] = ()
-    labels: Annotated[tuple[Label, ...], about("labels for the pull request, sorted")] = ()
+    level: Level | None = None
+    repeated: int = 0
+    episodes: int = 0
+    problems: Annotated[tuple[Problem, ...], Meta(max_length=MAX_PROBLEMS)] = ()
+    more_problems: int = 0
+    scores: Annotated[tuple[GateScore, ...], Meta(max_length=400)] = ()
+    notes: Annotated[tuple[Note, ...], Meta(max_length=MAX_PROBLEMS)] = ()
+    labels: tuple[Label, ...] = ()
 
 
 def cut(text: str) -> str:
@@ -115,18 +110,15 @@ def read_report(data: bytes) -> GateReport:
     Raises:
         BenchError: the text is not a report of this version.
     """
-    hint = "Write it with `gym-extensions check-pr --json` of the same version."
-    if len(data) > MAX_BYTES:
-        raise BenchError("malformed-report", f"It has more than {MAX_BYTES} bytes.", hint=hint)
     try:
+        if len(data) > MAX_BYTES:
+            raise ValueError(f"it has more than {MAX_BYTES} bytes")
         report = GateReport.from_json(data)
-        is_spelled_so = report.to_json().encode() == data
+        if report.to_json().encode() != data:
+            raise ValueError("it has unknown keys, another spelling, or longer texts than the command writes")
     except ValueError as error:
+        hint = "Write it with `gym-extensions check-pr --json` of the same version."
         raise BenchError("malformed-report", f"It is not a report: {error}.", hint=hint) from None
-    texts = [text for problem in report.problems for text in problem.as_dict().values()]
-    if not is_spelled_so or any(len(text) > MAX_TEXT for text in (*texts, *report.notes)):
-        message = "It has unknown keys, another spelling, or longer texts than the command writes."
-        raise BenchError("malformed-report", message, hint=hint)
     return report
 
 
@@ -159,35 +151,14 @@ def _number(value: float | None) -> str:
     return "–" if value is None else f"{value:.2f}"
 
 
-def _scores(report: GateReport) -> list[str]:
-    rows = [
-        f"{score.group}  {score.protocol}  {score.budget}  "
-        f"{score.runs} {'run' if score.runs == 1 else 'runs'}  {score.metric} "
-        f"{_number(score.mean)} [{_number(score.low)}, {_number(score.high)}]"
-        for score in report.scores
-    ]
-    return [code_block(rows)] if rows else []
-
-
-def _evidence(report: GateReport) -> list[str]:
-    if report.level is None:
-        return []
-    sample = (
-        f": {report.repeated} of {report.episodes} sampled episodes are repeated" if report.episodes else ""
-    )
-    return [f"Level: **{report.level}**{sample}."]
-
-
-def _limits(report: GateReport) -> list[str]:
+def _limits(report: GateReport) -> Iterator[str]:
     """What keeps a new entry from the boards or from a rank, whatever follows."""
     off_boards = {name for name, each in BUDGETS.items() if not each.on_boards}
-    if report.kind != "submission" or not report.scores:
-        return []
-    if all(score.budget in off_boards for score in report.scores):
-        return [f"The budget `{report.scores[0].budget}` is for tests: no board will have the entry."]
-    if all(score.runs < FULL_ENTRY_RUNS for score in report.scores):
-        return [f"A rank needs {FULL_ENTRY_RUNS} runs."]
-    return []
+    if report.kind == "submission" and report.scores:
+        if off_boards.issuperset(score.budget for score in report.scores):
+            yield f"The budget `{report.scores[0].budget}` is for tests: no board will have the entry."
+        elif all(score.runs < FULL_ENTRY_RUNS for score in report.scores):
+            yield f"A rank needs {FULL_ENTRY_RUNS} runs."
 
 
 def comment(report: GateReport) -> str:
@@ -203,7 +174,16 @@ def comment(report: GateReport) -> str:
         lines = [f"{each.where}: {each.rule}: {each.message} {each.hint}" for each in report.problems]
         more = [f"… and {report.more_problems} more"] if report.more_problems else []
         parts.append(code_block([*lines, *more]))
-    parts += [*_evidence(report), *_scores(report)]
+    if report.level is not None:
+        counts = f"{report.repeated} of {report.episodes} sampled episodes are repeated"
+        parts.append(f"Level: **{report.level}**{f': {counts}' if report.episodes else ''}.")
+    if report.scores:
+        rows = [
+            f"{each.group}  {each.protocol}  {each.budget}  {each.runs} run{'s' * (each.runs > 1)}  "
+            f"{each.metric} {_number(each.mean)} [{_number(each.low)}, {_number(each.high)}]"
+            for each in report.scores
+        ]
+        parts.append(code_block(rows))
     if report.notes:
         parts += ["Notes, for a reader to judge:", code_block(report.notes)]
     if report.verdict in ("passed", "review"):

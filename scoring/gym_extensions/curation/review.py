@@ -8,21 +8,13 @@ from pathlib import Path
 
 import msgspec
 
-from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.curation.git import Repository
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.layout import DOCUMENT, LOG, NETWORK, POLICIES
 from gym_extensions.rollouts.reader import read
-from gym_extensions.rollouts.review import (
-    Action,
-    Decision,
-    read_review,
-    review_of,
-    write_review,
-)
+from gym_extensions.rollouts.review import Action, Decision, read_review, review_of, write_review
 from gym_extensions.scoring import records
 from gym_extensions.scoring.records import Record
-from gym_extensions.verification.cli import require_reference_agent
 from gym_extensions.verification.verify import record, runs_of, verified_before
 
 MAX_RECORD_BYTES = 2**20
@@ -89,19 +81,16 @@ def decide(entry: Path, action: Action, by: str, reason: str) -> None:
     if not (entry / "submission.toml").is_file():
         raise BenchError("no-such-folder", "It is not a submission.", str(entry), "Name its folder.")
     review = read_review(entry)
-    decision = Decision(action=action, by=by, date=today(), reason=reason)
+    decision = Decision(action=action, by=by, date=datetime.now(UTC).date().isoformat(), reason=reason)
     write_review(entry, msgspec.structs.replace(review, decisions=[*review.decisions, decision]))
-
-
-def today() -> str:
-    """The date in UTC, ISO."""
-    return datetime.now(UTC).date().isoformat()
 
 
 def is_of_this_project(entry: Path) -> bool:
     """Whether an entry's agent is one of this project, so that a job can train a run of it again."""
+    from gym_extensions.verification.retrain import require_reference_agent  # loads the agents
+
     try:
-        require_reference_agent(entry, GROUPS)
+        require_reference_agent(entry)
     except BenchError:
         return False
     return True

@@ -91,18 +91,14 @@ def max_bytes(path: str) -> int:
 
 
 def is_of_old_form(path: str) -> bool:
-    """Whether a path belongs to policies or traces of an entry whose policies were not repacked yet.
-
-    Only entries that were migrated without ``--repack-policies`` have such files
-    (:func:`gym_extensions.rollouts.run_policies.old_policy_files`).
-    """
+    """Whether a path belongs to policies that were not repacked yet (``run_policies.old_policy_files``)."""
     parts = path.split("/")
-    return len(parts) in (2, 3) and parts[1] in ("policies", "traces")
+    return len(parts) in (2, 3) and parts[1] == "policies"
 
 
 @dataclass(frozen=True)
 class FolderItem:
-    """A file or folder, with its path inside the submission (with ``/``), its kind, and its size in bytes.
+    """A path inside the submission (with ``/``), its kind, and its size in bytes.
 
     The kind is ``file``, ``folder``, or one that a submission may not contain: ``link``, ``device``,
     ``unreadable`` (a folder) or ``unreadable file``.
@@ -214,16 +210,13 @@ def scan(root: Path, groups: Mapping[str, TaskGroup] = GROUPS) -> Folder:
 
 
 def _candidates(path: Path) -> list[Path]:
-    """The visible folders in a folder, and links without a target."""
+    """The visible folders and links in a folder."""
     try:
         children = sorted(child for child in path.iterdir() if not child.name.startswith("."))
     except OSError:
         return []
-    return [child for child in children if exists_readable(child, Path.is_dir) or _is_broken_link(child)]
-
-
-def _is_broken_link(path: Path) -> bool:
-    return exists_readable(path, Path.is_symlink) and not exists_readable(path)
+    kinds = (Path.is_dir, Path.is_symlink)
+    return [child for child in children if any(exists_readable(child, kind) for kind in kinds)]
 
 
 def submission_folders(paths: list[Path]) -> list[Path]:

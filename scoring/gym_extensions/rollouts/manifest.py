@@ -26,7 +26,6 @@ MAX_LINE = 20_000
 Scalar = str | int | float | bool
 Hyperparameter = Scalar | list[Scalar]
 Evaluation = Literal["sampled", "deterministic"]
-EVALUATIONS: tuple[str, ...] = get_args(Evaluation)
 """How an agent selects actions during evaluation."""
 Steps = Literal["recorded", "claimed"]
 RECORDED, CLAIMED = get_args(Steps)
@@ -110,8 +109,6 @@ class Manifest(msgspec.Struct, frozen=True, kw_only=True):
     reported: Text = ""
 
 
-OLD_SECTIONS = ("memory", "versions", "packages", "traces", "archive")
-"""Sections of the form before the documents of runs."""
 SECTIONS: dict[str, type[msgspec.Struct]] = {
     "code": Code,
     "protocol": Protocol,
@@ -165,9 +162,7 @@ def _section(
     keys = {field.name: field for field in msgspec.structs.fields(kind)}
     for name in table:
         if name not in keys:
-            hint = (
-                "Remove it." if not section and name in OLD_SECTIONS else did_you_mean(name[:MAX_QUOTE], keys)
-            )
+            hint = did_you_mean(name[:MAX_QUOTE], keys)
             yield "unknown-key", Finding(where_of(section, name), f"Unknown key {quote(name)}.", hint)
     for name, key in keys.items():
         is_required = key.required or (not section and name == "format")

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import functools
 import hashlib
 from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
-from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS, Budget
+from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts import layout, rules
 from gym_extensions.rollouts.layout import DOCUMENT, LOG, POLICIES, Folder, run_file, run_key, scan
@@ -23,12 +22,7 @@ from gym_extensions.rollouts.rules.manifest import ManifestInFolder
 from gym_extensions.rollouts.rules.policies import RunPolicies
 from gym_extensions.rollouts.run import RunDocument, run_of
 from gym_extensions.rollouts.run_policies import AnyPolicy, has_policies, read_arrays
-from gym_extensions.rollouts.submission import (
-    Submission,
-    SubmittedGroup,
-    merge_identical_runs,
-    without_runs_after_gaps,
-)
+from gym_extensions.rollouts.submission import Submission, SubmittedGroup, scored_runs
 from gym_extensions.rollouts.tables import TableError, log_frame, log_of
 
 if TYPE_CHECKING:
@@ -74,7 +68,8 @@ class _Reader:
         self._check("folder", self.folder)
         if not self.folder.is_within_limits:
             return Submission(name, None, {}, summarize(self.problems, name))
-        manifest, readme, review = self._manifest(), self._readme(), self._review()
+        manifest, readme = self._manifest(), self._readme()
+        review = self._parsed("review", layout.REVIEW, self._bytes(layout.REVIEW), review_of) or Review()
         paths = {item.path for item in self.folder.items}
         groups = {
             group.id: self._group(group, review, policies)
@@ -84,8 +79,7 @@ class _Reader:
         self._check("review", ReviewOfRuns(self.folder, review))
         if merge_runs and not self.problems:
             for group_id, group in groups.items():
-                scored = without_runs_after_gaps(group)
-                groups[group_id] = scored if _is_trainable(group.runs) else merge_identical_runs(scored)
+                groups[group_id] = scored_runs(group, merge=not _is_trainable(group.runs))
         return Submission(name, manifest, groups, summarize(self.problems, name), readme, review)
 
     def _check(self, scope: Scope, subject: Any) -> bool:
@@ -103,49 +97,40 @@ class _Reader:
             return self.folder.read(path)
         except OSError as error:
             reason = f"The file cannot be read: {error.strerror or type(error).__name__}."
-            self._check("file", BrokenFile("unreadable", path, reason))
+            self._check("file", BrokenFile("unreadable-file", path, reason))
             return None
 
-    def _parsed(self, kind: str, path: str, parse: Callable[[bytes], Parsed]) -> Parsed | None:
-        """What a file holds; None if there is none or it is broken (a problem)."""
-        data = self._bytes(path)
+    def _parsed(
+        self, kind: str, path: str, data: bytes | None, parse: Callable[[bytes], Parsed]
+    ) -> Parsed | None:
+        """What a file's bytes hold; None if there are none or they are broken (a problem)."""
         if data is None:
             return None
         try:
             return parse(data)
         except TableError as error:
-            self._check("file", BrokenFile(kind, f"{path}, line {error.line}", error.message))
+            self._check("file", BrokenFile(f"malformed-{kind}", f"{path}, line {error.line}", error.message))
         except (ValueError, RecursionError) as error:
             reason = str(error) or "It is nested too deeply"
-            self._check("file", BrokenFile(kind, path, f"{reason[:300].rstrip('.')}."))
+            self._check("file", BrokenFile(f"malformed-{kind}", path, f"{reason[:300].rstrip('.')}."))
         return None
 
     def _manifest(self) -> Manifest | None:
-        tables = self._parsed("toml", layout.MANIFEST, parse)
-        if tables is None:
-            return None
-        self.tables = tables
-        is_valid = self._check("manifest", ManifestInFolder(self.folder, tables))
-        return manifest_of(tables) if is_valid else None
+        tables = self._parsed("toml", layout.MANIFEST, self._bytes(layout.MANIFEST), parse)
+        self.tables = tables or {}
+        is_valid = tables is not None and self._check("manifest", ManifestInFolder(self.folder, tables))
+        return manifest_of(self.tables) if is_valid else None
 
     def _declared(self, section: str, key: str) -> Any:
         """The value of a key in the manifest, which may be wrong elsewhere; None without it."""
         table = self.tables.get(section)
         return table.get(key) if isinstance(table, dict) else None
 
-    @functools.cached_property
-    def _budget(self) -> Budget | None:
-        name = self._declared("protocol", "budget")
-        return BUDGETS.get(name) if isinstance(name, str) else None
-
     def _readme(self) -> str:
         data = self._bytes(layout.README)
         if data is None or not self._check("readme", data):
             return ""
         return data.decode("utf-8").replace("\r\n", "\n")
-
-    def _review(self) -> Review:
-        return self._parsed("review", layout.REVIEW, review_of) or Review()
 
     def _group(self, group: TaskGroup, review: Review, policies: bool) -> SubmittedGroup:
         before = len(self.problems)
@@ -173,26 +158,22 @@ class _Reader:
         self, group: TaskGroup, protocol: str, run: int, others: dict[str, dict[int, RunDocument]]
     ) -> tuple[RunDocument | None, pd.DataFrame | None]:
         """The document and the log of a run; None for what is missing or broken."""
-        paths = {suffix: run_file(group.name, protocol, run, suffix) for suffix in (LOG, DOCUMENT, POLICIES)}
-        digest = ""
-
-        def hashed(data: bytes) -> pd.DataFrame:
-            nonlocal digest
-            digest = hashlib.sha256(data).hexdigest()
-            return log_frame(data)
-
-        frame = self._parsed("log", paths[LOG], hashed)
-        document = self._parsed("document", paths[DOCUMENT], run_of)
+        log_path, path = (run_file(group.name, protocol, run, suffix) for suffix in (LOG, DOCUMENT))
+        log = self._bytes(log_path)
+        frame = self._parsed("log", log_path, log, log_frame)
+        document = self._parsed("document", path, self._bytes(path), run_of)
         if document is None:
             return None, frame
-        is_there = paths[POLICIES] in self.folder.files or has_policies(
-            self.folder.root, group, protocol, run
-        )
+        budget = self._declared("protocol", "budget")
         first = next((part for parts in others.values() for part in parts.values()), document)
-        file = self.folder.files.get(paths[POLICIES])
+        file = self.folder.files.get(run_file(group.name, protocol, run, POLICIES))
         subject = SubmittedRun(
-            *(group, protocol, run, document, digest, is_there, self._budget, first.fingerprints),
+            *(group, protocol, run, document),
+            log_sha256=hashlib.sha256(log).hexdigest() if log is not None else "",
+            has_policies=has_policies(self.folder.root, group, protocol, run),
             policies_size=file.size if file else 0,
+            budget=BUDGETS.get(budget) if isinstance(budget, str) else None,
+            fingerprints=first.fingerprints,
         )
         self._check("document", subject)
         return document, frame
@@ -209,11 +190,9 @@ class _Reader:
                     arrays = read_arrays(self.folder.root, group, protocol, run)
                 except BenchError as error:
                     path = run_file(group.name, protocol, run, POLICIES)
-                    self._check("file", BrokenFile("policies", path, error.message))
+                    self._check("file", BrokenFile("malformed-policies", path, error.message))
                     continue
-                subject = RunPolicies(
-                    group, protocol, run, arrays, document, first, observes_task, evaluation
-                )
+                subject = RunPolicies(group, document, arrays, first, observes_task, evaluation)
                 self._check("policies", subject)
                 sized = (each for each in subject.policies.values() if each.num_inputs is not None)
                 first = first or next(sized, None)
@@ -229,19 +208,16 @@ def _notes(
     group: TaskGroup, protocol: str, documents: Mapping[int, RunDocument], review: Review
 ) -> list[str]:
     """Why a log cannot be more than claimed, if that is so."""
-    notes = []
-    without = [run for run, document in documents.items() if document.policies is None]
-    if without:
-        runs = ", ".join(map(str, without))
-        notes.append(f"{group.name}, {protocol}: no policies of run {runs}; the log cannot be verified.")
-    verified = [part.runs for part in review.verifications]
-    changed = [
-        run
-        for run, document in documents.items()
-        if (key := run_key(group.name, protocol, run)) in set().union(*verified)
-        and all(part.get(key) != document.digest for part in verified)
+    without, changed = [], []
+    for run, document in documents.items():
+        key = run_key(group.name, protocol, run)
+        verified = [part.runs[key] for part in review.verifications if key in part.runs]
+        without += [run] if document.policies is None else []
+        changed += [run] if verified and document.digest not in verified else []
+    texts = (
+        (without, "no policies of run {}; the log cannot be verified."),
+        (changed, "run {} changed after its verification."),
+    )
+    return [
+        f"{group.name}, {protocol}: {text.format(', '.join(map(str, runs)))}" for runs, text in texts if runs
     ]
-    if changed:
-        runs = ", ".join(map(str, changed))
-        notes.append(f"{group.name}, {protocol}: run {runs} changed after its verification.")
-    return notes

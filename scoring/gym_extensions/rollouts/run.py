@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -192,21 +191,3 @@ def file_sha256(path: Path) -> str:
     """The SHA-256 of a file as hexadecimal digits."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
-
-
-def largest_memory(documents: Iterable[RunDocument]) -> Memory | None:
-    """The largest numbers over all runs; None without runs."""
-    parts = [document.memory for document in documents]
-    names = Memory.__struct_fields__
-    return Memory(**{name: max(getattr(part, name) for part in parts) for name in names}) if parts else None
-
-
-def all_versions(documents: Iterable[RunDocument]) -> dict[str, str]:
-    """The versions of all runs by package, those of ``packages`` included; several are joined by a comma."""
-    found: dict[str, dict[str, None]] = {}
-    for document in documents:
-        stated = {name: getattr(document.versions, name) for name in Versions.__struct_fields__}
-        for name, version in (stated | document.packages).items():
-            if version:
-                found.setdefault(name, {})[version] = None
-    return {name: ", ".join(versions) for name, versions in found.items()}

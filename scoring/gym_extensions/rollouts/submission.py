@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
+import msgspec
 import numpy as np
 
 from gym_extensions.catalog.groups import TaskGroup
@@ -12,7 +13,7 @@ from gym_extensions.rollouts.layout import run_key
 from gym_extensions.rollouts.manifest import Manifest
 from gym_extensions.rollouts.problem import Problem
 from gym_extensions.rollouts.review import Review
-from gym_extensions.rollouts.run import Memory, RunDocument, all_versions, largest_memory
+from gym_extensions.rollouts.run import Memory, RunDocument
 from gym_extensions.rollouts.tables import Floats, Log
 
 TOLERANCE = 1e-5
@@ -76,57 +77,53 @@ class Submission:
     @property
     def memory(self) -> Memory | None:
         """The largest memory of all runs; None without runs."""
-        return largest_memory(self.documents)
+        parts = [msgspec.structs.astuple(document.memory) for document in self.documents]
+        largest = map(max, zip(*parts, strict=True))
+        return Memory(**dict(zip(Memory.__struct_fields__, largest, strict=True))) if parts else None
 
     @property
     def versions(self) -> dict[str, str]:
-        """The versions of all runs by package, ``python``, ``platform`` and ``blas`` included."""
-        return all_versions(self.documents)
+        """The versions of all runs by package, ``python``, ``platform`` and ``blas`` included.
+
+        Several versions of a package are joined by a comma.
+        """
+        found: dict[str, dict[str, None]] = {}
+        for document in self.documents:
+            stated = msgspec.structs.asdict(document.versions) | document.packages
+            for name, version in stated.items():
+                if version:
+                    found.setdefault(name, {})[version] = None
+        return {name: ", ".join(versions) for name, versions in found.items()}
 
 
-def without_runs_after_gaps(submitted: SubmittedGroup) -> SubmittedGroup:
-    """The group with the runs 0 to N − 1 of each log, and a note per log with further ones."""
+def scored_runs(submitted: SubmittedGroup, *, merge: bool) -> SubmittedGroup:
+    """The group with the runs that are scored, and a note about each set of the others.
+
+    They are the runs 0 to N − 1 of each log, up to the first gap. With ``merge``, identical runs count as
+    one. A sequential and a single run of one training seed are a pair; two pairs are identical if both logs
+    are. Joint and cumulative runs are compared by themselves.
+    """
     logs, notes = dict(submitted.logs), list(submitted.notes)
     for protocol, log in submitted.logs.items():
-        present = set(log.runs)
-        count = next(run for run in range(len(present) + 1) if run not in present)
+        count = next(run for run in range(len(log.runs) + 1) if run not in log.runs)
         if later := [run for run in log.runs if run > count]:
             logs[protocol] = select_runs(log, set(range(count)))
             runs = ", ".join(map(str, later))
             notes.append(f"{protocol}: run {count} is missing; until it is there, not scored: {runs}.")
+    for protocols in PAIRED_PROTOCOLS if merge else ():
+        first_runs = [first_identical_runs(logs[name]) for name in protocols if name in logs]
+        sets: dict[tuple[int | None, ...], list[int]] = {}
+        for run in sorted(set().union(*first_runs)):
+            sets.setdefault(tuple(first.get(run) for first in first_runs), []).append(run)
+        kind = "Runs" if "single" in protocols else f"{protocols[0].capitalize()} runs"
+        notes += [
+            f"{kind} {', '.join(map(str, runs))} are identical in every episode and count as one."
+            for runs in sets.values()
+            if len(runs) > 1
+        ]
+        distinct = {runs[0] for runs in sets.values()}
+        logs |= {name: select_runs(logs[name], distinct) for name in protocols if name in logs}
     return replace(submitted, logs=logs, notes=tuple(notes))
-
-
-def merge_identical_runs(submitted: SubmittedGroup) -> SubmittedGroup:
-    """The group with identical runs counted as one, and a note per set of identical runs.
-
-    A sequential and a single run of one training seed are a pair; two pairs are identical if both logs are.
-    Joint and cumulative runs are compared by themselves.
-    """
-    for protocols in PAIRED_PROTOCOLS:
-        logs = [submitted.logs[name] for name in protocols if name in submitted.logs]
-        submitted = _merge(submitted, logs)
-    return submitted
-
-
-def _merge(submitted: SubmittedGroup, logs: list[Log]) -> SubmittedGroup:
-    """The group with the runs merged that are identical in each of these logs."""
-    first_runs = [first_identical_runs(log) for log in logs]
-    sets: dict[tuple[int | None, ...], list[int]] = {}
-    for run in sorted(set().union(*first_runs)):
-        sets.setdefault(tuple(first.get(run) for first in first_runs), []).append(run)
-    copies = [runs for runs in sets.values() if len(runs) > 1]
-    if not copies:
-        return submitted
-    protocol = logs[0].protocol
-    kind = "Runs" if protocol in PAIRED_PROTOCOLS[0] else f"{protocol.capitalize()} runs"
-    notes = [
-        f"{kind} {', '.join(map(str, runs))} are identical in every episode and count as one."
-        for runs in copies
-    ]
-    distinct = {runs[0] for runs in sets.values()}
-    merged = submitted.logs | {log.protocol: select_runs(log, distinct) for log in logs}
-    return replace(submitted, logs=merged, notes=(*submitted.notes, *notes))
 
 
 def select_runs(log: Log, runs: set[int]) -> Log:
@@ -138,32 +135,22 @@ def select_runs(log: Log, runs: set[int]) -> Log:
     return replace(log, runs=tuple(sorted(runs)), task=tasks, **columns)
 
 
-def measurements(log: Log) -> dict[int, tuple[bytes, Floats]]:
-    """The measured columns of each run but the returns as bytes, and its returns, sorted by episode key."""
-    order = np.lexsort((log.episode, log.position, log.stage, log.run))
-    starts = np.searchsorted(log.run[order], log.runs).tolist()
-    ends = [*starts[1:], order.size]
-    names = ("stage", "position", "episode", "length", "terminated", "success")
-    columns = [getattr(log, name)[order] for name in names]
-    returns = log.return_[order]
-    return {
-        run: (b"".join(column[start:end].tobytes() for column in columns), returns[start:end])
-        for run, start, end in zip(log.runs, starts, ends, strict=True)
-    }
-
-
 def first_identical_runs(log: Log) -> Mapping[int, int]:
     """For each run, the first run that is identical in every episode.
 
     That is the run itself if it is the first. Returns that differ by less than ``TOLERANCE`` are identical.
     """
+    order = np.lexsort((log.episode, log.position, log.stage, log.run))
+    names = ("stage", "position", "episode", "length", "terminated", "success")
+    columns = {name: getattr(log, name)[order] for name in ("run", "return_", *names)}
     firsts: dict[bytes, list[tuple[int, Floats]]] = {}
     result = {}
-    for run, (measured, returns) in measurements(log).items():
-        candidates = firsts.setdefault(measured, [])
-        result[run] = next(
-            (first for first, other in candidates if np.allclose(returns, other, TOLERANCE, TOLERANCE)), run
-        )
+    for run in log.runs:
+        rows = slice(*np.searchsorted(columns["run"], (run, run + 1)))
+        candidates = firsts.setdefault(b"".join(columns[name][rows].tobytes() for name in names), [])
+        returns = columns["return_"][rows]
+        equal = (each for each, other in candidates if np.allclose(returns, other, TOLERANCE, TOLERANCE))
+        result[run] = next(equal, run)
         if result[run] == run:
             candidates.append((run, returns))
     return result

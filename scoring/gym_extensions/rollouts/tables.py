@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import functools
 import io
 import re
 import sys
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gym_extensions.catalog.groups import TaskGroup
-from gym_extensions.catalog.protocol import EVALUATION_EPISODES, Budget, evaluation_seed, stages
+from gym_extensions.catalog.protocol import Budget
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_text
-from gym_extensions.rollouts.layout import LOG, max_bytes, read_regular, run_file
+from gym_extensions.rollouts.layout import LOG, max_bytes, read_regular
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -124,27 +122,6 @@ class Log:
     def path(self) -> str:
         """The folder of the files inside the submission."""
         return f"{self.group.name}/{self.protocol}"
-
-    @property
-    def episode_keys(self) -> list[tuple[int, int, str, int]]:
-        """Run, stage, task and episode of every row."""
-        return list(
-            zip(self.run.tolist(), self.stage.tolist(), self.task, self.episode.tolist(), strict=True)
-        )
-
-    @property
-    def max_steps(self) -> Integers:
-        """The time limit of each row's task in steps, 0 for a task of another group."""
-        limits = [*(task.max_steps for task in self.group.tasks), 0]
-        return np.array(limits, dtype=np.int64)[self.position]
-
-    def file_of(self, index: int) -> str:
-        """The path of the file of a row."""
-        return run_file(self.group.name, self.protocol, int(self.run[index]), LOG)
-
-    def line_of(self, index: int) -> int:
-        """The line of a row in its file, where the header is line 1."""
-        return index - int(np.argmax(self.run == self.run[index])) + 2
 
 
 class TableError(ValueError):
@@ -306,19 +283,6 @@ def log_of(frames: Mapping[int, pd.DataFrame], protocol: str, group: TaskGroup) 
         return_=column("return"),
         **{name: column(name) for name in ("stage", "episode", "seed", "length", "terminated", "success")},
     )
-
-
-@functools.lru_cache(maxsize=128)
-def prescribed_rows(protocol: str, group: TaskGroup) -> dict[str, Integers]:
-    """The columns ``stage``, ``position``, ``episode`` and ``seed`` of a complete run."""
-    ids = group.task_ids
-    cells = stages(protocol, len(ids)), range(len(ids)), range(EVALUATION_EPISODES)
-    keys = np.array(list(product(*cells)), dtype=np.int64)
-    columns = dict(zip(("stage", "position", "episode"), keys.T, strict=True))
-    seeds = [[evaluation_seed(group.id, task, episode) for episode in cells[2]] for task in ids]
-    return columns | {
-        "seed": np.array(seeds, dtype=np.int64)[columns["position"], columns["episode"]],
-    }
 
 
 WHOLE_BUDGET = ("joint", "cumulative")

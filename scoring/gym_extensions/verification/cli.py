@@ -5,22 +5,14 @@ from __future__ import annotations
 import argparse
 import secrets
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
+from rich import progress as bars
 from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    TaskID,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
 
-from gym_extensions.catalog.groups import TaskGroup, with_custom
+from gym_extensions.catalog.groups import with_custom
 from gym_extensions.errors import BenchError, reports_mistakes, working
 from gym_extensions.rollouts.layout import submission_folders
 from gym_extensions.rollouts.reader import read
@@ -31,7 +23,7 @@ from gym_extensions.verification.fetch import Fetcher, cache_folder
 from gym_extensions.verification.new_seeds import ALPHA, require_value
 from gym_extensions.verification.poses import poses_of
 from gym_extensions.verification.records import line_of, verify_record
-from gym_extensions.verification.verify import Report, Run, Verifier, record, runs_of
+from gym_extensions.verification.verify import Report, record, runs_of, verify
 
 ENTRY_HELP = "a submission's folder, a folder of them, records/TASK/NAME, or records"
 EPILOG = """Exit status: 0 all entries are verified, 1 one is not, 2 wrong usage or missing files."""
@@ -65,15 +57,16 @@ def add_options(command: argparse.ArgumentParser) -> None:
 
 
 @contextmanager
-def progress_bar(label: str) -> Iterator[tuple[Progress, TaskID]]:
+def progress_bar(label: str) -> Iterator[tuple[bars.Progress, bars.TaskID]]:
     """A bar with the time left on standard error, and its task."""
     columns = (
-        *(TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("cells")),
-        *(TimeElapsedColumn(), TextColumn("left:"), TimeRemainingColumn()),
+        *(bars.TextColumn("{task.description}"), bars.BarColumn(), bars.MofNCompleteColumn()),
+        *(bars.TextColumn("cells"), bars.TimeElapsedColumn(), bars.TextColumn("left:")),
+        bars.TimeRemainingColumn(),
     )
     console = Console(stderr=True)
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
-        yield progress, progress.add_task(label, total=None)
+    with bars.Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+        yield bar, bar.add_task(label, total=None)
 
 
 def verified(path: Path, value: str, options: argparse.Namespace, *, only_new: bool = False) -> Report:
@@ -88,41 +81,30 @@ def verified(path: Path, value: str, options: argparse.Namespace, *, only_new: b
     files = getattr(options, "groups", [])
     groups = with_custom(files)
     if options.retrain:
-        require_reference_agent(path, groups)
+        from gym_extensions.verification import retrain  # loads the agents
+
+        retrain.require_reference_agent(path, groups)
     with progress_bar(path.name) as (progress, task):
 
         def started(cells: int) -> None:
-            total = progress.tasks[task].total or 0
-            progress.update(task, total=total + cells)
+            progress.update(task, total=(progress.tasks[task].total or 0) + cells)
 
-        verifier = Verifier(
+        report = verify(
             path,
             value,
             Store(options.cache / "verify"),
             Fetcher(options.cache / "policies", options.public_only),
+            only_new=only_new,
             groups=groups,
             files=tuple(str(Path(file).resolve()) for file in files),
             jobs=options.jobs,
             started=started,
             done=lambda cells: progress.advance(task, cells),
         )
-        report = verifier.verify(only_new=only_new)
-    return with_retraining(path, report, groups) if options.retrain else report
-
-
-def require_reference_agent(path: Path, groups: Mapping[str, TaskGroup]) -> None:
-    """Raises ``BenchError`` before anything is run if the entry's agent is none of this project."""
-    from gym_extensions.verification.retrain import require_reference_agent  # loads the agents
-
-    require_reference_agent(path, groups)
-
-
-def with_retraining(path: Path, report: Report, groups: Mapping[str, TaskGroup]) -> Report:
-    """The report after one drawn run was trained again."""
-    from gym_extensions.verification.retrain import retrained  # loads the agents
-
+    if not options.retrain:
+        return report
     with working(f"training a run of {path.name} again"):
-        return retrained(path, report, groups)
+        return retrain.retrained(path, report, groups)
 
 
 def write_poses(path: Path, report: Report) -> None:
@@ -130,14 +112,11 @@ def write_poses(path: Path, report: Report) -> None:
     if report.verification is None or not report.verification.passed:
         return
     submission = read(path, merge_runs=False)
-    runs = runs_of(submission)
-    shown: dict[str, Run] = {}
-    for name in report.verification.runs:
-        if name in runs and runs[name].log.protocol == "sequential":
-            shown.setdefault(runs[name].log.group.name, runs[name])
-    for group_name, run in shown.items():
-        if run.number == run.log.runs[0] and not (run.document.policies and run.document.policies.url):
-            write(path, group_name, poses_of(run, submission, path))
+    for name, run in runs_of(submission).items():
+        is_first = run.log.protocol == "sequential" and run.number == run.log.runs[0]
+        is_elsewhere = run.document.policies is not None and run.document.policies.url
+        if is_first and name in report.verification.runs and not is_elsewhere:
+            write(path, run.log.group.name, poses_of(run, submission, path))
 
 
 def lines_of(report: Report) -> Iterator[str]:
@@ -188,12 +167,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     if options.jobs < 1:
         command.error("--jobs takes a number from 1")
     if options.write and not options.seeds:
-        raise BenchError(
-            "no-seeds",
-            "A record needs seeds that nobody chose.",
-            "--write",
-            "Pass --seeds with the id of the merge commit or a beacon's randomness.",
-        )
+        hint = "Pass --seeds with the id of the merge commit or a beacon's randomness."
+        raise BenchError("no-seeds", "A record needs seeds that nobody chose.", "--write", hint)
     value = require_value(options.seeds) if options.seeds else secrets.token_hex(32)
     records, entries = split_paths(options.entries)
     status = 0

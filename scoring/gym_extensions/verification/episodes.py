@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, replace
 from hashlib import sha256
 from itertools import groupby
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import mujoco
 import numpy as np
 
@@ -20,7 +20,8 @@ from gym_extensions.envs import make_vec
 from gym_extensions.envs.fingerprint import engine, require_published_engine
 from gym_extensions.envs.rollout import Outcome, run_episodes
 from gym_extensions.errors import BenchError
-from gym_extensions.files import write_text
+from gym_extensions.files import write_bytes
+from gym_extensions.rollouts.layout import run_key
 from gym_extensions.rollouts.onnx_policy import MISSING, RUNTIME, OnnxPolicy
 from gym_extensions.rollouts.run_policies import (
     AnyPolicy,
@@ -60,7 +61,6 @@ class RunRequest:
     digest of its content that the run states. ``files`` is the digest of log and policies together.
     """
 
-    name: str
     folder: str
     group: str
     protocol: str
@@ -70,6 +70,15 @@ class RunRequest:
     observes_task: bool
     cells: tuple[Cell, ...]
     file: str = ""
+
+    @property
+    def name(self) -> str:
+        """The name of the run, ``group/protocol/runN``."""
+        return run_key(self.group, self.protocol, self.run)
+
+    def key(self, group: TaskGroup, cell: Cell) -> Key:
+        """The key of the policy of a cell."""
+        return cell.stage, group.tasks[cell.task].name if self.protocol == "single" else None
 
 
 @dataclass(frozen=True)
@@ -167,11 +176,6 @@ def stored_policies(request: RunRequest, group: TaskGroup) -> dict[Key, AnyPolic
     return policies
 
 
-def key_of(request: RunRequest, group: TaskGroup, cell: Cell) -> Key:
-    """The key of the policy of a cell."""
-    return cell.stage, group.tasks[cell.task].name if request.protocol == "single" else None
-
-
 def played(request: RunRequest, player: Player) -> Played:
     """The outcomes of a run's cells, in this process.
 
@@ -183,7 +187,7 @@ def played(request: RunRequest, player: Player) -> Played:
         results = {}
         for cell in sorted(request.cells, key=lambda each: each.task):
             where = f"stage {cell.stage}, {player.group.tasks[cell.task].name}"
-            policy = policies[key_of(request, player.group, cell)]
+            policy = policies[request.key(player.group, cell)]
             try:
                 results[cell] = tuple(player.outcomes(policy, cell))
             except BenchError as error:
@@ -199,24 +203,11 @@ def played(request: RunRequest, player: Player) -> Played:
 
 def play(call: Mapping[str, Any]) -> Iterator[Any]:
     """The job of the process with limits: the outcomes of runs of one group, one after another."""
-    requests = [request_of(each) for each in call["runs"]]
+    requests = msgspec.convert(call["runs"], list[RunRequest])
     player = Player(with_custom(call["groups"])[requests[0].group])
     for request in requests:
-        yield {"run": request.name, **asdict(played(request, player))}
+        yield msgspec.to_builtins(played(request, player))
     player.close()
-
-
-def request_of(values: Mapping[str, Any]) -> RunRequest:
-    """The request in JSON values."""
-    cells = (
-        Cell(each["stage"], each["task"], tuple(each["seeds"]), each["noise"]) for each in values["cells"]
-    )
-    return RunRequest(**{**values, "cells": tuple(cells)})
-
-
-def _played_of(values: Mapping[str, Any]) -> Played:
-    outcomes = tuple(tuple(Outcome(*each) for each in cell) for cell in values["outcomes"])
-    return Played(outcomes, values["problem"], values.get("runtime", ""))
 
 
 class Store:
@@ -234,19 +225,19 @@ class Store:
         self._machine += [found] if (found := version_or_none(RUNTIME)) else []
 
     def _path(self, request: RunRequest) -> Path:
-        content = asdict(request) | {"folder": "", "file": "", "machine": self._machine}
-        return self._folder / f"{sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()}.json"
+        content = [replace(request, folder="", file=""), self._machine]
+        return self._folder / f"{sha256(msgspec.json.encode(content)).hexdigest()}.json"
 
     def load(self, request: RunRequest) -> Played | None:
         """The outcomes of a request, if they were stored."""
         try:
-            return _played_of(json.loads(self._path(request).read_bytes()))
-        except (OSError, ValueError, KeyError, TypeError):
+            return msgspec.json.decode(self._path(request).read_bytes(), type=Played)
+        except (OSError, ValueError):
             return None
 
     def save(self, request: RunRequest, result: Played) -> None:
         """Stores the outcomes of a request."""
-        write_text(self._path(request), json.dumps(asdict(result)))
+        write_bytes(self._path(request), msgspec.json.encode(result))
 
 
 def run_all(
@@ -270,23 +261,25 @@ def run_all(
         BenchError: a process reached a limit or failed.
     """
     results: dict[str, Played] = {}
+
+    def finish(request: RunRequest, result: Played) -> None:
+        results[request.name] = result
+        done(request)
+
+    def work(batch: Sequence[RunRequest]) -> None:
+        call = {"runs": msgspec.to_builtins(batch), "groups": list(groups)}
+        found = answers(JOB, call, limits_of(batch))
+        for request, answer in zip(batch, found, strict=True):
+            result = msgspec.convert(answer, Played)
+            store.save(request, result)
+            finish(request, result)
+
     missing = []
     for request in requests:
         if (known := store.load(request)) is None:
             missing.append(request)
         else:
-            results[request.name] = known
-            done(request)
-
-    def work(batch: Sequence[RunRequest]) -> None:
-        by_name = {request.name: request for request in batch}
-        call = {"runs": [asdict(request) for request in batch], "groups": list(groups)}
-        for answer in answers(JOB, call, limits_of(batch)):
-            request, result = by_name[answer["run"]], _played_of(answer)
-            results[request.name] = result
-            store.save(request, result)
-            done(request)
-
+            finish(request, known)
     with ThreadPoolExecutor(jobs) as pool:
         futures = [pool.submit(work, batch) for batch in _batches(missing, jobs)]
         try:
@@ -296,7 +289,7 @@ def run_all(
             pool.shutdown(wait=False, cancel_futures=True)
             end_all()
             raise
-    return results
+    return {request.name: results[request.name] for request in requests}
 
 
 def limits_of(requests: Sequence[RunRequest]) -> Limits:

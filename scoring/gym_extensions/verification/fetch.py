@@ -10,16 +10,14 @@ import http.client
 import ipaddress
 import os
 import socket
-import ssl
 import time
-import urllib.error
 import urllib.request
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 from urllib.parse import urlsplit
 
 from gym_extensions.errors import BenchError
@@ -32,13 +30,6 @@ IDLE_SECONDS, TOTAL_SECONDS = 30.0, 600.0
 """Longest silence of a server, and longest time for a file."""
 PUBLIC_SCHEMES = ("https",)
 WEB_SCHEMES = ("http", "https")
-
-
-class Readable(Protocol):
-    """An open file."""
-
-    def read(self, size: int, /) -> bytes:
-        """The next bytes; none at the end."""
 
 
 @dataclass(frozen=True)
@@ -67,29 +58,24 @@ class Fetcher:
         name = sha256(f"{policies.url} {policies.sha256}".encode()).hexdigest()
         path = self.cache / f"{name}.npz"
         size = policies.size or MAX_FILE_BYTES[POLICIES]
-        if path.is_file() and path.stat().st_size == (policies.size or path.stat().st_size):
+        if path.is_file() and policies.size in (0, path.stat().st_size):
             return path
-        scheme = urlsplit(policies.url).scheme
-        if self.public_only and scheme not in PUBLIC_SCHEMES:
-            message = (
-                f"{policies.url} may not be read here: only {' and '.join(PUBLIC_SCHEMES)} addresses are."
-            )
-            raise BenchError(
-                "policies-address", message, where, "Verify the entry by hand, or move the file."
-            )
+        hint, url = "Ask the author for the file of the run.", policies.url
+        if self.public_only and urlsplit(url).scheme not in PUBLIC_SCHEMES:
+            message = f"{url} may not be read here: only {' and '.join(PUBLIC_SCHEMES)} addresses are."
+            hint = "Verify the entry by hand, or move the file."
+            raise BenchError("policies-address", message, where, hint)
         try:
-            with _opened(policies.url, scheme, self.public_only) as file:
+            with _opened(url, self.public_only) as file:
                 content = _content(file, size)
-        except BenchError:
-            raise
         except (OSError, http.client.HTTPException, ValueError) as error:
             reason = str(getattr(error, "reason", "") or error) or type(error).__name__
-            message = f"{policies.url} cannot be read: {reason}."
-            raise BenchError("policies-missing", message, where, "Ask the author for the file.") from error
-        if len(content) > size or (policies.size and len(content) < size):
+            message = f"{url} cannot be read: {reason}."
+            raise BenchError("policies-missing", message, where, hint) from error
+        if len(content) > size or len(content) < policies.size:
             more = "more" if len(content) > size else "fewer"
-            message = f"{policies.url} has {more} bytes than the {size} that the run states."
-            raise BenchError("policies-size", message, where, "Ask the author for the file of the run.")
+            message = f"{url} has {more} bytes than the {size} that the run states."
+            raise BenchError("policies-size", message, where, hint)
         write_bytes(path, content)
         return path
 
@@ -99,7 +85,7 @@ def cache_folder() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "gym-extensions"
 
 
-def _content(file: Readable, size: int) -> bytes:
+def _content(file: Any, size: int) -> bytes:
     """The bytes of a file, of which no more are read than one beyond the stated size."""
     parts, length, end = [], 0, time.monotonic() + TOTAL_SECONDS
     while length <= size and (part := file.read(min(CHUNK, size + 1 - length))):
@@ -111,8 +97,8 @@ def _content(file: Readable, size: int) -> bytes:
 
 
 @contextmanager
-def _opened(url: str, scheme: str, public_only: bool) -> Iterator[Readable]:
-    if scheme in WEB_SCHEMES:
+def _opened(url: str, public_only: bool) -> Iterator[Any]:
+    if urlsplit(url).scheme in WEB_SCHEMES:
         handlers = (urllib.request.ProxyHandler({}), *PUBLIC_HANDLERS) if public_only else ()
         with urllib.request.build_opener(*handlers).open(url, timeout=IDLE_SECONDS) as file:
             yield file
@@ -133,36 +119,30 @@ def is_public(address: str) -> bool:
     return (mapped or ip).is_global and not ip.is_multicast
 
 
-def _connected(host: str, port: int, timeout: float | None) -> socket.socket:
-    """A connection to a public address of a host. Raises ``OSError`` if it has none."""
-    addresses = [found[4][0] for found in socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)]
-    if not addresses or not all(is_public(str(address)) for address in addresses):
-        raise PermissionError(f"{host} is not at a public address")
-    return socket.create_connection((str(addresses[0]), port), timeout)
+class _Connection(http.client.HTTPConnection):
+    """A connection to the address that was checked."""
 
-
-class _PublicConnection(http.client.HTTPConnection):
     def connect(self) -> None:
-        self.sock = _connected(self.host, self.port, self.timeout)
+        found = socket.getaddrinfo(self.host, self.port, type=socket.SOCK_STREAM)
+        addresses = [str(each[4][0]) for each in found]
+        if not addresses or not all(map(is_public, addresses)):
+            raise PermissionError(f"{self.host} is not at a public address")
+        self.sock = socket.create_connection((addresses[0], self.port), self.timeout)
 
 
-class _PublicTlsConnection(http.client.HTTPSConnection):
-    def connect(self) -> None:
-        connection = _connected(self.host, self.port, self.timeout)
-        self.sock = ssl.create_default_context().wrap_socket(connection, server_hostname=self.host)
+class _TlsConnection(http.client.HTTPSConnection, _Connection):
+    """The same, with TLS."""
 
 
-class _PublicHttp(urllib.request.HTTPHandler):
+class _Handler(urllib.request.HTTPHandler, urllib.request.HTTPSHandler):
     def http_open(self, req: urllib.request.Request) -> Any:
-        return self.do_open(_PublicConnection, req)
+        return self.do_open(_Connection, req)
 
-
-class _PublicHttps(urllib.request.HTTPSHandler):
     def https_open(self, req: urllib.request.Request) -> Any:
-        return self.do_open(_PublicTlsConnection, req)
+        return self.do_open(_TlsConnection, req)
 
 
-class _PublicRedirects(urllib.request.HTTPRedirectHandler):
+class _Redirects(urllib.request.HTTPRedirectHandler):
     max_redirections = 3
 
     def redirect_request(self, *arguments: Any) -> urllib.request.Request | None:
@@ -172,4 +152,4 @@ class _PublicRedirects(urllib.request.HTTPRedirectHandler):
         return super().redirect_request(*arguments)
 
 
-PUBLIC_HANDLERS = (_PublicHttp, _PublicHttps, _PublicRedirects)
+PUBLIC_HANDLERS = (_Handler, _Redirects)

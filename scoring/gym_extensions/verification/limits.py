@@ -18,7 +18,7 @@ import traceback
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 from gym_extensions.errors import BenchError
 
@@ -48,9 +48,6 @@ class Limits:
     wall_seconds: int = 7200
 
 
-DEFAULT = Limits()
-
-
 def apply_limits(limits: Limits) -> None:
     """Limits this process for the rest of its life, and refuses sockets and child processes.
 
@@ -75,11 +72,7 @@ def apply_limits(limits: Limits) -> None:
 
 def _refuse(event: str, _: object) -> None:
     if event.startswith(FORBIDDEN):
-        _stop(event)
-
-
-def _stop(event: str) -> NoReturn:
-    raise PermissionError(f"{event} is not allowed in a process that reads files of an entry")
+        raise PermissionError(f"{event} is not allowed in a process that reads files of an entry")
 
 
 LIVE: set[subprocess.Popen[bytes]] = set()
@@ -92,7 +85,7 @@ def end_all() -> None:
         process.kill()
 
 
-def answers(job: str, request: dict[str, Any], limits: Limits = DEFAULT) -> Iterator[Any]:
+def answers(job: str, request: dict[str, Any], limits: Limits) -> Iterator[Any]:
     """The answers of a job that runs in a process with limits, as they come.
 
     Leaving the loop ends the process.
@@ -108,15 +101,18 @@ def answers(job: str, request: dict[str, Any], limits: Limits = DEFAULT) -> Iter
     """
     environment = {name: os.environ[name] for name in KEPT_VARIABLES if name in os.environ}
     environment |= {"OPENBLAS_NUM_THREADS": "1", "PYTHONUTF8": "1"}
-    with tempfile.TemporaryFile() as errors, tempfile.TemporaryDirectory() as folder:
-        process = subprocess.Popen(
+    with (
+        tempfile.TemporaryFile() as errors,
+        tempfile.TemporaryDirectory() as folder,
+        subprocess.Popen(
             [sys.executable, "-I", "-m", MODULE],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=errors,
             env=environment,
             cwd=folder,
-        )
+        ) as process,
+    ):
         LIVE.add(process)
         timer = threading.Timer(limits.wall_seconds, process.kill)
         timer.start()
@@ -126,20 +122,12 @@ def answers(job: str, request: dict[str, Any], limits: Limits = DEFAULT) -> Iter
                 errors.seek(0)
                 lines = errors.read().decode(errors="replace").strip().splitlines() or ["without a message"]
                 message = f"The process ended with status {process.returncode}: {lines[-1][:200]}."
-                raise BenchError("limit-reached", message, hint=_limits_in_words(limits))
+                used = f"{limits.memory // MEBIBYTE} MiB of memory in {limits.wall_seconds // 60} minutes"
+                raise BenchError("limit-reached", message, hint=f"The files must be checked with {used}.")
         finally:
             timer.cancel()
             LIVE.discard(process)
             process.kill()
-            process.wait()
-            for stream in (process.stdin, process.stdout):
-                if stream is not None:
-                    stream.close()
-
-
-def _limits_in_words(limits: Limits) -> str:
-    memory, minutes = limits.memory // MEBIBYTE, limits.wall_seconds // 60
-    return f"The files must be checked with {memory} MiB of memory in {minutes} minutes."
 
 
 def _conversation(process: subprocess.Popen[bytes], request: dict[str, Any]) -> Iterator[Any]:
@@ -165,9 +153,8 @@ def main() -> None:
     """Reads a request, limits this process, runs the job, and writes its answers."""
     call = json.load(sys.stdin.buffer)
     module, _, name = call["job"].partition(":")
-    job = getattr(
-        importlib.import_module(module), name
-    )  # libraries may start programs while they are imported
+    # Libraries may start programs while they are imported.
+    job = getattr(importlib.import_module(module), name)
     apply_limits(Limits(**call["limits"]))
     try:
         for answer in job(call["request"]):
@@ -178,9 +165,8 @@ def main() -> None:
         raise
     except Exception as error:  # noqa: BLE001 - a mistake of the verifier is not one of the entry
         last = traceback.extract_tb(error.__traceback__)[-1]
-        message = (
-            f"The verifier stopped with {type(error).__name__} in {Path(last.filename).name}, {last.name}."
-        )
+        place = f"{Path(last.filename).name}, {last.name}"
+        message = f"The verifier stopped with {type(error).__name__} in {place}."
         _write({"error": ["fault-of-the-verifier", message, "", "Please report it; the entry may be right."]})
 
 

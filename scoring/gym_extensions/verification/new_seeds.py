@@ -32,6 +32,8 @@ ALPHA = 0.004
 PERMUTATIONS = 4999
 STATISTICS = 3
 """Tests of an entry: all cells, the largest run and the largest cell. Their p values are multiplied by it."""
+ROUNDING = 1e-9
+"""Statistics that differ by less are equal."""
 
 
 @dataclass(frozen=True)
@@ -49,16 +51,9 @@ class TaskReturns:
     fresh: Array
 
 
-@dataclass(frozen=True)
-class Comparison:
-    """The adjusted one-sided p value, and whether it is above ``ALPHA``: the log agrees with the policies."""
-
-    p_value: float
-
-    @property
-    def agrees(self) -> bool:
-        """Whether the logged returns are not significantly higher than those on new seeds."""
-        return self.p_value > ALPHA
+def agrees(p_value: float) -> bool:
+    """Whether the logged returns are not significantly higher than those on new seeds."""
+    return p_value > ALPHA
 
 
 @dataclass(frozen=True)
@@ -113,8 +108,8 @@ def tested_cells(protocol: str, tasks: Sequence[Task]) -> list[tuple[int, int]]:
     return list(dict.fromkeys([*last, *((index + 1, index) for index in range(len(tasks)))]))
 
 
-def compare(tasks: Sequence[TaskReturns], rng: np.random.Generator) -> Comparison:
-    """Compares logged and new returns of all cells.
+def compare(tasks: Sequence[TaskReturns], rng: np.random.Generator) -> float:
+    """The one-sided p value of the logged returns of all cells against the new ones.
 
     A cell's difference is the difference of its two means over the standard deviation of its returns. The
     statistics are the sum over all cells, the largest sum over the cells of a run divided by the square root
@@ -122,14 +117,15 @@ def compare(tasks: Sequence[TaskReturns], rng: np.random.Generator) -> Compariso
     (Bonferroni).
 
     Args:
-        tasks: the cells by task.
+        tasks: the cells by task. All have the same numbers of logged and new episodes.
         rng: draws the permutations.
-
-    All tasks have the same numbers of logged and new episodes.
     """
     if not tasks:
-        return Comparison(1.0)
-    weights = _weights(tasks[0], rng)
+        return 1.0
+    logged, fresh = tasks[0].logged.shape[1], tasks[0].fresh.shape[1]
+    data = np.concatenate([np.full(logged, 1 / logged), np.full(fresh, -1 / fresh)])
+    exchanged = rng.permuted(np.tile(data, (PERMUTATIONS, 1)), axis=1)
+    weights = np.concatenate([data[None], exchanged])
     differences = np.concatenate([_differences(task, weights) for task in tasks])
     runs = np.concatenate([np.asarray(task.runs) for task in tasks])
     sums = np.stack([differences[runs == run].sum(axis=0) for run in np.unique(runs)])
@@ -140,23 +136,14 @@ def compare(tasks: Sequence[TaskReturns], rng: np.random.Generator) -> Compariso
         differences.max(axis=0),
     )
     p_values = [float((values >= values[0] - ROUNDING).mean()) for values in statistics]
-    return Comparison(min(1.0, STATISTICS * min(p_values)))
-
-
-ROUNDING = 1e-9
-"""Statistics that differ by less are equal."""
-
-
-def _weights(task: TaskReturns, rng: np.random.Generator) -> Array:
-    """Weights (1 + permutations, logged and new episodes) of a difference of means; the data's first."""
-    logged, fresh = task.logged.shape[1], task.fresh.shape[1]
-    weights = np.concatenate([np.full(logged, 1 / logged), np.full(fresh, -1 / fresh)])
-    exchanged = rng.permuted(np.tile(weights, (PERMUTATIONS, 1)), axis=1)
-    return np.concatenate([weights[None], exchanged])
+    return min(1.0, STATISTICS * min(p_values))
 
 
 def _differences(task: TaskReturns, weights: Array) -> Array:
-    """The difference of every cell (cells, 1 + permutations); the first column is that of the data."""
+    """The difference of every cell (cells, 1 + permutations); the first column is that of the data.
+
+    A weight belongs to a logged or new episode: (1 + permutations, episodes).
+    """
     returns = np.concatenate([task.logged, task.fresh], axis=1)
     deviation = returns.std(axis=1, keepdims=True)
     is_constant = deviation <= ROUNDING * np.maximum(1.0, np.abs(returns).max(axis=1, keepdims=True))

@@ -9,6 +9,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -28,11 +29,10 @@ from gym_extensions.scoring.poses import (
     TaskPoses,
     motion_of,
 )
-from gym_extensions.verification.episodes import Player, key_of, limits_of, request_of, stored_policies
+from gym_extensions.verification.episodes import Player, RunRequest, limits_of, stored_policies
 from gym_extensions.verification.limits import answers
 from gym_extensions.verification.new_seeds import tested_cells
-from gym_extensions.verification.repeat import logged_cells, prescribed_cell
-from gym_extensions.verification.verify import SAMPLED, Run, request_of_run
+from gym_extensions.verification.verify import SAMPLED, Run
 
 JOB = "gym_extensions.verification.poses:record"
 Array = NDArray[np.float64]
@@ -89,14 +89,14 @@ def coordinates(states: Mapping[str, Any], episode: int) -> Array:
 
 def record(call: Mapping[str, Any]) -> Iterator[Any]:
     """The job of the process with limits: a clip of each cell of a run, in the order of the cells."""
-    request = request_of(call["run"])
+    request = msgspec.convert(call["run"], RunRequest)
     player = Player(with_custom(call["groups"])[request.group])
     policies = stored_policies(request, player.group)
     timings = [timing_of(task) for task in player.group.tasks]
     for cell, episode in zip(request.cells, call["episodes"], strict=True):
         timing, track = timings[cell.task], list[Array]()
         watch = functools.partial(_watch, track, episode, timing.most_steps)
-        policy = policies[key_of(request, player.group, cell)]
+        policy = policies[request.key(player.group, cell)]
         outcome = player.outcomes(policy, cell, watch)[episode]
         yield {**motion(track, outcome, timing), **asdict(timing)}
     player.close()
@@ -124,17 +124,15 @@ def poses_of(run: Run, submission: Submission, folder: Path) -> Poses:
         BenchError: the policies cannot be run.
     """
     assert submission.manifest is not None, "it has no problems"
-    logged, group = logged_cells(run.log, run.number), run.log.group
+    group = run.log.group
     keys = sorted(tested_cells(run.log.protocol, group.tasks))
-    cells = [prescribed_cell(run.log, *key) for key in keys]
+    cells = [run.prescribed_cell(*key) for key in keys]
     if submission.manifest.protocol.evaluation == SAMPLED:
         cells = [replace(cell, noise=cell.seeds[0]) for cell in cells]
-    request = request_of_run(
-        run, folder.resolve(), submission.manifest.observes.task_in_evaluation, tuple(cells)
-    )
-    returns = {key: [outcome.return_ for outcome in logged[key]] for key in keys}
+    request = run.request(submission, folder.resolve(), tuple(cells))
+    returns = {key: [outcome.return_ for outcome in run.logged[key]] for key in keys}
     episodes = [shown_episode(returns[key]) for key in keys]
-    call = {"run": asdict(request), "groups": [], "episodes": episodes}
+    call = {"run": msgspec.to_builtins(request), "groups": [], "episodes": episodes}
     clips: dict[tuple[int, int], Clip] = {}
     timings: dict[int, Mapping[str, Any]] = {}
     found = answers(JOB, call, limits_of([request]))

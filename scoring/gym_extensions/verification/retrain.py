@@ -12,8 +12,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import msgspec
 import numpy as np
+from msgspec.structs import asdict
+from msgspec.structs import replace as replaced
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from gym_extensions.baselines import algorithms
@@ -26,8 +27,7 @@ from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.run import RunDocument
 from gym_extensions.rollouts.tables import log_of, read_log
 from gym_extensions.scoring.statistics import holm, summary, two_sided_p, welch
-from gym_extensions.verification.repeat import logged_cells, other_machine
-from gym_extensions.verification.verify import Report, Run, runs_of
+from gym_extensions.verification.verify import Report, Run, differing, logged_cells, runs_of
 from gym_extensions.versions import blas_kernels, version_or_none
 
 ALPHA = 0.05
@@ -40,8 +40,8 @@ class Comparison:
     """Whether a run that was trained again has the same episodes, or how many of its cells differ."""
 
     is_same: bool
-    differing: int = 0
-    cells: int = 0
+    differing: int
+    cells: int
 
     @property
     def agrees(self) -> bool:
@@ -95,20 +95,15 @@ def train_again(entry: Path, run: Run) -> Comparison:
         BenchError: the agent is none of this project, is another one today, or has other settings.
     """
     log = run.log
-    algorithms.factory(
-        reference_agent(entry)
-    )  # its libraries must be loaded before their threads are limited
+    algorithms.factory(reference_agent(entry))  # loads its libraries before their threads are limited
     all_threads = max((each["num_threads"] for each in threadpool_info()), default=1)
     found = []
     for threads in dict.fromkeys((1, all_threads)):
-        with (
-            tempfile.TemporaryDirectory(prefix="gym-extensions-") as scratch,
-            threadpool_limits(threads),
-        ):
+        with tempfile.TemporaryDirectory(prefix="gym-extensions-") as scratch, threadpool_limits(threads):
             out = Path(scratch) / "again"
             path = retrain(entry, log.group, log.protocol, run.number, out, progress=False)
             again = log_of({run.number: read_log(path)}, log.protocol, log.group)
-        found.append(compare_cells(logged_cells(log, run.number), logged_cells(again, run.number)))
+        found.append(compare_cells(run.logged, logged_cells(again, run.number)))
         if found[-1].is_same:
             break
     return min(found, key=lambda each: (not each.is_same, each.differing))
@@ -120,18 +115,16 @@ def made_elsewhere(document: RunDocument) -> str:
     Training depends on more than the actions of stored policies do: on the code of the agent and its
     packages, on the processor's mathematical functions, and on the number of threads.
     """
-    here = run_versions([blas_kernels()])
-    differing = [other_machine(document.versions, msgspec.structs.asdict(here))]
-    made = document.machine
+    here, made = run_versions([blas_kernels()]), document.machine
     pairs: dict[str, tuple[object, object]] = {
-        "processor": (made.processor if made else "unknown", processor()),
-        "cores": (made.cores if made else "unknown", os.cpu_count() or 1),
+        **{name: (getattr(document.versions, name), now) for name, now in asdict(here).items()},
+        "processor": (made and made.processor, processor()),
+        "cores": (made and made.cores, os.cpu_count() or 1),
         **{name: (stated, version_or_none(name)) for name, stated in document.packages.items()},
     }
     if ".dev" in here.gym_extensions:  # the number of an unreleased version stands for many commits
-        pairs["commit"] = document.commit or "unknown", commit_of(Path.cwd()) or "unknown"
-    differing += [f"{name} {stated} / {now}" for name, (stated, now) in pairs.items() if stated != now]
-    return ", ".join(filter(None, differing))
+        pairs["commit"] = document.commit, commit_of(Path.cwd()) or "unknown"
+    return differing(pairs)
 
 
 def retrained(entry: Path, report: Report, groups: Mapping[str, TaskGroup] = GROUPS) -> Report:
@@ -149,15 +142,14 @@ def retrained(entry: Path, report: Report, groups: Mapping[str, TaskGroup] = GRO
     result, elsewhere = train_again(entry, run), made_elsewhere(run.document)
     if result.is_same or (result.agrees and elsewhere):
         kind = "the same episodes" if result.is_same else f"all {result.cells} means within noise"
-        verification = msgspec.structs.replace(found, retrained=[name])
-        return replace(report, verification=verification, retraining=f"{name}: {kind}")
+        found = replaced(found, retrained=[name])
+        return replace(report, verification=found, retraining=f"{name}: {kind}")
     if result.agrees:
         text = f"{name}: NOT the same episodes, on a machine and versions that should give the same bytes"
-        return replace(
-            report, retraining=f"{text}; all {result.cells} means are within noise; not reproduced"
-        )
+        text += f"; all {result.cells} means are within noise; not reproduced"
+        return replace(report, retraining=text)
     text = f"{name}: {result.differing} of {result.cells} means differ after training again"
     if elsewhere:
         return replace(report, retraining=f"{text}; made elsewhere ({elsewhere}), which refutes nothing")
-    verification = msgspec.structs.replace(found, passed=False, difference=text)
-    return replace(report, verification=verification, retraining=text)
+    found = replaced(found, passed=False, difference=text)
+    return replace(report, verification=found, retraining=text)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import platform
 from collections import defaultdict
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
+from functools import cached_property
 from pathlib import Path
 from statistics import fmean
 
@@ -13,6 +15,10 @@ import msgspec
 import numpy as np
 
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
+from gym_extensions.catalog.protocol import EVALUATION_EPISODES, evaluation_seed
+from gym_extensions.envs.rollout import Outcome
+from gym_extensions.rollouts.layout import run_key
+from gym_extensions.rollouts.onnx_policy import RUNTIME
 from gym_extensions.rollouts.problem import Problem
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.review import Review, Verification, read_review, write_review
@@ -21,43 +27,148 @@ from gym_extensions.rollouts.submission import Submission
 from gym_extensions.rollouts.tables import Log
 from gym_extensions.verification.episodes import Cell, Played, RunRequest, Store, run_all
 from gym_extensions.verification.fetch import Fetcher
-from gym_extensions.verification.new_seeds import Draw, TaskReturns, compare, files_digest, tested_cells
-from gym_extensions.verification.repeat import (
-    Repetition,
-    logged_cells,
-    other_machine,
-    prescribed_cell,
-    repetition,
-    this_machine,
+from gym_extensions.verification.new_seeds import (
+    Draw,
+    TaskReturns,
+    agrees,
+    compare,
+    files_digest,
+    tested_cells,
 )
-from gym_extensions.versions import blas_kernels, version
+from gym_extensions.versions import blas_kernels, version, version_or_none
 
 SAMPLED = "sampled"
+SUCCESSES = {1: True, 0: False, -1: None}
+TOLERANCE = 1e-3
+"""Relative difference of returns up to which an episode of an ONNX network counts as repeated."""
+
+
+def logged_cells(log: Log, run: int) -> dict[tuple[int, int], list[Outcome]]:
+    """The logged outcomes of a run by stage and index of the task, sorted as in the log."""
+    cells = defaultdict[tuple[int, int], list[Outcome]](list)
+    for row in np.flatnonzero(log.run == run).tolist():
+        end = bool(log.terminated[row]), SUCCESSES[int(log.success[row])]
+        outcome = Outcome(int(log.length[row]), float(log.return_[row]), *end)
+        cells[int(log.stage[row]), int(log.position[row])].append(outcome)
+    return dict(cells)
 
 
 @dataclass(frozen=True)
 class Run:
-    """A run of an entry: its name ``group/protocol/runN``, its logs, its number and its document."""
+    """A run of an entry: its logs, its number and its document."""
 
-    name: str
     log: Log
     number: int
     document: RunDocument
 
     @property
+    def name(self) -> str:
+        """Its name in review.toml, ``group/protocol/runN``."""
+        return run_key(self.log.group.name, self.log.protocol, self.number)
+
+    @cached_property
+    def logged(self) -> dict[tuple[int, int], list[Outcome]]:
+        """The logged outcomes by stage and index of the task."""
+        return logged_cells(self.log, self.number)
+
+    @property
     def prescribed(self) -> tuple[Cell, ...]:
         """All cells of the log, with the prescribed seeds."""
-        return tuple(prescribed_cell(self.log, *key) for key in logged_cells(self.log, self.number))
+        return tuple(self.prescribed_cell(*key) for key in self.logged)
+
+    def prescribed_cell(self, stage: int, task: int) -> Cell:
+        """A cell with the prescribed seeds."""
+        names, episodes = (self.log.group.id, self.log.group.task_ids[task]), range(EVALUATION_EPISODES)
+        return Cell(stage, task, tuple(evaluation_seed(*names, episode) for episode in episodes))
 
     def tested(self, draw: Draw) -> tuple[Cell, ...]:
         """The cells of final performance and forgetting, with the new seeds of a draw."""
-        group = self.log.group
-        cells = []
+        group, cells = self.log.group, []
         for stage, task in tested_cells(self.log.protocol, group.tasks):
             task_id = group.task_ids[task]
             noise = draw.seed(group.id, self.log.protocol, self.number, stage, task_id)
             cells.append(Cell(stage, task, tuple(draw.seeds(group.id, task_id)), noise))
         return tuple(cells)
+
+    def request(self, submission: Submission, folder: Path, cells: tuple[Cell, ...]) -> RunRequest:
+        """The request for cells of the run, whose policies are in the folder of the submission."""
+        assert self.document.policies is not None
+        assert submission.manifest is not None, "it has no problems"
+        return RunRequest(
+            folder=str(folder),
+            group=self.log.group.name,
+            protocol=self.log.protocol,
+            run=self.number,
+            policies=self.document.policies.sha256,
+            files=self.document.digest,
+            observes_task=submission.manifest.observes.task_in_evaluation,
+            cells=cells,
+        )
+
+    @property
+    def other_machine(self) -> str:
+        """How the machine of the run and this one differ, so that honest episodes may; empty if nowhere.
+
+        The engine is the published one everywhere. Other kernels of the BLAS, another numpy, processor or
+        runtime of networks give other last bits of actions, which grow within an episode.
+        """
+        made, packages = self.document.versions, self.document.packages
+        here = this_machine()
+        pairs = {name: (getattr(made, name), value) for name, value in here.items()}
+        if RUNTIME in packages:
+            pairs[RUNTIME] = (packages[RUNTIME], version_or_none(RUNTIME) or "")
+        return differing(pairs)
+
+
+def this_machine() -> dict[str, str]:
+    """What the last bits of actions depend on, of this process, by the names of a run's versions."""
+    name = f"{platform.system()}-{platform.machine()}"
+    return {"blas": blas_kernels(), "numpy": version("numpy"), "platform": name}
+
+
+def differing(pairs: Mapping[str, tuple[object, object]]) -> str:
+    """The pairs (there, here) that are not equal, in words."""
+    unequal = ((name, stated, now) for name, (stated, now) in pairs.items() if stated != now)
+    return ", ".join(f"{name} {stated or 'unknown'} / {now}" for name, stated, now in unequal)
+
+
+@dataclass(frozen=True)
+class Repetition:
+    """How many of a run's episodes were repeated, and where the first other one is and how large it is."""
+
+    repeated: int
+    episodes: int
+    difference: str = ""
+
+
+def repetition(run: Run, cells: Sequence[Cell], result: Played) -> Repetition:
+    """Compares the outcomes of cells of a run with its log.
+
+    They must be equal to the last bit; those of an ONNX network, the returns within ``TOLERANCE``.
+    """
+    total = sum(len(run.logged[cell.stage, cell.task]) for cell in cells)
+    if result.problem:
+        return Repetition(0, total, result.problem)
+    tolerance = TOLERANCE if result.runtime else 0.0
+    repeated, difference = 0, ""
+    for cell, outcomes in zip(cells, result.outcomes, strict=True):
+        logged = run.logged[cell.stage, cell.task]
+        for episode, (old, new) in enumerate(zip(logged, outcomes, strict=True)):
+            distance = abs(old.return_ - new.return_)
+            is_near = distance <= tolerance * max(1.0, abs(old.return_))
+            if is_near and old._replace(return_=new.return_) == new:
+                repeated += 1
+            elif not difference:
+                where = f"stage {cell.stage}, {run.log.group.tasks[cell.task].name}, episode {episode}"
+                difference = f"{where}: {_described(old)} in the log, {_described(new)} here"
+                difference += f" (difference {new.return_ - old.return_:.3g})"
+    return Repetition(repeated, total, difference)
+
+
+def _described(outcome: Outcome) -> str:
+    success = "" if outcome.success is None else f", success {str(outcome.success).lower()}"
+    end = "terminated" if outcome.terminated else "truncated"
+    return f"return {outcome.return_!r}, {end} after {outcome.length} steps{success}"
 
 
 @dataclass(frozen=True)
@@ -96,25 +207,20 @@ class Report:
 
 def runs_of(submission: Submission) -> dict[str, Run]:
     """The runs of an entry by name, group by group."""
-    return {
-        f"{group.group.name}/{protocol}/run{number}": Run(
-            f"{group.group.name}/{protocol}/run{number}", group.logs[protocol], number, document
-        )
+    runs = (
+        Run(group.logs[protocol], number, document)
         for group in submission.groups.values()
         for protocol, documents in group.runs.items()
         for number, document in sorted(documents.items())
         if protocol in group.logs
-    }
+    )
+    return {run.name: run for run in runs}
 
 
-def verified_before(review: Review, runs: Mapping[str, Run]) -> dict[str, Verification]:
-    """The verification that decided about each run with the files that it has now, by the run's name."""
-    decided: dict[str, Verification] = {}
-    for verification in review.verifications:
-        for name, digest in verification.runs.items():
-            if name in runs and runs[name].document.digest == digest:
-                decided.setdefault(name, verification)
-    return decided
+def verified_before(review: Review, runs: Mapping[str, Run]) -> set[str]:
+    """The runs about which a verification has decided, with the files that they have now."""
+    stated = (pair for each in review.verifications for pair in each.runs.items())
+    return {name for name, digest in stated if name in runs and runs[name].document.digest == digest}
 
 
 def record(entry: Path, verification: Verification) -> None:
@@ -124,188 +230,138 @@ def record(entry: Path, verification: Verification) -> None:
     write_review(entry, msgspec.structs.replace(review, verifications=verifications))
 
 
-def request_of_run(
-    run: Run, folder: Path, observes_task: bool, cells: tuple[Cell, ...] = (), file: str = ""
-) -> RunRequest:
-    """The request for cells of a run, whose policies are in the entry's folder, or in a file elsewhere."""
-    assert run.document.policies is not None
-    group, protocol, digest = run.log.group.name, run.log.protocol, run.document.policies.sha256
-    files = run.document.digest
-    return RunRequest(
-        run.name, str(folder), group, protocol, run.number, digest, files, observes_task, cells, file
-    )
-
-
-class Verifier:
-    """Verifies the runs of one entry.
+def verify(
+    path: Path,
+    value: str,
+    store: Store,
+    fetcher: Fetcher,
+    *,
+    only_new: bool = False,
+    groups: Mapping[str, TaskGroup] = GROUPS,
+    files: Sequence[str] = (),
+    jobs: int = 1,
+    started: Callable[[int], None] = lambda _: None,
+    done: Callable[[int], None] = lambda _: None,
+) -> Report:
+    """Verifies the runs of an entry that have policies.
 
     Args:
         path: the entry's folder.
         value: 40 to 128 hexadecimal digits that were fixed after the files.
         store: keeps outcomes, so that an interrupted verification goes on where it was.
         fetcher: gets policies that lie elsewhere.
+        only_new: whether to leave out runs about which a verification has decided.
         groups: the groups that the entry may contain, by name.
         files: TOML files of custom groups among them.
         jobs: processes that work at once.
         started: called with the number of cells before they are run.
         done: called with the number of cells of each finished run, in any thread.
+
+    Raises:
+        BenchError: policies that lie elsewhere cannot be fetched, a limit was reached, or another version of
+            MuJoCo or Gymnasium is installed. Nothing is decided then.
     """
+    path = path.resolve()
+    submission = read(path, groups, merge_runs=False)
+    if submission.problems:
+        return Report(submission.name, submission.problems)
+    runs = runs_of(submission)
+    without = tuple(name for name, run in runs.items() if run.document.policies is None)
+    left_out = {*without, *(verified_before(submission.review, runs) if only_new else ())}
+    runs = {name: run for name, run in runs.items() if name not in left_out}
+    if not runs:
+        return Report(submission.name, without_policies=without)
+    requests = {name: run.request(submission, path, ()) for name, run in runs.items()}
+    for name, run in runs.items():
+        if run.document.policies and run.document.policies.url:
+            file = fetcher.fetch(run.document.policies, name)
+            requests[name] = replace(requests[name], file=str(file))
 
-    def __init__(
-        self,
-        path: Path,
-        value: str,
-        store: Store,
-        fetcher: Fetcher,
-        *,
-        groups: Mapping[str, TaskGroup] = GROUPS,
-        files: Sequence[str] = (),
-        jobs: int = 1,
-        started: Callable[[int], None] = lambda _: None,
-        done: Callable[[int], None] = lambda _: None,
-    ) -> None:
-        self._path, self._value, self._store, self._fetcher = path.resolve(), value, store, fetcher
-        self._groups, self._files, self._jobs = groups, files, jobs
-        self._started, self._done = started, done
+    def play(cells: Mapping[str, tuple[Cell, ...]]) -> dict[str, Played]:
+        started(sum(map(len, cells.values())))
+        wanted = [replace(request, cells=cells[name]) for name, request in requests.items()]
+        return run_all(wanted, store, groups=files, jobs=jobs, done=lambda request: done(len(request.cells)))
 
-    def verify(self, *, only_new: bool = False) -> Report:
-        """Verifies all runs with policies, or only those about which no verification has decided.
-
-        Raises:
-            BenchError: policies that lie elsewhere cannot be fetched, a limit was reached, or another version
-                of MuJoCo or Gymnasium is installed. Nothing is decided then.
-        """
-        submission = read(self._path, self._groups, merge_runs=False)
-        if submission.problems:
-            return Report(submission.name, submission.problems)
-        runs = runs_of(submission)
-        without = tuple(name for name, run in runs.items() if run.document.policies is None)
-        decided = verified_before(submission.review, runs) if only_new else {}
-        runs = {name: run for name, run in runs.items() if name not in decided and name not in without}
-        if not runs:
-            return Report(submission.name, without_policies=without)
-        manifest = submission.manifest
-        assert manifest is not None, "it has no problems"
-        is_repeatable = manifest.protocol.evaluation != SAMPLED
-        digests = {name: run.document.digest for name, run in runs.items()}
-        draw = Draw(files_digest(digests), self._value)
-        files = {name: self._file(run) for name, run in runs.items()}
-        observes_task = manifest.observes.task_in_evaluation
-        requests = [
-            request_of_run(run, self._path, observes_task, file=files[name]) for name, run in runs.items()
-        ]
-        repeated = {name: run.prescribed if is_repeatable else () for name, run in runs.items()}
-        first = self._play(
-            requests, {name: (*repeated[name], *run.tested(draw)) for name, run in runs.items()}
-        )
-        split = {name: len(cells) for name, cells in repeated.items()}
-        old = {name: replace(each, outcomes=each.outcomes[: split[name]]) for name, each in first.items()}
-        new = {name: replace(each, outcomes=each.outcomes[split[name] :]) for name, each in first.items()}
-        repetitions = {
-            name: repetition(run.log, run.number, repeated[name], old[name])
-            for name, run in runs.items()
-            if is_repeatable
-        }
-        here = this_machine()
-        made = {name: run.document for name, run in runs.items()}
-        machines = {name: other_machine(each.versions, here, each.packages) for name, each in made.items()}
-        failed = next((f"{name}: {each.problem}" for name, each in first.items() if each.problem), "")
-        p_values, agrees = ([0.0], False) if failed else self._test(runs, requests, draw, new)
-        is_other = any(each.difference and not machines[name] for name, each in repetitions.items())
-        return Report(
-            name=submission.name,
-            verification=Verification(
-                date=datetime.now(UTC).date().isoformat(),
-                version=version("gym-extensions"),
-                value=self._value,
-                runs=digests,
-                episodes=sum(int((run.log.run == run.number).sum()) for run in runs.values()),
-                repeated=sum(each.repeated for each in repetitions.values()),
-                difference=failed or _first_difference(repetitions, machines),
-                kernels=blas_kernels(),
-                runtime=next((each.runtime for each in first.values() if each.runtime), ""),
-                cells=sum(len(each.outcomes) for each in new.values()),
-                p_value=p_values[0],
-                second_p_value=p_values[1] if len(p_values) > 1 else None,
-                passed=agrees and not is_other,
-            ),
-            runs=repetitions,
-            machines={name: text for name, text in machines.items() if text},
-            means={} if failed else means(runs, draw, new),
-            without_policies=without,
-        )
-
-    def _test(
-        self,
-        runs: Mapping[str, Run],
-        requests: Sequence[RunRequest],
-        draw: Draw,
-        played: Mapping[str, Played],
-    ) -> tuple[list[float], bool]:
-        """The p value of the first draw, that of a second if the first refuses, and whether one agrees."""
-        p_values: list[float] = []
-        for number in (1, 2):
-            if number == 2:
-                draw = Draw(draw.digest, draw.value, number)
-                played = self._play(requests, {name: run.tested(draw) for name, run in runs.items()})
-            test = compare(task_returns(runs, draw, played), np.random.default_rng(draw.seed("permutations")))
-            p_values.append(test.p_value)
-            if test.agrees:
-                return p_values, True
-        return p_values, False
-
-    def _file(self, run: Run) -> str:
-        policies = run.document.policies
-        return str(self._fetcher.fetch(policies, run.name)) if policies and policies.url else ""
-
-    def _play(
-        self, requests: Sequence[RunRequest], cells: Mapping[str, tuple[Cell, ...]]
-    ) -> dict[str, Played]:
-        wanted = [replace(request, cells=cells[request.name]) for request in requests]
-        self._started(sum(len(request.cells) for request in wanted))
-        results = run_all(
-            wanted,
-            self._store,
-            groups=self._files,
-            jobs=self._jobs,
-            done=lambda request: self._done(len(request.cells)),
-        )
-        return {request.name: results[request.name] for request in requests}
+    digests = {name: run.document.digest for name, run in runs.items()}
+    draw = Draw(files_digest(digests), value)
+    is_repeatable = bool(submission.manifest and submission.manifest.protocol.evaluation != SAMPLED)
+    prescribed = {name: run.prescribed if is_repeatable else () for name, run in runs.items()}
+    first = play({name: (*prescribed[name], *run.tested(draw)) for name, run in runs.items()})
+    repetitions, fresh = {}, {}
+    for name, each in first.items():
+        count = len(prescribed[name])
+        fresh[name] = each.outcomes[count:]
+        if is_repeatable:
+            result = replace(each, outcomes=each.outcomes[:count])
+            repetitions[name] = repetition(runs[name], prescribed[name], result)
+    machines = {name: run.other_machine for name, run in runs.items()}
+    failed = next((f"{name}: {each.problem}" for name, each in first.items() if each.problem), "")
+    p_values = [0.0] if failed else [_p_value(runs, draw, fresh)]
+    if not failed and not agrees(p_values[0]):
+        second = replace(draw, number=2)
+        again = play({name: run.tested(second) for name, run in runs.items()})
+        p_values.append(_p_value(runs, second, {name: each.outcomes for name, each in again.items()}))
+    is_other = any(each.difference and not machines[name] for name, each in repetitions.items())
+    return Report(
+        name=submission.name,
+        verification=Verification(
+            date=datetime.now(UTC).date().isoformat(),
+            version=version("gym-extensions"),
+            value=value,
+            runs=digests,
+            episodes=sum(int((run.log.run == run.number).sum()) for run in runs.values()),
+            repeated=sum(each.repeated for each in repetitions.values()),
+            difference=failed or next(_differences(repetitions, machines), ""),
+            kernels=blas_kernels(),
+            runtime=next((each.runtime for each in first.values() if each.runtime), ""),
+            cells=sum(map(len, fresh.values())),
+            p_value=p_values[0],
+            second_p_value=p_values[1] if len(p_values) > 1 else None,
+            passed=agrees(p_values[-1]) and not is_other,
+        ),
+        runs=repetitions,
+        machines={name: text for name, text in machines.items() if text},
+        means={} if failed else _means(runs, draw, fresh),
+        without_policies=without,
+    )
 
 
-def _first_difference(repetitions: Mapping[str, Repetition], machines: Mapping[str, str]) -> str:
-    """Where the first repeated episode differs; empty if none does.
-
-    Runs of this kind of machine come first, because a difference there decides.
-    """
+def _differences(repetitions: Mapping[str, Repetition], machines: Mapping[str, str]) -> Iterator[str]:
+    """Where repeated episodes differ. Runs of this machine come first: a difference there decides."""
     for name in sorted(repetitions, key=lambda name: bool(machines[name])):
         if difference := repetitions[name].difference:
-            return f"{name}: {difference}" + (f" [other machine: {machines[name]}]" if machines[name] else "")
-    return ""
+            yield f"{name}: {difference}" + (f" [other machine: {machines[name]}]" if machines[name] else "")
 
 
-def task_returns(runs: Mapping[str, Run], draw: Draw, results: Mapping[str, Played]) -> list[TaskReturns]:
+Fresh = Mapping[str, Sequence[Sequence[Outcome]]]
+"""The outcomes of the tested cells on new seeds by the name of the run."""
+
+
+def _task_returns(runs: Mapping[str, Run], draw: Draw, fresh: Fresh) -> list[TaskReturns]:
     """The logged returns of the tested cells and those on new seeds, by task."""
-    parts: dict[tuple[str, int], list[tuple[int, list[float], list[float]]]] = defaultdict(list)
+    parts = defaultdict[tuple[str, int], list[tuple[int, list[float], list[float]]]](list)
     for index, (name, run) in enumerate(runs.items()):
-        logged = logged_cells(run.log, run.number)
-        for cell, outcomes in zip(run.tested(draw), results[name].outcomes, strict=True):
-            old = [outcome.return_ for outcome in logged[cell.stage, cell.task]]
+        for cell, outcomes in zip(run.tested(draw), fresh[name], strict=True):
+            old = [outcome.return_ for outcome in run.logged[cell.stage, cell.task]]
             new = [outcome.return_ for outcome in outcomes]
             parts[run.log.group.id, cell.task].append((index, old, new))
-    return [
-        TaskReturns([part[0] for part in cells], *(np.array([part[at] for part in cells]) for at in (1, 2)))
-        for cells in parts.values()
-    ]
+    columns = (zip(*cells, strict=True) for cells in parts.values())
+    return [TaskReturns(indices, np.array(old), np.array(new)) for indices, old, new in columns]
 
 
-def means(runs: Mapping[str, Run], draw: Draw, results: Mapping[str, Played]) -> dict[str, Means]:
+def _p_value(runs: Mapping[str, Run], draw: Draw, fresh: Fresh) -> float:
+    """The p value of a draw."""
+    return compare(_task_returns(runs, draw, fresh), np.random.default_rng(draw.seed("permutations")))
+
+
+def _means(runs: Mapping[str, Run], draw: Draw, fresh: Fresh) -> dict[str, Means]:
     """The means of the tested cells by ``group/protocol``."""
-    names = {name: name.rpartition("/")[0] for name in runs}
+    parts = defaultdict[str, dict[str, Run]](dict)
+    for name, run in runs.items():
+        parts[run.log.path][name] = run
     found = {}
-    for log in dict.fromkeys(names.values()):
-        part = {name: run for name, run in runs.items() if names[name] == log}
-        tasks = task_returns(part, draw, results)
+    for log, part in parts.items():
+        tasks = _task_returns(part, draw, fresh)
         old, new = (np.concatenate([getattr(task, kind) for task in tasks]) for kind in ("logged", "fresh"))
         found[log] = Means(fmean(old.ravel().tolist()), fmean(new.ravel().tolist()), len(old))
     return found

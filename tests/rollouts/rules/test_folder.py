@@ -95,7 +95,7 @@ EXAMPLES = (
         "the old form",
         put(f"{GROUP}/joint.csv", b""),
         f"{GROUP}/joint.csv",
-        "migrate_format_1",
+        "Unexpected file",
     ),
     Example(
         "unexpected-name",
@@ -242,12 +242,6 @@ def test_an_unreadable_file_is_named(
     problems = read(folder).problems
     assert {problem.rule for problem in problems} == {"unreadable-file"}
     assert LOG in [problem.where for problem in problems]
-
-
-def test_policies_and_traces_of_the_old_form_are_tolerated(good: CopySubmission, tmp_path: Path) -> None:
-    folder = good(GROUP, tmp_path)
-    put(f"{GROUP}/traces/sequential-run0-stage1-HopperGravityHalf-episode3.npz", b"")(folder)
-    assert read(folder).problems == ()
 
 
 def test_poses_are_part_of_an_entry(good: CopySubmission, tmp_path: Path) -> None:

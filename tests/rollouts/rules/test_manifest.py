@@ -44,13 +44,6 @@ EXAMPLES = (
         "Did you mean 'boundaries'",
         also=("missing-key",),
     ),
-    Example(
-        "unknown-key",
-        "a section of the old form",
-        value("[tuning]", "[memory]\nstored_steps = 1\n[tuning]"),
-        f"{TOML}, memory",
-        "Remove it.",
-    ),
     Example("missing-key", "no title", value('title = "An entry"\n', ""), f"{TOML}, title", "missing"),
     Example("missing-key", "no format", value("format = 1\n", ""), f"{TOML}, format", "missing"),
     Example(

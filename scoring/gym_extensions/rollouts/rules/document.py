@@ -21,8 +21,6 @@ from gym_extensions.rollouts.tables import WHOLE_BUDGET, stage_steps
 
 BUDGET_TOLERANCE = 1.02
 """A run may exceed the budget by 2 %, for an agent whose last batch exceeds it."""
-
-
 MAX_POINTER = 200
 """Bytes of a pointer of Git LFS at most; no file of policies is so small."""
 CLONE = "A clone that converts line ends (core.autocrlf) or lacks Git LFS (git lfs pull) has other files."
@@ -54,6 +52,15 @@ class SubmittedRun:
     def key(self, name: str) -> str:
         """The location of a key of the document."""
         return f"{self.file()}, {name}"
+
+    def part(self, name: str, part: Curve | InterimEvaluation) -> str:
+        """The location of a curve or an evaluation in the document."""
+        return self.key(f"{name} of stage {part.stage}, {part.task[:MAX_QUOTE]}")
+
+    def parts(self) -> Iterator[tuple[str, Curve | InterimEvaluation]]:
+        """All curves and evaluations, with the name of their key."""
+        yield from (("curves", part) for part in self.document.curves)
+        yield from (("evaluations", part) for part in self.document.evaluations)
 
 
 @rule("document")
@@ -131,10 +138,8 @@ def control_character_in_document(run: SubmittedRun) -> Iterator[Finding]:
 def foreign_fingerprint(run: SubmittedRun) -> Iterator[Finding]:
     """The document has the published fingerprint of every task of the group, and no other. (The tasks of a
     custom group have the same fingerprints in all runs.)"""
-    stated, hint = (
-        run.document.fingerprints,
-        "Evaluate in this benchmark's environments, with the pinned versions.",
-    )
+    stated = run.document.fingerprints
+    hint = "Evaluate in this benchmark's environments, with the pinned versions."
     for name in (name for name in stated if name not in run.group.task_ids):
         closest = did_you_mean(name[:MAX_QUOTE], run.group.task_ids)
         yield Finding(run.key("fingerprints"), f"{quote(name)} is not a task of {run.group.id}.", closest)
@@ -171,43 +176,41 @@ def over_budget(run: SubmittedRun) -> Iterator[Finding]:
         last = max(curve.steps, default=0)
         if last > BUDGET_TOLERANCE * steps:
             message = f"Step {last} exceeds the budget {run.budget.name!r} of {steps} steps."
-            yield Finding(_where(run, "curves", curve), message, hint)
+            yield Finding(run.part("curves", curve), message, hint)
 
 
 @rule("document")
 def foreign_curve(run: SubmittedRun) -> Iterator[Finding]:
     """Every curve and every evaluation during training belongs to a task of the group and to a stage with
     training; a stage of the sequential protocol trains one task. No curve is repeated."""
-    group, protocol, document = run.group, run.protocol, run.document
+    group, protocol = run.group, run.protocol
     allowed = [stage for stage in stages(protocol, len(group.tasks)) if stage > 0]
-    for name, parts in (("curves", document.curves), ("evaluations", document.evaluations)):
-        seen = set[tuple[int, str]]()
-        for part in parts:
-            where, message = _where(run, name, part), ""
-            if part.task not in group.task_ids:
-                message = f"{quote(part.task)} is not a task of {group.id}."
-            elif part.stage not in allowed:
-                message = f"Stage {part.stage} of the protocol {protocol} has no training."
-            elif (part.stage, part.task) in seen:
-                message = "The stage and task have two of them."
-            elif (
-                protocol == "sequential" and name == "curves" and part.task != group.task_ids[part.stage - 1]
-            ):
-                message = f"Stage {part.stage} trains {group.task_ids[part.stage - 1]}."
-            elif protocol == "cumulative" and name == "curves" and part.task != group.task_ids[-1]:
-                message = f"The cumulative protocol trains {group.task_ids[-1]} alone."
-            seen.add((part.stage, part.task))
-            if message:
-                yield Finding(where, message, "Include only curves of this run, one per stage and task.")
+    seen = set[tuple[str, int, str]]()
+    for name, part in run.parts():
+        key, message = (name, part.stage, part.task), ""
+        if part.task not in group.task_ids:
+            message = f"{quote(part.task)} is not a task of {group.id}."
+        elif part.stage not in allowed:
+            message = f"Stage {part.stage} of the protocol {protocol} has no training."
+        elif key in seen:
+            message = "The stage and task have two of them."
+        elif name == "curves" and protocol == "sequential" and part.task != group.task_ids[part.stage - 1]:
+            message = f"Stage {part.stage} trains {group.task_ids[part.stage - 1]}."
+        elif name == "curves" and protocol == "cumulative" and part.task != group.task_ids[-1]:
+            message = f"The cumulative protocol trains {group.task_ids[-1]} alone."
+        seen.add(key)
+        if message:
+            hint = "Include only curves of this run, one per stage and task."
+            yield Finding(run.part(name, part), message, hint)
 
 
 @rule("document")
 def curve_order(run: SubmittedRun) -> Iterator[Finding]:
     """The steps of a curve, and of evaluations during training, increase from point to point, from 1 on."""
-    for name, part in _parts(run):
+    for name, part in run.parts():
         if any(later <= step for step, later in pairwise([0, *part.steps])):
             hint = "Sort by step; every stage counts its steps from 0."
-            yield Finding(_where(run, name, part), "The steps do not increase from 1 on.", hint)
+            yield Finding(run.part(name, part), "The steps do not increase from 1 on.", hint)
 
 
 @rule("document")
@@ -215,7 +218,7 @@ def impossible_curve_return(run: SubmittedRun) -> Iterator[Finding]:
     """A return of a curve or an evaluation is within the bounds of the task's episode return
     (catalog/bodies)."""
     bounds = {task.id: task.return_bounds for task in run.group.tasks}
-    for name, part in _parts(run):
+    for name, part in run.parts():
         low, high = bounds.get(part.task, (-float("inf"), float("inf")))
         wrong = next((value for value in part.returns if not low <= value <= high), None)
         if wrong is not None:
@@ -223,7 +226,7 @@ def impossible_curve_return(run: SubmittedRun) -> Iterator[Finding]:
                 f"The return {wrong!r} is impossible; an episode of this task returns {low:g} to {high:g}."
             )
             hint = "Write means of the undiscounted, unscaled returns of episodes that ended."
-            yield Finding(_where(run, name, part), message, hint)
+            yield Finding(run.part(name, part), message, hint)
 
 
 @rule("document")
@@ -232,19 +235,10 @@ def impossible_evaluation(run: SubmittedRun) -> Iterator[Finding]:
     than the steps of its stage."""
     limit = stage_steps(run.budget, run.group, run.protocol) if run.budget else None
     for part in run.document.evaluations:
-        where = _where(run, "evaluations", part)
+        where = run.part("evaluations", part)
         if not 1 <= part.episodes <= EVALUATION_EPISODES:
             hint = f"Write the number of episodes, 1 to {EVALUATION_EPISODES}."
             yield Finding(where, f"There are {part.episodes} episodes.", hint)
         if limit is not None and max(part.steps, default=0) >= limit:
             hint = "Count steps from the beginning of the stage; the log has the evaluation at its end."
             yield Finding(where, f"Step {max(part.steps)} is not before the end of the stage.", hint)
-
-
-def _parts(run: SubmittedRun) -> Iterator[tuple[str, Curve | InterimEvaluation]]:
-    yield from (("curves", part) for part in run.document.curves)
-    yield from (("evaluations", part) for part in run.document.evaluations)
-
-
-def _where(run: SubmittedRun, name: str, part: Curve | InterimEvaluation) -> str:
-    return run.key(f"{name} of stage {part.stage}, {part.task[:MAX_QUOTE]}")

@@ -4,62 +4,38 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from gym_extensions.catalog.protocol import FIRST_REFERENCE_RUN, PROTOCOLS
 from gym_extensions.errors import did_you_mean
-from gym_extensions.rollouts.layout import (
-    DOCUMENT,
-    LOG,
-    MANIFEST,
-    MAX_DEPTH,
-    MAX_FILES,
-    MAX_RUNS,
-    MAX_SUBMISSION_BYTES,
-    NAME,
-    POSES,
-    POSES_FILE,
-    PROGRESS,
-    README,
-    REVIEW,
-    ROOT,
-    RUN_FILE,
-    Folder,
-    exists_readable,
-    is_of_old_form,
-    is_reserved,
-    max_bytes,
-    run_file,
-    run_key,
-)
-from gym_extensions.rollouts.problem import Finding, quote, rule
+from gym_extensions.rollouts import layout
+from gym_extensions.rollouts.layout import MANIFEST, Folder, exists_readable, run_file, run_key
+from gym_extensions.rollouts.problem import Finding, add_rule, quote, rule
 from gym_extensions.rollouts.review import Review
 
-REPLACE = "Replace it by the file itself."
 READABLE = "Add read permission, or copy it again."
 IRREGULAR = {
-    "link": ("It is a symbolic link.", REPLACE),
-    "device": ("It is neither a file nor a folder.", REPLACE),
+    "link": ("It is a symbolic link.", "Replace it by the file itself."),
+    "device": ("It is neither a file nor a folder.", "Replace it by the file itself."),
     "unreadable": ("The folder cannot be read.", READABLE),
     "unreadable file": ("The file cannot be read.", READABLE),
 }
 """Message and hint by kind of item."""
-OLD_FILES = (*(f"{protocol}.csv" for protocol in PROTOCOLS), "curves.csv", "evaluations.csv")
-"""Files of a group before every run had its own."""
 
 
 @dataclass(frozen=True)
 class BrokenFile:
-    """A file that could not be read: its kind, its path (with a line), and the reason as a sentence."""
+    """A file that could not be read: the rule, its path (with a line), and the reason as a sentence."""
 
-    kind: str
+    rule: str
     where: str
     reason: str
 
 
 @dataclass(frozen=True)
 class ReviewOfRuns:
-    """A folder, and its review."""
+    """A folder and its review."""
 
     folder: Folder
     review: Review
@@ -68,7 +44,9 @@ class ReviewOfRuns:
 @rule("folder")
 def not_a_submission(folder: Folder) -> Iterator[Finding]:
     """A submission is a folder that contains submission.toml."""
-    if exists_readable(folder.root, Path.is_symlink) or any(item.path == ROOT for item in folder.items):
+    if exists_readable(folder.root, Path.is_symlink) or any(
+        item.path == layout.ROOT for item in folder.items
+    ):
         return  # not_a_regular_file reports it
     if not exists_readable(folder.root, Path.is_dir):
         problem = "is not a folder" if exists_readable(folder.root) else "does not exist"
@@ -76,7 +54,7 @@ def not_a_submission(folder: Folder) -> Iterator[Finding]:
         yield Finding(folder.name, f"'{folder.name}' {problem}.", hint)
     elif not any(item.path == MANIFEST and item.kind != "folder" for item in folder.items):
         hint = f"Write {MANIFEST} as described in docs/rollout-log.md, or name the folder that contains it."
-        if not folder.items and exists_readable(folder.root / PROGRESS):
+        if not folder.items and exists_readable(folder.root / layout.PROGRESS):
             hint = "It contains only unfinished runs: repeat the command that trains them."
         yield Finding(folder.name, f"The folder contains no {MANIFEST}.", hint)
 
@@ -86,7 +64,7 @@ def folder_name(folder: Folder) -> Iterator[Finding]:
     """The folder's name has 1 to 64 letters, digits, dots, dashes and underscores and starts with a letter or
     digit, because it becomes part of a URL. No system reserves it (CON, NUL, …), and it does not end in a
     dot."""
-    if not NAME.fullmatch(folder.name) or is_reserved(folder.name):
+    if not layout.NAME.fullmatch(folder.name) or layout.is_reserved(folder.name):
         hint = "Use 1 to 64 letters, digits, dots, dashes and underscores; start with a letter or digit."
         yield Finding(folder.name, f"The folder's name is '{folder.name}'.", hint)
 
@@ -98,7 +76,7 @@ def not_a_regular_file(folder: Folder) -> Iterator[Finding]:
         yield Finding(folder.name, "It is a symbolic link.", "Replace it by the folder itself.")
     for item in folder.items:
         if item.kind in IRREGULAR:
-            path = folder.name if item.path == ROOT else item.path
+            path = folder.name if item.path == layout.ROOT else item.path
             yield Finding(path, *IRREGULAR[item.kind])
 
 
@@ -107,7 +85,7 @@ def unknown_group(folder: Folder) -> Iterator[Finding]:
     """Each folder in a submission is named after a published group, without its version.
     (`score --groups` adds custom groups.)"""
     for item in folder.items:
-        if item.kind == "folder" and "/" not in item.path and item.path not in (*folder.groups, POSES):
+        if item.kind == "folder" and "/" not in item.path and item.path not in (*folder.groups, layout.POSES):
             closest = did_you_mean(item.path, folder.groups)
             custom = "For a custom group, pass its TOML file with --groups, where the command has it."
             hint = f"{closest} {custom}".lstrip()
@@ -119,40 +97,31 @@ def unexpected_name(folder: Folder) -> Iterator[Finding]:
     """A submission contains only the files and folders that docs/rollout-log.md lists."""
     for item in folder.items:
         parts = item.path.split("/")
-        is_known = parts[0] in folder.groups or parts[0] == POSES or len(parts) == 1
-        if not is_known or len(parts) > MAX_DEPTH:
+        is_known = parts[0] in folder.groups or parts[0] == layout.POSES or len(parts) == 1
+        if not is_known or len(parts) > layout.MAX_DEPTH:
             continue  # unknown_group reports it
         if item.kind == "folder" and not _is_expected_folder(parts):
             hint = did_you_mean(parts[-1], PROTOCOLS) if len(parts) == 2 else ""
             yield Finding(item.path, "Unexpected folder.", hint if hint.startswith("Did") else "Remove it.")
         elif item.kind == "file" and not _is_expected_file(parts):
-            yield Finding(item.path, "Unexpected file.", _file_hint(parts))
+            closest = did_you_mean(parts[-1], (MANIFEST, layout.README)) if len(parts) == 1 else ""
+            other = "Remove it, or rename it as described in docs/rollout-log.md."
+            hint = closest if closest.startswith("Did") else other
+            yield Finding(item.path, "Unexpected file.", hint)
 
 
 def _is_expected_folder(parts: list[str]) -> bool:
-    if len(parts) == 1:
-        return True
-    return (
-        parts[0] != POSES and len(parts) == 2 and (parts[1] in PROTOCOLS or is_of_old_form("/".join(parts)))
-    )
+    is_known = parts[-1] in PROTOCOLS or layout.is_of_old_form("/".join(parts))
+    return len(parts) == 1 or (parts[0] != layout.POSES and len(parts) == 2 and is_known)
 
 
 def _is_expected_file(parts: list[str]) -> bool:
     if len(parts) == 1:
-        return parts[0] in (MANIFEST, README, REVIEW)
-    if parts[0] == POSES:
-        return len(parts) == 2 and POSES_FILE.fullmatch(parts[1]) is not None
-    if len(parts) == 3 and is_of_old_form("/".join(parts)):
-        return True
-    return len(parts) == 3 and parts[1] in PROTOCOLS and RUN_FILE.fullmatch(parts[2]) is not None
-
-
-def _file_hint(parts: list[str]) -> str:
-    if len(parts) == 2 and parts[1] in OLD_FILES:
-        return "The folder has an old form. Run: python scoring/migrate_format_1.py FOLDER"
-    closest = did_you_mean(parts[-1], (MANIFEST, README)) if len(parts) == 1 else ""
-    other = "Remove it, or rename it as described in docs/rollout-log.md."
-    return closest if closest.startswith("Did") else other
+        return parts[0] in (MANIFEST, layout.README, layout.REVIEW)
+    if parts[0] == layout.POSES:
+        return len(parts) == 2 and layout.POSES_FILE.fullmatch(parts[1]) is not None
+    is_of_run = parts[1] in PROTOCOLS and layout.RUN_FILE.fullmatch(parts[-1]) is not None
+    return len(parts) == 3 and (is_of_run or layout.is_of_old_form("/".join(parts)))
 
 
 @rule("folder")
@@ -171,7 +140,7 @@ def missing_file(folder: Folder) -> Iterator[Finding]:
     paths = {item.path for item in folder.items}
     for (group, protocol), runs in folder.runs.items():
         for run, suffixes in runs.items():
-            for path in (run_file(group, protocol, run, suffix) for suffix in (LOG, DOCUMENT)):
+            for path in (run_file(group, protocol, run, suffix) for suffix in (layout.LOG, layout.DOCUMENT)):
                 if path not in paths:
                     others = ", ".join(run_file(group, protocol, run, other) for other in sorted(suffixes))
                     hint = "Add it, or remove all files of the run."
@@ -185,11 +154,11 @@ def gaps_in_runs(folder: Folder) -> Iterator[Finding]:
     reserved for the reference agents.)"""
     for (group, protocol), found in folder.runs.items():
         runs, where = list(found), f"{group}/{protocol}"
-        if runs[-1] >= MAX_RUNS:
-            hint = f"Submit the runs 0 to {MAX_RUNS - 1}."
+        if runs[-1] >= layout.MAX_RUNS:
+            hint = f"Submit the runs 0 to {layout.MAX_RUNS - 1}."
             if runs[-1] >= FIRST_REFERENCE_RUN:
                 hint = f"Train with seeds from 0; those from {FIRST_REFERENCE_RUN} are reserved."
-            yield Finding(where, f"There is a run {runs[-1]}; the last is {MAX_RUNS - 1}.", hint)
+            yield Finding(where, f"There is a run {runs[-1]}; the last is {layout.MAX_RUNS - 1}.", hint)
         elif runs[0] != 0:
             hint = "Train run 0; no run may be left out."
             yield Finding(where, f"The runs are {quote(runs)}; run 0 is missing.", hint)
@@ -212,67 +181,55 @@ def different_runs(folder: Folder) -> Iterator[Finding]:
 def too_large(folder: Folder) -> Iterator[Finding]:
     """A submission keeps to the limits on the size of a file, the total size and the number of files."""
     for item in folder.files.values():
-        limit = max_bytes(item.path)
+        limit = layout.max_bytes(item.path)
         if item.size > limit:
             message = f"The file has {item.size} bytes; the limit is {limit}."
             yield Finding(item.path, message, "Leave out everything that the format does not need.")
     if not folder.is_within_limits:
         count, total = len(folder.files), sum(item.size for item in folder.files.values())
-        limits = f"{MAX_FILES} files and {MAX_SUBMISSION_BYTES} bytes"
+        limits = f"{layout.MAX_FILES} files and {layout.MAX_SUBMISSION_BYTES} bytes"
         message = f"The submission has {count} files and {total} bytes; the limits are {limits}."
         hint = "Submit fewer runs, or let the policies lie elsewhere (docs/rollout-log.md)."
         yield Finding(folder.name, message, hint)
 
 
-@rule("file")
-def unreadable_file(file: BrokenFile) -> Iterator[Finding]:
-    """Every file of a submission can be read."""
-    if file.kind == "unreadable":
-        yield Finding(file.where, file.reason, READABLE)
+BROKEN_FILES = {
+    "unreadable-file": ("Every file of a submission can be read.", READABLE),
+    "malformed-toml": (
+        "submission.toml is TOML in UTF-8, with at most 20,000 characters in a line.",
+        "Correct the syntax; the format is described at https://toml.io.",
+    ),
+    "malformed-document": (
+        "The document of a run is JSON with the keys that docs/rollout-log.md lists, and no others.",
+        "Restore the file; gym_extensions.rollouts.run.write_run writes it.",
+    ),
+    "malformed-log": (
+        "The log of a run is a CSV file with the header "
+        "stage,task,episode,seed,length,return,terminated,success and at least one row; cells have letters, "
+        r"digits and . / _ + - only, and are of their column's kind; lines end with \n. A file that breaks "
+        "this rule is reported once, with its first wrong line.",
+        "Restore the file; gym_extensions.rollouts.tables.write_log writes it.",
+    ),
+    "malformed-review": (
+        "review.toml, which the base branch writes, has the tables of gym_extensions.rollouts.review.",
+        "Restore the file: gym-extensions verify and maintain review write it, nobody else.",
+    ),
+    "malformed-policies": (
+        "The policies of a run are an .npz file as numpy writes it, without pickles, of at most 64 MiB and "
+        "unpacked 256 MiB, or an ONNX file of at most 64 MiB per stage.",
+        "Write the file with gym_extensions.rollouts.run_policies.write_policies.",
+    ),
+}
+"""Text and hint of the rules about files that cannot be read, by name."""
 
 
-@rule("file")
-def malformed_toml(file: BrokenFile) -> Iterator[Finding]:
-    """submission.toml is TOML in UTF-8, with at most 20,000 characters in a line."""
-    if file.kind == "toml":
-        hint = "Correct the syntax; the format is described at https://toml.io."
-        yield Finding(file.where, file.reason, hint)
+def _check_file(name: str, file: BrokenFile) -> Iterator[Finding]:
+    if file.rule == name:
+        yield Finding(file.where, file.reason, BROKEN_FILES[name][1])
 
 
-@rule("file")
-def malformed_document(file: BrokenFile) -> Iterator[Finding]:
-    """The document of a run is JSON with the keys that docs/rollout-log.md lists, and no others."""
-    if file.kind == "document":
-        hint = "Restore the file; gym_extensions.rollouts.run.write_run writes it."
-        yield Finding(file.where, file.reason, hint)
-
-
-@rule("file")
-def malformed_log(file: BrokenFile) -> Iterator[Finding]:
-    r"""The log of a run is a CSV file with the header
-    stage,task,episode,seed,length,return,terminated,success and at least one row; cells have letters, digits
-    and . / _ + - only, and are of their column's kind; lines end with \n. A file that breaks this rule is
-    reported once, with its first wrong line."""
-    if file.kind == "log":
-        hint = "Restore the file; gym_extensions.rollouts.tables.write_log writes it."
-        yield Finding(file.where, file.reason, hint)
-
-
-@rule("file")
-def malformed_review(file: BrokenFile) -> Iterator[Finding]:
-    """review.toml, which the base branch writes, has the tables of gym_extensions.rollouts.review."""
-    if file.kind == "review":
-        hint = "Restore the file: gym-extensions verify and maintain review write it, nobody else."
-        yield Finding(file.where, file.reason, hint)
-
-
-@rule("file")
-def malformed_policies(file: BrokenFile) -> Iterator[Finding]:
-    """The policies of a run are an .npz file as numpy writes it, without pickles, of at most 64 MiB and
-    unpacked 256 MiB, or an ONNX file of at most 64 MiB per stage."""
-    if file.kind == "policies":
-        hint = "Write the file with gym_extensions.rollouts.run_policies.write_policies."
-        yield Finding(file.where, file.reason, hint)
+for _name, (_text, _) in BROKEN_FILES.items():
+    add_rule(_name, "file", _text, partial(_check_file, _name))
 
 
 @rule("review")
@@ -287,4 +244,4 @@ def foreign_review(subject: ReviewOfRuns) -> Iterator[Finding]:
     foreign = list(dict.fromkeys(key for key in named if key not in keys))
     if foreign:
         message = f"The submission has no run {foreign[0]}; review.toml names {len(foreign)} such runs."
-        yield Finding(REVIEW, message, "Restore the runs, or the review that belongs to these files.")
+        yield Finding(layout.REVIEW, message, "Restore the runs, or the review that belongs to these files.")

@@ -5,20 +5,20 @@ Most rules are a mask over the rows of all runs: ``ROW_RULES`` has their masks, 
 
 from __future__ import annotations
 
-import functools
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gym_extensions.catalog.bodies import UNBOUNDED, Arrival
-from gym_extensions.catalog.protocol import EVALUATION_EPISODES, stages
+from gym_extensions.catalog.protocol import EVALUATION_EPISODES, evaluation_seed, stages
 from gym_extensions.errors import did_you_mean
 from gym_extensions.rollouts.layout import LOG, run_file
 from gym_extensions.rollouts.problem import MAX_QUOTE, Finding, add_rule, rule
 from gym_extensions.rollouts.submission import first_identical_runs
-from gym_extensions.rollouts.tables import FLAGS, Floats, Integers, Log, prescribed_rows
+from gym_extensions.rollouts.tables import FLAGS, Integers, Log
 
 Mask = NDArray[np.bool_]
 ROWS_LISTED = 3
@@ -37,66 +37,54 @@ class GroupLogs:
     is_trainable: bool
 
 
-@dataclass(frozen=True)
 class LogRows:
-    """A log, with what its rows are compared with by the rules: a value per row."""
+    """A log, and what the rules compare its rows with: a value per row.
 
-    log: Log
+    Attributes:
+        known: whether the task belongs to the group.
+        limit: the task's time limit, 0 for a task of another group.
+        expected_seed: the prescribed seed, -1 where none is prescribed.
+        order: how far the row is behind the row above, in run, stage, task in training order and episode.
+        low, high: the lowest and highest return of an episode of this length and end.
+        can_end: whether the task can terminate.
+        defines_success: whether the task defines success.
+        arrives: whether success is the arrival at a goal, which ends the episode.
+    """
 
-    @functools.cached_property
-    def limit(self) -> Integers:
-        """The task's time limit, 0 for a task of another group."""
-        return self.log.max_steps
+    def __init__(self, log: Log) -> None:
+        self.log, group, position = log, log.group, log.position
+        bodies = [task.body for task in group.tasks]
 
-    @functools.cached_property
-    def known(self) -> Mask:
-        """Whether the task belongs to the group."""
-        return self.log.position >= 0
+        def by_task(values: Iterable[Any], other: Any) -> NDArray[Any]:
+            return np.array([*values, other])[position]
 
-    @functools.cached_property
-    def expected_seed(self) -> Integers:
-        """The prescribed seed, -1 where none is prescribed."""
-        prescribed = prescribed_rows(self.log.protocol, self.log.group)
-        seeds = np.full((len(self.log.group.tasks) + 1, EVALUATION_EPISODES + 1), -1)
-        seeds[prescribed["position"], prescribed["episode"]] = prescribed["seed"]
-        is_episode = (self.log.episode >= 0) & (self.log.episode < EVALUATION_EPISODES)
-        return seeds[self.log.position, np.where(is_episode, self.log.episode, EVALUATION_EPISODES)]
-
-    @functools.cached_property
-    def order(self) -> Integers:
-        """How far the row is behind the row above, in run, stage, task in training order and episode."""
-        code: Integers = self.log.run
-        for column in (self.log.stage, self.log.position, self.log.episode):
+        self.known = position >= 0
+        self.limit = by_task((task.max_steps for task in group.tasks), 0)
+        seeds = np.full((len(bodies) + 1, EVALUATION_EPISODES + 1), -1)
+        for index, task in enumerate(group.task_ids):
+            for episode in range(EVALUATION_EPISODES):
+                seeds[index, episode] = evaluation_seed(group.id, task, episode)
+        is_episode = (log.episode >= 0) & (log.episode < EVALUATION_EPISODES)
+        self.expected_seed = seeds[position, np.where(is_episode, log.episode, EVALUATION_EPISODES)]
+        code: Integers = log.run
+        for column in (log.stage, position, log.episode):
             code = code * 10_000 + np.clip(column, -1, 9_998) + 1
-        return np.diff(code, prepend=-1)
-
-    @functools.cached_property
-    def bounds(self) -> tuple[Floats, Floats]:
-        """The lowest and highest return of an episode of this length and end."""
-        log, rewards = self.log, [*(task.body.rewards for task in self.log.group.tasks), UNBOUNDED]
+        self.order = np.diff(code, prepend=-1)
         low, high, end = (
-            np.array([getattr(row, name) for row in rewards])[log.position] for name in ("low", "high", "end")
+            by_task((getattr(body.rewards, name) for body in bodies), getattr(UNBOUNDED, name))
+            for name in ("low", "high", "end")
         )
         steps = np.maximum(log.length, 1)
-        return low * steps, high * steps + np.where(log.terminated, end, 0.0)
+        self.low, self.high = low * steps, high * steps + np.where(log.terminated, end, 0.0)
+        self.can_end = by_task((body.rewards.terminates for body in bodies), True)
+        self.defines_success = by_task((body.success is not None for body in bodies), False)
+        self.arrives = by_task((isinstance(body.success, Arrival) for body in bodies), False)
 
-    @functools.cached_property
-    def can_end(self) -> Mask:
-        """Whether the task can terminate."""
-        return self._by_task([task.body.rewards.terminates for task in self.log.group.tasks], True)
-
-    @functools.cached_property
-    def defines_success(self) -> Mask:
-        """Whether the task defines success."""
-        return self._by_task([task.body.success is not None for task in self.log.group.tasks], False)
-
-    @functools.cached_property
-    def arrives(self) -> Mask:
-        """Whether success is the arrival at a goal, which ends the episode."""
-        return self._by_task([isinstance(task.body.success, Arrival) for task in self.log.group.tasks], False)
-
-    def _by_task(self, values: list[bool], other: bool) -> Mask:
-        return np.array([*values, other])[self.log.position]
+    def where(self, index: int) -> str:
+        """The file of a row, and its line there; the header is line 1."""
+        log, first = self.log, int(np.argmax(self.log.run == self.log.run[index]))
+        path = run_file(log.group.name, log.protocol, int(log.run[index]), LOG)
+        return f"{path}, line {index - first + 2}"
 
     def row(self, index: int) -> dict[str, object]:
         """What the message about a row may name."""
@@ -114,8 +102,8 @@ class LogRows:
             "length": log.length[index],
             "limit": self.limit[index],
             "return": float(log.return_[index]),
-            "lower": float(self.bounds[0][index]),
-            "upper": float(self.bounds[1][index]),
+            "lower": float(self.low[index]),
+            "upper": float(self.high[index]),
             "terminated": names[bool(log.terminated[index])],
             "success": names[bool(log.success[index])],
         }
@@ -134,16 +122,11 @@ class RowRule:
         """A finding for each of the first rows that break the rule, then one that counts the rest."""
         log, indices = rows.log, np.flatnonzero(self.mask(rows, rows.log)).tolist()
         for index in indices[:ROWS_LISTED]:
-            where = f"{log.file_of(index)}, line {log.line_of(index)}"
-            yield Finding(
-                where, self.message.format_map(rows.row(index)), self.hint or self._closest(log, index)
-            )
+            closest = did_you_mean(log.task[index][:MAX_QUOTE], log.group.task_ids)
+            yield Finding(rows.where(index), self.message.format_map(rows.row(index)), self.hint or closest)
         if more := len(indices[ROWS_LISTED:]):
             subject = "1 more row breaks" if more == 1 else f"{more} more rows break"
             yield Finding(log.path, f"{subject} the same rule.", self.hint)
-
-    def _closest(self, log: Log, index: int) -> str:
-        return did_you_mean(log.task[index][:MAX_QUOTE], log.group.task_ids)
 
 
 ROW_RULES = {
@@ -206,7 +189,7 @@ ROW_RULES = {
         lambda rows, log: (
             np.isfinite(log.return_)
             & (log.length >= 1)
-            & ((log.return_ < rows.bounds[0]) | (log.return_ > rows.bounds[1]))
+            & ((log.return_ < rows.low) | (log.return_ > rows.high))
         ),
         "Column `return` is {return!r}; expected {lower:g} to {upper:g} in {length} steps of this task.",
         "Write the undiscounted, unscaled sum of the rewards.",

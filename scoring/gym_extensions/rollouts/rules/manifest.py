@@ -5,13 +5,14 @@ from __future__ import annotations
 import unicodedata
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from gym_extensions.catalog.protocol import REPORTS, TABLES
 from gym_extensions.errors import did_you_mean
 from gym_extensions.rollouts.layout import MANIFEST, POSES, README, Folder
 from gym_extensions.rollouts.manifest import HYPERPARAMETERS, findings, where_of
-from gym_extensions.rollouts.problem import MAX_QUOTE, Finding, quote, rule
+from gym_extensions.rollouts.problem import MAX_QUOTE, Finding, add_rule, quote, rule
 
 INVISIBLE = ("Cc", "Cf", "Cs", "Zl", "Zp")
 """Unicode categories of control, format and surrogate characters, and of line and paragraph separators."""
@@ -34,24 +35,25 @@ class ManifestInFolder:
     tables: dict[str, Any]
 
 
-@rule("manifest")
-def unknown_key(manifest: ManifestInFolder) -> Iterator[Finding]:
-    """Every section and key of submission.toml is one that docs/rollout-log.md lists; only [hyperparameters]
-    has free keys."""
-    yield from (finding for name, finding in findings(manifest.tables) if name == "unknown-key")
+KEY_RULES = {
+    "unknown-key": (
+        "Every section and key of submission.toml is one that docs/rollout-log.md lists; only "
+        "[hyperparameters] has free keys."
+    ),
+    "missing-key": "submission.toml has every required section and key.",
+    "bad-value": (
+        "Every value of submission.toml is of its key's kind, within its length and among its choices; every "
+        "section is a table."
+    ),
+}
 
 
-@rule("manifest")
-def missing_key(manifest: ManifestInFolder) -> Iterator[Finding]:
-    """submission.toml has every required section and key."""
-    yield from (finding for name, finding in findings(manifest.tables) if name == "missing-key")
+def _check_keys(rule: str, manifest: ManifestInFolder) -> Iterator[Finding]:
+    yield from (finding for name, finding in findings(manifest.tables) if name == rule)
 
 
-@rule("manifest")
-def bad_value(manifest: ManifestInFolder) -> Iterator[Finding]:
-    """Every value of submission.toml is of its key's kind, within its length and among its choices; every
-    section is a table."""
-    yield from (finding for name, finding in findings(manifest.tables) if name == "bad-value")
+for _name, _text in KEY_RULES.items():
+    add_rule(_name, "manifest", _text, partial(_check_keys, _name))
 
 
 @rule("manifest")
@@ -82,8 +84,8 @@ def unknown_report(manifest: ManifestInFolder) -> Iterator[Finding]:
 def no_groups(manifest: ManifestInFolder) -> Iterator[Finding]:
     """A submission contains at least one group folder, unless it is a reported entry, which has none."""
     is_reported = "reported" in manifest.tables
-    folders = [item.path for item in manifest.folder.items if item.kind == "folder" and "/" not in item.path]
-    folders = [path for path in folders if path != POSES]
+    items = (item for item in manifest.folder.items if item.kind == "folder" and "/" not in item.path)
+    folders = [item.path for item in items if item.path != POSES]
     if not is_reported and not folders:
         hint = "Add group folders, as described in docs/rollout-log.md."
         yield Finding(manifest.folder.name, "The submission contains no group folder.", hint)
@@ -115,22 +117,17 @@ def first_invisible(text: str) -> str:
     """The first invisible character of a text, or nothing. A joiner counts only between ASCII characters."""
     if text.isascii() and text.isprintable():
         return ""
-    characters = zip(f" {text}", text, f"{text[1:]} ", strict=False)
-    return next((char for before, char, after in characters if _is_invisible(before, char, after)), "")
-
-
-def _is_invisible(before: str, char: str, after: str) -> bool:
-    if char in BLANK:
-        return True
-    return unicodedata.category(char) in INVISIBLE and (char not in JOINERS or (before + after).isascii())
+    for before, char, after in zip(f" {text}", text, f"{text[1:]} ", strict=False):
+        is_allowed_joiner = char in JOINERS and not (before + after).isascii()
+        if char in BLANK or (unicodedata.category(char) in INVISIBLE and not is_allowed_joiner):
+            return char
+    return ""
 
 
 def _has_stacked_marks(text: str) -> bool:
     """Whether combining marks are at the start of a text, or more than ``MAX_MARKS`` in a row."""
-    if text.isascii():
-        return False
     count = MAX_MARKS
-    for char in text:
+    for char in "" if text.isascii() else text:
         count = count + 1 if unicodedata.category(char)[0] == "M" else 0
         if count > MAX_MARKS:
             return True

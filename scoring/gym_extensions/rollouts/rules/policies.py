@@ -25,10 +25,8 @@ class RunPolicies:
     """
 
     group: TaskGroup
-    protocol: str
-    run: int
-    arrays: Arrays
     document: RunDocument
+    arrays: Arrays
     first: AnyPolicy | None = None
     observes_task: bool | None = None
     evaluation: str | None = None
@@ -36,17 +34,17 @@ class RunPolicies:
     @property
     def path(self) -> str:
         """The path of the file inside the submission."""
-        return run_file(self.group.name, self.protocol, self.run, POLICIES)
+        return run_file(self.group.name, self.document.protocol, self.document.run, POLICIES)
 
     @functools.cached_property
     def errors(self) -> list[str]:
         """What is wrong with the arrays."""
-        return list(run_errors(self.arrays, self.group, self.protocol))
+        return list(run_errors(self.arrays, self.group, self.document.protocol))
 
     @functools.cached_property
     def policies(self) -> dict[str, AnyPolicy]:
         """The policies by their place; none unless all arrays are valid."""
-        found = {} if self.errors else policies_of(self.arrays, self.group, self.protocol)
+        found = {} if self.errors else policies_of(self.arrays, self.group, self.document.protocol)
         return {f"{self.path}, {prefix(key)[:-1]}": policy for key, policy in found.items()}
 
 
