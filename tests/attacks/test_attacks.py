@@ -233,11 +233,7 @@ ATTACKS = (
         documents(lambda run: {"fingerprints": dict.fromkeys(run.fingerprints, "0" * 16)}),
         "foreign-fingerprint",
     ),
-    Attack(
-        "All returns are raised, and no policies are published.",
-        raised_without_policies,
-        CLAIMED,
-    ),
+    Attack("All returns are raised, and no policies are published.", raised_without_policies, CLAIMED),
     Attack("The policies of the first and the last stage are exchanged.", policies(swap), REPETITION),
     Attack(
         "The policies are those of another agent.",

@@ -31,15 +31,7 @@ from gym_extensions.scoring.leaderboard import boards
 from gym_extensions.scoring.references import Reference, References
 from gym_extensions.scoring.scorer import score
 
-from ..verification.entries import (
-    GROUP,
-    change_document,
-    change_log,
-    copy,
-    honest,
-    network,
-    write_run_files,
-)
+from ..verification.entries import GROUP, change_document, change_log, copy, honest, network, write_run_files
 from .repositories import commit, git, make_repository
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="the gate needs limits that Windows lacks")

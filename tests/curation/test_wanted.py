@@ -16,12 +16,7 @@ from gym_extensions.scoring.boards import CorePair
 from ..conftest import MANIFEST, write_submission
 
 GROUPS = tuple(name.removesuffix("-v0") for name in CORES[CORE])
-PAIR = CorePair(
-    *("a", "b", 10, False, 0.1, -0.1, 0.3, 0.2),
-    verdict="open",
-    exploratory=True,
-    next_look=20,
-)
+PAIR = CorePair(*("a", "b", 10, False, 0.1, -0.1, 0.3, 0.2), verdict="open", exploratory=True, next_look=20)
 
 
 def test_the_power_at_the_next_look_is_that_of_a_z_test() -> None:

@@ -132,10 +132,7 @@ REFUSED: dict[str, tuple[Callable[[], bytes], str]] = {
         lambda: linear(nodes=[onnx.helper.make_node("Gelu", ["observation"], ["action"], domain="com.mine")]),
         "com.mine.Gelu",
     ),
-    "operator in a loop": (
-        lambda: endless().replace(b"Identity", b"PyFunkyX"),
-        "PyFunkyX",
-    ),
+    "operator in a loop": (lambda: endless().replace(b"Identity", b"PyFunkyX"), "PyFunkyX"),
     "data elsewhere": (external, "another file"),
     "dynamic observation": (
         lambda: linear(inputs=[value("observation", FLOAT, [BATCH, "width"])]),

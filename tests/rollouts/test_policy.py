@@ -184,11 +184,7 @@ WRONG: list[tuple[str, Callable[[Arrays], object], str]] = [
     ),
     ("an unknown array", lambda a: a.update(memory=np.zeros(3)), "Unexpected array 'memory'."),
     ("an array without a layer", lambda a: a.update(weight=np.zeros(3)), "Unexpected array 'weight'."),
-    (
-        "NaN weights",
-        lambda a: a["weight_1"].fill(np.nan),
-        "'weight_1' contains a value that is not finite.",
-    ),
+    ("NaN weights", lambda a: a["weight_1"].fill(np.nan), "'weight_1' contains a value that is not finite."),
     (
         "an unknown activation",
         lambda a: a.update(activation=text("swish")),
@@ -235,11 +231,7 @@ WRONG: list[tuple[str, Callable[[Arrays], object], str]] = [
         lambda a: a.update(observation_mean=np.zeros(3), observation_scale=np.ones(3)),
         "'observation_mean' has the shape (3,); expected (2,).",
     ),
-    (
-        "no actions",
-        lambda a: a.update(weight_1=np.zeros((3, 0)), bias_1=np.zeros(0)),
-        "'weight_1' is empty.",
-    ),
+    ("no actions", lambda a: a.update(weight_1=np.zeros((3, 0)), bias_1=np.zeros(0)), "'weight_1' is empty."),
     (
         "a scale of zero",
         lambda a: a.update(observation_mean=np.zeros(2), observation_scale=np.zeros(2)),

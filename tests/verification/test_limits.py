@@ -75,8 +75,7 @@ def crash(call: dict[str, str]) -> Iterator[str]:
 
 
 @pytest.mark.parametrize(
-    ("end", "code"),
-    [("mistake", "a-code"), ("fault", "fault-of-the-verifier"), ("limit", "limit-reached")],
+    ("end", "code"), [("mistake", "a-code"), ("fault", "fault-of-the-verifier"), ("limit", "limit-reached")]
 )
 def test_a_mistake_of_the_verifier_is_not_called_a_limit(end: str, code: str, module: str) -> None:
     with pytest.raises(BenchError) as error:

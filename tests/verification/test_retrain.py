@@ -43,9 +43,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "quick.toml").write_text(GROUP_TOML, encoding="utf-8")
     for agent in ("trpo", "random"):
         train(
-            *(agent, str(folder / "quick.toml"), "sequential", "smoke", 0),
-            out=folder / agent,
-            progress=False,
+            *(agent, str(folder / "quick.toml"), "sequential", "smoke", 0), out=folder / agent, progress=False
         )
     return folder
 

@@ -14,18 +14,9 @@ from typing import Any
 
 import msgspec
 
+from gym_extensions.curation import report as reports
 from gym_extensions.curation.git import MACHINE_ERRORS, Repository
 from gym_extensions.curation.pull_request import SUBMISSIONS, PullRequest, broken_rules, is_data
-from gym_extensions.curation.report import (
-    MAX_PROBLEMS,
-    OWNER,
-    GateReport,
-    GateScore,
-    Judgement,
-    Kind,
-    Label,
-    cut,
-)
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes
 from gym_extensions.rollouts.layout import NAME
@@ -47,7 +38,7 @@ from gym_extensions.verification.verify import SAMPLED, Run, repetition, runs_of
 CODEOWNERS = ".github/CODEOWNERS"
 RECORD = re.compile(r"[A-Za-z0-9]{1,64}/[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
 """A record in a report: ``Hopper/name``."""
-KIND_LABELS: dict[Kind, Label] = {
+KIND_LABELS: dict[reports.Kind, reports.Label] = {
     "submission": "submission",
     "edit": "edits-entry",
     "donation": "donation",
@@ -74,7 +65,7 @@ class Request:
     limits: Limits = LIMITS
 
 
-def check_pull_request(request: Request) -> GateReport:
+def check_pull_request(request: Request) -> reports.GateReport:
     """The report on a pull request. Its files are read from git and never checked out or executed.
 
     Raises:
@@ -82,7 +73,9 @@ def check_pull_request(request: Request) -> GateReport:
     """
     repository = Repository(request.repository.top)
     base, head = repository.commit(request.base), repository.commit(request.head)
-    report = GateReport(pull_request=request.number, base=base, head=head, kind="none", verdict="refused")
+    report = reports.GateReport(
+        pull_request=request.number, base=base, head=head, kind="none", verdict="refused"
+    )
     try:
         pull_request = opened(repository, base, head)
         if not any(map(is_data, pull_request.paths)):
@@ -122,12 +115,12 @@ def _owners(pull_request: PullRequest, entry: str) -> tuple[str, ...]:
     data = pull_request.repository.file(pull_request.base, CODEOWNERS) or b""
     lines = [line.split() for line in data.decode(errors="replace").splitlines()]
     owners = [parts[1:] for parts in lines if parts[:1] == [f"/{SUBMISSIONS}/{entry}/"]]
-    return tuple(name for name in (owners[-1] if owners else []) if re.fullmatch(OWNER, name))
+    return tuple(name for name in (owners[-1] if owners else []) if re.fullmatch(reports.OWNER, name))
 
 
-def _closed(report: GateReport, problems: Sequence[Problem]) -> GateReport:
+def _closed(report: reports.GateReport, problems: Sequence[Problem]) -> reports.GateReport:
     """The report with its problems, verdict and labels."""
-    labels: list[Label] = [KIND_LABELS[report.kind]] if report.kind in KIND_LABELS else []
+    labels: list[reports.Label] = [KIND_LABELS[report.kind]] if report.kind in KIND_LABELS else []
     if problems:
         labels.append("refused")
     elif report.level == CLAIMED:
@@ -136,13 +129,13 @@ def _closed(report: GateReport, problems: Sequence[Problem]) -> GateReport:
         report,
         verdict="refused" if problems else "review" if report.kind == "edit" else "passed",
         level=None if problems else report.level,
-        problems=tuple(problems[:MAX_PROBLEMS]),
-        more_problems=max(0, len(problems) - MAX_PROBLEMS),
+        problems=tuple(problems[: reports.MAX_PROBLEMS]),
+        more_problems=max(0, len(problems) - reports.MAX_PROBLEMS),
         labels=tuple(sorted(labels)),
     )
 
 
-def _judged(report: GateReport, pull_request: PullRequest, limits: Limits) -> GateReport:
+def _judged(report: reports.GateReport, pull_request: PullRequest, limits: Limits) -> reports.GateReport:
     """The report with what the files of the entry or record are worth, found out in a process with limits."""
     is_record = report.kind == "record"
     files = (pull_request.files_of_record if is_record else pull_request.files_of)(report.entry)
@@ -155,14 +148,14 @@ def _judged(report: GateReport, pull_request: PullRequest, limits: Limits) -> Ga
         donated = list(pull_request.donated_runs)
         call = {"record": f"{path}{CARD}"} if is_record else {"folder": str(path), "donated": donated}
         (answer,) = answers(JOB, call, limits)
-    judgement = msgspec.convert(answer, Judgement)
+    judgement = msgspec.convert(answer, reports.Judgement)
     judged = replace(
         report,
         level=judgement.level,
         repeated=judgement.repeated,
         episodes=judgement.episodes,
         scores=judgement.scores,
-        notes=tuple(map(cut, judgement.notes[:MAX_PROBLEMS])),
+        notes=tuple(map(reports.cut, judgement.notes[: reports.MAX_PROBLEMS])),
     )
     return _closed(judged, judgement.problems)
 
@@ -176,25 +169,25 @@ def judge(call: Mapping[str, Any]) -> Iterator[Any]:
     yield msgspec.to_builtins(judged(call))
 
 
-def _judge_record(call: Mapping[str, Any]) -> Judgement:
+def _judge_record(call: Mapping[str, Any]) -> reports.Judgement:
     record = Record(Path(call["record"]))
     episodes, errors = sample(record)
     problems = tuple(Problem(each.code, record.name, each.message, each.hint) for each in errors)
     note = f"The policy is run on {episodes} measurement episodes."
-    return Judgement(problems=problems, episodes=episodes, notes=(note,))
+    return reports.Judgement(problems=problems, episodes=episodes, notes=(note,))
 
 
-def _judge_entry(call: Mapping[str, Any]) -> Judgement:
+def _judge_entry(call: Mapping[str, Any]) -> reports.Judgement:
     folder, donated = Path(call["folder"]), frozenset(call["donated"])
     card = score(read(folder, policies=True), load_references())
     whole = read(folder, merge_runs=False)
     if problems := card.problems or tuple(donation_problems(whole, donated)):
-        return Judgement(problems=problems)
+        return reports.Judgement(problems=problems)
     if card.level == REPORTED:
-        return Judgement(level="reported", notes=(*card.notes, *card.signs))
+        return reports.Judgement(level="reported", notes=(*card.notes, *card.signs))
     found = repeated_sample(whole, folder, donated)
     scores = tuple(
-        GateScore(
+        reports.GateScore(
             *(group, protocol, each.budget, len(each.runs), METRICS[protocol][0].name),
             *(value.mean, value.low, value.high),
         )
@@ -242,7 +235,9 @@ def _agent_versions(document: RunDocument) -> dict[str, str]:
     return {name: getattr(document.versions, name) for name in names} | document.packages
 
 
-def repeated_sample(submission: Submission, folder: Path, donated: Set[str] = frozenset()) -> Judgement:
+def repeated_sample(
+    submission: Submission, folder: Path, donated: Set[str] = frozenset()
+) -> reports.Judgement:
     """Repeats a sample of the logged episodes in this process; of a donation, those of the donated runs.
 
     The cells are those whose SHA-256 with the digest of all files is lowest. An episode that differs is a
@@ -250,7 +245,9 @@ def repeated_sample(submission: Submission, folder: Path, donated: Set[str] = fr
     """
     assert submission.manifest is not None, "it has no problems"
     if submission.manifest.protocol.evaluation == SAMPLED:
-        return Judgement(notes=("The policies sample their actions, so that no episode can be repeated.",))
+        return reports.Judgement(
+            notes=("The policies sample their actions, so that no episode can be repeated.",)
+        )
     runs, notes = [], list[str]()
     for name, run in runs_of(submission).items():
         policies = run.document.policies
@@ -282,4 +279,6 @@ def repeated_sample(submission: Submission, folder: Path, donated: Set[str] = fr
                 hint = "Store the policy of every stage, and log its first evaluation."
                 problems.append(Problem(NOT_REPEATED, run.name, f"{result.difference}.", hint))
         player.close()
-    return Judgement(repeated=repeated, episodes=episodes, problems=tuple(problems), notes=tuple(notes))
+    return reports.Judgement(
+        repeated=repeated, episodes=episodes, problems=tuple(problems), notes=tuple(notes)
+    )

@@ -33,15 +33,12 @@ MAX_CPU_SECONDS = 120
 """Limits of one git command: a small commit can stand for billions of files."""
 LIMIT = f'ulimit -v "$0" 2>/dev/null; ulimit -t {MAX_CPU_SECONDS}; exec "$@"'
 """Runs a command with these limits. A system without a limit on memory (macOS) skips that one."""
+PARTIAL = r"^remote\..*\.promisor$|^extensions\.partialclone$"
+"""The settings of a clone that lacks contents that its remote has."""
 LACKING = ("lazy fetching disabled", "could not fetch", "missing", "unable to read", "bad object")
 """Parts of git's errors about a content that is not in the clone."""
 MACHINE_ERRORS = (
-    "no-git",
-    "no-repository",
-    "distrusted-clone",
-    "partial-clone",
-    "git-failed",
-    "missing-extra",
+    *("no-git", "no-repository", "distrusted-clone", "partial-clone", "git-failed", "missing-extra"),
 )
 """Codes of errors that are about this clone and not about the commits in it."""
 NOT_FOUND = 127
@@ -78,25 +75,21 @@ class Repository:
         Raises:
             BenchError: git is not installed, or the command fails.
         """
+        command = self._command(*arguments)
         try:
-            result = subprocess.run(
-                self._command(*arguments),
-                input=b"",
-                capture_output=True,
-                check=False,
-                env=_environment(),
-            )
+            result = subprocess.run(command, input=b"", capture_output=True, check=False, env=_environment())
         except FileNotFoundError:
             raise NO_GIT from None
         if result.returncode == NOT_FOUND:
             raise NO_GIT
-        if result.returncode < 0 or b"out of memory" in result.stderr.lower():
+        errors = result.stderr.decode(errors="replace").strip() or "git failed."
+        if result.returncode < 0 or "out of memory" in errors.lower():
             message = f"git {arguments[0]} reached its limit of memory or processor time."
             raise BenchError("git-limit", message, hint="The commit has far too many files.")
         if result.returncode not in statuses:
-            self._explain(result.stderr.decode(errors="replace"))
-            lines = result.stderr.decode(errors="replace").strip().splitlines() or ["git failed."]
-            raise BenchError("git-failed", lines[-1], f"git {arguments[0]} in {self.folder}")
+            self._explain(errors)
+            where = f"git {arguments[0]} in {self.folder}"
+            raise BenchError("git-failed", errors.splitlines()[-1], where)
         return result.stdout
 
     def _explain(self, errors: str) -> None:
@@ -105,21 +98,11 @@ class Repository:
             message = "git reads no repository whose folder belongs to another owner."
             hint = f"Run: git config --global --add safe.directory {self.folder.resolve()}"
             raise BenchError("distrusted-clone", message, str(self.folder), hint)
-        if any(text in errors for text in LACKING) and self._is_partial:
-            message = (
-                "The clone lacks contents of old files (--filter), and nothing is fetched while it is read."
-            )
-            raise BenchError(
-                "partial-clone", message, str(self.folder), "Run: git fetch --refetch --no-filter"
-            )
-
-    @cached_property
-    def _is_partial(self) -> bool:
-        """Whether the clone lacks contents that its remote has."""
-        command = self._command(
-            "config", "--get-regexp", r"^remote\..*\.promisor$|^extensions\.partialclone$"
-        )
-        return bool(subprocess.run(command, capture_output=True, check=False, env=_environment()).stdout)
+        is_lacking = any(text in errors for text in LACKING)
+        if is_lacking and self.run("config", "--get-regexp", PARTIAL, statuses=(0, 1)):
+            message = "The clone lacks contents of old files (--filter); nothing is fetched while it is read."
+            hint = "Run: git fetch --refetch --no-filter"
+            raise BenchError("partial-clone", message, str(self.folder), hint)
 
     @cached_property
     def top(self) -> Path:
@@ -160,15 +143,13 @@ class Repository:
         """The best common ancestors of two commits: several after a criss-cross, none without any."""
         return self.run("merge-base", "--all", first, second, statuses=(0, 1)).decode().split()
 
-    def tree(self, commit: str, path: str = "", *, sizes: bool = False) -> tuple[TreeEntry, ...]:
-        """All files of a commit below a folder (the whole tree by default), with full paths.
+    def tree(self, commit: str, *folders: str, sizes: bool = False) -> tuple[TreeEntry, ...]:
+        """All files of a commit below folders (the whole tree by default), with full paths.
 
         Sizes need the contents of the files, which a clone may lack; without them they are None.
         """
-        options = ("-l",) if sizes else ()
-        output = self.run(
-            "ls-tree", "-r", *options, "-z", "--full-tree", commit, *([f"{path}/"] if path else [])
-        )
+        paths = [f"{folder}/" for folder in folders]
+        output = self.run("ls-tree", "-r", *["-l"] * sizes, "-z", "--full-tree", commit, *paths)
         return tuple(_tree_entry(line) for line in output.split(b"\0") if line)
 
     def blobs(self, object_ids: Iterable[str]) -> Iterator[bytes]:
@@ -177,12 +158,8 @@ class Repository:
         Raises:
             BenchError: an object is missing or not a file.
         """
-        with subprocess.Popen(
-            self._command("cat-file", "--batch"),
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            env=_environment(),
-        ) as process:
+        command, pipe = self._command("cat-file", "--batch"), subprocess.PIPE
+        with subprocess.Popen(command, stdin=pipe, stdout=pipe, env=_environment()) as process:
             requests, answers = process.stdin, process.stdout
             assert requests is not None
             assert answers is not None
@@ -201,9 +178,9 @@ class Repository:
     def file(self, commit: str, path: str) -> bytes | None:
         """The content of a file of a commit; None without such a file."""
         output = self.run("ls-tree", "-z", "--full-tree", commit, path)
-        entries = [_tree_entry(line) for line in output.split(b"\0") if line]
-        files = [entry for entry in entries if entry.path == path and entry.mode.startswith("100")]
-        return next(iter(self.blobs([files[0].object_id]))) if files else None
+        entries = (_tree_entry(line) for line in output.split(b"\0") if line)
+        ids = [each.object_id for each in entries if each.path == path and each.mode.startswith("100")]
+        return next(self.blobs(ids), None)
 
     def last_change(self, commit: str, paths: Sequence[str]) -> str:
         """The last commit of the first-parent history that changed one of these paths; empty if none did.

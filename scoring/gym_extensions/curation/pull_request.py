@@ -17,17 +17,7 @@ from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.curation.git import SUBMODULE, Repository, TreeEntry
 from gym_extensions.curation.report import Kind
 from gym_extensions.experts.cards import MAX_CARD, MAX_POLICY
-from gym_extensions.rollouts.layout import (
-    MANIFEST,
-    MAX_FILES,
-    MAX_SUBMISSION_BYTES,
-    NAME,
-    POSES,
-    REVIEW,
-    is_of_old_form,
-    is_reserved,
-    max_bytes,
-)
+from gym_extensions.rollouts import layout
 from gym_extensions.rollouts.manifest import RECORDED, manifest_of, parse
 from gym_extensions.rollouts.problem import Finding, Problem
 from gym_extensions.scoring import records
@@ -78,25 +68,22 @@ class PullRequest:
         """Its changed files, sorted by path. Files that moved with the same content are renames."""
         arguments = ("-r", "-z", "--raw", "--no-ext-diff", "--no-textconv", "-M100%", self.start, self.head)
         fields = iter(self.repository.run("diff-tree", *arguments).split(b"\0"))
-        return tuple(sorted(_changes(fields), key=lambda change: change.path))
+        changes = []
+        for meta in filter(None, fields):
+            _, mode, _, _, status = meta.decode().split()
+            paths = [os.fsdecode(next(fields)) for _ in range(2 if status[0] in RENAMES else 1)]
+            changes.append(Change(status[0], mode, paths[-1], source=paths[0] if len(paths) > 1 else ""))
+        return tuple(sorted(changes, key=lambda change: change.path))
 
     @cached_property
     def base_files(self) -> tuple[TreeEntry, ...]:
         """The files of submissions and records on the branch that it is for."""
-        return self._data(self.base)
+        return self.repository.tree(self.base, *FOLDERS)
 
     @cached_property
     def head_files(self) -> tuple[TreeEntry, ...]:
         """The files of submissions and records in its last commit."""
-        return self._data(self.head)
-
-    def _data(self, commit: str) -> tuple[TreeEntry, ...]:
-        return tuple(file for folder in FOLDERS for file in self.repository.tree(commit, folder))
-
-    @cached_property
-    def base_entries(self) -> frozenset[str]:
-        """The names of the entries on the branch that it is for."""
-        return frozenset(_entries(file.path for file in self.base_files))
+        return self.repository.tree(self.head, *FOLDERS)
 
     @cached_property
     def entries(self) -> tuple[str, ...]:
@@ -107,12 +94,8 @@ class PullRequest:
     def records(self) -> tuple[str, ...]:
         """The records whose files it changes, ``TASK/NAME``, sorted."""
         parts = (path.split("/") for path in self.paths)
-        names = {
-            f"{part[1]}/{part[2].partition('.')[0]}"
-            for part in parts
-            if len(part) == 3 and part[0] == RECORDS
-        }
-        return tuple(sorted(names))
+        of_records = (part for part in parts if len(part) == 3 and part[0] == RECORDS)
+        return tuple(sorted({f"{part[1]}/{part[2].partition('.')[0]}" for part in of_records}))
 
     @cached_property
     def donated_runs(self) -> tuple[str, ...]:
@@ -124,7 +107,7 @@ class PullRequest:
         matches = [RUN_FILE.fullmatch(change.path) for change in self.changes if change.status == "A"]
         if len(self.entries) != 1 or len(matches) < len(self.changes) or not all(matches):
             return ()
-        data = self.repository.file(self.start, f"{SUBMISSIONS}/{self.entries[0]}/{MANIFEST}")
+        data = self.repository.file(self.start, f"{SUBMISSIONS}/{self.entries[0]}/{layout.MANIFEST}")
         try:
             protocol = manifest_of(parse(data or b"")).protocol
         except ValueError:  # also that of msgspec
@@ -140,7 +123,8 @@ class PullRequest:
             return "record"
         if self.donated_runs:
             return "donation"
-        return "edit" if self.entries[0] in self.base_entries else "submission"
+        known = _entries(file.path for file in self.base_files)
+        return "edit" if self.entries[0] in known else "submission"
 
     @cached_property
     def paths(self) -> tuple[str, ...]:
@@ -160,18 +144,6 @@ class PullRequest:
 def _entries(paths: Iterable[str]) -> set[str]:
     parts = (path.split("/") for path in paths)
     return {names[1] for names in parts if names[0] == SUBMISSIONS and len(names) > 2}
-
-
-def _changes(fields: Iterator[bytes]) -> Iterator[Change]:
-    for meta in fields:
-        if not meta:
-            return
-        _, mode, _, _, status = meta.decode().split()
-        path = os.fsdecode(next(fields))
-        if status[0] in RENAMES:
-            yield Change(status[0], mode, os.fsdecode(next(fields)), source=path)
-        else:
-            yield Change(status[0], mode, path)
 
 
 def is_data(path: str) -> bool:
@@ -228,7 +200,7 @@ def written_by_the_base(pull_request: PullRequest) -> Iterator[Finding]:
     """A pull request brings neither reviews nor poses: verification and maintainers write them."""
     for path in pull_request.paths:
         is_of_record = path.startswith(f"{RECORDS}/") and path.endswith(records.REVIEW)
-        if is_of_record or path.split("/")[2:3] in ([REVIEW], [POSES]):
+        if is_of_record or path.split("/")[2:3] in ([layout.REVIEW], [layout.POSES]):
             hint = "Leave it as it is on the base. It is written after the merge."
             yield Finding(path, "It is written on the base branch only.", hint)
 
@@ -242,7 +214,7 @@ def stray_file(pull_request: PullRequest) -> Iterator[Finding]:
         if is_data(path) and not (names[0] == SUBMISSIONS and len(names) > 2) and path not in allowed:
             hint = "Move it into the folder of the entry, or leave it out."
             yield Finding(path, "The file belongs to no entry or record.", hint)
-        elif is_of_old_form("/".join(names[2:])):
+        elif layout.is_of_old_form("/".join(names[2:])):
             yield Finding(path, "The file belongs to no run.", "Put a run's policies into run<N>.npz.")
 
 
@@ -295,7 +267,7 @@ def reserved_name(pull_request: PullRequest) -> Iterator[Finding]:
     """No file or folder has a name that some system reserves (CON, NUL, …) or ends in a dot or space."""
     for change in pull_request.changes:
         for name in change.path.split("/"):
-            if is_reserved(name):
+            if layout.is_reserved(name):
                 yield Finding(change.path, f"The name {name!r} is reserved on some systems.", "Rename it.")
 
 
@@ -313,7 +285,7 @@ def path_characters(pull_request: PullRequest) -> Iterator[Finding]:
 def entry_name(pull_request: PullRequest) -> Iterator[Finding]:
     """The name of an entry is that of a submission's folder: 1 to 64 such characters."""
     for name in pull_request.entries:
-        if not NAME.fullmatch(name):
+        if not layout.NAME.fullmatch(name):
             yield Finding(f"submissions/{name[:MAX_PATH]}", "It is not a name of an entry.", "Rename it.")
 
 
@@ -402,11 +374,11 @@ def too_large(pull_request: PullRequest) -> Iterator[Finding]:
     for name in pull_request.entries:
         files = pull_request.files_of(name)
         total = sum(file.size or 0 for file in files)
-        if len(files) > MAX_FILES or total > MAX_SUBMISSION_BYTES:
+        if len(files) > layout.MAX_FILES or total > layout.MAX_SUBMISSION_BYTES:
             message = f"It has {len(files)} files with {total} bytes."
             yield Finding(f"submissions/{name}", message, "Leave out what is not part of a submission.")
         for file in files:
-            limit = max_bytes(file.path.split("/", 2)[2])
+            limit = layout.max_bytes(file.path.split("/", 2)[2])
             if (file.size or 0) > limit:
                 message = f"It has {file.size} bytes; the limit is {limit}."
                 yield Finding(file.path, message, "See the limits in docs/rollout-log.md.")

@@ -70,8 +70,7 @@ def wanted(folders: Sequence[Path]) -> list[Wanted]:
     found = [_of(row, *by_name[row.name], board) for row in rows if board and row.next_look]
     present = [each for each in found if each is not None and each.count]
     return sorted(
-        present,
-        key=lambda each: (each.decides is None, -(each.decides or 0.0) / each.count, each.entry.name),
+        present, key=lambda each: (each.decides is None, -(each.decides or 0.0) / each.count, each.entry.name)
     )
 
 

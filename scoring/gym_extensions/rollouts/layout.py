@@ -209,16 +209,6 @@ def scan(root: Path, groups: Mapping[str, TaskGroup] = GROUPS) -> Folder:
     return Folder(root, name, items, groups)
 
 
-def _candidates(path: Path) -> list[Path]:
-    """The visible folders and links in a folder."""
-    try:
-        children = sorted(child for child in path.iterdir() if not child.name.startswith("."))
-    except OSError:
-        return []
-    kinds = (Path.is_dir, Path.is_symlink)
-    return [child for child in children if any(exists_readable(child, kind) for kind in kinds)]
-
-
 def submission_folders(paths: list[Path]) -> list[Path]:
     """The submissions at the given paths, sorted by name. A folder of submissions means all of them.
 
@@ -229,9 +219,15 @@ def submission_folders(paths: list[Path]) -> list[Path]:
     for path in paths:
         is_alias = exists_readable(path, Path.is_symlink) or path.name in ("", ".", "..")
         target = path.resolve() if is_alias else path
-        candidates = [] if exists_readable(target / MANIFEST) else _candidates(target)
-        has_submissions = any(exists_readable(candidate / MANIFEST) for candidate in candidates)
-        folders += candidates if has_submissions else [target]
+        is_entry = exists_readable(target / MANIFEST) or not exists_readable(target, Path.is_dir)
+        try:
+            children = () if is_entry else sorted(target.iterdir())
+        except OSError:
+            children = ()
+        visible = [child for child in children if not child.name.startswith(".")]
+        kinds = (Path.is_dir, Path.is_symlink)
+        found = [child for child in visible if any(exists_readable(child, kind) for kind in kinds)]
+        folders += found if any(exists_readable(child / MANIFEST) for child in found) else [target]
     by_name: dict[str, Path] = {}
     for folder in folders:
         first = by_name.setdefault(unicodedata.normalize("NFKC", folder.name).casefold(), folder)

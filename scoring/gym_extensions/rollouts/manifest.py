@@ -51,8 +51,7 @@ Count = Annotated[int, Meta(ge=0, le=2**53 - 1, description="an integer from 0 t
 Flag = Annotated[bool, Meta(description="true or false")]
 Name = Annotated[str, Meta(min_length=1, max_length=SHORT)]
 Names = Annotated[
-    tuple[Name, ...],
-    Meta(max_length=SHORT, description=f"a list of strings of 1 to {SHORT} characters"),
+    tuple[Name, ...], Meta(max_length=SHORT, description=f"a list of strings of 1 to {SHORT} characters")
 ]
 
 
@@ -165,15 +164,15 @@ def _section(
             hint = did_you_mean(name[:MAX_QUOTE], keys)
             yield "unknown-key", Finding(where_of(section, name), f"Unknown key {quote(name)}.", hint)
     for name, key in keys.items():
-        is_required = key.required or (not section and name == "format")
+        where, value = where_of(section, name), table.get(name)
         if name not in table:
-            if is_required:
-                yield "missing-key", Finding(where_of(section, name), "The key is missing.", f"Add {name}.")
+            if key.required or (not section and name == "format"):
+                yield "missing-key", Finding(where, "The key is missing.", f"Add {name}.")
         elif not section and name in (*SECTIONS, HYPERPARAMETERS):
-            if not isinstance(table[name], dict):
-                message, hint = f"{quote(table[name])} is not a section.", f"Write [{name}] and its keys."
-                yield "bad-value", Finding(where_of("", name), message, hint)
-        elif finding := _value_finding(where_of(section, name), key.type, table[name]):
+            if not isinstance(value, dict):
+                hint = f"Write [{name}] and its keys."
+                yield "bad-value", Finding(where, f"{quote(value)} is not a section.", hint)
+        elif finding := _value_finding(where, key.type, value):
             yield "bad-value", finding
 
 

@@ -9,9 +9,8 @@ import importlib
 import math
 import threading
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -29,6 +28,7 @@ MISSING = "missing-extra"
 HINT = "docs/policies.md says what a network may contain."
 MAX_STEP_SECONDS = 5.0
 """Longest time for the actions of one step."""
+FAILURES: tuple[type[Exception], ...] = (RuntimeError, ValueError, MemoryError)
 OPSETS = range(13, 24)
 OPERATORS = """
     Abs Acos Acosh Add And ArgMax ArgMin Asin Asinh Atan Atanh Attention AveragePool BatchNormalization
@@ -46,15 +46,7 @@ OPERATORS = """
 """Operators of the standard domain that compute numbers from numbers, without randomness."""
 ALLOWED = frozenset(OPERATORS.split())
 DOMAINS = ("", "ai.onnx")
-DTYPES = {
-    1: np.float32,
-    2: np.uint8,
-    3: np.int8,
-    6: np.int32,
-    7: np.int64,
-    9: np.bool_,
-    11: np.float64,
-}
+DTYPES = {1: np.float32, 2: np.uint8, 3: np.int8, 6: np.int32, 7: np.int64, 9: np.bool_, 11: np.float64}
 """The types of inputs and outputs by their number in ONNX."""
 KINDS: dict[str, tuple[tuple[type[np.generic], ...], int | None]] = {
     "observation": ((np.float32, np.float64, np.uint8), None),
@@ -65,25 +57,18 @@ KINDS: dict[str, tuple[tuple[type[np.generic], ...], int | None]] = {
 """The types and the number of dimensions, without the batch, of inputs and of the action."""
 
 
-@dataclass(frozen=True)
-class Tensor:
+class Tensor(NamedTuple):
     """An input or output: its type, and its shape without the batch."""
 
     dtype: type[np.generic]
     shape: tuple[int, ...]
 
 
-@dataclass(frozen=True)
-class Network:
+class Network(NamedTuple):
     """The inputs and outputs of a network by name."""
 
-    inputs: Mapping[str, Tensor]
-    outputs: Mapping[str, Tensor]
-
-    @property
-    def states(self) -> list[str]:
-        """The inputs that an earlier step has computed."""
-        return [name for name in self.inputs if is_state(name)]
+    inputs: dict[str, Tensor]
+    outputs: dict[str, Tensor]
 
 
 def is_state(name: str) -> bool:
@@ -101,13 +86,13 @@ def required(package: str) -> Any:
         raise BenchError(MISSING, f"A policy is an ONNX network; it needs {name}.", hint=hint) from error
 
 
-def network_errors(data: bytes) -> Iterator[str]:
+def network_errors(data: bytes) -> list[str]:
     """What is wrong with the file of a network. Nothing of it is run.
 
     Raises:
         BenchError: the package ``onnx`` is not installed.
     """
-    yield from _examined(data)[0]
+    return _examined(data)[0]
 
 
 def _examined(data: bytes) -> tuple[list[str], Network]:
@@ -122,17 +107,14 @@ def _examined(data: bytes) -> tuple[list[str], Network]:
         return ["The file is not an ONNX model."], network
     errors = list(_content_errors(model))
     initialized = {tensor.name for tensor in model.graph.initializer}
-    sides = ([each for each in model.graph.input if each.name not in initialized], model.graph.output)
-    tensors: list[dict[str, Tensor]] = []
-    for values in sides:
-        tensors.append({})
+    inputs = (each for each in model.graph.input if each.name not in initialized)
+    for values, tensors in ((inputs, network.inputs), (model.graph.output, network.outputs)):
         for value in values:
             tensor = _tensor(value)
             if isinstance(tensor, str):
                 errors.append(f"{quote(value.name)} {tensor}")
             else:
-                tensors[-1][value.name] = tensor
-    network = Network(*tensors)
+                tensors[value.name] = tensor
     return errors or list(_signature_errors(network)), network
 
 
@@ -192,7 +174,7 @@ def _signature_errors(network: Network) -> Iterator[str]:
             yield f"Unexpected input {quote(name)}; expected observation, state, noise or task."
     if "observation" not in inputs:
         yield "The input 'observation' is missing."
-    states = {f"next_{name}": inputs[name] for name in network.states}
+    states = {f"next_{name}": tensor for name, tensor in inputs.items() if is_state(name)}
     for name in ("action", *states):
         if name not in outputs:
             yield f"The output {quote(name)} is missing."
@@ -298,10 +280,8 @@ class OnnxPolicy:
         """
         values = np.asarray(observations)
         if values.ndim == len(self.network.inputs["observation"].shape):
-            return self._actions(values[None], rng, task)[0]  # type: ignore[no-any-return]
-        return self._actions(values, rng, task)
-
-    def _actions(self, values: Array, rng: np.random.Generator | None, task: int) -> Array:
+            one: Array = self.act(values[None], rng, task)[0]
+            return one
         size, feeds = len(values), dict[str, Array]()
         if math.prod(values.shape[1:]) != self.num_inputs:
             message = f"The observations have {math.prod(values.shape[1:])} values; the policy has "
@@ -327,12 +307,14 @@ class OnnxPolicy:
         if outputs["action"].shape != (size, self.num_actions):
             message = f"The actions have the shape {outputs['action'].shape} for {size} observations."
             raise BenchError("onnx-failed", message, "act()", HINT)
-        self._states = {name: outputs[f"next_{name}"] for name in self.network.states}
+        self._states = {name: outputs[f"next_{name}"] for name in self.network.inputs if is_state(name)}
         return outputs["action"]
 
     def _run(self, feeds: Mapping[str, Array]) -> Sequence[Array]:
         runtime = required(RUNTIME)
-        failures: tuple[type[Exception], ...] = (*_failures(runtime), RuntimeError, ValueError, MemoryError)
+        # The exceptions of onnxruntime have no common base.
+        own = vars(runtime.capi.onnxruntime_pybind11_state).values()
+        failures = tuple(each for each in own if isinstance(each, type) and issubclass(each, Exception))
         options = runtime.RunOptions()
         options.log_severity_level = 4
         timer = threading.Timer(MAX_STEP_SECONDS, setattr, (options, "terminate", True))
@@ -342,7 +324,7 @@ class OnnxPolicy:
                 self._session = _session(runtime, self._data)
             timer.start()
             results: Sequence[Array] = self._session.run(list(self.network.outputs), feeds, options)
-        except failures as error:
+        except failures + FAILURES as error:
             if options.terminate:
                 message = f"A step took more than {MAX_STEP_SECONDS:g} seconds."
                 raise BenchError("slow-policy", message, "act()", "Publish a smaller network.") from error
@@ -362,9 +344,3 @@ def _session(runtime: Any, data: bytes) -> Any:
     options.use_deterministic_compute = True
     options.log_severity_level = 4
     return runtime.InferenceSession(data, options, providers=["CPUExecutionProvider"])
-
-
-def _failures(runtime: Any) -> list[type[Exception]]:
-    """The exceptions of onnxruntime, which have no common base."""
-    found = vars(runtime.capi.onnxruntime_pybind11_state).values()
-    return [each for each in found if isinstance(each, type) and issubclass(each, Exception)]

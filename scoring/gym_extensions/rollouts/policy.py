@@ -100,16 +100,15 @@ class Policy:
         for field in fields(self):
             value = getattr(self, field.name)
             if field.name in LAYER_FIELDS:
-                layers = tuple(None if values is None else _copy(values) for values in value)
-                object.__setattr__(self, field.name, layers)
-            elif field.name in KEYS and KEYS[field.name].kind == "float" and value is not None:
-                is_number = field.name == "observation_clip"
-                object.__setattr__(self, field.name, float(value) if is_number else _copy(value))
+                value = tuple(None if values is None else np.array(values, order="C") for values in value)
+            elif field.name == "observation_clip":
+                value = None if value is None else float(value)
+            elif KEYS[field.name].kind == "float" and value is not None:
+                value = np.array(value, order="C")
+            object.__setattr__(self, field.name, value)
         error = next(array_errors(self.arrays()), None)
         if self.masks and len(self.masks) != len(self.weights):
-            error = (
-                f"{len(self.masks)} masks for {len(self.weights)} layers; expected one per layer, or none."
-            )
+            error = f"{len(self.masks)} masks for {len(self.weights)} layers; expected one each, or none."
         if error is not None:
             raise BenchError("bad-policy", error, "policy()", HINT)
 
@@ -215,10 +214,6 @@ class Policy:
         from gym_extensions.rollouts.policy_conversion import onnx_network
 
         return onnx_network(self.arrays(), task).to_onnx(path)
-
-
-def _copy(values: Array) -> Array:
-    return np.array(values, order="C")
 
 
 def mean_and_log_sigma(policy: Policy, observations: Array, task: int = 0) -> tuple[Array, Array]:

@@ -128,11 +128,9 @@ def task_rows(arrays: Arrays) -> int:
 def array_errors(arrays: Arrays) -> Iterator[str]:
     """The errors of the first kind of check that reports any: names, types, shapes, values."""
     for check in (_name_errors, _type_errors, _shape_errors, _value_errors):
-        is_wrong = False
-        for error in check(arrays):
-            is_wrong = True
-            yield error
-        if is_wrong:
+        errors = list(check(arrays))
+        yield from errors
+        if errors:
             return
 
 
@@ -151,16 +149,14 @@ def _name_errors(arrays: Arrays) -> Iterator[str]:
 
 
 def _type_errors(arrays: Arrays) -> Iterator[str]:
+    dtypes = {"format": "int64", "name": "uint8", "mask": "bool", "float": "float32 or float64"}
     for name, values in arrays.items():
         key = key_of(name) or Key("float")
-        expected = {"format": "int64", "name": "uint8", "mask": "bool", "float": "float32 or float64"}[
-            key.kind
-        ]
+        expected = dtypes[key.kind]
         if not (values.dtype.isnative and values.dtype.name in expected.split(" or ")):
             yield f"{name!r} is {values.dtype}; expected {expected}."
         elif key.kind == "name" and text_of(values) not in key.choices:
-            choices = ", ".join(key.choices)
-            yield f"{name!r} is {quote(text_of(values))}; expected one of {choices}."
+            yield f"{name!r} is {quote(text_of(values))}; expected one of {', '.join(key.choices)}."
         elif key.kind == "format" and values.tolist() != FORMAT:
             yield f"The format is {quote(values.tolist())}; expected {FORMAT}."
 

@@ -15,14 +15,7 @@ from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import stages
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes
-from gym_extensions.rollouts.layout import (
-    MAX_FILE_BYTES,
-    MAX_POLICY_BYTES,
-    NETWORK,
-    POLICIES,
-    read_regular,
-    run_file,
-)
+from gym_extensions.rollouts import layout
 from gym_extensions.rollouts.onnx_policy import ONNX, OnnxPolicy, network_errors
 from gym_extensions.rollouts.policy import HINT, Policy
 from gym_extensions.rollouts.policy_arrays import Array, Arrays, array_errors
@@ -72,23 +65,23 @@ def npz_bytes(arrays: Arrays) -> bytes:
     return content.getvalue()
 
 
-def npz_arrays(data: bytes) -> dict[str, Array]:
+def npz_arrays(data: bytes, where: str = "") -> dict[str, Array]:
     """The arrays of an .npz file by name, never a pickle.
 
     Raises:
-        BenchError: it is not such a file, or unpacks to more than ``MAX_POLICY_BYTES``.
+        BenchError: it is not such a file, or unpacks to more than ``MAX_POLICY_BYTES``. ``where`` names it.
     """
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             size = sum(info.file_size for info in archive.infolist())
-        if size > MAX_POLICY_BYTES:
-            raise ValueError(f"it unpacks to {size} bytes; the limit is {MAX_POLICY_BYTES}")
+        if size > layout.MAX_POLICY_BYTES:
+            raise ValueError(f"it unpacks to {size} bytes; the limit is {layout.MAX_POLICY_BYTES}")
         with np.load(io.BytesIO(data), allow_pickle=False) as file:
             arrays = {name: file[name] for name in file.files}
+        if not all(isinstance(values, np.ndarray) for values in arrays.values()):
+            raise ValueError("it has a member that is no array")
     except NPZ_ERRORS as error:
-        raise BenchError("bad-policy", f"The file cannot be read: {error}.", hint=HINT) from error
-    if not all(isinstance(values, np.ndarray) for values in arrays.values()):
-        raise BenchError("bad-policy", "The file has a member that is no array.", hint=HINT)
+        raise BenchError("bad-policy", f"The file cannot be read: {error}.", where, HINT) from error
     return arrays
 
 
@@ -105,7 +98,7 @@ def policy_files(arrays: Arrays) -> dict[str, bytes]:
     """The contents of the files of a run's policies by suffix: ``.npz``, and ``.stage3.onnx`` per network."""
     networks = {name: values for name, values in arrays.items() if name.endswith(f"/{ONNX}")}
     plain = {name: values for name, values in arrays.items() if name not in networks}
-    files = {POLICIES: npz_bytes(plain)} if plain or not networks else {}
+    files = {layout.POLICIES: npz_bytes(plain)} if plain or not networks else {}
     return files | {f".{name.replace('/', '.')}": values.tobytes() for name, values in networks.items()}
 
 
@@ -123,27 +116,26 @@ def write_policies(path: Path, policies: Mapping[Key, AnyPolicy]) -> None:
 
 def network_files(folder: Path, group_name: str, protocol: str, run: int) -> list[Path]:
     """The ONNX networks of a run in a submission."""
-    path = folder / run_file(group_name, protocol, run, "")
-    return sorted(path.parent.glob(f"{path.name}.*{NETWORK}"))
+    path = folder / layout.run_file(group_name, protocol, run, "")
+    return sorted(path.parent.glob(f"{path.name}.*{layout.NETWORK}"))
 
 
-def old_policy_files(folder: Path, group: TaskGroup, protocol: str, run: int) -> dict[Key, Path]:
-    """TRANSITIONAL: the policies of a run in the folder ``policies`` of its group, a file each, by key.
+def old_policy_files(folder: Path, group: TaskGroup, protocol: str, run: int) -> dict[Path, Key]:
+    """TRANSITIONAL: the files of a run in the folder ``policies`` of its group, with the keys of them.
 
-    Entries that were migrated from the form before 2026-12 have them until their policies are repacked
-    (``scoring/migrate_format_1.py --repack-policies``). Remove this function then.
+    Some entries have them until ``scoring/migrate_format_1.py`` repacks them. Remove this function then.
     """
-    names = {
-        key: f"{protocol}-run{run}-stage{key[0]}{'' if key[1] is None else f'-{key[1]}'}.npz"
-        for key in policy_keys(protocol, group)
+    start = folder / group.name / "policies" / f"{protocol}-run{run}-stage"
+    paths = {
+        start.with_name(f"{start.name}{stage}{'' if task is None else f'-{task}'}.npz"): (stage, task)
+        for stage, task in policy_keys(protocol, group)
     }
-    paths = {key: folder / group.name / "policies" / name for key, name in names.items()}
-    return {key: path for key, path in paths.items() if path.is_file()}
+    return {path: key for path, key in paths.items() if path.is_file()}
 
 
 def has_policies(folder: Path, group: TaskGroup, protocol: str, run: int) -> bool:
     """Whether the policies of a run lie in the submission."""
-    path = folder / run_file(group.name, protocol, run, POLICIES)
+    path = folder / layout.run_file(group.name, protocol, run, layout.POLICIES)
     networks = network_files(folder, group.name, protocol, run)
     return path.is_file() or bool(networks or old_policy_files(folder, group, protocol, run))
 
@@ -151,52 +143,35 @@ def has_policies(folder: Path, group: TaskGroup, protocol: str, run: int) -> boo
 def read_arrays(folder: Path, group: TaskGroup, protocol: str, run: int) -> dict[str, Array]:
     """The arrays of a run's policies by their full names, as they are; for a limited process.
 
-    Args:
-        folder: the submission.
-        group: the group.
-        protocol: one of ``PROTOCOLS``.
-        run: the run.
-
     Raises:
         BenchError: there are none, or a file is not an .npz file within the limits.
     """
-    path = folder / run_file(group.name, protocol, run, POLICIES)
-    if networks := network_files(folder, group.name, protocol, run):
-        return _with_networks(_arrays_of_file(path) if path.is_file() else {}, networks)
-    if path.is_file() or not (old := old_policy_files(folder, group, protocol, run)):
-        return _arrays_of_file(path)
-    return {
-        f"{prefix(key)}{name}": values
-        for key, file in old.items()
-        for name, values in _arrays_of_file(file).items()
-    }
-
-
-def _with_networks(arrays: dict[str, Array], paths: list[Path]) -> dict[str, Array]:
-    """The arrays and the bytes of networks, ``run3.stage5.onnx`` as ``stage5/onnx``."""
-    for path in paths:
-        data = _bytes_of_file(path, NETWORK)
-        stage, _, task = path.stem.partition(".")[2].partition(".")  # a task's name may have dots
-        arrays["/".join(part for part in (stage, task, ONNX) if part)] = np.frombuffer(data, np.uint8)
-        if sum(values.nbytes for values in arrays.values()) > MAX_POLICY_BYTES:
-            message = f"The policies have more than {MAX_POLICY_BYTES} bytes."
-            raise BenchError("bad-policy", message, str(path), HINT)
+    path = folder / layout.run_file(group.name, protocol, run, layout.POLICIES)
+    networks = network_files(folder, group.name, protocol, run)
+    old = {} if networks or path.is_file() else old_policy_files(folder, group, protocol, run)
+    files = {file: prefix(key) for file, key in old.items()}
+    if path.is_file() or not (networks or old):
+        files[path] = ""
+    arrays: dict[str, Array] = {}
+    for file, start in files.items():
+        content = npz_arrays(_bytes_of_file(file, layout.POLICIES), str(file))
+        arrays |= {f"{start}{name}": values for name, values in content.items()}
+    for file in networks:  # run3.stage5.onnx as stage5/onnx
+        stage, _, task = file.stem.partition(".")[2].partition(".")  # a task's name may have dots
+        name = "/".join(part for part in (stage, task, ONNX) if part)
+        arrays[name] = np.frombuffer(_bytes_of_file(file, layout.NETWORK), np.uint8)
+        if sum(values.nbytes for values in arrays.values()) > layout.MAX_POLICY_BYTES:
+            message = f"The policies have more than {layout.MAX_POLICY_BYTES} bytes."
+            raise BenchError("bad-policy", message, str(file), HINT)
     return arrays
 
 
 def _bytes_of_file(path: Path, suffix: str) -> bytes:
     try:
-        return read_regular(path, MAX_FILE_BYTES[suffix])
+        return layout.read_regular(path, layout.MAX_FILE_BYTES[suffix])
     except OSError as error:
         message = f"The policies cannot be read: {error.strerror or error}."
         raise BenchError("bad-policy", message, str(path), HINT) from error
-
-
-def _arrays_of_file(path: Path) -> dict[str, Array]:
-    try:
-        return npz_arrays(_bytes_of_file(path, POLICIES))
-    except BenchError as error:
-        raise BenchError(error.code, error.message, str(path), error.hint) from error
 
 
 def run_errors(arrays: Arrays, group: TaskGroup, protocol: str) -> Iterator[str]:
@@ -217,16 +192,15 @@ def run_errors(arrays: Arrays, group: TaskGroup, protocol: str) -> Iterator[str]
 
 def _split(arrays: Arrays, keys: list[Key]) -> tuple[dict[Key, dict[str, Array]], list[str]]:
     """The arrays of each policy by their own names, and the full names of the others."""
-    parts: dict[Key, dict[str, Array]] = {key: {} for key in keys}
-    by_prefix, foreign = {prefix(key): key for key in keys}, []
+    parts = {prefix(key): dict[str, Array]() for key in keys}
+    foreign = []
     for full, values in arrays.items():
         start, _, name = full.rpartition("/")
-        key = by_prefix.get(f"{start}/")
-        if key is None:
-            foreign.append(full)
+        if f"{start}/" in parts:
+            parts[f"{start}/"][name] = values
         else:
-            parts[key][name] = values
-    return parts, foreign
+            foreign.append(full)
+    return dict(zip(keys, parts.values(), strict=True)), foreign
 
 
 def policies_of(arrays: Arrays, group: TaskGroup, protocol: str) -> dict[Key, AnyPolicy]:

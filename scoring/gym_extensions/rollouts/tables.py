@@ -176,11 +176,7 @@ def log_frame(data: bytes) -> pd.DataFrame:
         raise _first_error(data)
     try:
         frame = pd.read_csv(
-            io.BytesIO(data),
-            dtype=DTYPES,
-            index_col=False,
-            na_filter=False,
-            skip_blank_lines=False,
+            io.BytesIO(data), dtype=DTYPES, index_col=False, na_filter=False, skip_blank_lines=False
         )
         for name, numbers, kind in (("terminated", FLAGS, "bool"), ("success", SUCCESSES, "int8")):
             frame[name] = np.array([numbers[cell] for cell in frame[name].tolist()], dtype=kind)

@@ -18,17 +18,7 @@ from gym_extensions.catalog.tasks import Task
 from gym_extensions.envs.make import construct_mujoco
 from gym_extensions.envs.rollout import Outcome
 from gym_extensions.rollouts.submission import Submission
-from gym_extensions.scoring.poses import (
-    BODY_UNIT,
-    MAP_UNIT,
-    MAX_PATH_POINTS,
-    MAX_SECONDS,
-    RATE,
-    Clip,
-    Poses,
-    TaskPoses,
-    motion_of,
-)
+from gym_extensions.scoring import poses as store
 from gym_extensions.verification.episodes import Player, RunRequest, limits_of, stored_policies
 from gym_extensions.verification.limits import answers
 from gym_extensions.verification.new_seeds import tested_cells
@@ -51,12 +41,12 @@ class Timing:
 def timing_of(task: Task) -> Timing:
     """15 frames per second of the first ten seconds, or a path of at most 250 points."""
     if task.body.family == "navigation":
-        every = math.ceil(task.max_steps / MAX_PATH_POINTS)
-        return Timing(MAP_UNIT, 0.0, float(every), task.max_steps)
+        every = math.ceil(task.max_steps / store.MAX_PATH_POINTS)
+        return Timing(store.MAP_UNIT, 0.0, float(every), task.max_steps)
     env: Any = construct_mujoco(task)
     rate = 1 / float(env.dt)
     env.close()
-    return Timing(BODY_UNIT, rate, rate / RATE, math.ceil(MAX_SECONDS * rate))
+    return Timing(store.BODY_UNIT, rate, rate / store.RATE, math.ceil(store.MAX_SECONDS * rate))
 
 
 def frames_of(track: Array, timing: Timing) -> Array:
@@ -106,7 +96,7 @@ def motion(track: Sequence[Array], outcome: Outcome, timing: Timing) -> dict[str
     """The fields of an episode's clip that follow from its coordinates after the reset and every step."""
     frames = frames_of(np.stack(track[: outcome.length + 1]), timing)
     facts = {"steps": outcome.length, "success": outcome.success, "frames": len(frames)}
-    return {**facts, "motion": motion_of(frames, timing.unit)}
+    return {**facts, "motion": store.motion_of(frames, timing.unit)}
 
 
 def _watch(track: list[Array], episode: int, most_steps: int, env: Any, _: Any) -> None:
@@ -115,7 +105,7 @@ def _watch(track: list[Array], episode: int, most_steps: int, env: Any, _: Any) 
         track.append(coordinates(env.states(), episode))
 
 
-def poses_of(run: Run, submission: Submission, folder: Path) -> Poses:
+def poses_of(run: Run, submission: Submission, folder: Path) -> store.Poses:
     """The poses of a sequential run: an episode of every task right after its training and at the end.
 
     Policies that sample their actions are shown in an episode of their own, from the same start.
@@ -133,24 +123,24 @@ def poses_of(run: Run, submission: Submission, folder: Path) -> Poses:
     returns = {key: [outcome.return_ for outcome in run.logged[key]] for key in keys}
     episodes = [shown_episode(returns[key]) for key in keys]
     call = {"run": msgspec.to_builtins(request), "groups": [], "episodes": episodes}
-    clips: dict[tuple[int, int], Clip] = {}
+    clips: dict[tuple[int, int], store.Clip] = {}
     timings: dict[int, Mapping[str, Any]] = {}
     found = answers(JOB, call, limits_of([request]))
     for key, episode, values in zip(keys, episodes, found, strict=True):
         timings[key[1]] = values
-        clips[key] = Clip(
+        clips[key] = store.Clip(
             stage=key[0],
             episode=episode,
             returns=tuple(round(value, 2) for value in returns[key]),
             **{name: values[name] for name in ("steps", "success", "frames", "motion")},
         )
     last = len(group.tasks)
-    return Poses(
+    return store.Poses(
         submission=submission.name,
         group=group.id,
         run=run.number,
         tasks=tuple(
-            TaskPoses(
+            store.TaskPoses(
                 task=task.id,
                 after=clips[index + 1, index],
                 end=None if index + 1 == last else clips[last, index],

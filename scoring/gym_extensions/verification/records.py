@@ -21,19 +21,9 @@ from gym_extensions.experts import Measurement, RecordCard, Step
 from gym_extensions.experts.cards import described_policy, read_policy, write_described
 from gym_extensions.files import write_text
 from gym_extensions.rollouts.policy import Policy
+from gym_extensions.scoring import records
 from gym_extensions.scoring.poses import FOLDER as POSES
 from gym_extensions.scoring.poses import Clip, PolicyPoses, TaskPoses
-from gym_extensions.scoring.records import (
-    CARD,
-    EPISODES,
-    NAME,
-    RECORDS,
-    Record,
-    RecordReview,
-    bar,
-    problem_of,
-    recordable,
-)
 from gym_extensions.verification.episodes import Cell, Player
 from gym_extensions.verification.limits import Limits, answers
 from gym_extensions.verification.new_seeds import Draw
@@ -105,7 +95,7 @@ def played(policy: Policy, row: Task, seeds: Sequence[int]) -> tuple[Measurement
 
 def play(call: Mapping[str, Any]) -> Iterator[Any]:
     """The job of the process with limits: the measurement of a record, and the poses of an episode."""
-    record = Record(Path(call["card"]))
+    record = records.Record(Path(call["card"]))
     policy = described_policy(record.policy_path, record.card)
     yield msgspec.to_builtins(played(policy, record.task, call["seeds"]))
 
@@ -125,13 +115,13 @@ def write_expert_poses(names: Sequence[str], folder: Path = experts.DATA) -> Ite
         path, digest = folder / POSES / f"{name}.json", experts.digest(policy)
         known = PolicyPoses.load(path, "bad-poses", "gym-extensions maintain poses")
         if known is None or known.policy != digest:
-            seeds = [experts.seed(row, "measure", index) for index in range(SAMPLE)]
+            seeds = measurement_seeds(row, 0, SAMPLE)
             poses = PolicyPoses(policy=digest, poses=played(policy, row, seeds)[1])
             write_text(path, poses.to_json())
             yield path
 
 
-def verify_record(record: Record, value: str) -> RecordReview:
+def verify_record(record: records.Record, value: str) -> records.RecordReview:
     """The review of a record on new seeds.
 
     Args:
@@ -142,11 +132,11 @@ def verify_record(record: Record, value: str) -> RecordReview:
         BenchError: card or policy cannot be read or do not fit the task, a limit was reached, or the floor
             of the task was not measured.
     """
-    needed, draw = bar(record.task), Draw(record.digest, value)
-    seeds = [draw.seed(RECORDS, record.task.id, index) for index in range(EPISODES)]
+    needed, draw = records.bar(record.task), Draw(record.digest, value)
+    seeds = [draw.seed(records.RECORDS, record.task.id, index) for index in range(records.EPISODES)]
     (answer,) = answers(JOB, {"card": str(record.path.resolve()), "seeds": seeds}, LIMITS)
     seen, poses = msgspec.convert(answer, tuple[Measurement, TaskPoses])
-    return RecordReview(
+    return records.RecordReview(
         card=record.digest,
         date=datetime.now(UTC).date().isoformat(),
         version=version("gym-extensions"),
@@ -155,12 +145,12 @@ def verify_record(record: Record, value: str) -> RecordReview:
         mean=seen.mean,
         deviation=seen.deviation,
         least=needed.least(seen.standard_error),
-        problem=problem_of(record.card, needed, seen.mean, seen.deviation, seen.episodes),
+        problem=records.problem_of(record.card, needed, seen.mean, seen.deviation, seen.episodes),
         poses=poses,
     )
 
 
-def sample(record: Record) -> tuple[int, list[BenchError]]:
+def sample(record: records.Record) -> tuple[int, list[BenchError]]:
     """Runs the first measurement episodes of a record in this process, for a first look at its claim.
 
     Returns:
@@ -179,19 +169,30 @@ def sample(record: Record) -> tuple[int, list[BenchError]]:
     row, path = record.task, record.policy_path
     card = found(lambda: record.card)
     policy = found(lambda: described_policy(path, card) if card else read_policy(path))
-    needed = found(lambda: bar(row))
-    seeds = [experts.seed(row, "measure", index) for index in range(SAMPLE)]
+    needed = found(lambda: records.bar(row))
+    seeds = measurement_seeds(row, 0, SAMPLE)
     seen = found(lambda: measurement(outcomes(policy, row, seeds))) if policy else None
     if card and needed and seen:
         claim = card.measurement
-        problem = problem_of(card, needed, claim.mean, claim.deviation, claim.episodes)
+        problem = problem_of_claim(card, needed)
         if seen.mean < claim.mean - SAMPLE_ERRORS * seen.standard_error - 1e-6 * abs(claim.mean):
             problem = f"It returns {seen.mean:.1f} in {SAMPLE} episodes; the card claims {claim.mean:.1f}."
         errors += [BenchError("no-record", problem)] if problem else []
     return (seen.episodes if seen else 0), errors
 
 
-def line_of(record: Record, review: RecordReview) -> str:
+def measurement_seeds(row: Task, first: int, count: int) -> list[int]:
+    """The seeds of measurement episodes of a task."""
+    return [experts.seed(row, "measure", index) for index in range(first, first + count)]
+
+
+def problem_of_claim(card: RecordCard, needed: records.Bar) -> str:
+    """Why the claim of a card is none of a record; empty if it is one."""
+    claim = card.measurement
+    return records.problem_of(card, needed, claim.mean, claim.deviation, claim.episodes)
+
+
+def line_of(record: records.Record, review: records.RecordReview) -> str:
     """The review in words."""
     seen = f"{review.mean:.1f} ± {review.standard_error:.1f} over {review.episodes} new episodes"
     verdict = "NOT a record" if review.problem else "a record"
@@ -205,8 +206,8 @@ def write_record(
     *,
     authors: Sequence[str],
     history: Sequence[Step],
-    folder: Path | str = RECORDS,
-    episodes: int = EPISODES,
+    folder: Path | str = records.RECORDS,
+    episodes: int = records.EPISODES,
 ) -> Path:
     """Measures a policy on the measurement seeds of its task and writes both files of a record.
 
@@ -226,19 +227,17 @@ def write_record(
         BenchError: the task cannot have records, the name is none, the policy does not fit the task, or its
             mean would not pass. Nothing is written then.
     """
-    row = recordable(task_name)
-    if row is None or not NAME.fullmatch(name):
+    row = records.recordable(task_name)
+    if row is None or not records.NAME.fullmatch(name):
         message = f"{task_name!r} is no MuJoCo task, or {name!r} no name of a record."
         raise BenchError("bad-record", message, hint="Take the bare name of a task, such as Hopper.")
-    path = Path(folder) / row.name / f"{name}{CARD}"
+    path = Path(folder) / row.name / f"{name}{records.CARD}"
     if path.exists():
         raise BenchError("name-taken", "There is such a record.", str(path), "Take another name.")
     policy = replace(policy, head="deterministic")
     results: list[Outcome] = []
-    while len(results) < max(episodes, EPISODES):
-        first = len(results)
-        seeds = [experts.seed(row, "measure", index) for index in range(first, first + EPISODES)]
-        results += outcomes(policy, row, seeds)
+    while len(results) < max(episodes, records.EPISODES):
+        results += outcomes(policy, row, measurement_seeds(row, len(results), records.EPISODES))
     card = RecordCard(
         task=row.id,
         fingerprint=fingerprints.published(row.id),
@@ -251,8 +250,7 @@ def write_record(
         msgspec.convert(msgspec.to_builtins(card), RecordCard)
     except msgspec.ValidationError as error:
         raise BenchError("bad-card", f"{error}.", name, "Name up to 20 authors.") from error
-    claim = card.measurement
-    if problem := problem_of(card, bar(row), claim.mean, claim.deviation, claim.episodes):
+    if problem := problem_of_claim(card, records.bar(row)):
         raise BenchError("no-record", problem, path.stem)
     write_described(policy, card, path)
     return path

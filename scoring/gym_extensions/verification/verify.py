@@ -25,16 +25,9 @@ from gym_extensions.rollouts.review import Review, Verification, read_review, wr
 from gym_extensions.rollouts.run import RunDocument
 from gym_extensions.rollouts.submission import Submission
 from gym_extensions.rollouts.tables import Log
+from gym_extensions.verification import new_seeds
 from gym_extensions.verification.episodes import Cell, Played, RunRequest, Store, run_all
 from gym_extensions.verification.fetch import Fetcher
-from gym_extensions.verification.new_seeds import (
-    Draw,
-    TaskReturns,
-    agrees,
-    compare,
-    files_digest,
-    tested_cells,
-)
 from gym_extensions.versions import blas_kernels, version, version_or_none
 
 SAMPLED = "sampled"
@@ -81,10 +74,10 @@ class Run:
         names, episodes = (self.log.group.id, self.log.group.task_ids[task]), range(EVALUATION_EPISODES)
         return Cell(stage, task, tuple(evaluation_seed(*names, episode) for episode in episodes))
 
-    def tested(self, draw: Draw) -> tuple[Cell, ...]:
+    def tested(self, draw: new_seeds.Draw) -> tuple[Cell, ...]:
         """The cells of final performance and forgetting, with the new seeds of a draw."""
         group, cells = self.log.group, []
-        for stage, task in tested_cells(self.log.protocol, group.tasks):
+        for stage, task in new_seeds.tested_cells(self.log.protocol, group.tasks):
             task_id = group.task_ids[task]
             noise = draw.seed(group.id, self.log.protocol, self.number, stage, task_id)
             cells.append(Cell(stage, task, tuple(draw.seeds(group.id, task_id)), noise))
@@ -283,7 +276,7 @@ def verify(
         return run_all(wanted, store, groups=files, jobs=jobs, done=lambda request: done(len(request.cells)))
 
     digests = {name: run.document.digest for name, run in runs.items()}
-    draw = Draw(files_digest(digests), value)
+    draw = new_seeds.Draw(new_seeds.files_digest(digests), value)
     is_repeatable = bool(submission.manifest and submission.manifest.protocol.evaluation != SAMPLED)
     prescribed = {name: run.prescribed if is_repeatable else () for name, run in runs.items()}
     first = play({name: (*prescribed[name], *run.tested(draw)) for name, run in runs.items()})
@@ -297,7 +290,7 @@ def verify(
     machines = {name: run.other_machine for name, run in runs.items()}
     failed = next((f"{name}: {each.problem}" for name, each in first.items() if each.problem), "")
     p_values = [0.0] if failed else [_p_value(runs, draw, fresh)]
-    if not failed and not agrees(p_values[0]):
+    if not failed and not new_seeds.agrees(p_values[0]):
         second = replace(draw, number=2)
         again = play({name: run.tested(second) for name, run in runs.items()})
         p_values.append(_p_value(runs, second, {name: each.outcomes for name, each in again.items()}))
@@ -317,7 +310,7 @@ def verify(
             cells=sum(map(len, fresh.values())),
             p_value=p_values[0],
             second_p_value=p_values[1] if len(p_values) > 1 else None,
-            passed=agrees(p_values[-1]) and not is_other,
+            passed=new_seeds.agrees(p_values[-1]) and not is_other,
         ),
         runs=repetitions,
         machines={name: text for name, text in machines.items() if text},
@@ -337,7 +330,7 @@ Fresh = Mapping[str, Sequence[Sequence[Outcome]]]
 """The outcomes of the tested cells on new seeds by the name of the run."""
 
 
-def _task_returns(runs: Mapping[str, Run], draw: Draw, fresh: Fresh) -> list[TaskReturns]:
+def _task_returns(runs: Mapping[str, Run], draw: new_seeds.Draw, fresh: Fresh) -> list[new_seeds.TaskReturns]:
     """The logged returns of the tested cells and those on new seeds, by task."""
     parts = defaultdict[tuple[str, int], list[tuple[int, list[float], list[float]]]](list)
     for index, (name, run) in enumerate(runs.items()):
@@ -346,15 +339,17 @@ def _task_returns(runs: Mapping[str, Run], draw: Draw, fresh: Fresh) -> list[Tas
             new = [outcome.return_ for outcome in outcomes]
             parts[run.log.group.id, cell.task].append((index, old, new))
     columns = (zip(*cells, strict=True) for cells in parts.values())
-    return [TaskReturns(indices, np.array(old), np.array(new)) for indices, old, new in columns]
+    return [new_seeds.TaskReturns(indices, np.array(old), np.array(new)) for indices, old, new in columns]
 
 
-def _p_value(runs: Mapping[str, Run], draw: Draw, fresh: Fresh) -> float:
+def _p_value(runs: Mapping[str, Run], draw: new_seeds.Draw, fresh: Fresh) -> float:
     """The p value of a draw."""
-    return compare(_task_returns(runs, draw, fresh), np.random.default_rng(draw.seed("permutations")))
+    return new_seeds.compare(
+        _task_returns(runs, draw, fresh), np.random.default_rng(draw.seed("permutations"))
+    )
 
 
-def _means(runs: Mapping[str, Run], draw: Draw, fresh: Fresh) -> dict[str, Means]:
+def _means(runs: Mapping[str, Run], draw: new_seeds.Draw, fresh: Fresh) -> dict[str, Means]:
     """The means of the tested cells by ``group/protocol``."""
     parts = defaultdict[str, dict[str, Run]](dict)
     for name, run in runs.items():

@@ -46,11 +46,7 @@ EXAMPLES = (
     Example("malformed-document", "text for a number", document(steps="many"), DOCUMENT, "$.steps"),
     Example("malformed-document", "a NaN", edit('"curves": [', '"curves": [NaN', DOCUMENT), DOCUMENT, "JSON"),
     Example(
-        "malformed-document",
-        "steps without returns",
-        curve(returns=[1.0]),
-        DOCUMENT,
-        "2 steps and 1 returns",
+        "malformed-document", "steps without returns", curve(returns=[1.0]), DOCUMENT, "2 steps and 1 returns"
     ),
     Example(
         "misplaced-document", "another run's", document(run=1), key("run"), "is 1; the file is that of 0"
