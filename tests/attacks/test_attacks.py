@@ -13,27 +13,30 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-import msgspec
 import numpy as np
 import pytest
 
 from gym_extensions.catalog.groups import group
 from gym_extensions.rollouts.policy import Policy
 from gym_extensions.rollouts.run import PolicyFile, read_run
-from gym_extensions.rollouts.run_policies import (
-    AnyPolicy,
-    Key,
-    content_sha256,
-    read_policies,
-    run_arrays,
-    write_policies,
-)
+from gym_extensions.rollouts.run_policies import AnyPolicy, Key, read_policies
 from gym_extensions.verification.episodes import Store
 from gym_extensions.verification.fetch import Fetcher
 from gym_extensions.verification.verify import verify
 
-from ..verification.entries import GROUP, RUNS, Row, change_document, change_log, copy, honest, network
-from ..verification.entries import write_run_files as record
+from ..verification import entries
+from ..verification.entries import (
+    GROUP,
+    RUNS,
+    Row,
+    change_documents,
+    change_log,
+    change_policies,
+    copy,
+    honest,
+    move_elsewhere,
+    network,
+)
 
 TASKS = group(GROUP).tasks
 LAST = len(TASKS)
@@ -84,35 +87,19 @@ def elsewhere(forge: Forge) -> Forge:
 
     def forged(entry: Path) -> None:
         forge(entry)
-        documents(lambda run: {"versions": msgspec.structs.replace(run.versions, blas="openblas Zen")})(entry)
+        move_elsewhere(entry)
 
     return forged
 
 
 def documents(change: Callable[..., Mapping[str, object]]) -> Forge:
     """Changes the documents of all runs."""
-
-    def forged(entry: Path) -> None:
-        for path in sorted(entry.glob("*/*/*.json")):
-            change_document(path, **change(read_run(path)))
-
-    return forged
+    return lambda entry: change_documents(entry, change)
 
 
 def policies(change: Callable[[dict[Key, AnyPolicy]], object]) -> Forge:
     """Changes the stored policies of all runs, and states their digests."""
-
-    def forged(entry: Path) -> None:
-        for path in sorted(entry.glob("*/*/*.json")):
-            run = read_run(path)
-            stored = dict(read_policies(entry, group(GROUP), run.protocol, run.run))
-            change(stored)
-            write_policies(path.with_suffix(".npz"), stored)
-            size = path.with_suffix(".npz").stat().st_size
-            digest = content_sha256(run_arrays(stored))
-            change_document(path, policies=PolicyFile(sha256=digest, size=size))
-
-    return forged
+    return lambda entry: change_policies(entry, change)
 
 
 def without_policies(entry: Path) -> None:
@@ -150,7 +137,7 @@ def one_policy_everywhere(entry: Path) -> None:
     for run in RUNS:
         chosen = network(700 + run)
         stored = read_policies(entry, group(GROUP), "sequential", run)
-        record(entry, "sequential", run, stored, dict.fromkeys(stored, chosen))
+        entries.write_run_files(entry, "sequential", run, stored, dict.fromkeys(stored, chosen))
 
 
 def files(name: str, text: str) -> Forge:
@@ -317,11 +304,6 @@ ATTACKS = (
 )
 
 
-@pytest.fixture(scope="module")
-def workshop(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("attacks")
-
-
 def stop_of(entry: Path, cache: Path) -> str:
     """What stops an entry, or ``verified``."""
     report = verify(entry, VALUE, Store(cache / "verify"), Fetcher(cache / "policies"))
@@ -340,7 +322,7 @@ def stop_of(entry: Path, cache: Path) -> str:
 
 
 @pytest.mark.parametrize("attack", ATTACKS, ids=lambda attack: attack.title)
-def test_an_attack_stops_where_its_row_says(attack: Attack, workshop: Path, tmp_path: Path) -> None:
-    entry = copy(honest(workshop, attack.head), tmp_path / "attack")
+def test_an_attack_stops_where_its_row_says(attack: Attack, tmp_path: Path) -> None:
+    entry = copy(honest(attack.head), tmp_path / "attack")
     attack.forge(entry)
     assert attack.stop in stop_of(entry, tmp_path)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from .repositories import commit, git
+from .repositories import git
 
 NEW = "submissions/new"
-OLD, GRAVITY = "submissions/old/hopper-gravity", f"{NEW}/hopper-gravity"
+OLD, LOG = "submissions/old/hopper-gravity", f"{NEW}/hopper-gravity/sequential/run0.csv"
 Play = Callable[[Path], object]
 
 
@@ -21,135 +21,56 @@ def index(project: Path, *rows: tuple[str, str, str]) -> None:
     git(project, "commit", "--quiet", "-m", "index")
 
 
+def file(
+    rule: str, path: str, content: str = "x", mode: str = "100644", where: str = ""
+) -> tuple[str, str, Play]:
+    """A file that is added or changed, and the rule and the place (by default the path) of the refusal."""
+    return rule, where or path, lambda project: index(project, (mode, content, path))
+
+
+def moved(project: Path, *words: str) -> None:
+    git(project, *words)
+    git(project, "commit", "--quiet", "-m", "move")
+
+
 PLAYS: dict[str, tuple[str, str, Play]] = {
-    "a submission that also edits the scorer": (
-        "code-and-data",
-        "scoring/rank.py",
-        lambda project: commit(project, {"scoring/rank.py": "rank = 9\n"}),
+    "a submission that also edits the scorer": file("code-and-data", "scoring/rank.py", "rank = 9\n"),
+    "a submission that also edits a workflow": file("code-and-data", ".github/workflows/gate.yml"),
+    "a submission that also edits another entry": file(
+        "several-entries", "submissions/old/README.md", "Worse.\n", where="submissions"
     ),
-    "a submission that also edits a workflow": (
-        "code-and-data",
-        ".github/workflows/gate.yml",
-        lambda project: commit(project, {".github/workflows/gate.yml": "on: push\n"}),
-    ),
-    "a submission that also edits another entry": (
-        "several-entries",
-        "submissions",
-        lambda project: commit(project, {"submissions/old/README.md": "Worse.\n"}),
-    ),
-    "a submission with a review of its own": (
-        "written-by-the-base",
-        f"{NEW}/review.toml",
-        lambda project: commit(project, {f"{NEW}/review.toml": "verifications = []\n"}),
-    ),
-    "a submission with poses": (
-        "written-by-the-base",
-        f"{NEW}/poses/hopper-gravity.json",
-        lambda project: commit(project, {f"{NEW}/poses/hopper-gravity.json": "{}\n"}),
-    ),
-    "a review of another entry": (
-        "written-by-the-base",
-        "submissions/old/review.toml",
-        lambda project: commit(project, {"submissions/old/review.toml": "decisions = []\n"}),
-    ),
-    "two new entries": (
-        "several-entries",
-        "submissions",
-        lambda project: index(project, ("100644", "x", "submissions/another/submission.toml")),
-    ),
-    "a file beside the entries": (
-        "stray-file",
-        "submissions/conftest.py",
-        lambda project: commit(project, {"submissions/conftest.py": "import os\n"}),
-    ),
-    "policies of the old form": (
-        "stray-file",
-        f"{NEW}/hopper-gravity/policies/run0.npz",
-        lambda project: commit(project, {f"{NEW}/hopper-gravity/policies/run0.npz": "x"}),
-    ),
-    "a folder of submissions in capitals": (
-        "stray-file",
-        "Submissions/new/submission.toml",
-        lambda project: index(project, ("100644", "x", "Submissions/new/submission.toml")),
-    ),
-    "a symbolic link": (
-        "symbolic-link",
-        f"{NEW}/README.md",
-        lambda project: index(project, ("120000", "../../scoring/rank.py", f"{NEW}/README.md")),
-    ),
-    "a submodule": (
-        "submodule",
-        f"{NEW}/code",
-        lambda project: index(project, ("160000", "1" * 40, f"{NEW}/code")),
-    ),
-    "an executable file": (
-        "file-mode",
-        f"{NEW}/README.md",
-        lambda project: index(project, ("100755", "text", f"{NEW}/README.md")),
-    ),
+    "a submission with a review of its own": file("written-by-the-base", f"{NEW}/review.toml"),
+    "a submission with poses": file("written-by-the-base", f"{NEW}/poses/hopper-gravity.json", "{}\n"),
+    "a review of another entry": file("written-by-the-base", "submissions/old/review.toml"),
+    "two new entries": file("several-entries", "submissions/another/submission.toml", where="submissions"),
+    "a file beside the entries": file("stray-file", "submissions/conftest.py", "import os\n"),
+    "policies of the old form": file("stray-file", f"{NEW}/hopper-gravity/policies/run0.npz"),
+    "a folder of submissions in capitals": file("stray-file", "Submissions/new/submission.toml"),
+    "a symbolic link": file("symbolic-link", f"{NEW}/README.md", "../../scoring/rank.py", "120000"),
+    "a submodule": file("submodule", f"{NEW}/code", "1" * 40, "160000"),
+    "an executable file": file("file-mode", f"{NEW}/README.md", "text", "100755"),
     "a file that is renamed from another entry": (
         "renamed-file",
-        f"{NEW}/hopper-gravity/sequential/run7.csv",
-        lambda project: (
-            git(
-                project,
-                "mv",
-                "submissions/old/hopper-gravity/sequential/run0.csv",
-                f"{NEW}/hopper-gravity/sequential/run7.csv",
-            ),
-            git(project, "commit", "--quiet", "-m", "move"),
-        ),
+        LOG.replace("run0", "run7"),
+        lambda project: moved(project, "mv", f"{OLD}/sequential/run0.csv", LOG.replace("run0", "run7")),
     ),
     "a file of another entry that is deleted": (
         "deleted-file",
-        "submissions/old/hopper-gravity/sequential/run0.csv",
-        lambda project: commit(project, {"submissions/old/hopper-gravity/sequential/run0.csv": None}),
+        f"{OLD}/sequential/run0.csv",
+        lambda project: moved(project, "rm", "--quiet", f"{OLD}/sequential/run0.csv"),
     ),
-    "a name of a device": (
-        "reserved-name",
-        f"{NEW}/Nul.csv",
-        lambda project: index(project, ("100644", "x", f"{NEW}/Nul.csv")),
-    ),
-    "a name that ends in a dot": (
-        "reserved-name",
-        f"{NEW}/single.csv.",
-        lambda project: index(project, ("100644", "x", f"{NEW}/single.csv.")),
-    ),
-    "a hidden file": (
-        "path-characters",
-        f"{NEW}/.gitattributes",
-        lambda project: index(project, ("100644", "* export-subst", f"{NEW}/.gitattributes")),
-    ),
-    "a name in other letters": (
-        "path-characters",
-        f"{NEW}/τrace.npz",
-        lambda project: index(project, ("100644", "x", f"{NEW}/τrace.npz")),
-    ),
-    "a name with an escape sequence": (
-        "path-characters",
-        f"{NEW}/\\x1b[2J.csv",
-        lambda project: index(project, ("100644", "x", f"{NEW}/\x1b[2J.csv")),
+    "a name of a device": file("reserved-name", f"{NEW}/Nul.csv"),
+    "a name that ends in a dot": file("reserved-name", f"{NEW}/single.csv."),
+    "a hidden file": file("path-characters", f"{NEW}/.gitattributes", "* export-subst"),
+    "a name in other letters": file("path-characters", f"{NEW}/τrace.npz"),
+    "a name with an escape sequence": file(
+        "path-characters", f"{NEW}/\x1b[2J.csv", where=f"{NEW}/\\x1b[2J.csv"
     ),
     "a log of another entry": (
         "copied-run",
-        f"{NEW}/hopper-gravity/sequential/run0.csv",
-        lambda project: commit(
-            project,
-            {
-                f"{NEW}/hopper-gravity/sequential/run0.csv": (
-                    project / "submissions/old/hopper-gravity/sequential/run0.csv"
-                ).read_bytes()
-            },
-        ),
+        LOG,
+        lambda project: index(project, ("100644", (project / OLD / "sequential/run0.csv").read_text(), LOG)),
     ),
-    "two names that differ in case": (
-        "case-collision",
-        f"{NEW}/hopper-gravity/sequential/run0.csv",
-        lambda project: index(project, ("100644", "x", f"{NEW}/hopper-gravity/sequential/Run0.csv")),
-    ),
-    "a large file": (
-        "too-large",
-        f"{NEW}/README.md",
-        lambda project: commit(project, {f"{NEW}/README.md": b"x" * 65537}),
-    ),
+    "two names that differ in case": file("case-collision", LOG.replace("run0", "Run0"), where=LOG),
+    "a large file": file("too-large", f"{NEW}/README.md", "x" * 65537),
 }

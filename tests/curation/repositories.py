@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import subprocess
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import msgspec
 import numpy as np
 
 from gym_extensions.catalog.groups import GROUPS
+from gym_extensions.curation.gate import Request, check_pull_request
+from gym_extensions.curation.git import Repository
+from gym_extensions.curation.report import GateReport
 from gym_extensions.rollouts.policy import Policy
 from gym_extensions.rollouts.run import PolicyFile, read_run, write_run
 from gym_extensions.rollouts.run_policies import content_sha256, npz_bytes, policy_keys, run_arrays
@@ -100,3 +104,14 @@ def make_project(folder: Path) -> Path:
     commit(folder)
     git(folder, "switch", "--quiet", "-c", "request", "main")
     return folder
+
+
+def checked(project: Path, **changes: object) -> GateReport:
+    """The report on the project's branch that is checked out, as a pull request to ``main``."""
+    request = Request(Repository(project), "main")
+    return check_pull_request(replace(request, **changes))  # type: ignore[arg-type]
+
+
+def rules(report: GateReport) -> list[tuple[str, str]]:
+    """The rule and the place of every problem."""
+    return [(problem.rule, problem.where) for problem in report.problems]

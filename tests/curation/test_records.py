@@ -15,8 +15,7 @@ from gym_extensions.scoring.records import Record, read_review
 from gym_extensions.verification import records
 
 from ..verification.made_records import change_card, claim_more, lower_the_bar, make_record, record_path
-from .checks import checked, rules
-from .repositories import commit, git, make_repository
+from .repositories import checked, commit, git, make_repository, rules
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="the gate needs limits that Windows lacks")
 

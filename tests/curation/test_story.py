@@ -17,21 +17,16 @@ from gym_extensions.curation.cli import maintain
 from gym_extensions.curation.gate import Request, check_pull_request
 from gym_extensions.curation.git import Repository
 from gym_extensions.curation.report import GateReport
+from gym_extensions.rollouts import run_policies
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.review import level, read_review
-from gym_extensions.rollouts.run import Memory, PolicyFile, read_run
-from gym_extensions.rollouts.run_policies import (
-    content_sha256,
-    policy_keys,
-    read_policies,
-    run_arrays,
-    write_policies,
-)
+from gym_extensions.rollouts.run import Memory, read_run
 from gym_extensions.scoring.leaderboard import boards
 from gym_extensions.scoring.references import Reference, References
 from gym_extensions.scoring.scorer import score
 
-from ..verification.entries import GROUP, change_document, change_log, copy, honest, network, write_run_files
+from ..verification import entries
+from ..verification.entries import GROUP, change_document, change_log, copy, honest
 from .repositories import commit, git, make_repository
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="the gate needs limits that Windows lacks")
@@ -47,11 +42,6 @@ reason = "None"
 REFERENCES = References(
     "synthetic", {task: Reference(-1000.0, 1000.0) for task in group(GROUP).task_ids}, "0" * 64
 )
-
-
-@pytest.fixture(scope="module")
-def workshop(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("story")
 
 
 class Project:
@@ -81,9 +71,9 @@ class Project:
         git(self.fork, "fetch", "--quiet", "origin")
         git(self.fork, "switch", "--quiet", "-c", f"run{run}-{seed}", start)
         entry = self.fork / "submissions" / "new"
-        keys = policy_keys("sequential", group(GROUP))
-        policies = {key: network(100 * seed + number) for number, key in enumerate(keys)}
-        write_run_files(entry, "sequential", run, policies)
+        keys = run_policies.policy_keys("sequential", group(GROUP))
+        policies = {key: entries.network(100 * seed + number) for number, key in enumerate(keys)}
+        entries.write_run_files(entry, "sequential", run, policies)
         document = entry / GROUP / "sequential" / f"run{run}.json"
         change_document(document, by="A. Donor", **changes)
         if changes.get("policies", ...) is None:
@@ -114,9 +104,9 @@ def level_of(entry: Path) -> str:
     return level(submission.review, submitted.digests("sequential"))
 
 
-def test_an_honest_entry_gets_a_rank_with_one_pull_request(workshop: Path, tmp_path: Path) -> None:
+def test_an_honest_entry_gets_a_rank_with_one_pull_request(tmp_path: Path) -> None:
     project = Project(tmp_path)
-    report = project.submit(honest(workshop))
+    report = project.submit(honest())
     assert (report.verdict, report.level) == ("passed", "claimed")
     assert report.repeated == report.episodes == 400, "20 cells of 20 episodes"
     entry = project.merge()
@@ -135,9 +125,9 @@ def test_an_honest_entry_gets_a_rank_with_one_pull_request(workshop: Path, tmp_p
 
 
 @pytest.fixture
-def with_entry(workshop: Path, tmp_path: Path) -> Project:
+def with_entry(tmp_path: Path) -> Project:
     """A project with a verified entry ``new`` of an agent of this project."""
-    project, entry = Project(tmp_path), copy(honest(workshop), tmp_path / "of-trpo")
+    project, entry = Project(tmp_path), copy(honest(), tmp_path / "of-trpo")
     manifest = entry / "submission.toml"
     manifest.write_text(manifest.read_text("utf-8").replace('"formula"', '"trpo"'), "utf-8")
     project.submit(entry)
@@ -188,9 +178,9 @@ def test_a_donated_run_of_another_agent_is_refused_by_name(with_entry: Project) 
         assert [(each.rule, each.where) for each in report.problems] == [(rule, f"{GROUP}/sequential/run5")]
 
 
-def test_a_run_of_an_agent_of_a_stranger_is_an_edit(workshop: Path, tmp_path: Path) -> None:
+def test_a_run_of_an_agent_of_a_stranger_is_an_edit(tmp_path: Path) -> None:
     project = Project(tmp_path)
-    project.submit(honest(workshop))
+    project.submit(honest())
     project.merge()
     assert project.donate("origin/main", 5, 5).kind == "edit"
 
@@ -204,8 +194,8 @@ def test_the_job_trains_a_run_of_an_agent_of_this_project_again(tmp_path: Path) 
     assert project.review(entry, "--retrain-own") == "reproduced"
 
 
-def test_a_maintainer_decides_by_name_and_reason(workshop: Path, tmp_path: Path) -> None:
-    entry = copy(honest(workshop), tmp_path / "new")
+def test_a_maintainer_decides_by_name_and_reason(tmp_path: Path) -> None:
+    entry = copy(honest(), tmp_path / "new")
     for action in ("accepted", "challenged"):
         options = ["--decision", action, "--by", "A. Maintainer", "--reason", "A reason."]
         assert maintain(["review", str(entry), *options]) == 0
@@ -217,47 +207,24 @@ def higher(entry: Path) -> None:
     change_log(entry, lambda row: {"return": row["return"] * 1.2 + 5})
 
 
-def elsewhere(forge: Forge) -> Forge:
-    """The same forgery by somebody who says that the runs were made with other kernels."""
-
-    def forged(entry: Path) -> None:
-        forge(entry)
-        for path in entry.glob("*/*/*.json"):
-            versions = msgspec.structs.replace(read_run(path).versions, blas="openblas Zen")
-            change_document(path, versions=versions)
-
-    return forged
-
-
 def exchange_stages(entry: Path) -> None:
     """Stores the policy of the first stage as that of the last one."""
-    members = group(GROUP)
-    for path in entry.glob("*/*/*.json"):
-        run = read_run(path)
-        policies = read_policies(entry, members, run.protocol, run.run)
-        policies[len(members.tasks), None] = policies[1, None]
-        write_policies(path.with_suffix(".npz"), policies)
-        digest = content_sha256(run_arrays(policies))
-        change_document(
-            path, policies=PolicyFile(sha256=digest, size=path.with_suffix(".npz").stat().st_size)
-        )
+    last = len(group(GROUP).tasks)
+    entries.change_policies(entry, lambda stored: stored.update({(last, None): stored[1, None]}))
 
 
 @pytest.mark.parametrize("forge", [higher, exchange_stages])
-def test_a_forgery_on_this_machine_is_refused_by_the_gate(
-    workshop: Path, tmp_path: Path, forge: Forge
-) -> None:
-    entry = copy(honest(workshop), tmp_path / "new")
+def test_a_forgery_on_this_machine_is_refused_by_the_gate(tmp_path: Path, forge: Forge) -> None:
+    entry = copy(honest(), tmp_path / "new")
     forge(entry)
     report = Project(tmp_path).submit(entry)
     assert {problem.rule for problem in report.problems} == {"not-repeated"}
 
 
-def test_a_forged_log_from_elsewhere_is_refused_by_new_seeds_and_stays_refused(
-    workshop: Path, tmp_path: Path
-) -> None:
-    entry = copy(honest(workshop), tmp_path / "new")
-    elsewhere(higher)(entry)
+def test_a_forged_log_from_elsewhere_is_refused_by_new_seeds_and_stays_refused(tmp_path: Path) -> None:
+    entry = copy(honest(), tmp_path / "new")
+    higher(entry)
+    entries.move_elsewhere(entry)
     project = Project(tmp_path)
     report = project.submit(entry)
     assert report.verdict == "passed"
@@ -272,8 +239,8 @@ def test_a_forged_log_from_elsewhere_is_refused_by_new_seeds_and_stays_refused(
     assert len(read_review(merged).verifications) == 1, "the first draw stands"
 
 
-def test_the_best_of_ten_evaluations_is_refused_by_new_seeds(workshop: Path, tmp_path: Path) -> None:
-    entry = copy(honest(workshop, "gaussian"), tmp_path / "new")
+def test_the_best_of_ten_evaluations_is_refused_by_new_seeds(tmp_path: Path) -> None:
+    entry = copy(honest("gaussian"), tmp_path / "new")
     rng = np.random.default_rng(0)
     means: dict[object, float] = {}
 
@@ -287,9 +254,9 @@ def test_the_best_of_ten_evaluations_is_refused_by_new_seeds(workshop: Path, tmp
     assert project.review(project.merge()) == "claimed"
 
 
-def test_a_record_of_other_files_or_seeds_is_not_taken(workshop: Path, tmp_path: Path) -> None:
+def test_a_record_of_other_files_or_seeds_is_not_taken(tmp_path: Path) -> None:
     project = Project(tmp_path)
-    project.submit(honest(workshop))
+    project.submit(honest())
     entry = project.merge()
     maintain(["review", str(entry), *project.options, "--record", str(project.records)])
     record = project.records / "new.toml"
@@ -307,8 +274,8 @@ def test_a_record_of_other_files_or_seeds_is_not_taken(workshop: Path, tmp_path:
     assert not (entry / "review.toml").exists()
 
 
-def test_files_that_are_not_committed_have_no_seeds(workshop: Path, tmp_path: Path) -> None:
+def test_files_that_are_not_committed_have_no_seeds(tmp_path: Path) -> None:
     project = Project(tmp_path)
-    entry = copy(honest(workshop), project.main / "submissions" / "new")
+    entry = copy(honest(), project.main / "submissions" / "new")
     assert maintain(["review", str(entry), *project.options]) == 2
     assert not (entry / "review.toml").exists()

@@ -70,14 +70,9 @@ FILES: dict[str, Callable[[Path], bytes]] = {
 }
 
 
-@pytest.fixture(scope="module")
-def workshop(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("hostile")
-
-
 @pytest.mark.parametrize("name", FILES)
-def test_a_hostile_policy_file(name: str, workshop: Path, tmp_path: Path) -> None:
-    entry, trap = copy(honest(workshop), tmp_path / "entry"), tmp_path / "trap"
+def test_a_hostile_policy_file(name: str, tmp_path: Path) -> None:
+    entry, trap = copy(honest(), tmp_path / "entry"), tmp_path / "trap"
     (entry / FILE).write_bytes(FILES[name](trap))
     assert not trap.exists(), "only reading the file makes the trap snap"
     problems = read(entry, policies=True).problems
@@ -87,9 +82,9 @@ def test_a_hostile_policy_file(name: str, workshop: Path, tmp_path: Path) -> Non
     assert not trap.exists()
 
 
-def test_a_link_in_place_of_the_policies_is_not_followed(workshop: Path, tmp_path: Path) -> None:
-    entry = copy(honest(workshop), tmp_path / "entry")
+def test_a_link_in_place_of_the_policies_is_not_followed(tmp_path: Path) -> None:
+    entry = copy(honest(), tmp_path / "entry")
     (entry / FILE).unlink()
-    (entry / FILE).symlink_to(honest(workshop) / FILE)
+    (entry / FILE).symlink_to(honest() / FILE)
     assert read(entry).problems != ()
     assert main([str(entry), "--seeds", "5e" * 20, "--cache", str(tmp_path / "cache")]) == 1

@@ -51,19 +51,15 @@ def test_a_run_is_compared_with_the_first_run_of_the_same_measurements() -> None
     assert first_identical_runs(log("single", {3: 1.0, 5: 2.0, 7: 1.0, 9: 2.0})) == {3: 3, 5: 5, 7: 3, 9: 5}
 
 
-def test_one_different_episode_makes_a_run_different() -> None:
-    runs = log("single", {0: 1.0, 1: 1.0})
-    runs.return_[-1] = 1.5
-    assert first_identical_runs(runs) == {0: 0, 1: 1}
-
-
 @pytest.mark.parametrize(
     ("column", "value"),
     [("stage", 2), ("length", 999), ("return_", 1.5), ("terminated", True), ("success", 1)],
 )
-def test_a_difference_in_any_measured_column_makes_a_run_different(column: str, value: float) -> None:
+def test_a_difference_in_any_measured_column_of_one_episode_makes_a_run_different(
+    column: str, value: float
+) -> None:
     runs = log("single", {0: 1.0, 1: 1.0})
-    getattr(runs, column)[runs.run == 1] = value
+    getattr(runs, column)[-1] = value
     assert first_identical_runs(runs) == {0: 0, 1: 1}
 
 
@@ -81,27 +77,19 @@ def test_a_pair_is_merged_if_both_of_its_logs_are_identical() -> None:
     runs, notes = merge(sequential={0: 1.0, 1: 1.0, 2: 2.0}, single={0: 5.0, 1: 5.0, 2: 5.0})
     assert runs == {"sequential": (0, 2), "single": (0, 2)}
     assert notes == ("Runs 0, 1 are identical in every episode and count as one.",)
-
-
-def test_a_pair_is_not_merged_if_one_of_its_logs_differs() -> None:
     runs, notes = merge(sequential={0: 1.0, 1: 1.0, 2: 2.0}, single={0: 5.0, 1: 6.0, 2: 5.0})
-    assert runs == {"sequential": (0, 1, 2), "single": (0, 1, 2)}
-    assert notes == ()
+    assert (runs, notes) == ({"sequential": (0, 1, 2), "single": (0, 1, 2)}, ())
 
 
-def test_each_set_of_identical_runs_is_merged() -> None:
-    runs, notes = merge(single={0: 1.0, 1: 2.0, 2: 1.0, 3: 2.0, 4: 1.0})
-    assert runs == {"single": (0, 1)}
+def test_each_set_of_identical_runs_is_merged_and_joint_runs_by_themselves() -> None:
+    single, joint = {0: 1.0, 1: 2.0, 2: 1.0, 3: 2.0, 4: 1.0}, {0: 3.0, 1: 3.0}
+    runs, notes = merge(single=single, joint=joint)
+    assert runs == {"single": (0, 1), "joint": (0,)}
     assert notes == (
         "Runs 0, 2, 4 are identical in every episode and count as one.",
         "Runs 1, 3 are identical in every episode and count as one.",
+        "Joint runs 0, 1 are identical in every episode and count as one.",
     )
-
-
-def test_joint_runs_are_merged_by_themselves() -> None:
-    runs, notes = merge(sequential={0: 1.0, 1: 2.0}, joint={0: 3.0, 1: 3.0})
-    assert runs == {"sequential": (0, 1), "joint": (0,)}
-    assert notes == ("Joint runs 0, 1 are identical in every episode and count as one.",)
 
 
 def test_selecting_runs_keeps_their_rows_in_every_column() -> None:
@@ -130,9 +118,6 @@ def test_the_reader_reports_a_pair_with_one_identical_log(submission: Callable[.
 
 def test_noise_in_the_last_digits_makes_no_other_run() -> None:
     runs = log("single", {0: 12.5, 1: 12.5, 2: -3.0})
-    runs.return_[runs.run == 1] *= 1 + 3e-13
-    assert first_identical_runs(runs) == {0: 0, 1: 0, 2: 2}
-    runs.return_[runs.run == 1] *= 1 + 1e-6  # what replay tolerates
-    assert first_identical_runs(runs) == {0: 0, 1: 0, 2: 2}
-    runs.return_[runs.run == 1] += 1e-3
-    assert first_identical_runs(runs) == {0: 0, 1: 1, 2: 2}
+    for noise, first in ((4e-12, 0), (1e-5, 0), (1e-3, 1)):
+        runs.return_[runs.run == 1] += noise
+        assert first_identical_runs(runs) == {0: 0, 1: first, 2: 2}

@@ -12,7 +12,6 @@ from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.layout import (
     LOG,
     FolderItem,
-    exists_readable,
     read_regular,
     run_file,
     run_key,
@@ -53,13 +52,6 @@ def test_a_linked_submission_is_refused(good: CopySubmission, tmp_path: Path, ta
     problems = {path.name: read(path).problems for path in submission_folders([tmp_path])}
     assert problems["entry"] == ()
     assert found(problems["other"]) == [("other", "not-a-regular-file")]
-
-
-def test_permission_denied_is_not_an_exception() -> None:
-    def denied(path: Path) -> bool:
-        raise PermissionError(13, "Permission denied")
-
-    assert not exists_readable(Path(), denied)
 
 
 def test_a_folder_that_cannot_be_opened_is_a_problem(

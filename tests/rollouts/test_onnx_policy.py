@@ -18,13 +18,13 @@ from gym_extensions.errors import BenchError
 from gym_extensions.rollouts import layout, onnx_policy
 from gym_extensions.rollouts.onnx_policy import OnnxPolicy, network_errors
 
-from .networks import FLOAT, graph, model, value
+from .networks import FLOAT, endless, graph, model, value
 
 BATCH = "batch"
 
 
 def error_of(data: bytes) -> str:
-    return next(network_errors(data), "")
+    return next(iter(network_errors(data)), "")
 
 
 def linear(**changes: Any) -> bytes:
@@ -38,23 +38,6 @@ def linear(**changes: Any) -> bytes:
         "constants": [weights],
     }
     return model(graph(**values | changes))
-
-
-def endless() -> bytes:
-    """A loop of 2⁶² rounds."""
-    integer, truth = onnx.TensorProto.INT64, onnx.TensorProto.BOOL
-    body = graph(
-        [
-            onnx.helper.make_node("Identity", ["goes_on"], ["still"]),
-            onnx.helper.make_node("Identity", ["x"], ["y"]),
-        ],
-        [value("round", integer, []), value("goes_on", truth, []), value("x", FLOAT, [BATCH, 3])],
-        [value("still", truth, []), value("y", FLOAT, [BATCH, 3])],
-    )
-    rounds = onnx.helper.make_tensor("rounds", integer, [], [2**62])
-    yes = onnx.helper.make_tensor("yes", truth, [], [True])
-    node = onnx.helper.make_node("Loop", ["rounds", "yes", "observation"], ["action"], body=body)
-    return linear(nodes=[node], outputs=[value("action", FLOAT, [BATCH, 3])], constants=[rounds, yes])
 
 
 def counter() -> bytes:
@@ -132,7 +115,7 @@ REFUSED: dict[str, tuple[Callable[[], bytes], str]] = {
         lambda: linear(nodes=[onnx.helper.make_node("Gelu", ["observation"], ["action"], domain="com.mine")]),
         "com.mine.Gelu",
     ),
-    "operator in a loop": (lambda: endless().replace(b"Identity", b"PyFunkyX"), "PyFunkyX"),
+    "operator in a loop": (lambda: endless(3, 3).replace(b"Identity", b"PyFunkyX"), "PyFunkyX"),
     "data elsewhere": (external, "another file"),
     "dynamic observation": (
         lambda: linear(inputs=[value("observation", FLOAT, [BATCH, "width"])]),
@@ -171,7 +154,7 @@ def test_a_file_beyond_the_limit_is_not_parsed(monkeypatch: pytest.MonkeyPatch) 
 def test_a_network_that_never_ends_is_stopped(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(onnx_policy, "MAX_STEP_SECONDS", 0.2)
     with pytest.raises(BenchError, match=r"took more than 0\.2 seconds"):
-        OnnxPolicy(endless()).act(np.zeros((1, 3)))
+        OnnxPolicy(endless(3, 3)).act(np.zeros((1, 3)))
 
 
 def test_a_network_that_fails_is_named() -> None:

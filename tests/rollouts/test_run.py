@@ -10,22 +10,10 @@ import pytest
 
 from gym_extensions.catalog.groups import group
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.run import (
-    Curve,
-    InterimEvaluation,
-    Machine,
-    Memory,
-    PolicyFile,
-    RunDocument,
-    Versions,
-    file_sha256,
-    read_run,
-    run_text,
-    write_run,
-)
+from gym_extensions.rollouts import run as runs
 from gym_extensions.rollouts.submission import Submission, SubmittedGroup
 
-VERSIONS = Versions(
+VERSIONS = runs.Versions(
     gym_extensions="1.0.0",
     gymnasium="1.4.0",
     mujoco="4.0.0",
@@ -33,13 +21,13 @@ VERSIONS = Versions(
     python="3.11.7",
     platform="Linux",
 )
-PLAIN = RunDocument(
+PLAIN = runs.RunDocument(
     group="pusher-v0",
     protocol="joint",
     run=3,
     versions=VERSIONS,
     steps=1000,
-    memory=Memory(stored_steps=1, parameters_first=2, parameters_last=3),
+    memory=runs.Memory(stored_steps=1, parameters_first=2, parameters_last=3),
     fingerprints={"task": "0" * 16},
     log="a" * 64,
 )
@@ -49,33 +37,33 @@ FULL = msgspec.structs.replace(
     commit="abc",
     date="2026-11-26",
     packages={"torch": "2.13"},
-    machine=Machine(processor="Xeon", cores=2),
+    machine=runs.Machine(processor="Xeon", cores=2),
     cpu_seconds=1.5,
     peak_memory_mb=200.25,
-    curves=[Curve(stage=1, task=task, steps=[1, 2], returns=[0.1, -1e300]) for task in ("a", "b")],
-    evaluations=[InterimEvaluation(stage=1, task="a", episodes=5, steps=[1], returns=[2.0])],
-    policies=PolicyFile(sha256="b" * 64, size=10, url="https://example.org/run3.npz"),
+    curves=[runs.Curve(stage=1, task=task, steps=[1, 2], returns=[0.1, -1e300]) for task in ("a", "b")],
+    evaluations=[runs.InterimEvaluation(stage=1, task="a", episodes=5, steps=[1], returns=[2.0])],
+    policies=runs.PolicyFile(sha256="b" * 64, size=10, url="https://example.org/run3.npz"),
 )
 
 
 @pytest.mark.parametrize("document", [PLAIN, FULL])
-def test_a_document_is_read_as_it_was_written(tmp_path: Path, document: RunDocument) -> None:
-    write_run(tmp_path / "run3.json", document)
-    assert read_run(tmp_path / "run3.json") == document
+def test_a_document_is_read_as_it_was_written(tmp_path: Path, document: runs.RunDocument) -> None:
+    runs.write_run(tmp_path / "run3.json", document)
+    assert runs.read_run(tmp_path / "run3.json") == document
 
 
 def test_the_text_has_a_key_per_line_and_a_curve_per_line() -> None:
-    text = run_text(FULL)
+    text = runs.run_text(FULL)
     assert json.loads(text) == msgspec.to_builtins(FULL)
     lines = text.splitlines()
-    assert len(lines) == 2 + len(RunDocument.__struct_fields__) + 3 + 2
+    assert len(lines) == 2 + len(runs.RunDocument.__struct_fields__) + 3 + 2
     assert [line for line in lines if line.startswith('  {"stage"')][1].endswith("-1e+300]}")
     assert "ü" in text
 
 
 def test_a_number_that_is_not_finite_is_not_written() -> None:
     with pytest.raises(ValueError, match="JSON"):
-        run_text(msgspec.structs.replace(PLAIN, cpu_seconds=float("nan")))
+        runs.run_text(msgspec.structs.replace(PLAIN, cpu_seconds=float("nan")))
 
 
 @pytest.mark.parametrize(
@@ -91,11 +79,11 @@ def test_a_number_that_is_not_finite_is_not_written() -> None:
     ],
 )
 def test_what_is_wrong_is_named_by_its_path(tmp_path: Path, old: str, new: str, fact: str) -> None:
-    text = run_text(PLAIN).replace(",\n", ", ")
+    text = runs.run_text(PLAIN).replace(",\n", ", ")
     assert old in text
     (tmp_path / "run3.json").write_text(text.replace(old, new))
     with pytest.raises(BenchError, match=fact):
-        read_run(tmp_path / "run3.json")
+        runs.read_run(tmp_path / "run3.json")
 
 
 def test_the_digest_is_about_the_log_and_the_policies_alone() -> None:
@@ -103,24 +91,24 @@ def test_the_digest_is_about_the_log_and_the_policies_alone() -> None:
     assert msgspec.structs.replace(FULL, command="", curves=[], cpu_seconds=None).digest == digest
     assert msgspec.structs.replace(FULL, log="c" * 64).digest != digest
     assert msgspec.structs.replace(FULL, policies=None).digest != digest
-    other = PolicyFile(sha256="b" * 64, size=99)  # packed anew, and elsewhere
+    other = runs.PolicyFile(sha256="b" * 64, size=99)  # packed anew, and elsewhere
     assert msgspec.structs.replace(FULL, policies=other).digest == digest
 
 
 def test_the_sha256_of_a_file(tmp_path: Path) -> None:
     (tmp_path / "empty").write_bytes(b"")
-    assert file_sha256(tmp_path / "empty").startswith("e3b0c442")
+    assert runs.file_sha256(tmp_path / "empty").startswith("e3b0c442")
 
 
 def test_memory_and_versions_of_several_runs() -> None:
     other = msgspec.structs.replace(
         FULL,
-        memory=Memory(stored_steps=9, parameters_first=1, parameters_last=3),
+        memory=runs.Memory(stored_steps=9, parameters_first=1, parameters_last=3),
         versions=msgspec.structs.replace(VERSIONS, numpy="2.5"),
     )
-    runs = {"joint": dict(enumerate([PLAIN, other, FULL]))}
-    entry = Submission("entry", None, {"pusher-v0": SubmittedGroup(group("pusher"), {}, runs)})
-    assert entry.memory == Memory(stored_steps=9, parameters_first=2, parameters_last=3)
+    documents = {"joint": dict(enumerate([PLAIN, other, FULL]))}
+    entry = Submission("entry", None, {"pusher-v0": SubmittedGroup(group("pusher"), {}, documents)})
+    assert entry.memory == runs.Memory(stored_steps=9, parameters_first=2, parameters_last=3)
     assert (entry.versions["numpy"], entry.versions["torch"]) == ("2.4.6, 2.5", "2.13")
     assert "blas" not in entry.versions
     assert Submission("entry", None, {}).memory is None

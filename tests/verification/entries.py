@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import functools
 import shutil
+import tempfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -30,6 +30,7 @@ from gym_extensions.rollouts.run_policies import (
     Key,
     content_sha256,
     policy_keys,
+    read_policies,
     run_arrays,
     write_policies,
 )
@@ -42,6 +43,7 @@ from ..conftest import MANIFEST
 
 GROUP = "hopper-wall"
 RUNS = (0, 1, 2, 3, 4)
+SCRATCH = tempfile.TemporaryDirectory(prefix="entries-")
 Row = dict[str, Any]
 
 
@@ -122,10 +124,10 @@ def write_entry(folder: Path, head: str = "deterministic", protocol: str = "sequ
     return folder
 
 
-@functools.cache
-def honest(root: Path, head: str = "deterministic") -> Path:
-    """An honest entry, made once per root. It must not be changed."""
-    return write_entry(root / head / "honest", head)
+def honest(head: str = "deterministic") -> Path:
+    """An honest entry, made once per process. It must not be changed."""
+    folder = Path(SCRATCH.name, head, "honest")
+    return folder if folder.exists() else write_entry(folder, head)
 
 
 def copy(entry: Path, target: Path) -> Path:
@@ -135,28 +137,15 @@ def copy(entry: Path, target: Path) -> Path:
 
 def change_log(entry: Path, edit: Callable[[Row], Mapping[str, object]], run: int | None = None) -> Path:
     """Changes rows of the logs of all runs or of one, and states the new digests."""
+    success = {1: True, 0: False, -1: None}
     for path in sorted(entry.glob("*/*/run*.csv")):
         if run is not None and path.stem != f"run{run}":
             continue
-        frame = read_log(path)
-        records: list[Row] = [
-            dict(zip(frame.columns, values, strict=True)) for values in frame.itertuples(index=False)
-        ]
-        rows: list[Row] = [{**row, **edit(row)} for row in records]
-        success = {1: True, 0: False, -1: None}
-        episodes = [
-            Episode(
-                int(row["stage"]),
-                str(row["task"]),
-                int(row["episode"]),
-                int(row["seed"]),
-                int(row["length"]),
-                float(row["return"]),
-                bool(row["terminated"]),
-                success[row["success"]],
-            )
-            for row in rows
-        ]
+        episodes = []
+        for each in read_log(path).to_dict("records"):
+            row: Row = {**each, **edit(each)}  # type: ignore[arg-type, dict-item]
+            end = {"return_": float(row.pop("return")), "success": success[row["success"]]}
+            episodes.append(Episode(**row | end))
         write_log(path, episodes, group_of(GROUP).task_ids)
         change_document(path.with_suffix(".json"), log=file_sha256(path))
     return entry
@@ -165,3 +154,30 @@ def change_log(entry: Path, edit: Callable[[Row], Mapping[str, object]], run: in
 def change_document(path: Path, **changes: object) -> None:
     """Changes values of a run's document."""
     write_run(path, msgspec.structs.replace(read_run(path), **changes))
+
+
+def change_documents(entry: Path, change: Callable[..., Mapping[str, object]]) -> None:
+    """Changes values of the documents of all runs, which ``change`` gets."""
+    for path in sorted(entry.glob("*/*/*.json")):
+        change_document(path, **change(read_run(path)))
+
+
+def move_elsewhere(entry: Path) -> None:
+    """Says that all runs were made with other processor kernels."""
+    change_documents(
+        entry, lambda run: {"versions": msgspec.structs.replace(run.versions, blas="openblas Zen")}
+    )
+
+
+def change_policies(entry: Path, change: Callable[[dict[Key, AnyPolicy]], object]) -> None:
+    """Changes the stored policies of all runs, and states their digests."""
+
+    def changed(run: RunDocument) -> Mapping[str, object]:
+        stored = read_policies(entry, group_of(GROUP), run.protocol, run.run)
+        change(stored)
+        path = entry / run_file(GROUP, run.protocol, run.run, POLICIES)
+        write_policies(path, stored)
+        digest = content_sha256(run_arrays(stored))
+        return {"policies": PolicyFile(sha256=digest, size=path.stat().st_size)}
+
+    change_documents(entry, changed)

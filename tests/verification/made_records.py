@@ -12,7 +12,6 @@ from gym_extensions.experts import Step
 from gym_extensions.rollouts.policy import Policy
 from gym_extensions.scoring import records
 from gym_extensions.scoring.records import CARD, Bar, Record
-from gym_extensions.verification import records as making
 from gym_extensions.verification.records import write_record
 
 HISTORY = (Step("mine", "sac", 2_000_000, command="python train.py"),)
@@ -21,7 +20,6 @@ HISTORY = (Step("mine", "sac", 2_000_000, command="python train.py"),)
 def lower_the_bar(patch: pytest.MonkeyPatch, floor: float = -1000.0) -> None:
     """Makes every task open, with this floor, in this process."""
     patch.setattr(records, "bar", lambda _: Bar(floor, floor_deviation=1.0))
-    patch.setattr(making, "bar", records.bar)
 
 
 def make_policy(inputs: int = 11, actions: int = 3, **changes: Any) -> Policy:

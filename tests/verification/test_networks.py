@@ -7,14 +7,12 @@ import shutil
 import sys
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 pytest.importorskip("torch")
 pytest.importorskip("onnx", reason="needs the extra onnx")
 pytest.importorskip("onnxruntime", reason="needs the extra onnx")
 
-import onnx
 
 from gym_extensions.catalog.groups import group
 from gym_extensions.errors import BenchError
@@ -28,6 +26,7 @@ from gym_extensions.verification.cli import main
 from gym_extensions.verification.verify import repetition, runs_of
 from gym_extensions.versions import version
 
+from ..rollouts.networks import endless
 from .entries import change_document
 
 PAGE = Path(__file__).parents[2] / "docs" / "policies.md"
@@ -100,27 +99,7 @@ def test_a_network_with_an_operator_that_is_not_allowed_is_a_problem_of_its_stag
 
 
 def test_a_network_that_never_ends_is_not_verified(entry: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    integer, truth, real = onnx.TensorProto.INT64, onnx.TensorProto.BOOL, onnx.TensorProto.FLOAT
-    make, info = onnx.helper, onnx.helper.make_tensor_value_info
-    body = make.make_graph(
-        [make.make_node("Identity", ["goes_on"], ["still"]), make.make_node("Identity", ["x"], ["y"])],
-        "body",
-        [info("round", integer, []), info("goes_on", truth, []), info("x", real, None)],
-        [info("still", truth, []), info("y", real, None)],
-    )
-    nodes = [
-        make.make_node("MatMul", ["observation", "weights"], ["start"]),
-        make.make_node("Loop", ["rounds", "yes", "start"], ["action"], body=body),
-    ]
-    constants = [
-        make.make_tensor("rounds", integer, [], [2**62]),
-        make.make_tensor("yes", truth, [], [True]),
-        onnx.numpy_helper.from_array(np.eye(21, 3, dtype=np.float32), "weights"),
-    ]
-    inputs, outputs = [info("observation", real, ["batch", 21])], [info("action", real, ["batch", 3])]
-    content = make.make_graph(nodes, "graph", inputs, outputs, constants)
-    data = make.make_model(content, opset_imports=[make.make_opsetid("", 17)], ir_version=8)
-    replace_networks(entry, data.SerializeToString())
+    replace_networks(entry, endless(21, 3))
     assert verify(entry) == 1
     assert "A step took more than 5 seconds." in capsys.readouterr().out
 

@@ -23,15 +23,10 @@ from .entries import GROUP, Row, change_document, change_log, copy, honest
 VALUE = "3f" * 20
 
 
-@pytest.fixture(scope="session")
-def workshop(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("entries")
-
-
 @pytest.fixture
-def entry(workshop: Path, tmp_path: Path) -> Path:
+def entry(tmp_path: Path) -> Path:
     """A copy of an honest entry with deterministic policies."""
-    return copy(honest(workshop), tmp_path / "mine")
+    return copy(honest(), tmp_path / "mine")
 
 
 def verify(entry: Path, *options: str) -> int:
@@ -122,8 +117,8 @@ def test_a_difference_on_another_machine_neither_raises_nor_lowers_the_level(
     assert "run2" in record.difference
 
 
-def test_policies_that_sample_are_not_repeated_and_are_verified(workshop: Path, tmp_path: Path) -> None:
-    entry = copy(honest(workshop, "gaussian"), tmp_path / "mine")
+def test_policies_that_sample_are_not_repeated_and_are_verified(tmp_path: Path) -> None:
+    entry = copy(honest("gaussian"), tmp_path / "mine")
     assert verify(entry, "--write") == 0
     (record,) = read_review(entry).verifications
     assert (record.passed, record.repeated) == (True, 0)

@@ -5,14 +5,25 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 
+import msgspec
 import pytest
 
 from gym_extensions.catalog.protocol import REPORTS, TABLES
-from gym_extensions.rollouts.manifest import hyperparameter_error
+from gym_extensions.rollouts.manifest import (
+    FORMAT,
+    Manifest,
+    Observes,
+    findings,
+    hyperparameter_error,
+    manifest_of,
+    parse,
+)
 from gym_extensions.rollouts.reader import read
 
+from ...conftest import MANIFEST
 from ..examples import GROUP, TOML, Change, Check, CopySubmission, Example, all_of, edit, parametrize, put
 
+SUBMISSIONS = Path(__file__).parents[3] / "submissions"
 README = "README.md"
 STACKED = "o" + "\u0301" * 6
 MARK = b"\xef\xbb\xbf"
@@ -44,61 +55,31 @@ EXAMPLES = (
         "Did you mean 'boundaries'",
         also=("missing-key",),
     ),
-    Example("missing-key", "no title", value('title = "An entry"\n', ""), f"{TOML}, title", "missing"),
-    Example("missing-key", "no format", value("format = 1\n", ""), f"{TOML}, format", "missing"),
-    Example(
-        "missing-key",
-        "no tuning",
-        value("[tuning]\nsteps = 0\ntasks = []\n", ""),
-        f"{TOML}, tuning",
-        "missing",
+    *(
+        Example("missing-key", title, value(text, ""), f"{TOML}, {key}", "missing")
+        for title, text, key in (
+            ("no title", 'title = "An entry"\n', "title"),
+            ("no format", "format = 1\n", "format"),
+            ("no tuning", "[tuning]\nsteps = 0\ntasks = []\n", "tuning"),
+            ("half of it", "tasks = []\n", "[tuning] tasks"),
+        )
     ),
-    Example("missing-key", "half of it", value("tasks = []\n", ""), f"{TOML}, [tuning] tasks", "missing"),
-    Example(
-        "bad-value", "another format", value("format = 1", "format = 2"), f"{TOML}, format", "The value is 2"
-    ),
-    Example(
-        "bad-value", "no such budget", value('"smoke"', '"smokes"'), f"{TOML}, [protocol] budget", "'smoke'"
-    ),
-    Example("bad-value", "a number for a text", value('"An entry"', "7"), f"{TOML}, title", "7"),
-    Example("bad-value", "a long title", title("x" * 101), f"{TOML}, title", "(it has 101)"),
-    Example(
-        "bad-value",
-        "a flag in quotes",
-        value("boundaries = false", 'boundaries = "no"'),
-        f"{TOML}, [observes] boundaries",
-        "true or false",
-    ),
-    Example(
-        "bad-value",
-        "a flag for a number",
-        value("steps = 0", "steps = true"),
-        f"{TOML}, [tuning] steps",
-        "integer from 0",
-    ),
-    Example(
-        "bad-value",
-        "a negative number",
-        value("steps = 0", "steps = -1"),
-        f"{TOML}, [tuning] steps",
-        "integer from 0",
-    ),
-    Example(
-        "bad-value",
-        "an author without a name",
-        value('["A. Nonymous"]', '[""]'),
-        f"{TOML}, authors",
-        "1 to 100",
-    ),
-    Example(
-        "bad-value", "a script", value('url = ""', 'url = "javascript:x"'), f"{TOML}, [code] url", "https://"
-    ),
-    Example(
-        "bad-value",
-        "a host that looks like another",
-        value('url = ""', 'url = "https://gіthub.com"'),
-        f"{TOML}, [code] url",
-        "ASCII",
+    *(
+        Example("bad-value", title, value(old, new), f"{TOML}, {key}", fact)
+        for title, old, new, key, fact in (
+            ("another format", "format = 1", "format = 2", "format", "The value is 2"),
+            ("no such budget", '"smoke"', '"smokes"', "[protocol] budget", "'smoke'"),
+            ("a number for a text", '"An entry"', "7", "title", "7"),
+            ("a long title", "An entry", "x" * 101, "title", "(it has 101)"),
+            ("no flag", "boundaries = false", 'boundaries = "no"', "[observes] boundaries", "true or false"),
+            ("a flag for a number", "steps = 0", "steps = true", "[tuning] steps", "integer from 0"),
+            ("a negative number", "steps = 0", "steps = -1", "[tuning] steps", "integer from 0"),
+            ("an author without a name", '["A. Nonymous"]', '[""]', "authors", "1 to 100"),
+            ("a script", 'url = ""', 'url = "javascript:x"', "[code] url", "https://"),
+            ("a host like another", 'url = ""', 'url = "https://gіthub.com"', "[code] url", "ASCII"),
+            ("an infinite setting", "= 0.01", "= inf", "[hyperparameters] step", "is not finite"),
+            ("a table as a setting", "= 0.01", "= {a = 1}", "[hyperparameters] step", "dict"),
+        )
     ),
     Example(
         "bad-value",
@@ -106,20 +87,6 @@ EXAMPLES = (
         all_of(value('[code]\nurl = ""\ncommit = ""\n', ""), value("format = 1", 'format = 1\ncode = "x"')),
         f"{TOML}, code",
         "[code]",
-    ),
-    Example(
-        "bad-value",
-        "an infinite setting",
-        value("step = 0.01", "step = inf"),
-        f"{TOML}, [hyperparameters] step",
-        "is not finite",
-    ),
-    Example(
-        "bad-value",
-        "a table as a setting",
-        value("step = 0.01", "step = {a = 1}"),
-        f"{TOML}, [hyperparameters] step",
-        "dict",
     ),
     Example(
         "unknown-report",
@@ -186,15 +153,11 @@ def test_a_byte_order_mark_before_the_manifest_is_read_over(good: CopySubmission
 
 
 @pytest.mark.parametrize("text", ["強化学習", "تعلّم", "می‌خواهم", "क्षत्रिय", "Việt", "🧗‍♀️ climb"])
-def test_titles_in_every_language_are_valid(good: CopySubmission, tmp_path: Path, text: str) -> None:
+def test_texts_in_every_language_and_line_breaks_in_the_description_are_valid(
+    good: CopySubmission, tmp_path: Path, text: str
+) -> None:
     folder = good(GROUP, tmp_path)
-    title(text)(folder)
-    assert read(folder).problems == ()
-
-
-def test_the_description_may_have_line_breaks_and_tabs(good: CopySubmission, tmp_path: Path) -> None:
-    folder = good(GROUP, tmp_path)
-    value("Made up by a formula.", "One.\\n\\tTwo.")(folder)
+    all_of(title(text), value("Made up by a formula.", "One.\\n\\tTwo."))(folder)
     assert read(folder).problems == ()
 
 
@@ -223,3 +186,26 @@ def test_every_published_table_has_its_entry() -> None:
 def test_what_a_hyperparameter_may_be(setting: object, error: str) -> None:
     assert hyperparameter_error(setting).startswith(error)
     assert bool(hyperparameter_error(setting)) == bool(error)
+
+
+def test_a_manifest_has_the_values_of_its_tables() -> None:
+    parsed = manifest_of(parse(MANIFEST.encode()))
+    assert (parsed.format, parsed.title, parsed.authors) == (FORMAT, "An entry", ("A. Nonymous",))
+    assert (parsed.protocol.budget, parsed.protocol.algorithm) == ("smoke", "formula")
+    assert (parsed.protocol.steps, parsed.reported) == ("recorded", "")
+    assert parsed.observes == Observes(False, False, False)
+    assert parsed.hyperparameters == {"step": 0.01}
+
+
+@pytest.mark.parametrize("path", sorted(SUBMISSIONS.glob("*/submission.toml")), ids=lambda p: p.parent.name)
+def test_a_committed_manifest_is_read_whole(path: Path) -> None:
+    tables = parse(path.read_bytes())
+    assert list(findings(tables)) == []
+    read = msgspec.json.decode(msgspec.json.encode(manifest_of(tables)))
+    for name, value in tables.items():
+        assert read[name] == (read[name] | value if isinstance(value, dict) else value), name
+
+
+def test_every_key_has_a_kind_in_words() -> None:
+    for name in Manifest.__struct_fields__:
+        assert [rule for rule, _ in findings({name: object()}) if rule == "bad-value"], name
