@@ -46,7 +46,7 @@ coverage: .venv/everything.installed  ## run the tests and measure which lines a
 	.venv/bin/pytest -n 2 --dist loadgroup --cov --cov-report=term
 
 docs: .venv/everything.installed  ## write the generated tables and outputs of docs/*.md
-	.venv/bin/python -m gym_extensions.scoring.schema docs
+	.venv/bin/python -m gym_extensions.scoring.output.schema docs
 	.venv/bin/python -m gym_extensions.rollouts.rules docs/rollout-log.md
 
 findings: .venv/everything.installed  ## write docs/findings.md and docs/reproduction.md from the committed submissions

@@ -93,7 +93,7 @@ METRIC = """
 USE_METRIC = """
 import json, sys
 from gym_extensions.scoring.cli import main
-from gym_extensions.scoring.schema import tables
+from gym_extensions.scoring.output.schema import tables
 assert "| `best_task` Best task | max over j of p[T][j] |" in tables()["metrics sequential"]
 main([sys.argv[1], "--json"])
 """

@@ -24,7 +24,7 @@ from gym_extensions.rollouts.review import Decision, Verification, review_of
 from gym_extensions.rollouts.rules.__main__ import with_table
 from gym_extensions.rollouts.run import Machine, Memory, PolicyFile, RunDocument, Versions
 from gym_extensions.rollouts.tables import LOG_COLUMNS
-from gym_extensions.scoring.schema import tables, updated
+from gym_extensions.scoring.output.schema import tables, updated
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), ROOT / "docs/environments/README.md"])

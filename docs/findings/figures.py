@@ -15,8 +15,8 @@ from matplotlib.figure import Figure
 from tables import Value
 
 from gym_extensions.results.plots import plot_retention
-from gym_extensions.scoring.highlights import task_name
-from gym_extensions.scoring.published import PaperRow
+from gym_extensions.scoring.output.highlights import task_name
+from gym_extensions.scoring.scorecard import PaperRow
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -17,9 +17,9 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES
 from gym_extensions.files import write_text
-from gym_extensions.scoring.highlights import task_name
+from gym_extensions.scoring.output.highlights import task_name
 from gym_extensions.scoring.pipeline import make_scorer
-from gym_extensions.scoring.published import PaperCell, PaperRow
+from gym_extensions.scoring.scorecard import PaperCell, PaperRow
 from gym_extensions.scoring.statistics import (
     Interval,
     Summary,

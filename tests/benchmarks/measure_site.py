@@ -29,11 +29,11 @@ from gym_extensions.rollouts.manifest import (
 )
 from gym_extensions.rollouts.review import CLAIMED, VERIFIED
 from gym_extensions.rollouts.run import Memory
+from gym_extensions.scoring.entry.returns import Results
+from gym_extensions.scoring.entry.scorer import score_group, suite_scores
 from gym_extensions.scoring.pipeline import references_info
 from gym_extensions.scoring.references import Reference, References
-from gym_extensions.scoring.returns import Results
 from gym_extensions.scoring.scorecard import ManifestSummary, Scorecard
-from gym_extensions.scoring.scorer import score_group, suite_scores
 from gym_extensions.site.build import build_site
 
 LARGEST_PAGE = 300_000
@@ -90,7 +90,9 @@ def _results(group_id: str, strength: float, keeps: float, runs: int, rng: np.ra
         for at, task in enumerate(members.task_ids)
         for noise in [rng.standard_normal(POINTS)]
     }
-    return Results(members, STEPS, {"sequential": tuple(range(runs))}, sequential=returns, curves=curves)
+    return Results(
+        members, STEPS, {"sequential": tuple(range(runs))}, {"sequential": returns.tolist()}, curves
+    )
 
 
 def _manifest(algorithm: str, conditioned: bool) -> ManifestSummary:

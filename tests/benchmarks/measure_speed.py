@@ -24,7 +24,7 @@ from functools import partial
 from pathlib import Path
 
 from gym_extensions.catalog.groups import GROUPS
-from gym_extensions.scoring.pipeline import Publisher, Scorer, scorecards
+from gym_extensions.scoring.pipeline import Scorer, publish, scorecards
 from gym_extensions.scoring.references import Reference, References
 
 GROUP_NAMES = ("hopper-gravity", "walker2d-gravity", "halfcheetah-gravity", "humanoid-gravity")
@@ -62,14 +62,14 @@ def link(source: Path, target: Path) -> None:
 def measure(
     folders: Sequence[Path], scorer: Scorer, workers: int | None, out: Path
 ) -> tuple[float, float, float]:
-    """Seconds to score the folders into scorecards, seconds for the boards, and processor time of both."""
-    start, before, publisher = time.perf_counter(), sum(os.times()[:4]), Publisher(out, scorer.references)
-    for card in scorecards(folders, scorer, workers):
+    """Seconds to score the folders, seconds to write scorecards and boards, and processor time of both."""
+    start, before = time.perf_counter(), sum(os.times()[:4])
+    cards = list(scorecards(folders, scorer, workers))
+    for card in cards:
         if card.problems:
             raise ValueError(card.problems[0])
-        publisher.add(card)
     scored = time.perf_counter()
-    publisher.finish()
+    publish(out, cards, scorer.references)
     return scored - start, time.perf_counter() - scored, sum(os.times()[:4]) - before
 
 

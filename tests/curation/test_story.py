@@ -21,9 +21,9 @@ from gym_extensions.rollouts import run_policies
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.review import level, read_review
 from gym_extensions.rollouts.run import Memory, read_run
+from gym_extensions.scoring.entry.scorer import score
 from gym_extensions.scoring.leaderboard import boards
 from gym_extensions.scoring.references import Reference, References
-from gym_extensions.scoring.scorer import score
 
 from ..verification import entries
 from ..verification.entries import GROUP, change_document, change_log, copy, honest

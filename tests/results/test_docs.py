@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from gym_extensions import results
-from gym_extensions.scoring.frames import TEXT
 from gym_extensions.scoring.metrics import BOARD_METRICS
+from gym_extensions.scoring.output.frames import TEXT
 
 from .page import CELL, PAGE, column_rows, executed, with_tables
 

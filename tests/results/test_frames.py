@@ -97,13 +97,12 @@ def test_a_submission_without_curves_gives_an_empty_frame_with_the_same_types(su
     assert empty.dtypes.equals(filled.dtypes)
 
 
-def test_columns_can_be_chosen(submission: Write) -> None:
+def test_columns_can_be_chosen_and_an_unknown_one_is_reported_before_anything_is_read(
+    submission: Write,
+) -> None:
     assert results.episodes(submission(), columns=["return", "run"]).columns.tolist() == ["return", "run"]
-
-
-def test_an_unknown_column_is_reported_with_the_closest(submission: Write) -> None:
     with pytest.raises(BenchError) as error:
-        results.episodes(submission(), columns=["retrun"])
+        results.episodes("nowhere", columns=["retrun"])
     assert str(error.value) == "columns: There is no column 'retrun'. Did you mean 'return'?"
 
 
@@ -126,14 +125,6 @@ def test_evaluations_during_training_lie_between_those_after_the_stages(submissi
     means = [100.0 * stage + 10 + 9.5 / 8 for stage in range(6)]
     assert first["return"].tolist() == [*means[:2], 70.0, *means[2:]]
     assert frame["task"].tolist() == [*IDS] * 7
-
-
-def test_without_evaluations_during_training_the_frame_has_the_evaluations_after_the_stages(
-    submission: Write,
-) -> None:
-    frame = results.evaluations(submission(runs=(0, 1)), columns=["protocol", "run", "stage"])
-    assert len(frame) == 2 * (6 * 5) + 2 * 5
-    assert frame.columns.tolist() == ["protocol", "run", "stage"]
 
 
 def unfinished(folder: Path, text: str) -> Path:
@@ -169,13 +160,6 @@ def test_a_curve_of_a_run_that_is_finished_in_the_meantime_has_no_rows(
 
     monkeypatch.setattr(Path, "glob", find_and_remove)
     assert len(results.unfinished_curves(folder)) == 0
-
-
-def test_a_folder_without_unfinished_runs_gives_an_empty_frame_of_the_same_types(submission: Write) -> None:
-    folder = submission(curves=12)
-    frame = results.unfinished_curves(folder)
-    assert len(frame) == 0
-    assert frame.dtypes.equals(results.curves(folder).dtypes)
 
 
 def test_a_folder_that_does_not_exist_is_an_error(tmp_path: Path) -> None:

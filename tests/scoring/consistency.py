@@ -7,7 +7,8 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from gym_extensions.scoring.published import COLUMNS, PRINTED_COLUMNS, TOTAL, group_id, table_path
+from gym_extensions.scoring.entry.published import PRINTED_COLUMNS, TOTAL, group_id, table_path
+from gym_extensions.scoring.scorecard import PAPER_COLUMNS as COLUMNS
 
 ROUNDING = 0.0115
 """Largest distance of a printed mean from the recomputed one: rows and totals are rounded or cut."""

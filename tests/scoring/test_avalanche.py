@@ -19,7 +19,6 @@ not evaluated. Worst-case forgetting has no counterpart: Avalanche keeps the fir
 
 from __future__ import annotations
 
-import json
 import random
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -32,11 +31,9 @@ import numpy as np
 import pytest
 import torch
 
-from gym_extensions import scoring
 from gym_extensions.scoring.metrics import BY_NAME, Run
 from gym_extensions.scoring.statistics import Number, mean
 
-KIT = Path(str(scoring.__file__)).parent / "conformance" / "sequential.json"
 EXACT = 1e-12
 
 
@@ -140,27 +137,6 @@ def same(ours: Number, theirs: float) -> None:
         assert theirs == pytest.approx(ours, abs=EXACT)
 
 
-def golden() -> Iterator[tuple[str, dict[str, Number], int, tuple[int, ...], Cells]]:
-    """Every run of the published matrices: name, what is published, T, tasks that are not open, p."""
-    for case in json.loads(KIT.read_text(encoding="utf-8"))["cases"]:
-        heights = list(enumerate(zip(case["floor"], case["expert"], strict=True), 1))
-        known = {j: (floor, expert - floor) for j, (floor, expert) in heights if expert is not None}
-        for number, matrix in enumerate(case["sequential"]):
-            cells = {
-                (s, j): [
-                    float((value - floor) / height)
-                    for value in (row[j - 1] if isinstance(row[j - 1], list) else [row[j - 1]])
-                ]
-                for s, row in enumerate(matrix)
-                for j, (floor, height) in known.items()
-            }
-            published = {
-                metric: None if values is None else values[number]
-                for metric, values in case["expected"].items()
-            }
-            yield case["name"], published, len(heights), tuple(known), cells
-
-
 def random_runs() -> Iterator[tuple[int, list[int], Cells]]:
     """Forty runs of two to eight tasks; in every other one some tasks are open."""
     rng = random.Random(5)
@@ -173,24 +149,6 @@ def random_runs() -> Iterator[tuple[int, list[int], Cells]]:
 def returns(rng: random.Random) -> list[float]:
     """Returns of a cell: a zero, as often as not; else episodes below the floor and above the expert."""
     return [0.0] if rng.random() < 0.5 else [rng.uniform(-2, 2) for _ in range(3)]
-
-
-def test_published_matrices_are_what_avalanche_makes_of_them(avalanche: SimpleNamespace) -> None:
-    compared = 0
-    for name, published, T, scored, cells in golden():
-        for metric, formula, plugin, sign in (
-            ("forgetting", function_of("forgetting"), "StreamForgetting", 1),
-            ("forgetting", function_of("forgetting"), "StreamBWT", -1),
-            ("zero_shot_transfer", function_of("zero_shot_transfer"), "StreamForwardTransfer", 1),
-        ):
-            theirs = sign * emitted(of_returns(avalanche, plugin), T, scored, cells)
-            ours = formula(run_of(T, scored, cells))
-            same(ours, theirs)
-            if metric in published:
-                assert (published[metric] is None) == (ours is None), name
-                same(published[metric], theirs)
-                compared += 1
-    assert compared > 0
 
 
 def test_forgetting_and_zero_shot_transfer_of_returns_are_avalanches(avalanche: SimpleNamespace) -> None:

@@ -27,13 +27,6 @@ def test_a_good_submission_exits_0_and_a_bad_one_1(submission: Write, known: Non
     assert cli.main([str(folder)]) == 1
 
 
-def test_python_without_docstrings_scores(submission: Write) -> None:
-    code = "import sys; from gym_extensions.scoring import cli; cli.main(sys.argv[1:])"
-    command = [sys.executable, "-OO", "-c", code, str(submission()), "--json"]
-    shown = subprocess.run(command, capture_output=True, check=True, text=True).stdout
-    assert json.loads(shown)["submissions"][0]["problems"] == []
-
-
 GROUP_SCREEN = """\
 entry  An entry  (claimed)
 
@@ -104,7 +97,7 @@ def test_the_review_is_told(submission: Write, known: None, capsys: pytest.Captu
     assert lines[3].endswith("challenged on 2026-01-02: Too good.") or lines[2].endswith("Too good.")
 
 
-@pytest.mark.parametrize("text", ["[1]", '"x"', "3", "null", "{", "NaN", "[" * 100_000])
+@pytest.mark.parametrize("text", ["[1]", "null", "{", "[" * 100_000])
 def test_a_references_file_that_holds_none_is_an_error_in_one_line(
     submission: Write, tmp_path: Path, text: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -129,22 +122,16 @@ def test_problems_are_told_with_rule_place_and_what_to_do(
     )
 
 
-def test_json_is_the_document(
+def test_json_is_the_document_and_csv_has_a_row_for_every_metric(
     submission: Write, known: None, capfdbinary: pytest.CaptureFixture[bytes]
 ) -> None:
-    assert cli.main([str(submission()), "--json"]) == 0
+    folder = str(submission())
+    assert cli.main([folder, "--json"]) == 0
     assert json.loads(capfdbinary.readouterr().out)["submissions"][0]["level"] == "claimed"
-
-
-def test_csv_has_a_row_for_every_metric(
-    submission: Write, known: None, capfdbinary: pytest.CaptureFixture[bytes]
-) -> None:
-    assert cli.main([str(submission()), "--csv"]) == 0
+    assert cli.main([folder, "--csv"]) == 0
     rows = capfdbinary.readouterr().out.decode().splitlines()
     assert rows[0] == "name,level,group,protocol,budget,runs,metric,mean,low,high,why"
     assert len(rows) == 1 + 15 + 1
-    joint = "It needs joint runs, which this entry lacks."
-    assert f'entry,claimed,hopper-gravity-v0,sequential,smoke,2,joint_gap,,,,"{joint}"' in rows
 
 
 def test_markdown_has_tables_and_escapes_what_a_stranger_wrote(
@@ -207,15 +194,11 @@ def test_a_place_that_cannot_be_written_is_told(
     assert "Traceback" not in capsys.readouterr().err
 
 
-HEAD = b"stage,task,episode,seed,length,return,terminated,success\n"
 NASTY = {
     "nothing": b"",
-    "zeros": bytes(100),
     "a picture": b"\x89PNG\r\n\x1a\n" + bytes(range(256)),
-    "commas": b"," * 50 + b"\n" + b"," * 50 + b"\n",
-    "one huge cell": HEAD + b"9" * 10_000 + b"\n",
     "half a surrogate": b"\xed\xa0\x80\n\xed\xa0\x80\n",
-    "huge numbers": HEAD + b",".join([b"9" * 40] * 6 + [b"true", b"x"]) + b"\n",
+    "huge numbers": b"stage,task,episode,seed,length,return,terminated,success\n" + b"9" * 10_000 + b"\n",
     "deep": b"[" * 100_000,
 }
 
@@ -244,20 +227,13 @@ def test_no_input_gives_a_traceback_or_passes(
     assert "Traceback" not in shown.out + shown.err
 
 
-def test_out_writes_scorecards_and_boards(submission: Write, known: None, tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    assert cli.main([str(submission(name="a")), str(submission(name="b")), "--out", str(out)]) == 0
-    assert sorted(path.relative_to(out).as_posix() for path in out.rglob("*.json")) == [
-        "boards.json",
-        "scorecards/a.json",
-        "scorecards/b.json",
-    ]
-    assert json.loads((out / "boards.json").read_text()) == {"format": 1, "core": None, "boards": []}
-
-
-def test_out_holds_nothing_older(submission: Write, known: None, tmp_path: Path) -> None:
+def test_out_writes_scorecards_and_boards_and_holds_nothing_older(
+    submission: Write, known: None, tmp_path: Path
+) -> None:
     folders, out = [submission(name=name) for name in "ab"], tmp_path / "out"
-    cli.main([*map(str, folders), "--out", str(out)])
+    assert cli.main([*map(str, folders), "--out", str(out)]) == 0
+    assert [path.name for path in sorted((out / "scorecards").iterdir())] == ["a.json", "b.json"]
+    assert json.loads((out / "boards.json").read_text()) == {"format": 1, "core": None, "boards": []}
     cli.main([str(folders[1]), "--out", str(out)])
     assert [path.name for path in (out / "scorecards").iterdir()] == ["b.json"]
 

@@ -7,16 +7,21 @@ import json
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from gym_extensions import scoring
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.tasks import Task
+from gym_extensions.scoring.entry.published import paper_table
+from gym_extensions.scoring.entry.returns import (
+    NO_TERM,
+    TOO_FEW_POINTS,
+    Results,
+    metric_values,
+    normalized_runs,
+)
 from gym_extensions.scoring.metrics import METRICS, MetricValue, area, iqm, profile
-from gym_extensions.scoring.published import paper_table
 from gym_extensions.scoring.references import Reference, References
-from gym_extensions.scoring.returns import NO_TERM, TOO_FEW_POINTS, Results, metric_values, normalized_runs
 from gym_extensions.scoring.statistics import (
     Interval,
     difference,
@@ -42,33 +47,34 @@ def named(case: dict[str, Any]) -> str:
     return str(case["name"])
 
 
-def episodes(nested: Any, axes: int) -> np.ndarray[Any, Any] | None:
-    """An array of returns; its cells, below so many axes, are numbers or lists of episodes."""
-    if nested is None:
-        return None
+def cells(nested: Any, axes: int) -> Any:
+    """The nested lists with the same number of episodes in every cell, which is below so many axes."""
 
-    def cells(part: Any, level: int) -> list[Any]:
-        return [part] if level == 0 else [cell for inner in part for cell in cells(inner, level - 1)]
-
-    count = max(len(cell) if isinstance(cell, list) else 1 for cell in cells(nested, axes))
+    def counts(part: Any, level: int) -> list[int]:
+        if level == 0:
+            return [len(part) if isinstance(part, list) else 1]
+        return [count for inner in part for count in counts(inner, level - 1)]
 
     def fill(part: Any, level: int) -> Any:
         if level:
             return [fill(inner, level - 1) for inner in part]
-        return part if isinstance(part, list) else [part] * count
+        return part if isinstance(part, list) else [part] * most
 
-    return np.array(fill(nested, axes), dtype=np.float64)
+    most = max(counts(nested, axes))
+    return fill(nested, axes)
 
 
 def results(case: dict[str, Any]) -> Results:
-    arrays = {
-        name: episodes(case.get(name), axes)
-        for name, axes in (("sequential", 3), ("single", 2), ("joint", 2), ("cumulative", 2))
+    returns = {
+        protocol: cells(case[protocol], 3)
+        if protocol == "sequential"
+        else [[run] for run in cells(case[protocol], 2)]
+        for protocol in METRICS
+        if case.get(protocol) is not None
     }
-    tasks = next(array.shape[-2] for array in arrays.values() if array is not None)
+    tasks = len(next(iter(returns.values()))[0][0])
     group = TaskGroup("kit", tuple(Task(f"Task{j}", "Hopper") for j in range(1, tasks + 1)))
-    runs = {name: tuple(range(len(array))) for name, array in arrays.items() if array is not None}
-    return dataclasses.replace(Results(group, 1, runs), **arrays)  # type: ignore[arg-type]
+    return Results(group, 1, {name: tuple(range(len(runs))) for name, runs in returns.items()}, returns)
 
 
 def references(case: dict[str, Any], group: TaskGroup) -> References:

@@ -12,9 +12,10 @@ import pytest
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.run import PolicyFile
-from gym_extensions.scoring.leaderboard import board, duplicate_entries
+from gym_extensions.scoring.entry.signs import SIZE, Sketch, is_common, run_sketches
+from gym_extensions.scoring.leaderboard import board
+from gym_extensions.scoring.ranking.relations import duplicate_entries
 from gym_extensions.scoring.scorecard import DecisionSummary, Scorecard
-from gym_extensions.scoring.signs import SIZE, Sketch, is_common, run_sketches
 
 from .entries import GROUP, KEY, Enter, at_level
 
@@ -41,30 +42,31 @@ def sketches(submission: Callable[..., Path]) -> Callable[..., tuple[Sketch, ...
     return make
 
 
-def noise(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
-    return honest(protocol, run, stage, position, episode) * (1 + 3e-13)
+COPIES: dict[str, Value] = {
+    "noise": lambda *key: honest(*key) * (1 + 3e-13),
+    "runs in another order": lambda p, run, *key: honest(p, 2 - run, *key),
+    "a fifth invented": lambda *key: honest(*key) + (50.0 if key[-1] % 5 == 0 else 0.0),
+    "one run invented": lambda p, run, *key: honest(p, run, *key) + (55.0 if run == 1 else 0.0),
+    "other early stages": lambda p, run, stage, *key: honest(p, run, stage, *key) + 1.5 * (stage < 5),
+}
+OTHERS: dict[str, Value] = {
+    "shifted": lambda *key: honest(*key) + 0.05,
+    "same early stages": lambda p, run, stage, *key: honest(p, run, stage, *key) + 1.5 * (stage == 5),
+}
 
 
-def other_runs(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
-    return honest(protocol, 2 - run, stage, position, episode)
-
-
-def a_fifth_invented(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
-    return honest(protocol, run, stage, position, episode) + (50.0 if episode % 5 == 0 else 0.0)
-
-
-def one_run_invented(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
-    return honest(protocol, run, stage, position, episode) + (55.0 if run == 1 else 0.0)
-
-
-def other_early_stages(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
-    return honest(protocol, run, stage, position, episode) + (1.5 if stage < 5 else 0.0)
-
-
-@pytest.mark.parametrize("copy", [noise, other_runs, a_fifth_invented, one_run_invented, other_early_stages])
-def test_a_changed_copy_is_recognized(sketches: Callable[..., tuple[Sketch, ...]], copy: Value) -> None:
-    entries = {"copy": sketches("copy", copy), "original": sketches("original")}
+@pytest.mark.parametrize("change", COPIES)
+def test_a_changed_copy_is_recognized(sketches: Callable[..., tuple[Sketch, ...]], change: str) -> None:
+    entries = {"copy": sketches("copy", COPIES[change]), "original": sketches("original")}
     assert duplicate_entries(entries) == {"original": "copy"}
+
+
+@pytest.mark.parametrize("change", OTHERS)
+def test_other_episodes_after_the_last_stage_are_another_entry(
+    sketches: Callable[..., tuple[Sketch, ...]], change: str
+) -> None:
+    """Methods that differ from the second task on share the episodes of the first stages."""
+    assert duplicate_entries({"a": sketches("a"), "b": sketches("b", OTHERS[change])}) == {}
 
 
 def test_a_copy_with_further_runs_is_recognized(sketches: Callable[..., tuple[Sketch, ...]]) -> None:
@@ -127,22 +129,6 @@ def test_of_identical_verified_entries_the_one_that_was_accepted_first_counts(en
         assert [(entry.name, entry.duplicate_of) for entry in rows] == [("b", None), ("a", "b")]
 
 
-def shifted(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
-    return honest(protocol, run, stage, position, episode) + 0.05
-
-
-def same_early_stages(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
-    return honest(protocol, run, stage, position, episode) + (1.5 if stage == 5 else 0.0)
-
-
-@pytest.mark.parametrize("other", [shifted, same_early_stages])
-def test_other_episodes_after_the_last_stage_are_another_entry(
-    sketches: Callable[..., tuple[Sketch, ...]], other: Value
-) -> None:
-    """Methods that differ from the second task on share the episodes of the first stages."""
-    assert duplicate_entries({"a": sketches("a"), "b": sketches("b", other)}) == {}
-
-
 def test_a_sketch_has_sixteen_sorted_digests(sketches: Callable[..., tuple[Sketch, ...]]) -> None:
     made = sketches("a")
     assert [len(run) for run in made] == [SIZE] * len(RUNS)
@@ -156,23 +142,10 @@ def test_half_of_the_smallest_digests_of_both_are_common(count: int, expected: b
     assert is_common(first, second) == expected
 
 
-def test_each_duplicate_names_the_first_of_the_mapping() -> None:
-    same = [sketch(1, 2)]
-    assert duplicate_entries({"c": same, "a": same, "b": same}) == {"a": "c", "b": "c"}
-
-
-@pytest.mark.parametrize("names", [("a", "b"), ("b", "a")])
-def test_a_copy_of_two_entries_names_the_first(names: tuple[str, str]) -> None:
-    entries = dict(zip(names, ([sketch(3)], [sketch(1)]), strict=True))
-    copy = [sketch(1), sketch(3)]
-    assert duplicate_entries(entries | {"copy": copy}) == {"copy": names[0]}
-
-
-def test_two_groups_of_duplicates_stay_apart() -> None:
-    first, second = [sketch(1)], [sketch(2)]
-    entries = {"a": first, "b": second, "c": first, "d": second}
-    assert duplicate_entries(entries) == {"c": "a", "d": "b"}
-
-
-def test_entries_without_runs_are_not_duplicates() -> None:
+def test_each_duplicate_names_the_first_entry_that_it_copies() -> None:
+    one, two = [sketch(1)], [sketch(2)]
+    assert duplicate_entries({"c": one, "a": one, "b": one}) == {"a": "c", "b": "c"}
+    assert duplicate_entries({"a": one, "b": two, "c": one, "d": two}) == {"c": "a", "d": "b"}
+    for first, second in ("ab", "ba"):
+        assert duplicate_entries({first: one, second: two, "copy": [*two, *one]}) == {"copy": first}
     assert duplicate_entries({"a": [], "b": [], "c": [()], "d": [()]}) == {}

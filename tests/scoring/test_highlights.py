@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from gym_extensions.scoring.highlights import highlights
+from gym_extensions.scoring.output.highlights import highlights
 from gym_extensions.scoring.pipeline import score_folder
 from gym_extensions.scoring.references import Reference, References
 

@@ -8,18 +8,22 @@ from typing import Any
 
 import pytest
 
+from gym_extensions.catalog.groups import TaskGroup
+from gym_extensions.catalog.tasks import Task
 from gym_extensions.errors import BenchError
+from gym_extensions.experts.references import REFERENCES
 from gym_extensions.rollouts.layout import submission_folders
 from gym_extensions.rollouts.reader import read
 from gym_extensions.scoring import pipeline
 from gym_extensions.scoring.pipeline import (
     Scorer,
     find_submissions,
+    make_scorer,
     score_folders,
     scorecard_document,
     scorecards,
 )
-from gym_extensions.scoring.references import References
+from gym_extensions.scoring.references import References, load_references
 
 Write = Callable[..., Path]
 PROTOCOLS = ("sequential", "single", "joint")
@@ -77,3 +81,16 @@ def test_workers_do_not_matter(many: Path, references: References) -> None:
         for workers in (1, 2)
     )
     assert one == two
+
+
+def test_every_task_of_a_custom_group_needs_a_reference(tmp_path: Path) -> None:
+    group = TaskGroup("mine", (Task("MyHopper", "Hopper"),))
+    path = REFERENCES / "1.json"
+    with pytest.raises(BenchError, match="MyHopper") as raised:
+        make_scorer([group], path)
+    assert (raised.value.code, raised.value.where) == ("missing-reference", str(path))
+
+
+def test_the_ruler_alone_has_the_references_of_version_1() -> None:
+    assert make_scorer(ruler="alone").references == load_references("1")
+    assert make_scorer().references == load_references()

@@ -7,27 +7,23 @@ from pathlib import Path
 import pytest
 
 from gym_extensions.catalog.groups import GROUPS
+from gym_extensions.scoring.entry.published import findings, task_id
 from gym_extensions.scoring.pipeline import score_folder
-from gym_extensions.scoring.published import (
-    COLUMNS,
+from gym_extensions.scoring.scorecard import (
+    PAPER_COLUMNS,
+    GroupScore,
     PaperCell,
     PaperColumns,
     PaperRow,
-    findings,
-    task_id,
+    Scorecard,
 )
-from gym_extensions.scoring.scorecard import GroupScore, Scorecard
 
 from .consistency import (
     Printed,
     PrintedGroup,
     contradictions,
-    copies,
-    deviation_rule,
-    mean_agrees,
     pooled,
     printed_groups,
-    repair,
     row_mean,
 )
 
@@ -50,7 +46,7 @@ def test_the_frozen_totals_are_those_of_the_printed_rows() -> None:
     frozen = findings("henderson2017")
     assert set(frozen) == set(PAPER)
     for group in PAPER.values():
-        cells = {column: group.column(column) for column in COLUMNS}
+        cells = {column: group.column(column) for column in PAPER_COLUMNS}
         totals = {name: PaperCell(row_mean(c), pooled(c)) if c else None for name, c in cells.items()}
         assert frozen[group.id].paper_total == PaperColumns(**totals), group.id
 
@@ -71,43 +67,6 @@ def test_groups_and_tasks_are_ours_in_our_order() -> None:
     ours = {group.id: group.task_ids for group in GROUPS.values()}
     for group in PAPER.values():
         assert tuple(task_id(name) for name in group.rows) == ours[group.id]
-
-
-def test_33_of_34_printed_total_means_are_the_means_of_their_rows() -> None:
-    wrong = [(group.id, column) for group, column in TOTALS if not mean_agrees(group, column)]
-    assert wrong == [("hopper-gravity-v0", "fully_trained")]
-
-
-def test_the_wrong_total_would_be_right_with_another_row() -> None:
-    hopper = PAPER["hopper-gravity-v0"]
-    assert list(copies(PAPER)) == [
-        (
-            ("hopper-gravity-v0", "HopperGravityHalf-v0"),
-            ("halfcheetah-gravity-v0", "HalfCheetahGravityHalf-v0"),
-        )
-    ]
-    right = repair(hopper, "fully_trained", "HopperGravityHalf-v0")
-    assert (round(right.mean, 2), round(right.std, 1)) == (259.13, 144.0)
-    cells = [right, *hopper.column("fully_trained")[1:]]
-    assert row_mean(cells) == pytest.approx(990.95)
-    assert pooled(cells) == pytest.approx(1022.32)
-
-
-def test_fully_trained_is_pooled_in_nine_of_ten_groups_and_19_of_the_others_are_averaged() -> None:
-    rules: dict[str, list[tuple[str, str]]] = {"pooled": [], "averaged": [], "": []}
-    for group, column in TOTALS:
-        rules[deviation_rule(group, column)].append((group.id, column))
-    assert {column for _, column in rules["pooled"]} == {"fully_trained"}
-    assert len(rules["pooled"]) == 9
-    assert len(rules["averaged"]) == 19
-    assert rules[""] == [
-        ("hopper-gravity-v0", "fully_trained"),
-        ("hopper-gravity-v0", "first_step"),
-        ("hopper-body-v0", "first_step"),
-        ("halfcheetah-body-v0", "first_step"),
-        ("humanoid-body-v0", "first_step"),
-        ("striker-v0", "after_env_training"),
-    ]
 
 
 def test_the_entry_is_reported_and_says_what_it_lacks(card: Scorecard, hopper: GroupScore) -> None:
@@ -136,10 +95,6 @@ def test_a_row_is_as_printed_and_totals_are_printed_and_recomputed(
     wall = card.groups["hopper-wall-v0"]["sequential"].printed_total
     assert wall is not None
     assert wall.fully_trained is None
-
-
-def test_nothing_is_computed_from_the_repaired_value(hopper: GroupScore) -> None:
-    assert hopper.paper_table[0].fully_trained == PaperCell(1495.93, 823.51)
 
 
 def test_a_table_without_a_mistake_has_no_contradiction() -> None:

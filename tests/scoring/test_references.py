@@ -22,8 +22,6 @@ from gym_extensions.scoring.references import (
     load_references,
     parse_references,
     read_references,
-    references_of_ruler,
-    require_references,
     trained_alone,
 )
 
@@ -86,6 +84,8 @@ def test_a_file_of_format_1_has_ceilings_in_place_of_experts() -> None:
         (b"{", "truncated"),
         (a_file(format=3), "3"),
         (a_file(tasks=[]), "tasks"),
+        (a_file(format=1, tasks=[]), "object"),
+        (a_file(format=1, tasks={HOPPER: {"ceiling": EXPERT}}), "floor"),
         (a_file(tasks={HOPPER: {"expert": EXPERT}}), "floor"),
         (a_file(tasks={HOPPER: {"floor": FLOOR}}), "expert"),
         (a_file(tasks={HOPPER: TASK | {"expert": EXPERT | {"mean": 10}}}), HOPPER),
@@ -124,29 +124,12 @@ def test_a_reference_needs_finite_numbers_and_a_span(reference: Any) -> None:
         Reference(*reference)
 
 
-def test_every_task_of_a_group_needs_a_reference() -> None:
-    found = parse_references(a_file())
-    require_references(found, "mine", [HOPPER], "r.json")
-    with pytest.raises(BenchError) as raised:
-        require_references(found, "mine", [HOPPER, HUMANOID], "r.json")
-    assert raised.value.code == "missing-reference"
-    assert HUMANOID in str(raised.value)
-
-
 def test_own_references_add_tasks_and_replace_none() -> None:
     own = parse_references(a_file(tasks={HOPPER: TASK | {"expert": EXPERT | {"mean": 99}}, HUMANOID: OPEN}))
     both = add_references(parse_references(a_file()), own)
     assert both.tasks[HOPPER].expert == 30.5
     assert both.tasks[HUMANOID].open
     assert both.version == "v1 + v1"
-
-
-def test_the_ruler_alone_is_version_1_and_another_is_refused() -> None:
-    assert references_of_ruler(None) == load_references()
-    assert references_of_ruler("alone") == load_references("1")
-    with pytest.raises(BenchError) as raised:
-        references_of_ruler("alnoe")
-    assert raised.value.code == "unknown-ruler"
 
 
 def test_of_every_mujoco_task_of_a_group_the_runs_on_it_alone_are_known() -> None:

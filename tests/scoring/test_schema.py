@@ -13,8 +13,8 @@ import pytest
 from jsonschema import Draft202012Validator, ValidationError
 
 from gym_extensions.scoring.leaderboard import boards
+from gym_extensions.scoring.output.schema import schema_texts, schemas, tables, updated
 from gym_extensions.scoring.pipeline import score_folders
-from gym_extensions.scoring.schema import schema_texts, schemas, tables, updated
 from gym_extensions.scoring.scorecard import ScorecardDocument
 
 ROOT = Path(__file__).parents[2]
@@ -42,12 +42,6 @@ def scorecards(document: ScorecardDocument) -> Json:
     return parsed
 
 
-@pytest.fixture(scope="module")
-def boards_json(document: ScorecardDocument) -> Json:
-    parsed: Json = json.loads(boards(document.submissions).to_json())
-    return parsed
-
-
 def manifest(folder: Path) -> Json:
     return tomllib.loads((folder / "submission.toml").read_text(encoding="utf-8"))
 
@@ -63,64 +57,32 @@ def test_the_committed_manifests_follow_the_schema(folder: Path) -> None:
     check("submission.json", manifest(folder))
 
 
-def test_the_scorecards_of_the_committed_submissions_follow_the_schema(scorecards: Json) -> None:
+def test_scorecards_and_boards_of_committed_submissions_follow_the_schemas(
+    document: ScorecardDocument, scorecards: Json
+) -> None:
     assert len(scorecards["submissions"]) == len(SCORED) == 2
     check("scorecard.json", scorecards)
-
-
-def test_the_boards_of_the_committed_submissions_follow_the_schema(boards_json: Json) -> None:
+    boards_json = json.loads(boards(document.submissions).to_json())
     assert boards_json["boards"]
     check("boards.json", boards_json)
 
 
-def remove_title(manifest: Json) -> None:
-    del manifest["title"]
+BROKEN: dict[str, Callable[[Json], object]] = {
+    "no title": lambda manifest: manifest.pop("title"),
+    "misspelled key": lambda manifest: manifest["protocol"].update(algoritm="trpo"),
+    "unknown budget": lambda manifest: manifest["protocol"].update(budget="2M"),
+    "negative count": lambda manifest: manifest["tuning"].update(steps=-1),
+    "count that is true": lambda manifest: manifest["tuning"].update(steps=True),
+    "no tuning": lambda manifest: manifest.pop("tuning"),
+    "address of a file": lambda manifest: manifest["code"].update(url="file:///etc"),
+    "nested hyperparameter": lambda manifest: manifest["hyperparameters"].update(layers=[[100]]),
+}
 
 
-def misspell_key(manifest: Json) -> None:
-    manifest["protocol"]["algoritm"] = manifest["protocol"].pop("algorithm")
-
-
-def unknown_budget(manifest: Json) -> None:
-    manifest["protocol"]["budget"] = "2M"
-
-
-def negative_count(manifest: Json) -> None:
-    manifest["tuning"]["steps"] = -1
-
-
-def count_that_is_true(manifest: Json) -> None:
-    manifest["tuning"]["steps"] = True
-
-
-def no_tuning(manifest: Json) -> None:
-    del manifest["tuning"]
-
-
-def file_address(manifest: Json) -> None:
-    manifest["code"]["url"] = "file:///etc"
-
-
-def nested_hyperparameter(manifest: Json) -> None:
-    manifest["hyperparameters"] = {"layers": [[100]]}
-
-
-@pytest.mark.parametrize(
-    "change",
-    [
-        remove_title,
-        misspell_key,
-        unknown_budget,
-        negative_count,
-        count_that_is_true,
-        no_tuning,
-        file_address,
-        nested_hyperparameter,
-    ],
-)
-def test_a_broken_manifest_is_refused(change: Callable[[Json], None]) -> None:
+@pytest.mark.parametrize("change", BROKEN)
+def test_a_broken_manifest_is_refused(change: str) -> None:
     broken = manifest(ROOT / "submissions" / "trpo-2017")
-    change(broken)
+    BROKEN[change](broken)
     with pytest.raises(ValidationError):
         check("submission.json", broken)
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from gym_extensions.rollouts.reader import read
-from gym_extensions.scoring.signs import signs
+from gym_extensions.scoring.entry.signs import signs
 
 from .entries import rewrite
 

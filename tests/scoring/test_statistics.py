@@ -19,14 +19,11 @@ from gym_extensions.scoring.statistics import (
     holm,
     holm_adjusted,
     interval,
-    interval_from_error,
     mean,
     mean_of_groups,
-    quantile,
     rank_intervals,
     rounded_quantile,
     significant_pairs,
-    standard_deviation,
     summary,
     to_interval,
     two_sided_p,
@@ -48,27 +45,7 @@ def test_the_mean_is_summed_exactly() -> None:
     assert mean([1e16, 1.0, -1e16, 1.0]) == 0.5
 
 
-def test_the_standard_deviation_by_hand() -> None:
-    # Residuals -2, 0, 2: 8/3 for a population, 8/2 for a sample.
-    assert standard_deviation([1.0, 3.0, 5.0]) == pytest.approx((8 / 3) ** 0.5, rel=1e-15)
-    assert standard_deviation([1.0, 3.0, 5.0], ddof=1) == 2.0
-    assert standard_deviation([4.0]) == 0.0
-
-
 DF = [1.0, 1.2, 1.5, 2.0, 2.5, 4.0, 8.0, 30.0, 200.0, 1e4]
-
-
-@pytest.mark.parametrize("probability", [0.6, 0.9, 0.975, 0.999])
-def test_quantiles_of_one_and_two_degrees_of_freedom_have_closed_forms(probability: float) -> None:
-    assert quantile(probability, 1) == pytest.approx(math.tan(math.pi * (probability - 0.5)), rel=1e-12)
-    tails = 4 * probability * (1 - probability)
-    assert quantile(probability, 2) == pytest.approx((2 * probability - 1) * math.sqrt(2 / tails), rel=1e-12)
-
-
-def test_p_values_of_one_degree_of_freedom_by_hand() -> None:
-    # Cauchy: P(|T| ≥ t) = 1 − 2 arctan(t) / π.
-    t = np.array([0.0, 1.0, -1.0, math.sqrt(3), math.inf, -math.inf])
-    assert two_sided_p(t, 1.0).tolist() == pytest.approx([1, 1 / 2, 1 / 2, 1 / 3, 0, 0], rel=1e-14)
 
 
 @pytest.mark.parametrize("df", DF)
@@ -77,7 +54,6 @@ def test_the_p_value_of_a_critical_value_is_alpha(alpha: float, df: float) -> No
     assert float(two_sided_p(critical_value(alpha, df), df)) == pytest.approx(alpha, rel=1e-12)
 
 
-@pytest.mark.parametrize("df", [4.0, 8.0, 18.5, 100.0, 1980.0])
 def samples(count: int) -> list[tuple[list[float], list[float]]]:
     rng = random.Random(7)
     return [
@@ -133,12 +109,6 @@ def test_the_quantile_of_an_interval_has_12_significant_digits(df: float) -> Non
     value = rounded_quantile(df)
     assert len(repr(value).replace(".", "")) <= 12
     assert value == pytest.approx(float(stats.t.ppf(0.975, df)), rel=1e-11)
-
-
-@pytest.mark.parametrize("df", [0.0, 0.5, math.nan])
-def test_fewer_than_one_degree_of_freedom_is_an_error(df: float) -> None:
-    with pytest.raises(ValueError, match="at least 1 degree of freedom"):
-        interval_from_error(0.0, 1.0, df)
 
 
 def test_a_summary_by_hand() -> None:
@@ -237,10 +207,7 @@ def test_entries_without_variance_differ_if_their_means_do() -> None:
     assert (t.tolist(), df.tolist()) == ([0, -math.inf, -math.inf], [8, 8, 8])
     expected = [[False, False, True], [False, False, True], [True, True, False]]
     assert significant_pairs(entries).tolist() == expected
-
-
-def test_one_entry_has_no_pair() -> None:
-    assert significant_pairs([summary([1.0, 2.0])]).tolist() == [[False]]
+    assert significant_pairs(entries[:1]).tolist() == [[False]]
     assert significant_pairs([]).shape == (0, 0)
 
 
@@ -253,24 +220,6 @@ def test_rank_intervals_by_hand(better: str, ranks: list[tuple[int, int]]) -> No
     entries = [summary([mean, mean + 1]) for mean in (0.0, 7.0, 5.0, 6.0)]
     significant = np.array([[0, 1, 1, 1], [1, 0, 1, 0], [1, 1, 0, 0], [1, 0, 0, 0]], dtype=np.bool_)
     assert rank_intervals(entries, significant, better) == ranks
-
-
-def test_ranks_do_not_depend_on_the_order_of_entries() -> None:
-    rng = random.Random(5)
-    entries = [summary([rng.gauss(center, 1) for _ in range(5)]) for center in range(8)]
-    ranks = rank_intervals(entries, significant_pairs(entries), "higher")
-    backwards = rank_intervals(entries[::-1], significant_pairs(entries[::-1]), "higher")
-    assert backwards == ranks[::-1]
-
-
-@pytest.mark.parametrize("runs", [3, 5, 10])
-def test_intervals_cover_the_mean_in_95_per_cent(runs: int) -> None:
-    draws = np.random.default_rng(1).normal(size=(20_000, runs)).tolist()
-    intervals = [interval(values) for values in draws]
-    covered = [
-        each.low <= 0 <= each.high for each in intervals if each.low is not None and each.high is not None
-    ]
-    assert 0.945 <= sum(covered) / len(draws) <= 0.955
 
 
 def test_errors_of_anchors_add_to_that_over_runs() -> None:

@@ -95,7 +95,7 @@ def budget(name: str) -> Budget:
 
 
 TABLES = {"henderson2017": "henderson2017.csv"}
-"""The files of published tables, in ``scoring/published/data/``, by the name that submission.toml gives."""
+"""The files of published tables, in ``scoring/published_data/``, by the name that submission.toml gives."""
 
 
 @dataclass(frozen=True)

@@ -25,10 +25,10 @@ from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.review import CLAIMED, REPORTED
 from gym_extensions.rollouts.run import RunDocument
 from gym_extensions.rollouts.submission import Submission
+from gym_extensions.scoring.entry.scorer import score
 from gym_extensions.scoring.metrics import METRICS
 from gym_extensions.scoring.records import CARD, Record
 from gym_extensions.scoring.references import load_references
-from gym_extensions.scoring.scorer import score
 from gym_extensions.verification.episodes import Cell, Player, played
 from gym_extensions.verification.limits import Limits, answers
 from gym_extensions.verification.new_seeds import files_digest

@@ -199,17 +199,6 @@ def card(task: str | Task, folder: Path = DATA) -> Card:
     return read_card(path, path.stem, Card)
 
 
-def write(policy: Policy, card: Card, folder: Path = DATA) -> None:
-    """Writes policy and card of an expert.
-
-    Raises:
-        BenchError: the card describes another policy, or a measurement is not finite.
-    """
-    if not math.isfinite(card.selection.mean):
-        raise BenchError("bad-card", "A measurement is not finite.", _name(card.task))
-    write_described(policy, card, folder / f"{_name(card.task)}.json")
-
-
 def read_card(path: Path, task: str, kind: type[AnyCard]) -> AnyCard:
     """The card of a policy for a task.
 
@@ -227,7 +216,7 @@ def read_card(path: Path, task: str, kind: type[AnyCard]) -> AnyCard:
         found = msgspec.json.decode(read_regular(path, MAX_CARD), type=kind)
     except (OSError, ValueError, RecursionError) as error:
         raise BenchError("bad-card", f"The card cannot be read: {error}.", str(path)) from error
-    if not math.isfinite(found.measurement.mean) or row.id != found.task:
+    if row.id != found.task:
         raise BenchError("bad-card", f"The card is not one of {row.name}.", str(path))
     if found.fingerprint != fingerprints.published(row.id):
         message = f"The policy was measured on another definition of {row.name}: {found.fingerprint}."
@@ -236,28 +225,29 @@ def read_card(path: Path, task: str, kind: type[AnyCard]) -> AnyCard:
 
 
 def described_policy(path: Path, card: PolicyCard) -> Policy:
-    """The policy of a file, which a card describes.
-
-    Raises:
-        BenchError: the file is not the one that the card describes, or it is not a policy.
-    """
+    """The policy of a file. Raises ``BenchError`` if it is no policy, or not the one of the card."""
     policy = read_policy(path)
     if digest(policy) != card.policy:
         raise BenchError("other-policy", "The file is not the policy of its card.", str(path))
     return policy
 
 
+def write(policy: Policy, card: Card, folder: Path = DATA) -> None:
+    """Writes policy and card of an expert; the errors are those of :func:`write_described`."""
+    write_described(policy, card, folder / f"{_name(card.task)}.json")
+
+
 def write_described(policy: Policy, card: PolicyCard, path: Path) -> None:
     """Writes a policy and its card, the card last, so that a half-written pair cannot be loaded.
 
     Raises:
-        BenchError: the card describes another policy, or its measurement is not finite.
+        BenchError: the card describes another policy, or a measurement is not finite.
     """
     if digest(policy) != card.policy:
         raise BenchError("other-policy", "The card describes another policy.", str(path))
-    if not math.isfinite(card.measurement.mean):
+    selection = card.selection if isinstance(card, Card) else card.measurement
+    if not math.isfinite(card.measurement.mean + selection.mean):
         raise BenchError("bad-card", "A measurement is not finite.", str(path))
-    path.parent.mkdir(parents=True, exist_ok=True)
     write_policy(path.with_suffix(".npz"), policy)
     write_bytes(path, msgspec.json.format(msgspec.json.encode(card), indent=1) + b"\n")
 
@@ -273,11 +263,7 @@ def write_policy(path: Path, policy: Policy) -> None:
 
 
 def read_policy(path: Path) -> Policy:
-    """The policy of an npz file.
-
-    Raises:
-        BenchError: the file cannot be read, or is not a policy.
-    """
+    """The policy of an npz file. Raises ``BenchError`` if it cannot be read or is not a policy."""
     try:
         arrays = npz_arrays(read_regular(path, MAX_POLICY))
         if error := next(array_errors(arrays), ""):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import msgspec
 
@@ -79,12 +79,6 @@ class Task(msgspec.Struct):
     attempts: Expert | msgspec.UnsetType | None = msgspec.UNSET
 
 
-class _Task1(msgspec.Struct):
-    floor: Floor
-    ceiling: Expert | None = None
-    attempts: Expert | None = None
-
-
 class File(msgspec.Struct):
     """A references file."""
 
@@ -93,20 +87,15 @@ class File(msgspec.Struct):
     tasks: dict[str, Task]
 
 
-class _File1(msgspec.Struct):
-    format: Literal[1]
-    version: str
-    tasks: dict[str, _Task1]
-
-
 def parse_file(data: bytes) -> File:
-    """The content of a references file; one of format 1, that of version 1, is taken over.
+    """The content of a references file. In format 1, that of version 1, experts are called ceilings.
 
     Raises:
         ValueError: another format.
     """
-    if msgspec.json.decode(data, type=dict[str, object]).get("format") == 1:
-        old = msgspec.json.decode(data, type=_File1)
-        tasks = {name: Task(each.floor, each.ceiling, each.attempts) for name, each in old.tasks.items()}
-        return File(2, old.version, tasks)
-    return msgspec.json.decode(data, type=File)
+    content = msgspec.json.decode(data, type=dict[str, Any])
+    if content.get("format") == 1:
+        tasks = msgspec.convert(content.get("tasks"), dict[str, dict[str, Any]])
+        experts = {name: {**task, "expert": task.get("ceiling")} for name, task in tasks.items()}
+        content |= {"format": 2, "tasks": experts}
+    return msgspec.convert(content, File)

@@ -17,11 +17,10 @@ from typing import Any
 
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_text
-from gym_extensions.results.frames import find, refuse_problems
 from gym_extensions.rollouts.review import REPORTED
-from gym_extensions.scoring.frames import scores
 from gym_extensions.scoring.metrics import METRICS, NOT_RANKED, Metric, MetricValue
-from gym_extensions.scoring.pipeline import make_scorer
+from gym_extensions.scoring.output.frames import scores
+from gym_extensions.scoring.pipeline import make_scorer, valid_scorecards
 from gym_extensions.scoring.references import References
 from gym_extensions.scoring.scorecard import GroupScore, Scorecard, SuiteScore
 from gym_extensions.versions import version
@@ -46,23 +45,17 @@ def write_records(folder: Path, entries: Sequence[Path], groups: Sequence[str] =
     """
     scorer = make_scorer(only=groups)
     count = 0
-    for path in find(entries):
-        card = scorer(path)
-        refuse_problems(path, card.problems)
+    for card in valid_scorecards(entries, scorer).values():
         if content := record(card, scorer.references, int(time.time())):
             developer, _, name = content["model_info"]["id"].partition("/")
-            target = folder / "data" / NAME / developer / name / f"{_uuid(content)}.json"
+            digest = hashlib.sha256(json.dumps(content, sort_keys=True).encode()).digest()
+            file = f"{uuid.UUID(bytes=digest[:16], version=4)}.json"  # depends on the content alone
+            target = folder / "data" / NAME / developer / name / file
             write_text(target, json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
             count += 1
     if not count:
         raise BenchError("nothing-to-export", "No submission has a metric.", str(entries[0]), "See score.")
     return count
-
-
-def _uuid(content: dict[str, Any]) -> uuid.UUID:
-    """An identifier that depends on the content alone."""
-    text = json.dumps(content, sort_keys=True)
-    return uuid.UUID(bytes=hashlib.sha256(text.encode()).digest()[:16], version=4)
 
 
 def record(card: Scorecard, references: References, now: int) -> dict[str, Any] | None:
@@ -79,6 +72,8 @@ def record(card: Scorecard, references: References, now: int) -> dict[str, Any] 
     authors = card.manifest.authors
     developer = _slug(authors[0] if authors else NAME)
     reported = card.level == REPORTED
+    runs = [run for group in card.groups.values() for score in group.values() for run in score.provenance]
+    is_open = bool(runs) and all(run.policies for run in runs)
     return {
         "schema_version": SCHEMA,
         "evaluation_id": f"{NAME}/{developer}/{card.name}/{now}",
@@ -97,7 +92,7 @@ def record(card: Scorecard, references: References, now: int) -> dict[str, Any] 
             "developer": authors[0] if authors else NAME,
             "additional_details": {
                 "deployment_type": "self_deployed",
-                "model_availability": "open_weights" if _has_policies(card) else "unknown",
+                "model_availability": "open_weights" if is_open else "unknown",
                 "authors": ", ".join(authors),
                 "algorithm": card.manifest.protocol.algorithm,
                 "code": f"{card.manifest.code.url} {card.manifest.code.commit}".strip(),
@@ -105,11 +100,6 @@ def record(card: Scorecard, references: References, now: int) -> dict[str, Any] 
         },
         "evaluation_results": results,
     }
-
-
-def _has_policies(card: Scorecard) -> bool:
-    runs = [run for group in card.groups.values() for score in group.values() for run in score.provenance]
-    return bool(runs) and all(run.policies for run in runs)
 
 
 def _slug(text: str) -> str:

@@ -10,16 +10,15 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from gym_extensions import experts
-from gym_extensions.catalog.groups import GROUPS
+from gym_extensions.catalog.groups import group
 from gym_extensions.errors import BenchError
 from gym_extensions.export.episodes import LICENSE, NAME, TAGS, front_matter, write_dataset
 from gym_extensions.files import write_bytes, write_text
-from gym_extensions.results.frames import find, refuse_problems
 from gym_extensions.rollouts.layout import DOCUMENT, run_file, scan
 from gym_extensions.rollouts.run_policies import has_policies, policy_files, read_arrays
-from gym_extensions.scoring.frames import scores
 from gym_extensions.scoring.metrics import METRICS
-from gym_extensions.scoring.pipeline import make_scorer
+from gym_extensions.scoring.output.frames import scores
+from gym_extensions.scoring.pipeline import make_scorer, valid_scorecards
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.versions import version
 
@@ -47,14 +46,11 @@ def write_repositories(
     Raises:
         BenchError: a path or group does not exist, a submission has problems, or there is nothing to write.
     """
-    scorer = make_scorer(only=groups)
-    found = find(entries) if entries else []
-    cards = {path: scorer(path) for path in found}
-    for path, card in cards.items():
-        refuse_problems(path, card.problems)
-    written = ["models/experts"] if with_experts else []
+    cards = valid_scorecards(entries, make_scorer(only=groups)) if entries else {}
+    written = []
     if with_experts:
         write_experts(folder / "models" / "experts")
+        written.append("models/experts")
     for path, card in cards.items():
         if write_entry(folder / "models" / card.name, path, card):
             written.append(f"models/{card.name}")
@@ -77,15 +73,14 @@ def _protocols(card: Scorecard) -> Iterator[tuple[str, str]]:
 
 def write_entry(target: Path, source: Path, card: Scorecard) -> bool:
     """Writes the policies and documents of an entry's runs and their card; False if it has no policies."""
-    groups = {group.id: group for group in GROUPS.values()}
     files = scan(source).runs
     written = []
     for id_, protocol in _protocols(card):
-        for run in files[groups[id_].name, protocol]:
-            if not has_policies(source, groups[id_], protocol, run):
+        members = group(id_)
+        for run in files[members.name, protocol]:
+            if not has_policies(source, members, protocol, run):
                 continue
-            arrays = read_arrays(source, groups[id_], protocol, run)
-            key = groups[id_].name, protocol, run
+            arrays, key = read_arrays(source, members, protocol, run), (members.name, protocol, run)
             for suffix, data in policy_files(arrays).items():
                 write_bytes(target / run_file(*key, suffix), data)
             shutil.copyfile(source / run_file(*key, DOCUMENT), target / run_file(*key, DOCUMENT))
@@ -121,8 +116,8 @@ def model_card(card: Scorecard, runs: Sequence[tuple[str, str, int]]) -> str:
         "tags": [*TAGS, card.manifest.protocol.algorithm],
         "model-index": [{"name": card.name, "results": [each for each in results if each["metrics"]]}],
     }
-    group, protocol, run = runs[0]
-    task = f', task="{GROUPS[group].tasks[0].name}"' if protocol == "single" else ""
+    name, protocol, run = runs[0]
+    task = f', task="{group(name).tasks[0].name}"' if protocol == "single" else ""
     lines = [
         f"# {card.title}",
         card.manifest.description,
@@ -133,7 +128,7 @@ def model_card(card: Scorecard, runs: Sequence[tuple[str, str, int]]) -> str:
         f"`runN.stageS.onnx` each as a network, and "
         f"`runN.json` says how they were trained: {len(runs)} runs. Metrics are normalized returns, 0 at the "
         "floor and 1 at the reference, as means over runs.",
-        LOAD.format(group=group, protocol=protocol, run=run, task=task),
+        LOAD.format(group=name, protocol=protocol, run=run, task=task),
     ]
     return front_matter(head) + "\n" + "\n\n".join(lines) + "\n"
 

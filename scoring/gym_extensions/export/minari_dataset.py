@@ -15,15 +15,15 @@ import numpy as np
 from gym_extensions import policies
 from gym_extensions.catalog.groups import GROUPS, group
 from gym_extensions.catalog.protocol import stages
-from gym_extensions.catalog.tasks import Task
 from gym_extensions.envs import make
 from gym_extensions.envs.fingerprint import require_published_engine
 from gym_extensions.errors import BenchError, did_you_mean
-from gym_extensions.results.frames import refuse_problems
 from gym_extensions.rollouts.layout import run_key
+from gym_extensions.rollouts.manifest import Manifest
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.review import CLAIMED, level
 from gym_extensions.rollouts.run_policies import AnyPolicy
+from gym_extensions.scoring.pipeline import refuse_problems
 from gym_extensions.versions import version
 
 ROOT = "MINARI_DATASETS_PATH"
@@ -40,18 +40,6 @@ class Wanted:
     run: int = 0
     stage: int | None = None
     task: str | None = None
-
-
-@dataclass(frozen=True)
-class Chosen:
-    """A policy, the task with its index in the group, the stage, whether it samples, and who submitted it."""
-
-    policy: AnyPolicy
-    task: Task
-    position: int
-    stage: int
-    sampled: bool
-    authors: tuple[str, ...]
 
 
 def write_dataset(folder: Path, entry: Path, wanted: Wanted, count: int = 20) -> str:
@@ -78,53 +66,60 @@ def write_dataset(folder: Path, entry: Path, wanted: Wanted, count: int = 20) ->
     except ImportError as error:
         hint = "Run: pip install 'gym-extensions[minari]'"
         raise BenchError("not-installed", "Minari is not installed.", "minari", hint) from error
-    chosen = _chosen(entry, wanted)
-    task, name = chosen.task, entry.resolve().name
-    require_published_engine()
-    dataset = f"gym-extensions/{task.name}/{name}-{wanted.protocol}-run{wanted.run}-stage{chosen.stage}-v0"
-    with _root(folder), warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # it asks for an e-mail address and for a link to code
-        env: Any = minari.DataCollector(make(task))
-        for seed in range(count):
-            _play(env, chosen, seed)
-        env.create_dataset(
-            dataset,
-            algorithm_name=name,
-            author=", ".join(chosen.authors),
-            requirements=[f"gym-extensions=={version('gym-extensions')}"],
-            description=f"The policy of {run_key(wanted.group, wanted.protocol, wanted.run)}, stage "
-            f"{chosen.stage}, on {task.id}, with the seeds 0 to {count - 1}.",
-        )
-        env.close()
-    return dataset
-
-
-def _play(env: Any, chosen: Chosen, seed: int) -> None:
-    """Runs one episode."""
-    noise = np.random.default_rng(seed) if chosen.sampled else None
-    space = env.action_space
-    observation, _ = env.reset(seed=seed)
-    chosen.policy.reset()
-    ended = False
-    while not ended:
-        action = chosen.policy.act(np.asarray(observation)[None], noise, chosen.position)[0]
-        action = np.clip(action.reshape(space.shape), space.low, space.high).astype(space.dtype)
-        observation, _, terminated, truncated, _ = env.step(action)
-        ended = terminated or truncated
-
-
-def _chosen(entry: Path, wanted: Wanted) -> Chosen:
-    tasks = group(wanted.group)
-    names = [task.name for task in tasks.tasks]
+    tasks = group(wanted.group).tasks
+    names = [task.name for task in tasks]
     name = names[-1] if wanted.task is None else wanted.task
     if name not in names:
-        message = f"{tasks.id} has no task {name!r}."
+        message = f"{group(wanted.group).id} has no task {name!r}."
         raise BenchError("unknown-task", message, "--task", did_you_mean(name, names))
     known = list(stages(wanted.protocol, len(names)))
     stage = known[-1] if wanted.stage is None else wanted.stage
     if stage not in known:
         hint = f"Choose {known[0]} to {known[-1]}."
         raise BenchError("unknown-stage", f"There is no stage {stage}.", "--stage", hint)
+    manifest = _verified(entry, wanted)
+    trained = name if wanted.protocol == "single" else None
+    policy = policies.load(
+        entry, wanted.group, run=wanted.run, stage=stage, task=trained, protocol=wanted.protocol
+    )
+    position = names.index(name)
+    require_published_engine()
+    submission = entry.resolve().name
+    dataset = f"gym-extensions/{name}/{submission}-{wanted.protocol}-run{wanted.run}-stage{stage}-v0"
+    with _root(folder), warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # it asks for an e-mail address and for a link to code
+        env: Any = minari.DataCollector(make(tasks[position]))
+        for seed in range(count):
+            sampled = manifest.protocol.evaluation == "sampled"
+            _play(env, policy, position, seed, np.random.default_rng(seed) if sampled else None)
+        env.create_dataset(
+            dataset,
+            algorithm_name=submission,
+            author=", ".join(manifest.authors),
+            requirements=[f"gym-extensions=={version('gym-extensions')}"],
+            description=f"The policy of {run_key(wanted.group, wanted.protocol, wanted.run)}, stage {stage}, "
+            f"on {tasks[position].id}, with the seeds 0 to {count - 1}.",
+        )
+        env.close()
+    return dataset
+
+
+def _play(env: Any, policy: AnyPolicy, position: int, seed: int, noise: np.random.Generator | None) -> None:
+    """Runs one episode on the task at this position of its group."""
+    space = env.action_space
+    observation, _ = env.reset(seed=seed)
+    policy.reset()
+    ended = False
+    while not ended:
+        action = policy.act(np.asarray(observation)[None], noise, position)[0]
+        action = np.clip(action.reshape(space.shape), space.low, space.high).astype(space.dtype)
+        observation, _, terminated, truncated, _ = env.step(action)
+        ended = terminated or truncated
+
+
+def _verified(entry: Path, wanted: Wanted) -> Manifest:
+    """The manifest of an entry that has the run, with a verification that passed."""
+    tasks = group(wanted.group)
     submission = read(entry, GROUPS, only=(tasks.name,), merge_runs=False)
     refuse_problems(entry, submission.problems)
     found = submission.groups.get(tasks.id)
@@ -135,12 +130,7 @@ def _chosen(entry: Path, wanted: Wanted) -> Chosen:
     if level(submission.review, {key: digests[key]}) == CLAIMED:
         hint = f"Run: gym-extensions verify {entry}"
         raise BenchError("not-verified", f"No verification of {key} has passed.", str(entry), hint)
-    trained = name if wanted.protocol == "single" else None
-    where = {"run": wanted.run, "stage": stage, "task": trained, "protocol": wanted.protocol}
-    policy = policies.load(entry, tasks, **where)  # type: ignore[arg-type]
-    sampled = submission.manifest.protocol.evaluation == "sampled"
-    position = names.index(name)
-    return Chosen(policy, tasks.tasks[position], position, stage, sampled, submission.manifest.authors)
+    return submission.manifest
 
 
 @contextmanager
@@ -151,7 +141,6 @@ def _root(folder: Path) -> Iterator[None]:
     try:
         yield
     finally:
-        if before is None:
-            del os.environ[ROOT]
-        else:
+        os.environ.pop(ROOT)
+        if before is not None:
             os.environ[ROOT] = before

@@ -11,12 +11,11 @@ implementations can be tested with the conformance kit, JSON files in ``gym_exte
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from gym_extensions.errors import BenchError
+from gym_extensions.scoring.entry.returns import joint_gap, over_runs
 from gym_extensions.scoring.metrics import (
     FINAL,
     JOINT_GAP,
@@ -29,7 +28,6 @@ from gym_extensions.scoring.metrics import (
     iqm,
     profile,
 )
-from gym_extensions.scoring.returns import joint_gap, over_runs
 from gym_extensions.scoring.statistics import Interval, difference, interval
 
 __all__ = [
@@ -50,7 +48,6 @@ Array = NDArray[np.float64]
 FORMULAS = {metric.name: metric.formula for metric in TABLE}
 """The formula of every metric, by name."""
 
-INPUTS = {name: name for name in ("single", "joint", "cumulative")} | {"curves": "auc and single_auc"}
 NEEDS_STAGE_0 = ("zero_shot_transfer", "generalization_to_unseen_tasks")
 NEEDS_EPISODES = ("return_std", "cvar_10")
 
@@ -98,80 +95,80 @@ def compute(
         hint = f"Give {tasks} rows, or {tasks + 1} with the untrained agent first."
         raise BenchError("bad-matrix", f"It has {rows} rows and {tasks} columns.", "matrix", hint)
     scored, low, height = _scale(floor, expert, tasks)
+    p, first = (values - low) / height, tasks + 1 - rows
 
-    def normalized(name: str, given: ArrayLike | None, axes: int, task_axis: int, count: int) -> Array | None:
-        if given is None:
-            return None
-        array = _array(name, given, axes)
-        if array.shape[task_axis] != tasks or (count and len(array) != count):
-            expected = f"{f'{count} runs' if count else 'any number of runs'} and {tasks} tasks"
-            raise BenchError("bad-matrix", f"Its shape is {array.shape}.", name, f"Give {expected}.")
-        shape = [1] * array.ndim
-        shape[task_axis] = tasks
-        return (array - low.reshape(shape)) / height.reshape(shape)
+    def normalized(name: str, given: ArrayLike) -> Array:
+        """An array (runs, …, T)."""
+        array = _array(name, given, AXES.get(name, 1))
+        if name == "episodes":
+            array = array.swapaxes(1, 2)
+        elif name == "cumulative":  # as an array with tasks, of which the last alone counts
+            array = np.tile(array[:, None], tasks)
+        count = len(array) if name == "joint" else runs
+        if array.shape[-1] != tasks or len(array) != count:
+            hint = f"Give {count} runs and {tasks} tasks."
+            raise BenchError("bad-matrix", f"Its shape is {array.shape}.", name, hint)
+        return (array - low) / height
 
-    p = normalized("matrix", values, 2, -1, runs)
-    alone = normalized("single", single, 1, -1, runs)
-    together = normalized("joint", joint, 1, -1, 0)
-    practiced = None
-    if cumulative is not None:  # as an array with tasks, of which the last alone counts
-        column = _array("cumulative", cumulative, 0)
-        practiced = normalized("cumulative", np.tile(column[:, None], tasks), 1, -1, runs)
-    last = normalized("episodes", episodes, 2, -2, runs)
-    areas = normalized("auc", auc, 1, -1, runs)
-    single_areas = normalized("single_auc", single_auc, 1, -1, runs)
-    assert p is not None
-    first = tasks + 1 - rows
+    others = {"single": single, "joint": joint, "cumulative": cumulative, "episodes": episodes}
+    others |= {"auc": auc, "single_auc": single_auc}
+    found = {name: normalized(name, array) for name, array in others.items() if array is not None}
 
-    def by_task(array: Array | None, run: int) -> dict[int, float]:
-        return {} if array is None else {j: float(array[run, j - 1]) for j in scored}
+    def by_task(name: str, run: int) -> dict[int, float]:
+        return {j: float(found[name][run, j - 1]) for j in scored} if name in found else {}
 
-    found = [
+    all_runs = [
         Run(
             T=tasks,
             scored=scored,
             normalized_returns={
-                (s, j): float(row[j - 1]) for s, row in enumerate(p[index], first) for j in scored
+                (s, j): float(row[j - 1]) for s, row in enumerate(p[run], first) for j in scored
             },
-            final_episodes={} if last is None else {j: tuple(last[index, j - 1].tolist()) for j in scored},
-            single_task=by_task(alone, index),
-            auc=by_task(areas, index),
-            single_task_auc=by_task(single_areas, index),
-            cumulative=by_task(practiced, index),
+            final_episodes={
+                j: tuple(found["episodes"][run, :, j - 1].tolist()) for j in scored if "episodes" in found
+            },
+            single_task=by_task("single", run),
+            auc=by_task("auc", run),
+            single_task_auc=by_task("single_auc", run),
+            cumulative=by_task("cumulative", run),
         )
-        for index in range(runs)
+        for run in range(runs)
     ]
-    given = {"single": single is not None, "joint": joint is not None, "cumulative": cumulative is not None}
-    given["curves"] = auc is not None and single_auc is not None
 
     def value(metric: Metric) -> MetricValue:
-        lacking = [INPUTS[name] for name in _needs(metric) if not given[name]]
+        lacking = [name for name in _needs(metric) if name not in found]
         if metric.name in NEEDS_STAGE_0 and first:
             lacking.append("a first row of the untrained agent")
-        if metric.name in NEEDS_EPISODES and episodes is None:
-            lacking.append("episodes")
         if lacking:
             return MetricValue(why=f"It needs {' and '.join(lacking)}.")
-        if metric is JOINT_GAP and together is not None:
-            return joint_gap(over_runs(FINAL, found), over_runs(FINAL, _last_stage(together, scored)))
-        if metric.protocols == ("cumulative",) and practiced is not None:
-            return over_runs(metric, _last_stage(practiced, scored))
-        return over_runs(metric, found)
+        if metric is JOINT_GAP:
+            return joint_gap(
+                over_runs(FINAL, all_runs), over_runs(FINAL, _last_stage(found["joint"], scored))
+            )
+        if metric.protocols == ("cumulative",):
+            return over_runs(metric, _last_stage(found["cumulative"], scored))
+        return over_runs(metric, all_runs)
 
     return {metric.name: value(metric) for metric in TABLE}
 
 
+AXES = {"cumulative": 0, "episodes": 2}
+"""Axes of the arguments without that of runs; 1 for the others."""
+
+
 def _needs(metric: Metric) -> tuple[str, ...]:
-    """The inputs of a metric beside the matrix. The area alone is enough for forward transfer."""
+    """The arguments that a metric needs beside the matrix. The area alone is enough for forward transfer."""
     if "curves" in metric.needs:
-        return ("curves",)
+        return "auc", "single_auc"
+    if metric.name in NEEDS_EPISODES:
+        return ("episodes",)
     return metric.needs if "sequential" in metric.protocols else metric.protocols
 
 
-def _last_stage(array: Array, scored: Sequence[int]) -> list[Run]:
+def _last_stage(array: Array, scored: tuple[int, ...]) -> list[Run]:
     """Runs of which nothing but the last stage is known, (runs, T)."""
     T = array.shape[1]
-    return [Run(T, tuple(scored), {(T, j): float(row[j - 1]) for j in scored}) for row in array]
+    return [Run(T, scored, {(T, j): float(row[j - 1]) for j in scored}) for row in array]
 
 
 def _scale(

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import io
 import json
 import re
 import zipfile
-from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -17,8 +16,9 @@ from numpy.typing import NDArray
 
 from gym_extensions.errors import BenchError, did_you_mean
 from gym_extensions.metrics import compute
-from gym_extensions.results.frames import check_columns, select_columns
+from gym_extensions.results.frames import chosen_columns
 from gym_extensions.scoring.metrics import METRICS
+from gym_extensions.scoring.output.frames import typed
 
 Array = NDArray[np.float64]
 IMPORTED = "imported"
@@ -110,15 +110,14 @@ def foreign_board(folder: str | Path, benchmark: str, columns: Sequence[str] | N
     ends = [f"{name}{end}" for name in names for end in ("", "_low", "_high")]
     dtypes = {"name": "str", "level": "str", "runs": "int64", "ranked": "bool", "why": "str"}
     dtypes |= dict.fromkeys(ends, "float64")
-    check_columns(columns, dtypes)
+    chosen = chosen_columns(columns, dtypes)
     rows = []
     for runs in foreign_runs(folder, benchmark):
         found = compute(runs.matrix, runs.single, auc=runs.auc, single_auc=runs.single_auc)
         cells = [end for name in names for end in (found[name].mean, found[name].low, found[name].high)]
         rows.append((runs.name, IMPORTED, len(runs.matrix), False, NOT_VERIFIED, *cells))
-    frame = pd.DataFrame(rows, columns=list(dtypes)).astype(dtypes)
-    frame = frame.sort_values(names[0], ascending=False, kind="stable", ignore_index=True)
-    return select_columns(frame, columns)
+    frame = typed(rows, dtypes).sort_values(names[0], ascending=False, kind="stable", ignore_index=True)
+    return frame[chosen]
 
 
 def _bad(path: Path, message: str, hint: str) -> BenchError:
@@ -131,10 +130,12 @@ SUCCESS = re.compile(r"test/stochastic/(\d+)/(.+)/success")
 
 
 def _continual_world(root: Path) -> Iterator[ForeignRuns]:
+    keep = "Keep what Continual World writes."
     methods: dict[str, list[tuple[tuple[str, ...], Array, Array]]] = {}
     alone: dict[str, list[tuple[float, float]]] = {}
     for path in sorted(root.rglob("progress.tsv")):
-        config, log = _config(path.with_name("config.json")), _progress(path)
+        config = _read(path.with_name("config.json"), lambda file: dict(json.loads(file.read_bytes())), keep)
+        log = _read(path, lambda file: pd.read_csv(file, sep="\t"), keep)
         columns = {int(found[1]): found for name in log if (found := SUCCESS.fullmatch(str(name)))}
         tasks = tuple(columns[index][2] for index in sorted(columns))
         if not tasks or sorted(columns) != list(range(len(tasks))):
@@ -169,26 +170,16 @@ def _continual_world(root: Path) -> Iterator[ForeignRuns]:
         yield ForeignRuns(method, tasks, matrix, single, auc, single_auc)
 
 
-def _config(path: Path) -> dict[str, object]:
+def _read(path: Path, load: Callable[[Path], Any], hint: str) -> Any:
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise _bad(path, f"The file cannot be read: {error}.", "Keep it beside progress.tsv.") from error
-    if not isinstance(content, dict):
-        raise _bad(path, "The file is not a JSON object.", "Keep what Continual World writes.")
-    return content
-
-
-def _progress(path: Path) -> pd.DataFrame:
-    try:
-        return pd.read_csv(path, sep="\t")
-    except (OSError, ValueError) as error:
-        raise _bad(path, f"The file cannot be read: {error}.", "Keep what Continual World writes.") from error
+        return load(path)
+    except (OSError, ValueError, TypeError, KeyError, EOFError, zipfile.BadZipFile) as error:
+        raise _bad(path, f"The file cannot be read: {error}.", hint) from error
 
 
 def _checked(values: Array, path: Path) -> Array:
-    if not len(values) or not np.isfinite(values).all():
-        raise _bad(path, "A success rate is missing or not finite.", "Leave out runs that stopped early.")
+    if not values.size or not np.isfinite(values).all():
+        raise _bad(path, "A value is missing or not finite.", "Leave out runs that stopped early.")
     return values
 
 
@@ -197,26 +188,25 @@ CURVE = re.compile(r"(\d+)_(soup|success|coverage_fraction|win_rate)\.(json|npz)
 
 def _meal(root: Path) -> Iterator[ForeignRuns]:
     methods: dict[Path, list[Array]] = {}
-    metrics: Counter[str] = Counter()
+    metrics: set[str] = set()
     for folder in sorted(path for path in root.rglob("seed_*") if path.is_dir()):
         found = {int(match[1]): match for path in folder.iterdir() if (match := CURVE.fullmatch(path.name))}
         if not found:
             continue
-        metrics.update({match[2] for match in found.values()})
+        metrics |= {match[2] for match in found.values()}
         missing = next((index for index in range(max(found)) if index not in found), None)
         if missing is not None:
             raise _bad(folder, f"It has no curve of task {missing}.", "Download every task.")
         curves = [_curve(folder / found[index][0]) for index in range(len(found))]
         lengths = {len(curve) for curve in curves}
-        if len(lengths) > 1 or lengths.pop() % len(curves) or not len(curves[0]):
-            message = f"Its {len(curves)} curves have {sorted({len(c) for c in curves})} evaluations."
+        if len(lengths) > 1 or len(curves[0]) % len(curves):
+            message = f"Its {len(curves)} curves have {sorted(lengths)} evaluations."
             raise _bad(folder, message, "Give curves of equal length, a multiple of the number of tasks.")
         stage = len(curves[0]) // len(curves)
         methods.setdefault(folder.parent, []).append(np.array(curves).T[stage - 1 :: stage])
     if len(metrics) > 1:
-        raise _bad(
-            root, f"The curves are of {', '.join(sorted(metrics))}.", "Name a folder with one of them."
-        )
+        message = f"The curves are of {', '.join(sorted(metrics))}."
+        raise _bad(root, message, "Name a folder with one of them.")
     for folder, runs in methods.items():
         name = folder.relative_to(root).as_posix()
         if len({run.shape for run in runs}) > 1:
@@ -226,16 +216,15 @@ def _meal(root: Path) -> Iterator[ForeignRuns]:
 
 
 def _curve(path: Path) -> Array:
-    try:
-        if path.suffix == ".npz":
-            with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as file:
-                curve = np.asarray(file["data"], dtype=np.float64)
-        else:
-            curve = np.asarray(json.loads(path.read_text(encoding="utf-8")), dtype=np.float64)
-    except (OSError, ValueError, TypeError, KeyError, EOFError, zipfile.BadZipFile) as error:
-        raise _bad(path, f"The file is not a curve: {error}.", "Keep what MEAL's download writes.") from error
-    if curve.ndim != 1 or not np.isfinite(curve).all():
-        raise _bad(path, "The curve is not a list of finite numbers.", "Leave out runs that diverged.")
+    def load(path: Path) -> Array:
+        if path.suffix == ".json":
+            return np.array(json.loads(path.read_bytes()), dtype=np.float64)
+        with np.load(path, allow_pickle=False) as file:
+            return np.array(file["data"], dtype=np.float64)
+
+    curve = _checked(_read(path, load, "Keep what MEAL's download writes."), path)
+    if curve.ndim != 1:
+        raise _bad(path, "The curve is not a list of numbers.", "Keep what MEAL's download writes.")
     return curve
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -13,36 +13,14 @@ from gym_extensions.catalog.protocol import PROTOCOLS, Budget
 from gym_extensions.catalog.protocol import budget as budget_named
 from gym_extensions.errors import BenchError, did_you_mean
 from gym_extensions.rollouts.layout import PROGRESS, UNFINISHED_CURVES
-from gym_extensions.rollouts.problem import Problem
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.submission import Submission, SubmittedGroup
 from gym_extensions.rollouts.tables import CURVE_COLUMNS, stage_steps
-from gym_extensions.scoring.frames import typed
-from gym_extensions.scoring.pipeline import find_submissions
+from gym_extensions.scoring.output.frames import typed
+from gym_extensions.scoring.pipeline import Paths, find_submissions, refuse_problems
 
-Paths = str | Path | Iterable[str | Path]
-"""A submission, a folder of submissions, or several of these."""
 CustomGroups = Iterable[str | Path | TaskGroup]
 """Groups of the user: TOML files or TaskGroup objects."""
-
-
-def find(submissions: Paths) -> list[Path]:
-    """The folders of the submissions, sorted by name.
-
-    Raises:
-        BenchError: a path does not exist, or two submissions have the same name.
-    """
-    if isinstance(submissions, str | Path):
-        return find_submissions([Path(submissions)])
-    return find_submissions([Path(path) for path in submissions])
-
-
-def refuse_problems(folder: Path, problems: Sequence[Problem]) -> None:
-    """Raises BenchError if a submission has problems."""
-    if problems:
-        count = f"{len(problems)} problem{'s' if len(problems) > 1 else ''}"
-        message = f"The submission has {count}. First: {problems[0].where}: {problems[0].message}"
-        raise BenchError("not-valid", message, str(folder), f"Run: score {folder}")
 
 
 def read_all(submissions: Paths, groups: CustomGroups) -> Iterator[Submission]:
@@ -52,7 +30,7 @@ def read_all(submissions: Paths, groups: CustomGroups) -> Iterator[Submission]:
         BenchError: a path does not exist, a submission has problems, or a group is invalid.
     """
     known = with_custom(groups)
-    for folder in find(submissions):
+    for folder in find_submissions(submissions):
         submission = read(folder, known)
         refuse_problems(folder, submission.problems)
         yield submission
@@ -70,27 +48,26 @@ CURVE_DTYPES = {
 """The columns of training curves, of finished and of unfinished runs."""
 
 
-def check_columns(columns: Sequence[str] | None, available: Collection[str]) -> None:
-    """Raises BenchError if a column is not available; the hint names the closest."""
+def chosen_columns(columns: Sequence[str] | None, available: Iterable[str]) -> list[str]:
+    """The columns, or all available ones if None.
+
+    Raises:
+        BenchError: a column is not available; the hint names the closest.
+    """
+    known = list(available)
     if isinstance(columns, str):
         hint = f"Give a list: [{columns!r}]."
         raise BenchError("bad-columns", f"Expected a list of columns, got {columns!r}.", "columns", hint)
     for name in columns or ():
-        if name not in available:
-            hint = did_you_mean(str(name), available)
+        if name not in known:
+            hint = did_you_mean(str(name), known)
             raise BenchError("unknown-column", f"There is no column {name!r}.", "columns", hint)
-
-
-def select_columns(frame: pd.DataFrame, columns: Sequence[str] | None) -> pd.DataFrame:
-    """The frame with these columns, in this order; with all columns if None."""
-    return frame if columns is None else frame[list(columns)]
+    return known if columns is None else list(columns)
 
 
 def concat(frames: Sequence[pd.DataFrame], dtypes: Mapping[str, str]) -> pd.DataFrame:
-    """The frames below each other, with these dtypes also without rows."""
-    empty = pd.DataFrame(columns=list(dtypes))
-    frame = pd.concat(frames, ignore_index=True) if frames else empty
-    return typed(frame, dtypes)
+    """The frames below each other, with these columns and dtypes also without rows."""
+    return typed(pd.concat(frames, ignore_index=True)[list(dtypes)] if frames else (), dtypes)
 
 
 EPISODE_DTYPES = {
@@ -145,7 +122,7 @@ def episodes(
         BenchError: a path does not exist, a submission has problems, a column is unknown, or a group is
             invalid.
     """
-    check_columns(columns, EPISODE_DTYPES)
+    chosen = chosen_columns(columns, EPISODE_DTYPES)
     frames = [
         pd.DataFrame(
             {
@@ -168,7 +145,7 @@ def episodes(
         for group_id, group in submission.groups.items()
         for protocol, log in group.logs.items()
     ]
-    return select_columns(concat(frames, EPISODE_DTYPES), columns)
+    return concat(frames, EPISODE_DTYPES)[chosen]
 
 
 def _fingerprints(group: SubmittedGroup, protocol: str) -> list[str]:
@@ -194,20 +171,11 @@ def curves(
     return       float64  mean return of the training episodes that ended since the point before
     ===========  =======  ==========================================================================
 
-    Runs without curves have no rows. The curves of unfinished runs are in
-    :func:`unfinished_curves`.
-
-    Args:
-        submissions: a submission, a folder of submissions, or a list of these.
-        columns: the columns to return, in this order; all by default.
-        groups: custom groups that the submissions may contain: TOML files or TaskGroup objects.
-
-    Raises:
-        BenchError: a path does not exist, a submission has problems, a column is unknown, or a group is
-            invalid.
+    Runs without curves have no rows. The curves of unfinished runs are in :func:`unfinished_curves`.
+    The arguments and errors are those of :func:`episodes`.
     """
-    check_columns(columns, CURVE_DTYPES)
-    rows = [
+    chosen = chosen_columns(columns, CURVE_DTYPES)
+    rows = (
         (submission.name, group_id, protocol, run, curve.task, step, value)
         for submission in read_all(submissions, groups)
         for group_id, group in submission.groups.items()
@@ -215,9 +183,8 @@ def curves(
         for run, document in documents.items()
         for curve in document.curves
         for step, value in zip(curve.steps, curve.returns, strict=True)
-    ]
-    frame = typed(pd.DataFrame(rows, columns=list(CURVE_DTYPES)), CURVE_DTYPES)
-    return select_columns(frame, columns)
+    )
+    return typed(rows, CURVE_DTYPES)[chosen]
 
 
 EVALUATION_DTYPES = {
@@ -256,27 +223,18 @@ def evaluations(
 
     The rows during training are those that ``train(…, evaluate_every=…)`` writes.
     The rows after a stage are the means of the logs. Rows are sorted by group, protocol, run, step and task
-    in training order.
-
-    Args:
-        submissions: a submission, a folder of submissions, or a list of these.
-        columns: the columns to return, in this order; all by default.
-        groups: custom groups that the submissions may contain: TOML files or TaskGroup objects.
-
-    Raises:
-        BenchError: a path does not exist, a submission has problems, a column is unknown, or a group is
-            invalid.
+    in training order. The arguments and errors are those of :func:`episodes`.
     """
-    check_columns(columns, EVALUATION_DTYPES)
+    chosen = chosen_columns(columns, EVALUATION_DTYPES)
     frames = [
         _evaluations_of(group, budget_named(submission.manifest.protocol.budget)).assign(
             submission=submission.name, group=group_id
-        )[list(EVALUATION_DTYPES)]
+        )
         for submission in read_all(submissions, groups)
         if submission.manifest is not None
         for group_id, group in submission.groups.items()
     ]
-    return select_columns(concat(frames, EVALUATION_DTYPES), columns)
+    return concat(frames, EVALUATION_DTYPES)[chosen]
 
 
 def _evaluations_of(group: SubmittedGroup, budget: Budget) -> pd.DataFrame:
@@ -318,19 +276,8 @@ def _during_training(group: SubmittedGroup, steps: dict[str, int]) -> pd.DataFra
 def unfinished_curves(folder: str | Path) -> pd.DataFrame:
     """The training curves of unfinished runs, up to now, also while they train.
 
-    ===========  =======  ==========================================================================
-    column       dtype    value
-    ===========  =======  ==========================================================================
-    submission   str      name of the submission's folder
-    group        str      name of the group's folder
-    protocol     str      ``sequential``, ``single``, ``joint`` or ``cumulative``
-    run          int64    training seed
-    task         str      task id
-    step         int64    training steps since the stage began
-    return       float64  mean return of the training episodes that ended since the point before
-    ===========  =======  ==========================================================================
-
-    A run is unfinished until its log is written. A last line that is being written is left out.
+    The columns are those of :func:`curves`, but ``group`` is the name of the group's folder. A run is
+    unfinished until its log is written. A last line that is being written is left out.
 
     Args:
         folder: the folder in which ``train`` writes the submission.
@@ -341,12 +288,12 @@ def unfinished_curves(folder: str | Path) -> pd.DataFrame:
     path = Path(folder)
     if not path.is_dir():
         raise BenchError("no-folder", "The folder does not exist.", str(folder), "Name the folder of --out.")
-    rows = [
+    rows = (
         (path.resolve().name, curve.parent.parent.name, *cells)
         for curve in sorted((path / PROGRESS).glob(UNFINISHED_CURVES))
         for cells in _complete_rows(curve)
-    ]
-    return typed(pd.DataFrame(rows, columns=list(CURVE_DTYPES)), CURVE_DTYPES)
+    )
+    return typed(rows, CURVE_DTYPES)
 
 
 def _complete_rows(curve: Path) -> list[list[str]]:

@@ -10,8 +10,10 @@ import pandas as pd
 
 from gym_extensions.catalog.protocol import STANDARD_BUDGET
 from gym_extensions.errors import BenchError, did_you_mean
-from gym_extensions.results.frames import Paths, curves, evaluations
+from gym_extensions.results.frames import curves, evaluations
 from gym_extensions.results.scores import board
+from gym_extensions.scoring.output.highlights import task_name
+from gym_extensions.scoring.pipeline import Paths
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,18 +36,13 @@ def new_axes(ax: Axes | None) -> Axes:
     return pyplot.subplots(layout="constrained")[1] if ax is None else ax
 
 
-def short_name(task_id: str) -> str:
-    """A task's id without namespace and version: ``HopperGravityHalf``."""
-    return task_id.rpartition("/")[2].rpartition("-v")[0] or task_id
-
-
 def task_colors(tasks: Iterable[str]) -> dict[str, str]:
     """A color of matplotlib's cycle for each task, in the order of the tasks."""
     return {task: f"C{index}" for index, task in enumerate(dict.fromkeys(tasks))}
 
 
 def plot_board(
-    data: pd.DataFrame | Paths,
+    data: Data,
     group: str | None = None,
     *,
     metric: str | None = None,
@@ -108,7 +105,7 @@ def plot_curves(
     seen = set[str]()
     for keys, line in frame.groupby(["submission", "task", "run"], sort=False):
         task = str(keys[1])
-        label = None if task in seen else short_name(task)
+        label = None if task in seen else task_name(task)
         axes.plot(line["step"], line["return"], color=colors[task], linewidth=1, label=label)
         seen.add(task)
     axes.set(xlabel="training steps", ylabel="training return", title=_title(frame))
@@ -137,7 +134,7 @@ def plot_matrix(data: Data, group: str | None = None, *, ax: Axes | None = None)
         for column, value in enumerate(values):
             box = {"boxstyle": "round", "facecolor": "white", "edgecolor": "none", "alpha": 0.7}
             axes.text(column, row, f"{value:.0f}", ha="center", va="center", fontsize="small", bbox=box)
-    axes.set_xticks(range(len(tasks)), [short_name(task) for task in tasks], rotation=30, ha="right")
+    axes.set_xticks(range(len(tasks)), [task_name(task) for task in tasks], rotation=30, ha="right")
     axes.set_yticks(range(len(matrix)), [str(stage) for stage in matrix.index])
     axes.set(ylabel="tasks trained", title=_title(frame))
     axes.figure.colorbar(image, ax=axes, label="mean return")
@@ -169,7 +166,7 @@ def plot_retention(data: Data, group: str | None = None, *, ax: Axes | None = No
     means = frame.groupby(keys, sort=False)[["trained", "return"]].mean()
     for task, line in means.groupby("task", sort=False):
         ordered = line.sort_values("trained")
-        label, color = short_name(str(task)), colors[str(task)]
+        label, color = task_name(str(task)), colors[str(task)]
         axes.plot(ordered["trained"], ordered["return"], color=color, marker=".", label=label)
     for stage in sorted(frame["stage"].unique()):
         axes.axvline(stage, color="0.85", linewidth=0.8, zorder=0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,22 +12,16 @@ import numpy.typing as npt
 import pandas as pd
 
 from gym_extensions.catalog.groups import SUITES, TaskGroup
-from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS, STANDARD_BUDGET
+from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS, STANDARD_BUDGET, stages
 from gym_extensions.errors import BenchError, did_you_mean
 from gym_extensions.metrics import compute
-from gym_extensions.results.frames import (
-    CustomGroups,
-    Paths,
-    check_columns,
-    concat,
-    find,
-    refuse_problems,
-    select_columns,
-)
+from gym_extensions.results.frames import CustomGroups, chosen_columns
 from gym_extensions.rollouts.reader import read
-from gym_extensions.rollouts.tables import Log
 from gym_extensions.scoring.boards import BoardKey, CoreBoard
-from gym_extensions.scoring.frames import (
+from gym_extensions.scoring.entry.returns import results as raw_results
+from gym_extensions.scoring.leaderboard import board as board_of
+from gym_extensions.scoring.leaderboard import core as core_of
+from gym_extensions.scoring.output.frames import (
     CORE_DTYPES,
     METRIC_DTYPES,
     PAIR_DTYPES,
@@ -38,11 +32,16 @@ from gym_extensions.scoring.frames import (
     metrics_frame,
     typed,
 )
-from gym_extensions.scoring.leaderboard import board as board_of
-from gym_extensions.scoring.leaderboard import core as core_of
-from gym_extensions.scoring.pipeline import Scorer, make_scorer, scorecard_document
-from gym_extensions.scoring.references import References
-from gym_extensions.scoring.scorecard import Scorecard, ScorecardDocument
+from gym_extensions.scoring.pipeline import (
+    Paths,
+    Scorer,
+    find_submissions,
+    make_scorer,
+    refuse_problems,
+    scorecard_document,
+    valid_scorecards,
+)
+from gym_extensions.scoring.references import Reference
 
 
 def metrics(
@@ -79,8 +78,10 @@ def metrics(
     Raises:
         BenchError: a path does not exist, a submission has problems, or a column is unknown.
     """
-    check_columns(columns, METRIC_DTYPES)
-    return select_columns(metrics_frame(_document(submissions, make_scorer(groups, references))), columns)
+    chosen = chosen_columns(columns, METRIC_DTYPES)
+    scorer = make_scorer(groups, references)
+    cards = list(valid_scorecards(submissions, scorer).values())
+    return metrics_frame(scorecard_document(cards, scorer.references))[chosen]
 
 
 def board(
@@ -128,9 +129,7 @@ def board(
         protocol: ``sequential``, ``single``, ``joint`` or ``cumulative``.
         budget: name of the training budget. The site has no board of the budget ``smoke``.
         task_conditioned: whether the agents observe the task in evaluation.
-        columns: the columns to return, in this order; all by default.
-        groups: custom groups that the submissions may contain: TOML files or TaskGroup objects.
-        references: the references file of the custom groups' tasks.
+        columns, groups, references: as in :func:`metrics`.
 
     Raises:
         BenchError: a group, protocol, budget, path or column is unknown, or a submission has problems.
@@ -138,30 +137,45 @@ def board(
     Warns:
         UserWarning: the board is empty, and the submissions have results with another budget.
     """
+    scorer, group_id = _scorer_of(group, groups, references)
+    _check("protocol", protocol, PROTOCOLS)
+    _check("budget", budget, BUDGETS)
+    chosen = chosen_columns(columns, board_dtypes(protocol))
+    names = SUITES.get(group_id, (group_id,))
+    only = tuple(name for name, known in scorer.groups.items() if known.id in names)
+    cards = list(valid_scorecards(submissions, replace(scorer, only=only)).values())
+    found = board_of(cards, BoardKey(group_id, protocol, budget, task_conditioned), scorer.references)
+    if not found.rows:
+        scores = [card.groups.get(group_id, {}).get(protocol) for card in cards]
+        budgets = sorted({score.budget for score in scores if score})
+        if budgets and budget not in budgets:
+            message = f"The board of {group_id}, {protocol}, budget {budget} is empty. The submissions have "
+            warnings.warn(f"{message}the budget {', '.join(budgets)}.", UserWarning, stacklevel=2)
+        found = replace(found, computed=())
+    return board_frame(found)[chosen]
+
+
+def _scorer_of(
+    group: str | TaskGroup, groups: CustomGroups, references: str | Path | None
+) -> tuple[Scorer, str]:
+    """The scorer, and the name of a suite or the id of a group, which may be a custom one."""
     if isinstance(group, TaskGroup):
         groups, group = (*groups, group), group.name
     scorer = make_scorer(groups, references)
-    group_id = _group_id(group, scorer.groups)
-    _check("protocol", protocol, PROTOCOLS)
-    _check("budget", budget, BUDGETS)
-    check_columns(columns, board_dtypes(protocol))
-    names = SUITES.get(group_id, (group_id,))
-    only = tuple(name for name, known in scorer.groups.items() if {name, known.id} & set(names))
-    cards = _document(submissions, replace(scorer, only=only)).submissions
-    key = BoardKey(group_id, protocol, budget, task_conditioned)
-    found = board_of(cards, key, scorer.references)
-    if not found.rows:
-        _warn_of_another_budget(cards, key)
-        found = replace(found, computed=())
-    return select_columns(board_frame(found), columns)
+    ids = {name: known.id for name, known in scorer.groups.items()}
+    if group not in SUITES and group not in {*ids, *ids.values()}:
+        hint = did_you_mean(str(group), [*ids, *SUITES])
+        raise BenchError("unknown-group", f"There is no group or suite {group!r}.", "group", hint)
+    return scorer, ids.get(group, group)
 
 
-def core(
-    submissions: Paths = "submissions",
-    *,
-    columns: Sequence[str] | None = None,
-    references: str | Path | None = None,
-) -> pd.DataFrame:
+def _check(argument: str, name: str, choices: Collection[str]) -> None:
+    if name not in choices:
+        hint = did_you_mean(str(name), choices)
+        raise BenchError(f"unknown-{argument}", f"There is no {argument} {name!r}.", argument, hint)
+
+
+def core(submissions: Paths = "submissions", *, columns: Sequence[str] | None = None) -> pd.DataFrame:
     """The core board: one row per method, over all groups of the core (docs/metrics.md).
 
     Ranked methods come first, best first; only the groups of the core are read.
@@ -191,38 +205,28 @@ def core(
     Args:
         submissions: a submission, a folder of submissions, or a list of these.
         columns: the columns to return, in this order; all by default.
-        references: a references file, if not that of the current benchmark version.
 
     Raises:
         BenchError: a path or column is unknown, or a submission has problems.
     """
-    check_columns(columns, CORE_DTYPES)
-    return select_columns(core_frame(_core_board(submissions, references)), columns)
+    chosen = chosen_columns(columns, CORE_DTYPES)
+    return core_frame(_core_board(submissions))[chosen]
 
 
-def core_pairs(
-    submissions: Paths = "submissions",
-    *,
-    columns: Sequence[str] | None = None,
-    references: str | Path | None = None,
-) -> pd.DataFrame:
+def core_pairs(submissions: Paths = "submissions", *, columns: Sequence[str] | None = None) -> pd.DataFrame:
     """Every pair of ranked methods on the core board, for final performance and for forgetting.
 
     The columns are ``metric``, ``first``, ``second``, ``look``, ``paired``, the difference first − second as
     ``mean``, ``low`` and ``high`` (adjusted for all pairs and looks), the adjusted ``p_value``, ``verdict``
     (``separated``, ``equivalent`` or ``open``), ``exploratory`` and ``next_look``. docs/scorecard.md says
-    more. The arguments are those of :func:`core`.
-
-    Raises:
-        BenchError: a path or column is unknown, or a submission has problems.
+    more. The arguments and errors are those of :func:`core`.
     """
-    check_columns(columns, PAIR_DTYPES)
-    return select_columns(core_pairs_frame(_core_board(submissions, references)), columns)
+    chosen = chosen_columns(columns, PAIR_DTYPES)
+    return core_pairs_frame(_core_board(submissions))[chosen]
 
 
-def _core_board(submissions: Paths, references: str | Path | None) -> CoreBoard | None:
-    scorer = make_scorer((), references, ("core",))
-    return core_of(_document(submissions, scorer).submissions)
+def _core_board(submissions: Paths) -> CoreBoard | None:
+    return core_of(list(valid_scorecards(submissions, make_scorer(only=("core",))).values()))
 
 
 SCORE_DTYPES = {
@@ -267,33 +271,35 @@ def scores(
         group: name or id of a group, or a TaskGroup.
         protocol: ``sequential``, ``single``, ``joint`` or ``cumulative``.
         stage: of which stage; -1 for the last one, None for all.
-        columns: the columns to return, in this order; all by default.
-        groups: custom groups that the submissions may contain: TOML files or TaskGroup objects.
-        references: the references file of the custom groups' tasks.
+        columns, groups, references: as in :func:`metrics`.
 
     Raises:
         BenchError: a group, protocol, path or column is unknown, or a submission has problems.
-
     """
-    if isinstance(group, TaskGroup):
-        groups, group = (*groups, group), group.name
-    scorer = make_scorer(groups, references)
-    group_id = _group_id(group, scorer.groups)
+    scorer, group_id = _scorer_of(group, groups, references)
     _check("protocol", protocol, PROTOCOLS)
-    check_columns(columns, SCORE_DTYPES)
-    name = next((name for name, known in scorer.groups.items() if known.id == group_id), "")
-    frames = []
-    for folder in find(submissions):
-        submission = read(folder, scorer.groups, only=(name,))
+    chosen = chosen_columns(columns, SCORE_DTYPES)
+    only = tuple(name for name, known in scorer.groups.items() if known.id == group_id)
+    rows: list[tuple[object, ...]] = []
+    for folder in find_submissions(submissions):
+        submission = read(folder, scorer.groups, only=only)
         refuse_problems(folder, submission.problems)
         submitted = submission.groups.get(group_id)
-        if submitted is not None and protocol in submitted.logs:
-            frame = _means(submitted.logs[protocol], scorer.references)
-            frames.append(frame.assign(submission=submission.name, group=group_id, protocol=protocol))
-    frame = concat(frames, SCORE_DTYPES)[list(SCORE_DTYPES)]
+        if submission.manifest is None or submitted is None or protocol not in submitted.logs:
+            continue
+        found = raw_results(submitted, submission.manifest.protocol.budget)
+        ids = submitted.group.task_ids
+        references_of = [scorer.references.tasks.get(task, Reference(0.0, None)) for task in ids]
+        for run, matrix in zip(found.runs[protocol], found.means[protocol], strict=True):
+            for number, means in zip(stages(protocol, len(ids)), matrix, strict=True):
+                for task, each, mean in zip(ids, references_of, means, strict=True):
+                    normalized = math.nan if each.open else each.normalize(mean)
+                    key = (submission.name, group_id, protocol, run, number, task)
+                    rows.append((*key, mean, normalized))
+    frame = typed(rows, SCORE_DTYPES)
     if stage is not None:
         frame = frame[frame["stage"] == (frame["stage"].max() if stage == -1 else stage)]
-    return select_columns(frame.reset_index(drop=True), columns)
+    return frame.reset_index(drop=True)[chosen]
 
 
 def score_matrix(
@@ -335,17 +341,6 @@ def score_matrix(
     return frame.pivot(index="run", columns="task", values=values)[list(dict.fromkeys(frame["task"]))]
 
 
-def _means(log: Log, references: References) -> pd.DataFrame:
-    """The mean return of every run, stage and task of a log, in its order."""
-    rows = pd.DataFrame({"run": log.run, "stage": log.stage, "task": log.task, "return": log.return_})
-    cells = rows.groupby(["run", "stage", "task"], sort=False)["return"]
-    frame = cells.agg(lambda values: math.fsum(values) / len(values)).reset_index()
-    known = {task: reference for task, reference in references.tasks.items() if not reference.open}
-    pairs = zip(frame["task"], frame["return"], strict=True)
-    normalized = [known[task].normalize(value) if task in known else math.nan for task, value in pairs]
-    return frame.assign(normalized=normalized)
-
-
 def metrics_of(
     matrix: npt.ArrayLike, single: npt.ArrayLike | None = None, columns: Sequence[str] | None = None
 ) -> pd.DataFrame:
@@ -375,44 +370,7 @@ def metrics_of(
         np.float64(0.5)
     """
     dtypes = {"metric": "str", **dict.fromkeys(("mean", "low", "high"), "float64")}
-    check_columns(columns, dtypes)
+    chosen = chosen_columns(columns, dtypes)
     values = compute(matrix, single)
-    rows = [(name, value.mean, value.low, value.high) for name, value in values.items()]
-    return select_columns(typed(pd.DataFrame(rows, columns=list(dtypes)), dtypes), columns)
-
-
-def _warn_of_another_budget(cards: Sequence[Scorecard], key: BoardKey) -> None:
-    """Warns if the submissions have results on the board's group and protocol, but with another budget."""
-    scores = [card.groups.get(key.group, {}).get(key.protocol) for card in cards]
-    budgets = sorted({score.budget for score in scores if score})
-    if budgets and key.budget not in budgets:
-        board_name = f"{key.group}, {key.protocol}, budget {key.budget}"
-        message = f"The board of {board_name} is empty. The submissions have the budget {', '.join(budgets)}."
-        warnings.warn(message, UserWarning, stacklevel=3)
-
-
-def _group_id(name: str, groups: Mapping[str, TaskGroup]) -> str:
-    """The name of a suite, or the id of a group."""
-    ids = {group.id: group.id for group in groups.values()} | {
-        short: group.id for short, group in groups.items()
-    }
-    if name not in SUITES and name not in ids:
-        hint = did_you_mean(str(name), [*groups, *SUITES])
-        raise BenchError("unknown-group", f"There is no group or suite {name!r}.", "group", hint)
-    return ids.get(name, name)
-
-
-def _check(argument: str, name: str, choices: Collection[str]) -> None:
-    if name not in choices:
-        hint = did_you_mean(str(name), choices)
-        raise BenchError(f"unknown-{argument}", f"There is no {argument} {name!r}.", argument, hint)
-
-
-def _document(submissions: Paths, scorer: Scorer) -> ScorecardDocument:
-    """The scorecards, made in this process: a notebook on Windows or macOS cannot start workers safely."""
-    cards = []
-    for folder in find(submissions):
-        card = scorer(folder)
-        refuse_problems(folder, card.problems)
-        cards.append(card)
-    return scorecard_document(cards, scorer.references)
+    rows = ((name, value.mean, value.low, value.high) for name, value in values.items())
+    return typed(rows, dtypes)[chosen]

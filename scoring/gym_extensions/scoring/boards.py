@@ -12,9 +12,10 @@ from typing import Annotated, Literal
 from gym_extensions.catalog.groups import CORES, SUITES
 from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS
 from gym_extensions.rollouts.manifest import Evaluation, Observes, Steps
-from gym_extensions.rollouts.review import Level
+from gym_extensions.rollouts.review import LEVELS, VERIFIED, Level
 from gym_extensions.rollouts.run import Memory
 from gym_extensions.scoring.documents import JsonDocument, about
+from gym_extensions.scoring.metrics import MetricValue
 from gym_extensions.scoring.scorecard import GroupScore, Scorecard, SuiteScore
 from gym_extensions.scoring.statistics import Summary, subtract, to_interval, zero_mean_p
 
@@ -57,6 +58,11 @@ class BoardMetric:
             "other logs that it needs are not verified; else empty"
         ),
     ] = ""
+
+    @classmethod
+    def of(cls, value: MetricValue, rank_note: str = "") -> BoardMetric:
+        """The value of a scorecard, without a rank yet."""
+        return cls(value.mean, value.low, value.high, value.why, rank_note=rank_note)
 
 
 @dataclass(frozen=True, slots=True)
@@ -355,6 +361,23 @@ def lookup(card: Scorecard, key: BoardKey) -> GroupScore | SuiteScore | None:
     score = scores.get(key.protocol)
     on_board = score is not None and score.budget == key.budget
     return score if on_board and is_task_conditioned(card) == key.task_conditioned else None
+
+
+def board_level(card: Scorecard, key: BoardKey, protocol: str = "") -> Level:
+    """The lowest level of an entry's logs on a board.
+
+    Args:
+        card: the entry, which is on the board.
+        key: the board.
+        protocol: of the logs; the board's if empty. A missing log does not count.
+    """
+    logs = (card.groups.get(name, {}).get(protocol or key.protocol) for name in key.groups)
+    return min((log.level for log in logs if log), key=LEVELS.index, default=VERIFIED)
+
+
+def is_verified(level: Level) -> bool:
+    """Whether a level is at least ``verified``, which a rank needs."""
+    return LEVELS.index(level) >= LEVELS.index(VERIFIED)
 
 
 def is_task_conditioned(card: Scorecard) -> bool:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import argparse
-import os
 import sys
+from collections.abc import Iterable
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -33,30 +33,17 @@ def parser() -> argparse.ArgumentParser:
     output.add_argument("--csv", action="store_true", help="print one CSV row per metric")
     output.add_argument("--markdown", action="store_true", help="print Markdown tables")
     add("--compare", nargs=2, type=Path, metavar=("A", "B"), help="compare two submissions by metric")
-    add(
-        "--group",
-        action="append",
-        default=[],
-        metavar="NAME",
-        help="score only this group (or core), in full; may be repeated",
-    )
-    add(
-        "--groups",
-        action="append",
-        default=[],
-        metavar="FILE",
-        help="also accept the custom group in this TOML file; may be repeated",
-    )
+    help_ = "score only this group (or core), in full; may be repeated"
+    add("--group", action="append", default=[], metavar="NAME", help=help_)
+    help_ = "also accept the custom group in this TOML file; may be repeated"
+    add("--groups", action="append", default=[], metavar="FILE", help=help_)
     add("--references", type=Path, metavar="FILE", help="references of the custom groups' tasks")
-    add(
-        "--ruler",
-        choices=["alone"],
-        help="another 1: the reference agent after 300,000 steps on each task alone",
-    )
-    out_help = (
+    help_ = "another 1: the reference agent after 300,000 steps on each task alone"
+    add("--ruler", choices=["alone"], help=help_)
+    help_ = (
         "write scorecards/NAME.json and boards.json to DIR; scorecards of other submissions in it are removed"
     )
-    add("--out", type=Path, metavar="DIR", help=out_help)
+    add("--out", type=Path, metavar="DIR", help=help_)
     add("--jobs", type=int, metavar="N", help="worker processes (default: CPU count + 1)")
     add("--version", action="version", version=version("gym-extensions"))
     return command
@@ -70,9 +57,10 @@ def parse_args(argv: list[str] | None) -> argparse.Namespace:
         command.error("name at least one FOLDER, or two with --compare")
     others = ("folders", "csv", "markdown", "out", "jobs", "group")
     if options.compare and any(getattr(options, name) for name in others):
-        command.error(
+        message = (
             "--compare takes two submissions and only --json, --groups, --references and --ruler besides"
         )
+        command.error(message)
     if options.out and options.group:
         command.error("--out writes whole entries: leave out --group")
     if options.jobs is not None and options.jobs < 1:
@@ -88,13 +76,13 @@ def _print(text: str) -> None:
 
 
 def _compare(paths: list[Path], scorer: Scorer, as_json: bool) -> int:
-    from gym_extensions.scoring import screen
     from gym_extensions.scoring.leaderboard import compare
+    from gym_extensions.scoring.output import screen
     from gym_extensions.scoring.pipeline import find_submissions
 
     cards = []
     for path in paths:
-        folders = find_submissions([path])
+        folders = find_submissions(path)
         if len(folders) != 1:
             hint = "Name two submissions."
             raise BenchError("bad-compare", f"It contains {len(folders)} submissions.", str(path), hint)
@@ -113,67 +101,51 @@ def _compare(paths: list[Path], scorer: Scorer, as_json: bool) -> int:
 
 
 def _score(options: argparse.Namespace, scorer: Scorer) -> int:
-    from gym_extensions.scoring import pipeline, screen
+    from gym_extensions.scoring import pipeline
+    from gym_extensions.scoring.output import screen
 
     folders = pipeline.find_submissions(options.folders)
     as_text = options.json or options.csv or options.markdown
-    publisher = pipeline.Publisher(options.out, scorer.references) if options.out else None
-    cards: list[Scorecard] = []
-    out, problems = screen.console(), False
+    out = screen.console()
     if options.ruler and not as_text:
         out.print("Scores: 1 is the reference agent after 300,000 steps on each task alone, not the expert.")
-    scored = pipeline.scorecards(folders, scorer, options.jobs)
     texts = (f"scoring {folder.name} ({i} of {len(folders)})" for i, folder in enumerate(folders, 1))
-    for card in screen.awaited(scored, texts):
-        problems = problems or bool(card.problems)
-        try:
-            if as_text:
-                cards.append(card)
-            elif len(folders) > MAX_IN_FULL:
-                screen.show_line(out, card)
-            else:
-                screen.show(out, card, bool(options.group))
-        except BrokenPipeError:
-            if not publisher:
-                raise
-            _discard_output()
-        if publisher:
-            publisher.add(card)
-    if publisher:
-        publisher.finish()
+    cards: Iterable[Scorecard] = screen.awaited(pipeline.scorecards(folders, scorer, options.jobs), texts)
+    if options.out:
+        cards = pipeline.publish(options.out, cards, scorer.references)
     if as_text:
+        cards = list(cards)
         _print(_as_text(pipeline.scorecard_document(cards, scorer.references), options))
-    return 1 if problems else 0
+        return int(any(card.problems for card in cards))
+    status = 0
+    for card in cards:
+        status |= bool(card.problems)
+        if len(folders) > MAX_IN_FULL:
+            screen.show_line(out, card)
+        else:
+            screen.show(out, card, bool(options.group))
+    return status
 
 
 def _as_text(document: ScorecardDocument, options: argparse.Namespace) -> str:
     if options.json:
         return document.to_json()
-    from gym_extensions.scoring.frames import csv_text, markdown_text  # loads pandas
+    from gym_extensions.scoring.output.frames import csv_text, markdown_text  # loads pandas
 
     return csv_text(document) if options.csv else markdown_text(document)
-
-
-def _discard_output() -> None:
-    """Sends what is still printed to the null device."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 @reports_mistakes
 def main(argv: list[str] | None = None) -> int:
     """Runs the command and returns the exit status."""
     options = parse_args(argv)
-    for stream in (sys.stdout, sys.stderr):
-        if hasattr(stream, "reconfigure"):
-            stream.reconfigure(errors="backslashreplace")
     from gym_extensions.scoring.pipeline import make_scorer
 
     scorer = make_scorer(options.groups, options.references, options.group, options.ruler)
     try:
         return _compare(options.compare, scorer, options.json) if options.compare else _score(options, scorer)
     except BrokenPipeError:
-        _discard_output()
-        return 1
+        raise
     except OSError as error:
         message, path = f"{error.strerror or error}.", str(error.filename or "")
         raise BenchError("not-written", message, path, "Choose another folder for --out.") from error

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import traceback
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -17,23 +16,21 @@ from gym_extensions.rollouts.layout import MANIFEST, NAME, submission_folders
 from gym_extensions.rollouts.problem import Problem, escape
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.submission import Submission
+from gym_extensions.scoring.entry.scorer import score
 from gym_extensions.scoring.leaderboard import boards
 from gym_extensions.scoring.references import (
+    RULERS,
     References,
     add_references,
     load_references,
     read_references,
-    references_of_ruler,
-    require_references,
 )
 from gym_extensions.scoring.scorecard import ReferencesInfo, Scorecard, ScorecardDocument
-from gym_extensions.scoring.scorer import score
 
+Paths = str | Path | Iterable[str | Path]
+"""A submission, a folder of submissions, or several of these."""
 MIN_PARALLEL = 6
 """Number of submissions from which further processes pay."""
-
-EXTRA_WORKERS = 1
-"""Workers beyond the CPU count, to overlap disk waits."""
 
 
 @dataclass(frozen=True)
@@ -60,8 +57,12 @@ class Scorer:
         except BenchError:
             raise
         except Exception as error:  # noqa: BLE001 - an unforeseen folder must not stop the others
-            submission = Submission(escape(path.name), None, {}, (fault(path, error),))
-            return score(submission, self.references)
+            last = traceback.extract_tb(error.__traceback__)[-1]
+            place = f"{Path(last.filename).name}, {last.name}"
+            message = f"The scorer stopped with {type(error).__name__} in {place}."
+            hint = "This is a mistake of gym-extensions, whatever the folder contains: please report it."
+            problem = Problem("fault-of-the-scorer", escape(path.name), message, hint)
+            return score(Submission(escape(path.name), None, {}, (problem,)), self.references)
 
 
 def make_scorer(
@@ -79,14 +80,17 @@ def make_scorer(
         ruler: ``alone``, where 1 is the reference agent on each task alone; None for that of the boards.
 
     Raises:
-        BenchError: a group or the file is invalid, or there is no group or ruler of that name.
+        BenchError: a group or the file is invalid, or there is no group of that name.
     """
-    known, scored = references_of_ruler(ruler), with_custom(groups)
+    known = load_references(RULERS[ruler]) if ruler else load_references()
+    scored = with_custom(groups)
     if references is not None:
         known = add_references(known, read_references(Path(references)))
         for group in scored.values():
-            if not group.published:
-                require_references(known, group.name, group.task_ids, str(references))
+            if not group.published and (missing := known.missing(group.task_ids)):
+                message = f"It has no floor and expert for {missing[0]} of group {group.name}."
+                hint = "Measure it with: gym-extensions maintain references."
+                raise BenchError("missing-reference", message, str(references), hint)
     names = [
         each.removesuffix("-v0")
         for name in only
@@ -99,12 +103,39 @@ def make_scorer(
     return Scorer(known, scored, tuple(names))
 
 
-def fault(path: Path, error: Exception) -> Problem:
-    """The problem of a submission whose checks stopped with an unforeseen error."""
-    last = traceback.extract_tb(error.__traceback__)[-1]
-    message = f"The scorer stopped with {type(error).__name__} in {Path(last.filename).name}, {last.name}."
-    hint = "This is a mistake of gym-extensions, whatever the folder contains: please report it."
-    return Problem("fault-of-the-scorer", escape(path.name), message, hint)
+def find_submissions(paths: Paths) -> list[Path]:
+    """The folders of the submissions, sorted by name.
+
+    Raises:
+        BenchError: a path does not exist, or two submissions have the same name.
+    """
+    found = [Path(path) for path in ([paths] if isinstance(paths, str | Path) else paths)]
+    for path in found:
+        if not os.path.lexists(path):
+            hint = "Name a submission, or a folder of submissions."
+            raise BenchError("no-such-folder", "There is no such folder.", str(path), hint)
+    return submission_folders(found)
+
+
+def refuse_problems(folder: Path, problems: Sequence[Problem]) -> None:
+    """Raises BenchError if a submission has problems."""
+    if problems:
+        count = f"{len(problems)} problem{'s' if len(problems) > 1 else ''}"
+        message = f"The submission has {count}. First: {problems[0].where}: {problems[0].message}"
+        raise BenchError("not-valid", message, str(folder), f"Run: score {folder}")
+
+
+def valid_scorecards(paths: Paths, scorer: Callable[[Path], Scorecard]) -> dict[Path, Scorecard]:
+    """The scorecards by folder, made in this process: a notebook cannot start workers safely everywhere.
+
+    Raises:
+        BenchError: a path does not exist, or a submission has problems.
+    """
+    cards = {}
+    for folder in find_submissions(paths):
+        cards[folder] = scorer(folder)
+        refuse_problems(folder, cards[folder].problems)
+    return cards
 
 
 def scorecards(
@@ -119,7 +150,7 @@ def scorecards(
         scorer: scores each of them.
         workers: number of processes; None chooses it.
     """
-    count = min(workers or (os.cpu_count() or 1) + EXTRA_WORKERS, len(folders))
+    count = min(workers or (os.cpu_count() or 1) + 1, len(folders))  # one more overlaps disk waits
     if count < 2 or (workers is None and len(folders) < MIN_PARALLEL):
         return map(scorer, folders)
     pool = ProcessPoolExecutor(count)
@@ -129,21 +160,6 @@ def scorecards(
 def _until_done(pool: ProcessPoolExecutor, results: Iterator[Scorecard]) -> Iterator[Scorecard]:
     with pool:
         yield from results
-
-
-def find_submissions(paths: Sequence[Path]) -> list[Path]:
-    """The submissions that the paths name, sorted by name.
-
-    A path is a submission or a folder of submissions.
-
-    Raises:
-        BenchError: a path does not exist, or two submissions have the same name.
-    """
-    for path in paths:
-        if not os.path.lexists(path):
-            hint = "Name a submission, or a folder of submissions."
-            raise BenchError("no-such-folder", "There is no such folder.", str(path), hint)
-    return submission_folders(list(paths))
 
 
 def references_info(references: References) -> ReferencesInfo:
@@ -157,9 +173,7 @@ def scorecard_document(cards: Sequence[Scorecard], references: References) -> Sc
 
 
 def score_folders(
-    paths: Sequence[str | Path],
-    references: References | None = None,
-    groups: Mapping[str, TaskGroup] | None = None,
+    paths: Paths, references: References | None = None, groups: Mapping[str, TaskGroup] | None = None
 ) -> ScorecardDocument:
     """The scorecards of all submissions in the folders, sorted by name.
 
@@ -172,7 +186,7 @@ def score_folders(
         BenchError: a path does not exist, or two submissions have the same name.
     """
     references = load_references() if references is None else references
-    cards = scorecards(find_submissions(list(map(Path, paths))), Scorer(references, groups or GROUPS))
+    cards = scorecards(find_submissions(paths), Scorer(references, groups or GROUPS))
     return scorecard_document(tuple(cards), references)
 
 
@@ -183,41 +197,26 @@ def score_folder(
     return Scorer(load_references() if references is None else references, groups or GROUPS)(Path(path))
 
 
-class Publisher:
-    """Writes ``scorecards/<name>.json`` and ``boards.json`` into a folder and removes older scorecards.
+def publish(folder: Path, cards: Iterable[Scorecard], references: References) -> list[Scorecard]:
+    """Writes ``scorecards/<name>.json`` as the scorecards come, then ``boards.json``, and returns them.
 
-    A submission whose name cannot be a file's name (a problem says so) gets no scorecard file.
+    Scorecards of other submissions in the folder are removed. A submission whose name cannot be a file's name
+    (a problem says so) gets no file.
 
     Raises:
         BenchError: the folder is a submission, to which no files may be added.
     """
-
-    def __init__(self, folder: Path, references: References) -> None:
-        if (folder / MANIFEST).exists():
-            raise BenchError("bad-out", "The folder is a submission.", str(folder), "Name another one.")
-        self.folder = folder
-        self.references = references
-        self.cards: list[Scorecard] = []
-
-    def add(self, card: Scorecard) -> None:
-        """Writes one scorecard and remembers it for the boards."""
+    if (folder / MANIFEST).exists():
+        raise BenchError("bad-out", "The folder is a submission.", str(folder), "Name another one.")
+    written = []
+    for card in cards:
+        written.append(card)
         if NAME.fullmatch(card.name):
-            path = self.folder / "scorecards" / f"{card.name}.json"
-            write_text(path, scorecard_document([card], self.references).to_json())
-        self.cards.append(card)
-
-    def finish(self) -> None:
-        """Writes the boards and removes the scorecards of submissions that were not added."""
-        names = {card.name for card in self.cards}
-        for path in (self.folder / "scorecards").glob("*.json"):
-            if path.stem not in names and _is_scorecard(path):
-                path.unlink()
-        write_text(self.folder / "boards.json", boards(self.cards, self.references).to_json())
-
-
-def _is_scorecard(path: Path) -> bool:
-    try:
-        content = json.loads(path.read_bytes())
-    except ValueError:
-        return False
-    return isinstance(content, dict) and {"references", "submissions"} <= content.keys()
+            text = scorecard_document([card], references).to_json()
+            write_text(folder / "scorecards" / f"{card.name}.json", text)
+    names = {card.name for card in written}
+    for path in (folder / "scorecards").glob("*.json"):
+        if path.stem not in names and b'"submissions"' in path.read_bytes():
+            path.unlink()
+    write_text(folder / "boards.json", boards(written, references).to_json())
+    return written

@@ -93,12 +93,8 @@ class Poses(JsonDocument):
 
         False for poses of an earlier log of the entry.
         """
-        if self.run not in runs:
-            return False
-        stages = matrix[runs.index(self.run)]
-        if len(self.tasks) + 1 != len(stages):
-            return False
-        return all(
+        stages = matrix[runs.index(self.run)] if self.run in runs else ()
+        return len(self.tasks) + 1 == len(stages) and all(
             abs(math.fsum(clip.returns) / len(clip.returns) - stages[clip.stage][index]) <= MAX_DIFFERENCE
             for index, task in enumerate(self.tasks)
             for clip in (task.after, task.end)
@@ -128,18 +124,10 @@ def write(entry: Path, group_name: str, poses: Poses) -> Path:
     return path
 
 
-def load(path: Path) -> Poses | None:
-    """The document of a file, or None if there is no such file.
-
-    Raises:
-        BenchError: the file is not a document of poses.
-    """
-    return Poses.load(path, "bad-poses", "gym-extensions verify")
-
-
 def load_entry(entry: Path) -> dict[str, Poses]:
     """The poses in an entry's folder by group id, sorted. Raises ``BenchError`` if a file cannot be read."""
-    documents = [load(path) for path in sorted((entry / FOLDER).glob("*.json"))]
+    paths = sorted((entry / FOLDER).glob("*.json"))
+    documents = [Poses.load(path, "bad-poses", "gym-extensions verify") for path in paths]
     return {document.group: document for document in documents if document is not None}
 
 

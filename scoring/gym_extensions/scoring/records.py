@@ -67,25 +67,24 @@ class Bar:
         return self.mean + floor_margin(standard_error, self.floor_deviation)
 
 
+@cache
+def _reference_tasks() -> dict[str, References]:
+    return parse_file((REFERENCES / f"{CURRENT}.json").read_bytes()).tasks
+
+
 def bar(row: Task) -> Bar:
     """What a record of a task must beat, from the file of references.
 
     Raises:
         BenchError: the task has no references.
     """
-    found = reference_tasks().get(row.id)
+    found = _reference_tasks().get(row.id)
     if found is None:
         message = f"{row.name} has no references, so that nothing can be a record."
         raise BenchError("missing-reference", message, row.name, "Choose another task.")
     if found.expert is not None:
         return Bar(found.expert.mean, found.expert.standard_error)
     return Bar(found.floor.mean, floor_deviation=found.floor.agents[found.floor.agent].std)
-
-
-@cache
-def reference_tasks() -> dict[str, References]:
-    """The rows of the file of references by task id."""
-    return parse_file((REFERENCES / f"{CURRENT}.json").read_bytes()).tasks
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -10,7 +10,7 @@ from functools import cache
 from pathlib import Path
 
 from gym_extensions.catalog.protocol import STANDARD_BUDGET
-from gym_extensions.errors import BenchError, did_you_mean
+from gym_extensions.errors import BenchError
 from gym_extensions.experts.references import CURRENT, REFERENCES, Expert, parse_file
 
 ALONE = "alone"
@@ -43,13 +43,11 @@ class Reference:
     provisional: str = ""
 
     def __post_init__(self) -> None:
-        expert = () if self.expert is None else (self.expert,)
-        if not all(map(math.isfinite, (self.floor, self.standard_error, *self.agents.values(), *expert))):
+        numbers = (self.floor, self.expert or 0.0, self.standard_error, *self.agents.values())
+        if not all(map(math.isfinite, numbers)):
             raise ValueError(f"a number is not finite: {self}")
         if self.standard_error < 0 or (self.standard_error > 0 and self.df < 1):
-            raise ValueError(
-                f"the standard error is {self.standard_error}, with {self.df} degrees of freedom"
-            )
+            raise ValueError(f"standard error {self.standard_error} with {self.df} degrees of freedom")
         if self.expert is not None and self.expert <= self.floor:
             raise ValueError(f"the expert, {self.expert}, is not above the floor, {self.floor}")
 
@@ -101,17 +99,11 @@ def parse_references(data: bytes) -> References:
     tasks = {}
     for name, task in document.tasks.items():
         agents, expert = {agent: value.mean for agent, value in task.floor.agents.items()}, task.expert
+        error = (expert.standard_error, expert.df, expert.provisional) if expert else ()
         try:
-            tasks[name] = (
-                Reference(task.floor.mean, None, agents)
-                if expert is None
-                else Reference(
-                    *(task.floor.mean, expert.mean, agents),
-                    *(expert.standard_error, expert.df, expert.provisional),
-                )
-            )
-        except ValueError as error:
-            raise ValueError(f"{name}: {error}") from error
+            tasks[name] = Reference(task.floor.mean, expert.mean if expert else None, agents, *error)
+        except ValueError as wrong:
+            raise ValueError(f"{name}: {wrong}") from wrong
     return References(document.version, tasks, hashlib.sha256(data).hexdigest())
 
 
@@ -143,52 +135,15 @@ def read_references(path: Path) -> References:
         raise BenchError("malformed-references", message, str(path), hint) from error
 
 
-def require_references(references: References, group: str, task_ids: Sequence[str], path: str) -> None:
-    """Checks that every task of a group has a reference.
-
-    Args:
-        references: floors and experts.
-        group: the group's name.
-        task_ids: its tasks.
-        path: the file that should have them, for the error.
-
-    Raises:
-        BenchError: a task has none.
-    """
-    missing = references.missing(task_ids)
-    if missing:
-        message = f"It has no floor and expert for {missing[0]} of group {group}."
-        hint = "Measure it with: gym-extensions maintain references."
-        raise BenchError("missing-reference", message, path, hint)
-
-
 def load_references(version: str = CURRENT) -> References:
-    """The references of a benchmark version, without tasks if its file does not exist.
-
-    Raises:
-        BenchError: the file does not hold references.
-    """
+    """The references of a benchmark version, without tasks if there is no such version."""
     path = REFERENCES / f"{version}.json"
     return read_references(path) if path.exists() else References(version, {})
-
-
-def references_of_ruler(name: str | None) -> References:
-    """The references of a ruler of ``score --ruler``; the current benchmark version's where None.
-
-    Raises:
-        BenchError: there is no such ruler.
-    """
-    if name is not None and name not in RULERS:
-        raise BenchError(
-            "unknown-ruler", f"There is no ruler {name!r}.", "--ruler", did_you_mean(name, RULERS)
-        )
-    return load_references() if name is None else load_references(RULERS[name])
 
 
 @cache
 def trained_alone() -> Mapping[str, Expert]:
     """The reference agent after 300,000 steps on a task alone: the runs of version 1, by task id."""
-    path = REFERENCES / f"{RULERS[ALONE]}.json"
-    tasks = parse_file(path.read_bytes()).tasks if path.exists() else {}
+    tasks = parse_file((REFERENCES / f"{RULERS[ALONE]}.json").read_bytes()).tasks
     found = {name: task.expert or task.attempts or None for name, task in tasks.items()}
     return {name: each for name, each in found.items() if each and each.budget == STANDARD_BUDGET}

@@ -5,7 +5,6 @@ docs/scorecard.md describes every key.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
@@ -13,12 +12,10 @@ import msgspec
 
 from gym_extensions.rollouts.manifest import Code, Observes, Protocol, Tuning
 from gym_extensions.rollouts.problem import Problem
-from gym_extensions.rollouts.review import Action, Level, Verification
+from gym_extensions.rollouts.review import Action, Level
 from gym_extensions.rollouts.run import Memory, RunDocument
-from gym_extensions.rollouts.submission import Submission
 from gym_extensions.scoring.documents import JsonDocument, about
 from gym_extensions.scoring.metrics import MetricValue, Profile
-from gym_extensions.scoring.published import PaperColumns, PaperRow
 
 Scalar = str | int | float | bool
 Hyperparameter = Scalar | tuple[Scalar, ...]
@@ -36,26 +33,6 @@ class ManifestSummary:
     observes: Observes
     tuning: Annotated[Tuning | None, about("null in a reported entry")]
     memory: Annotated[Memory | None, about("the largest of all runs; null in a reported entry")]
-
-
-def summarize_manifest(submission: Submission) -> ManifestSummary | None:
-    """What a submission says of itself; None if its manifest has problems."""
-    manifest = submission.manifest
-    if manifest is None:
-        return None
-    return ManifestSummary(
-        authors=manifest.authors,
-        description=manifest.description,
-        code=manifest.code,
-        protocol=manifest.protocol,
-        hyperparameters={
-            name: tuple(value) if isinstance(value, list) else value
-            for name, value in manifest.hyperparameters.items()
-        },
-        observes=manifest.observes,
-        tuning=manifest.tuning,
-        memory=submission.memory,
-    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,27 +66,6 @@ class DecisionSummary:
     reason: Annotated[str, about("why")]
 
 
-def summarize_verification(part: Verification, digests: Mapping[str, str]) -> VerificationSummary:
-    """What a verification found, given the digest of every run as it is now, by the run's name."""
-    return VerificationSummary(
-        date=part.date,
-        version=part.version,
-        value=part.value,
-        logs=tuple(sorted({key.rpartition("/")[0] for key in part.runs})),
-        runs=len(part.runs),
-        current=sum(digests.get(key) == digest for key, digest in part.runs.items()),
-        episodes=part.episodes,
-        repeated=part.repeated,
-        difference=part.difference,
-        kernels=part.kernels,
-        cells=part.cells,
-        p_value=part.p_value,
-        second_p_value=part.second_p_value,
-        passed=part.passed,
-        retrained=tuple(part.retrained),
-    )
-
-
 @dataclass(frozen=True, slots=True)
 class ReferenceValue:
     """A task's floor and expert in raw returns."""
@@ -130,11 +86,58 @@ class ReferenceValue:
         str, about("why the expert does not do what the task is for; empty if it does")
     ] = ""
 
+    @property
+    def span(self) -> float | None:
+        """expert − floor; None without one of the two."""
+        return None if self.floor is None or self.expert is None else self.expert - self.floor
+
     def normalize(self, value: float) -> float | None:
         """(value − floor) / (expert − floor), not clipped; None without an expert."""
-        if self.floor is None or self.expert is None or self.expert == self.floor:
-            return None
-        return (value - self.floor) / (self.expert - self.floor)
+        return (value - (self.floor or 0.0)) / self.span if self.span else None
+
+
+PAPER_COLUMNS = {
+    "fully_trained": "Fully Trained",
+    "after_env_training": "After Env Training",
+    "first_step": "First Step",
+    "single_env": "Single Env",
+}
+"""The paper's columns: R[T][j], R[j][j], R[j−1][j], S[j]."""
+
+
+@dataclass(frozen=True, slots=True)
+class PaperCell:
+    """Raw returns of episodes, all runs pooled."""
+
+    mean: Annotated[float, about("mean return")]
+    std: Annotated[float, about("population standard deviation over episodes")]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PaperColumns:
+    """The four cells of a row or of a total; null where the entry has no such log."""
+
+    fully_trained: Annotated[PaperCell | None, about("after the last stage")] = None
+    after_env_training: Annotated[PaperCell | None, about("right after training on the task")] = None
+    first_step: Annotated[PaperCell | None, about("right before training on the task")] = None
+    single_env: Annotated[PaperCell | None, about("trained on the task alone")] = None
+
+    def cell(self, column: str) -> PaperCell | None:
+        """The cell of a column of ``PAPER_COLUMNS``."""
+        cell: PaperCell | None = getattr(self, column)
+        return cell
+
+    def cells(self) -> list[PaperCell | None]:
+        """The four cells in the order of ``PAPER_COLUMNS``."""
+        return [self.cell(column) for column in PAPER_COLUMNS]
+
+
+@dataclass(frozen=True, slots=True)
+class PaperRow(PaperColumns):
+    """One task's row."""
+
+    task: Annotated[str, about("the task's id")]
+    printed_task: Annotated[str, about("its name in the publication; empty in entries with logs")] = ""
 
 
 @dataclass(frozen=True, slots=True)

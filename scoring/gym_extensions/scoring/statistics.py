@@ -53,12 +53,7 @@ def rounded_quantile(df: float) -> float:
     The last bits of a library's quantile depend on the processor and the build. Everything else in an
     interval (``math.fsum``, products, quotients, square roots) is exact or correctly rounded by IEEE 754, so
     with a rounded quantile the ends of an interval have the same bits on every machine.
-
-    Raises:
-        ValueError: ``df`` is below 1.
     """
-    if not df >= 1:
-        raise ValueError(f"An interval needs at least 1 degree of freedom, got {df}.")
     return float(f"{quantile(0.975, df):.12g}")
 
 
@@ -150,15 +145,12 @@ def welch_satterthwaite(terms: Sequence[tuple[float, float]]) -> tuple[float, fl
     denominator = math.fsum(square * square / df for square, df in terms)
     if denominator == 0:
         return math.sqrt(total), math.fsum(df for _, df in terms)
-    df = total * total / denominator
-    return math.sqrt(total), max(df, min(df for _, df in terms))
+    return math.sqrt(total), max(total * total / denominator, min(df for _, df in terms))
 
 
 def to_interval(estimate: Summary) -> Interval:
     """mean ± t(.975, df) · standard error. A single run has no interval."""
-    if estimate.runs < 2:
-        return Interval(estimate.mean)
-    return interval_from_error(estimate.mean, math.sqrt(estimate.squared_error), estimate.df)
+    return with_anchors(estimate, ())
 
 
 def with_anchors(estimate: Summary, anchors: Iterable[tuple[float, float]]) -> Interval:
@@ -171,17 +163,13 @@ def with_anchors(estimate: Summary, anchors: Iterable[tuple[float, float]]) -> I
         estimate: the score over runs.
         anchors: of every task, the squared standard error that its anchor adds, and its degrees of freedom.
     """
-    terms = [(square, df) for square, df in anchors if square > 0]
-    if estimate.runs < 2 or not terms:
-        return to_interval(estimate)
-    error, df = welch_satterthwaite([(estimate.squared_error, estimate.df), *terms])
-    return interval_from_error(estimate.mean, error, df)
-
-
-def interval_from_error(mean: float, standard_error: float, df: float) -> Interval:
-    """mean ± t(.975, df) · standard error."""
-    half_width = rounded_quantile(df) * standard_error
-    return Interval(mean, mean - half_width, mean + half_width, standard_error, df)
+    if estimate.runs < 2:
+        return Interval(estimate.mean)
+    error, df = math.sqrt(estimate.squared_error), estimate.df
+    if terms := [(square, df) for square, df in anchors if square > 0]:
+        error, df = welch_satterthwaite([(estimate.squared_error, estimate.df), *terms])
+    half_width = rounded_quantile(df) * error
+    return Interval(estimate.mean, estimate.mean - half_width, estimate.mean + half_width, error, df)
 
 
 def interval(values: Sequence[float]) -> Interval:

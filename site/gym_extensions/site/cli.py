@@ -15,11 +15,11 @@ from rich.table import Table
 from rich.text import Text
 
 from gym_extensions.errors import reports_mistakes, working
+from gym_extensions.scoring.output.screen import count, show_line
 from gym_extensions.scoring.pipeline import Scorer, find_submissions, references_info
 from gym_extensions.scoring.records import RECORDS, verified_records
 from gym_extensions.scoring.references import load_references
 from gym_extensions.scoring.scorecard import Scorecard
-from gym_extensions.scoring.screen import count, show_line
 from gym_extensions.site.boards import Board
 from gym_extensions.site.build import base_digest, build_site
 from gym_extensions.site.mujoco_wasm import FOLDER, load

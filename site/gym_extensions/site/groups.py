@@ -10,8 +10,7 @@ from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.catalog.tasks import TASKS
 from gym_extensions.experts.references import Task as Reference
 from gym_extensions.rollouts.review import REPORTED
-from gym_extensions.scoring.published import PaperRow
-from gym_extensions.scoring.scorecard import ReferencesInfo
+from gym_extensions.scoring.scorecard import PaperRow, ReferencesInfo
 from gym_extensions.site.boards import Board, Entrant, Row
 from gym_extensions.site.tasks import group_picture, measured, task_picture
 from gym_extensions.site.text import fixed

@@ -17,9 +17,8 @@ from gym_extensions.catalog.tasks import TASKS, VERSIONS, Task, task
 from gym_extensions.catalog.variations import Course, Gravity
 from gym_extensions.experts.references import REFERENCES, parse_file
 from gym_extensions.experts.references import Task as Reference
-from gym_extensions.scoring.published import PaperRow
 from gym_extensions.scoring.references import load_references, trained_alone
-from gym_extensions.scoring.scorecard import ReferencesInfo
+from gym_extensions.scoring.scorecard import PaperRow, ReferencesInfo
 from gym_extensions.site.boards import Board, Row
 from gym_extensions.site.charts.svg import picture, px, scale_around, stroke, text, tick_label
 from gym_extensions.site.text import digits_for, fixed, is_verified

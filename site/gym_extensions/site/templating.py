@@ -10,9 +10,9 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from gym_extensions import catalog, rollouts, scoring
 from gym_extensions.rollouts.review import REPORTED
-from gym_extensions.scoring import highlights
 from gym_extensions.scoring.metrics import BY_NAME
-from gym_extensions.scoring.published import COLUMNS as PAPER_COLUMNS
+from gym_extensions.scoring.output import highlights
+from gym_extensions.scoring.scorecard import PAPER_COLUMNS
 from gym_extensions.site import (
     api,
     changes,

@@ -15,23 +15,23 @@ from scipy import stats
 from gym_extensions.catalog.groups import CORE, CORES
 from gym_extensions.rollouts.run import Memory
 from gym_extensions.scoring.boards import CoreBoard, CoreEntry, CorePair
-from gym_extensions.scoring.comparisons import (
+from gym_extensions.scoring.leaderboard import core
+from gym_extensions.scoring.metrics import METRICS, MetricValue
+from gym_extensions.scoring.ranking.core import (
     LOOK_LEVELS,
     LOOKS,
     MARGIN,
-    Compared,
     Method,
     consecutive,
+    decided,
     family,
     last_look,
     next_look,
     pooled_difference,
     ranks,
 )
-from gym_extensions.scoring.leaderboard import core
-from gym_extensions.scoring.metrics import METRICS, MetricValue
 from gym_extensions.scoring.scorecard import GroupScore, RunProvenance, Scorecard
-from gym_extensions.scoring.statistics import ALPHA, Summary
+from gym_extensions.scoring.statistics import ALPHA
 
 from .entries import Enter, at_level
 
@@ -103,9 +103,9 @@ def test_intervals_and_p_values_of_a_family_agree_with_scipy() -> None:
     holm = np.minimum(1, np.maximum.accumulate(np.array(p_values)[order] * np.arange(10, 0, -1)))
     assert [found[index].p_value for index in order] == pytest.approx(holm.tolist(), rel=1e-9)
     assert [(pair.first, pair.second, pair.look) for pair in found] == [each[:3] for each in expected]
-    numbers = [value for pair in found for value in (pair.difference.mean, pair.half_width)]
+    numbers = [value for pair in found for value in (pair.mean, (pair.high - pair.low) / 2)]
     assert numbers == pytest.approx([value for each in expected for value in each[3:]], rel=1e-9)
-    assert {pair.separated for pair in found} == {True, False}
+    assert {pair.verdict for pair in found} == {"separated", "open"}
 
 
 def test_runs_are_paired_with_the_same_parent_and_equal_starts_alone() -> None:
@@ -118,19 +118,33 @@ def test_runs_are_paired_with_the_same_parent_and_equal_starts_alone() -> None:
     assert [paired("trpo", "s"), paired("sac", "s"), paired("trpo", "t")] == [True, False, False]
 
 
-def test_ranks_of_all_pairs_by_hand() -> None:
-    def pair(first: str, second: str, difference: float, p_value: float) -> Compared:
-        return Compared(first, second, 5, False, Summary(difference, 1.0, 4.0, 5), p_value, 1.0)
+def compared(first: str, second: str, mean: float, p_value: float, half_width: float = 1.0) -> CorePair:
+    low, high = mean - half_width, mean + half_width
+    return decided(CorePair(first, second, 5, False, mean, low, high, p_value, "open", True, 10))
 
-    pairs = [pair("a", "b", 1, 0.04), pair("a", "c", 2, 0.01), pair("b", "c", 1, 0.2)]
+
+def test_ranks_of_all_pairs_by_hand() -> None:
+    pairs = [compared("a", "b", 1, 0.04), compared("a", "c", 2, 0.01), compared("b", "c", 1, 0.2)]
     assert ranks("abc", pairs, "higher") == {"a": (1, 1), "b": (2, 3), "c": (2, 3)}
     assert ranks("abc", pairs, "lower") == {"a": (3, 3), "b": (1, 2), "c": (1, 2)}
 
 
-@pytest.mark.parametrize(("half_width", "equivalent"), [(0.02, True), (0.04, False)])
-def test_equivalent_means_an_interval_inside_the_margin(half_width: float, equivalent: bool) -> None:
-    pair = Compared("a", "b", 5, False, Summary(-0.02, 1.0, 4.0, 5), 1.0, half_width)
-    assert (MARGIN, pair.equivalent) == (0.05, equivalent)
+@pytest.mark.parametrize(
+    ("mean", "p_value", "half_width", "verdict"),
+    [
+        (-0.02, 1.0, 0.02, "equivalent"),
+        (0.02, 1.0, 0.02, "equivalent"),
+        (-0.02, 1.0, 0.04, "open"),
+        (0.02, 1.0, 0.04, "open"),
+        (-0.02, ALPHA, 0.02, "separated"),
+    ],
+)
+def test_equivalent_means_an_interval_inside_the_margin(
+    mean: float, p_value: float, half_width: float, verdict: str
+) -> None:
+    pair = compared("a", "b", mean, p_value, half_width)
+    assert (MARGIN, pair.verdict) == (0.05, verdict)
+    assert (pair.next_look is None) == (verdict != "open")
 
 
 @pytest.fixture

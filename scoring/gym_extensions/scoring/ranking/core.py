@@ -24,14 +24,12 @@ from gym_extensions.scoring.boards import (
     CoreEntry,
     CoreGroup,
     CorePair,
-    Verdict,
 )
+from gym_extensions.scoring.entry.scorer import suite_anchors
 from gym_extensions.scoring.metrics import BY_NAME, FINAL, NOTHING_LEARNED, MetricValue, learned_nothing
 from gym_extensions.scoring.scorecard import GroupScore, Scorecard
-from gym_extensions.scoring.scorer import anchor_errors
 from gym_extensions.scoring.statistics import (
     ALPHA,
-    Interval,
     Summary,
     critical_value,
     holm_adjusted,
@@ -57,12 +55,12 @@ MARGIN = 0.05
 """Two methods are equivalent if the interval of their difference lies between ± this."""
 REFERENCE = "trpo"
 """The entry of the reference agent, with which readers compare the others."""
-FORGETTING = "forgetting"
-LEARNING = "learning_performance"
-FAMILIES = (FINAL.name, FORGETTING)
-"""The metrics with a family of all pairs, each at 5 %."""
+FORGETTING, LEARNING = "forgetting", "learning_performance"
 SHOWN = (FINAL.name, LEARNING, FORGETTING, "zero_shot_transfer")
-"""The metrics of a row. An entry without a value of one of them has no score."""
+"""The metrics of a row. An entry without a value of one of them has no score.
+
+Final performance and forgetting have a family of all pairs, each at 5 %.
+"""
 GroupRuns = tuple[tuple[float, ...], ...]
 """One value per run, by group."""
 
@@ -89,32 +87,6 @@ class Method:
         return last_look(min(map(len, self.values[FINAL.name])))
 
 
-@dataclass(frozen=True)
-class Compared:
-    """Two methods on one metric: first − second.
-
-    ``p_value`` and ``half_width`` (of the interval) are adjusted for all pairs and looks.
-    """
-
-    first: str
-    second: str
-    look: int
-    paired: bool
-    difference: Summary
-    p_value: float = 1.0
-    half_width: float = math.inf
-
-    @property
-    def separated(self) -> bool:
-        """Whether Holm's procedure rejects that there is no difference."""
-        return self.p_value <= ALPHA
-
-    @property
-    def equivalent(self) -> bool:
-        """Whether the interval lies inside of ± ``MARGIN``."""
-        return not self.separated and abs(self.difference.mean) + self.half_width < MARGIN
-
-
 def last_look(runs: int) -> int:
     """The last look with at most this number of runs; 0 if there is none."""
     return max((look for look in LOOKS if look <= runs), default=0)
@@ -133,11 +105,6 @@ def consecutive(runs: Sequence[int]) -> int:
     """
     present = set(runs)
     return next(number for number in range(len(present) + 1) if number not in present)
-
-
-def over_groups(groups: GroupRuns, runs: int) -> Summary:
-    """The mean over groups of the mean over the first runs of each."""
-    return mean_of_groups([summary(values[:runs]) for values in groups])
 
 
 def is_paired(first: Method, second: Method, runs: int) -> bool:
@@ -176,7 +143,7 @@ def pooled_difference(first: GroupRuns, second: GroupRuns, runs: int, *, paired:
     return mean_of_groups(groups)
 
 
-def family(methods: Sequence[Method], metric: str) -> list[Compared]:
+def family(methods: Sequence[Method], metric: str) -> list[CorePair]:
     """All pairs of methods on one metric, in the order of ``itertools.combinations``.
 
     Each pair is compared at the last look that both have. p values are multiplied by .05 / (level of the
@@ -189,26 +156,45 @@ def family(methods: Sequence[Method], metric: str) -> list[Compared]:
         methods: those with at least one complete look.
         metric: of ``Method.values``.
     """
-    found = []
-    for a, b in combinations(methods, 2):
+    pairs, compared = list(combinations(methods, 2)), []
+    for a, b in pairs:
         look = min(a.look, b.look)
         paired = is_paired(a, b, look)
-        between = pooled_difference(a.values[metric], b.values[metric], look, paired=paired)
-        found.append(Compared(a.name, b.name, look, paired, between))
-    p_values = [min(1.0, zero_mean_p(pair.difference) * ALPHA / LOOK_LEVELS[pair.look]) for pair in found]
-    adjusted = holm_adjusted(np.array(p_values)).tolist()
-    return [
-        replace(pair, p_value=p_value, half_width=half_width(pair.difference, pair.look, len(found)))
-        for pair, p_value in zip(found, adjusted, strict=True)
-    ]
+        difference = pooled_difference(a.values[metric], b.values[metric], look, paired=paired)
+        quantile = critical_value(LOOK_LEVELS[look] / len(pairs), difference.df)
+        half_width = quantile * math.sqrt(difference.squared_error)
+        compared.append(
+            CorePair(
+                first=a.name,
+                second=b.name,
+                look=look,
+                paired=paired,
+                mean=difference.mean,
+                low=difference.mean - half_width,
+                high=difference.mean + half_width,
+                p_value=min(1.0, zero_mean_p(difference) * ALPHA / LOOK_LEVELS[look]),
+                verdict="open",
+                exploratory=look <= EXPLORATORY,
+                next_look=next_look(look),
+            )
+        )
+    adjusted = holm_adjusted(np.array([pair.p_value for pair in compared])).tolist()
+    return [decided(replace(pair, p_value=each)) for pair, each in zip(compared, adjusted, strict=True)]
 
 
-def half_width(difference: Summary, look: int, pairs: int) -> float:
-    """Half the width of the interval of a difference at a look, adjusted for all pairs and looks."""
-    return critical_value(LOOK_LEVELS[look] / pairs, difference.df) * math.sqrt(difference.squared_error)
+def decided(pair: CorePair) -> CorePair:
+    """The pair with its verdict.
+
+    It is separated by Holm's procedure, else equivalent if the interval lies inside of ± ``MARGIN``.
+    """
+    if pair.p_value <= ALPHA:
+        return replace(pair, verdict="separated", next_look=None)
+    if pair.low > -MARGIN and pair.high < MARGIN:
+        return replace(pair, verdict="equivalent", next_look=None)
+    return pair
 
 
-def ranks(names: Sequence[str], pairs: Sequence[Compared], better: str) -> dict[str, tuple[int, int]]:
+def ranks(names: Sequence[str], pairs: Sequence[CorePair], better: str) -> dict[str, tuple[int, int]]:
     """The first and last possible rank of each method: 1 + (significantly better ones), and M − (worse ones).
 
     Args:
@@ -216,11 +202,10 @@ def ranks(names: Sequence[str], pairs: Sequence[Compared], better: str) -> dict[
         pairs: all pairs of them.
         better: ``higher`` or ``lower``.
     """
-    sign = 1.0 if better == "higher" else -1.0
     above, below = dict.fromkeys(names, 0), dict.fromkeys(names, 0)
     for pair in pairs:
-        if pair.separated:
-            is_first = sign * pair.difference.mean > 0
+        if pair.verdict == "separated":
+            is_first = (pair.mean > 0) == (better == "higher")
             winner, loser = (pair.first, pair.second) if is_first else (pair.second, pair.first)
             below[winner] += 1
             above[loser] += 1
@@ -246,16 +231,13 @@ def _parent(card: Scorecard) -> str:
 def method_of(card: Scorecard) -> Method | None:
     """What an entry has on the core; None if it lacks a group or a value."""
     logs = _scores(card)
-    counts = {name: consecutive(log.runs) for name, log in logs.items()}
     if len(logs) < len(CORES[CORE]) or not all(
         log.metrics[metric].runs for log in logs.values() for metric in SHOWN
     ):
         return None
-    values = {
-        metric: tuple(log.metrics[metric].runs[: counts[name]] for name, log in logs.items())
-        for metric in SHOWN
-    }
-    starts = tuple(tuple(run[:2] for run in log.return_matrix[: counts[name]]) for name, log in logs.items())
+    counted = [(log, consecutive(log.runs)) for log in logs.values()]
+    values = {metric: tuple(log.metrics[metric].runs[:count] for log, count in counted) for metric in SHOWN}
+    starts = tuple(tuple(run[:2] for run in log.return_matrix[:count]) for log, count in counted)
     return Method(card.name, _parent(card), values, starts)
 
 
@@ -289,18 +271,12 @@ def _cost(logs: Mapping[str, GroupScore]) -> CoreCost:
     )
 
 
-def _metric(value: Interval | None, why: str) -> BoardMetric:
-    if value is None:
-        return BoardMetric(None, None, None, why)
-    return BoardMetric(value.mean, value.low, value.high, "")
-
-
 def _group(log: GroupScore, look: int) -> CoreGroup:
     runs = consecutive(log.runs)
     values = log.metrics[FINAL.name].runs[: look or runs]
     if not values:
         return CoreGroup(None, None, None, runs)
-    value = with_anchors(summary(values), anchor_errors([log], FINAL))
+    value = with_anchors(summary(values), suite_anchors([log], FINAL))
     return CoreGroup(value.mean, value.low, value.high, runs)
 
 
@@ -325,14 +301,12 @@ def _entry(card: Scorecard, method: Method | None, level: Level, barred: str) ->
     logs = _scores(card)
     look = method.look if method else 0
     why = _why(logs, method, barred)
-    means = {
-        metric: with_anchors(
-            over_groups(method.values[metric], look), anchor_errors(list(logs.values()), BY_NAME[metric])
-        )
-        if method and look
-        else None
-        for metric in SHOWN
-    }
+    metrics = dict.fromkeys(SHOWN, BoardMetric(None, None, None, why))
+    if method and look:
+        for metric in SHOWN:
+            mean = mean_of_groups([summary(runs[:look]) for runs in method.values[metric]])
+            value = with_anchors(mean, suite_anchors(list(logs.values()), BY_NAME[metric]))
+            metrics[metric] = BoardMetric(value.mean, value.low, value.high, "")
     return CoreEntry(
         name=card.name,
         title=card.title,
@@ -344,27 +318,10 @@ def _entry(card: Scorecard, method: Method | None, level: Level, barred: str) ->
         look=look,
         next_look=next_look(look),
         missing=tuple(name for name in CORES[CORE] if name not in logs),
-        metrics={metric: _metric(value, why) for metric, value in means.items()},
+        metrics=metrics,
         groups={name: _group(log, look) for name, log in logs.items()},
         cost=_cost(logs),
         notes=_notes(logs, look),
-    )
-
-
-def _pair(pair: Compared) -> CorePair:
-    verdict: Verdict = "separated" if pair.separated else "equivalent" if pair.equivalent else "open"
-    return CorePair(
-        first=pair.first,
-        second=pair.second,
-        look=pair.look,
-        paired=pair.paired,
-        mean=pair.difference.mean,
-        low=pair.difference.mean - pair.half_width,
-        high=pair.difference.mean + pair.half_width,
-        p_value=pair.p_value,
-        verdict=verdict,
-        exploratory=pair.look <= EXPLORATORY,
-        next_look=next_look(pair.look) if verdict == "open" else None,
     )
 
 
@@ -408,7 +365,7 @@ def core_board(
         margin=MARGIN,
         ranked=len(ranked),
         rows=tuple(_with_ranks(entry, found) for entry in entries),
-        pairs={metric: tuple(map(_pair, compared)) for metric, compared in pairs.items()},
+        pairs={metric: tuple(compared) for metric, compared in pairs.items()},
     )
 
 
@@ -420,7 +377,7 @@ def _learned_nothing(entry: CoreEntry) -> bool:
 def _with_ranks(entry: CoreEntry, found: Mapping[str, Mapping[str, tuple[int, int]]]) -> CoreEntry:
     """The entry with its rank on each metric that has a family."""
     metrics = dict(entry.metrics)
-    for metric in FAMILIES:
+    for metric, ranks in found.items():
         note = NOTHING_LEARNED if metric == FORGETTING and entry.ranked and _learned_nothing(entry) else ""
-        metrics[metric] = replace(metrics[metric], rank=found[metric].get(entry.name), rank_note=note)
+        metrics[metric] = replace(metrics[metric], rank=ranks.get(entry.name), rank_note=note)
     return replace(entry, metrics=metrics)

@@ -6,7 +6,6 @@ Texts are printed literally, in color on a terminal, and 80 columns wide elsewhe
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from itertools import islice
 from typing import TypeVar
 
 from rich.console import Console
@@ -15,10 +14,9 @@ from rich.text import Text
 
 from gym_extensions.errors import working
 from gym_extensions.scoring.boards import Comparison, Difference
-from gym_extensions.scoring.highlights import highlights, task_name
 from gym_extensions.scoring.metrics import METRICS, MetricValue
-from gym_extensions.scoring.published import COLUMNS, PaperCell
-from gym_extensions.scoring.scorecard import GroupScore, Scorecard, SuiteScore
+from gym_extensions.scoring.output.highlights import highlights, task_name
+from gym_extensions.scoring.scorecard import PAPER_COLUMNS, GroupScore, PaperCell, Scorecard, SuiteScore
 
 MAX_ROWS, MAX_NOTES = 16, 3
 """Most suites and groups, and most notes, on the screen of an entry."""
@@ -27,18 +25,12 @@ THOUSANDS = 100_000
 """From this return on, the paper's table is printed in thousands."""
 
 
-class _Console(Console):
-    def on_broken_pipe(self) -> None:
-        """Raises, so that the command decides what to do when its reader is gone. Rich would exit."""
-        raise BrokenPipeError
-
-
 def console(errors: bool = False) -> Console:
     """Standard output, or standard error. NO_COLOR is honored.
 
     Titles and file names come from strangers, so markup is off and they are printed literally.
     """
-    return _Console(highlight=False, markup=False, emoji=False, stderr=errors)
+    return Console(highlight=False, markup=False, emoji=False, stderr=errors)
 
 
 def awaited(items: Iterator[Item], texts: Iterable[str]) -> Iterator[Item]:
@@ -62,20 +54,6 @@ def span(value: MetricValue | Difference) -> str:
 def count(number: int, word: str) -> str:
     """``1 run``, ``2 runs``."""
     return f"{number} {word}{'' if number == 1 else 's'}"
-
-
-def heading(out: Console, title: str, rest: str) -> None:
-    """A bold title followed by plain text on the same line."""
-    out.print(Text.assemble((title, "bold"), rest))
-
-
-def returns_cell(cell: PaperCell | None) -> str:
-    """Mean and deviation of raw returns, in thousands where they would be too wide."""
-    if cell is None:
-        return "–"
-    if max(abs(cell.mean), cell.std) >= THOUSANDS:
-        return f"{cell.mean / 1000:.0f}k ± {cell.std / 1000:.0f}k"
-    return f"{cell.mean:.0f} ± {cell.std:.0f}"
 
 
 def table_rows(score: GroupScore) -> Iterator[tuple[str, list[PaperCell | None]]]:
@@ -106,42 +84,27 @@ SHOWN = (
 """The metrics of the screen; --json, --csv and --markdown have all."""
 
 
-def _metrics(out: Console, score: GroupScore | SuiteScore, protocol: str) -> None:
-    table = plain_table("metric", "mean", "95 % interval")
-    reasons: dict[str, list[str]] = {}
-    for metric in METRICS[protocol]:
-        value = score.metrics[metric.name]
-        if metric.name in SHOWN and value.mean is not None:
-            table.add_row(metric.title, number(value.mean), span(value))
-        elif metric.name in SHOWN:
-            reasons.setdefault(value.why, []).append(metric.title)
-    if table.row_count:
-        out.print(table)
-    for why, titles in reasons.items():
-        out.print(f"{', '.join(titles)}: none. {why}")
+def show(out: Console, card: Scorecard, chosen: bool = False) -> None:
+    """One screen: level and review, then the one group in full, or a line per suite and group.
 
-
-def _table(out: Console, score: GroupScore) -> None:
-    table = plain_table("task", *("\n".join(title.rsplit(" ", 1)) for title in COLUMNS.values()))
-    for name, cells in table_rows(score):
-        table.add_row(task_name(name), *map(returns_cell, cells))
-    out.print(table)
-
-
-def _group(out: Console, name: str, protocol: str, score: GroupScore, single: GroupScore | None) -> None:
-    runs = f", {count(len(score.runs), 'run')}" if score.runs else ""
+    Args:
+        out: where it is printed.
+        card: the entry.
+        chosen: whether the user chose the groups of the card, so that each is printed in full.
+    """
+    show_line(out, card)
+    _review(out, card)
+    hint = ""
+    if chosen or len(card.groups) == 1:
+        for name, protocols in card.groups.items():
+            for protocol, score in protocols.items():
+                _group(out, name, protocol, score, protocols.get("single"))
+    else:
+        _overview(out, card)
+        hint = f"One group in full: --group {next(iter(card.groups), 'NAME')}. "
+    if card.groups:
+        out.print(f"{hint}All metrics and tables: --json, --csv or --markdown.", style="dim")
     out.print()
-    custom = "" if score.published else ", custom group (not published)"
-    heading(out, f"{name}, {protocol}", f", budget {score.budget}{runs}, {score.level}{custom}")
-    _metrics(out, score, protocol)
-    if score.paper_table:
-        _table(out, score)
-    for sentence in highlights(score, single):
-        out.print(f"· {sentence}")
-    for note in score.notes:
-        out.print(f"! {note}")
-    if score.missing_for_full_entry:
-        out.print(f"missing for a full entry: {', '.join(score.missing_for_full_entry)}", style="dim")
 
 
 def show_line(out: Console, card: Scorecard) -> None:
@@ -159,7 +122,7 @@ def show_line(out: Console, card: Scorecard) -> None:
         out.print(f"  … and {count(len(card.notes) - MAX_NOTES, 'note')} more: --json")
 
 
-def show_review(out: Console, card: Scorecard) -> None:
+def _review(out: Console, card: Scorecard) -> None:
     """What the last verification found, and what holds of the decisions: at most three lines."""
     for part in card.verifications[-1:]:
         found = "agrees" if part.passed else "does not agree"
@@ -173,44 +136,64 @@ def show_review(out: Console, card: Scorecard) -> None:
         out.print(f"  challenged on {challenge.date}: {challenge.reason}")
 
 
-def show(out: Console, card: Scorecard, chosen: bool = False) -> None:
-    """One screen: level and review, then the one group in full, or a line per suite and group.
-
-    Args:
-        out: where it is printed.
-        card: the entry.
-        chosen: whether the user chose the groups of the card, so that each is printed in full.
-    """
-    show_line(out, card)
-    show_review(out, card)
-    if chosen or len(card.groups) == 1:
-        for name, protocols in card.groups.items():
-            for protocol, score in protocols.items():
-                _group(out, name, protocol, score, protocols.get("single"))
-        hint = ""
-    else:
-        _overview(out, card)
-        hint = f"One group in full: --group {next(iter(card.groups), 'NAME')}. "
-    if card.groups:
-        out.print(f"{hint}All metrics and tables: --json, --csv or --markdown.", style="dim")
+def _group(out: Console, name: str, protocol: str, score: GroupScore, single: GroupScore | None) -> None:
+    runs = f", {count(len(score.runs), 'run')}" if score.runs else ""
+    custom = "" if score.published else ", custom group (not published)"
+    facts = f", budget {score.budget}{runs}, {score.level}{custom}"
     out.print()
+    out.print(Text.assemble((f"{name}, {protocol}", "bold"), facts))
+    _metrics(out, score, protocol)
+    if score.paper_table:
+        table = plain_table("task", *("\n".join(title.rsplit(" ", 1)) for title in PAPER_COLUMNS.values()))
+        for task, cells in table_rows(score):
+            table.add_row(task_name(task), *map(_returns, cells))
+        out.print(table)
+    for sentence in highlights(score, single):
+        out.print(f"· {sentence}")
+    for note in score.notes:
+        out.print(f"! {note}")
+    if score.missing_for_full_entry:
+        out.print(f"missing for a full entry: {', '.join(score.missing_for_full_entry)}", style="dim")
+
+
+def _metrics(out: Console, score: GroupScore, protocol: str) -> None:
+    table = plain_table("metric", "mean", "95 % interval")
+    reasons: dict[str, list[str]] = {}
+    for metric in METRICS[protocol]:
+        value = score.metrics[metric.name]
+        if metric.name in SHOWN and value.mean is not None:
+            table.add_row(metric.title, number(value.mean), span(value))
+        elif metric.name in SHOWN:
+            reasons.setdefault(value.why, []).append(metric.title)
+    if table.row_count:
+        out.print(table)
+    for why, titles in reasons.items():
+        out.print(f"{', '.join(titles)}: none. {why}")
+
+
+def _returns(cell: PaperCell | None) -> str:
+    """Mean and deviation of raw returns, in thousands where they would be too wide."""
+    if cell is None:
+        return "–"
+    if max(abs(cell.mean), cell.std) >= THOUSANDS:
+        return f"{cell.mean / 1000:.0f}k ± {cell.std / 1000:.0f}k"
+    return f"{cell.mean:.0f} ± {cell.std:.0f}"
 
 
 def _overview(out: Console, card: Scorecard) -> None:
     """The first metric of every protocol of every suite and group; of many, the first ones."""
     table = plain_table("final performance", *METRICS)
-    parts: dict[str, Mapping[str, GroupScore] | Mapping[str, SuiteScore]] = {
-        **{f"suite {name}": protocols for name, protocols in card.suites.items()},
-        **card.groups,
-    }
-    shown = parts if len(parts) <= MAX_ROWS else dict(islice(parts.items(), MAX_ROWS - 1))
-    for name, protocols in shown.items():
-        cells = []
-        for protocol, metrics in METRICS.items():
-            score = protocols.get(protocol)
-            value = score.metrics[metrics[0].name] if score else MetricValue()
-            cells.append("–" if value.mean is None else _short(value))
-        table.add_row(name, *cells)
+    parts: list[tuple[str, Mapping[str, GroupScore | SuiteScore]]] = [
+        *((f"suite {name}", protocols) for name, protocols in card.suites.items()),
+        *card.groups.items(),
+    ]
+    shown = parts if len(parts) <= MAX_ROWS else parts[: MAX_ROWS - 1]
+    for name, protocols in shown:
+        values = [
+            score.metrics[metrics[0].name] if (score := protocols.get(protocol)) else MetricValue()
+            for protocol, metrics in METRICS.items()
+        ]
+        table.add_row(name, *map(_short, values))
     if table.row_count:
         out.print()
         out.print(table)
@@ -230,7 +213,7 @@ def show_comparison(out: Console, comparison: Comparison) -> None:
     has_intervals = False
     for name, protocols in (comparison.groups | suites).items():
         for protocol, score in protocols.items():
-            heading(out, f"{name}, {protocol}", f", budget {score.budget}")
+            out.print(Text.assemble((f"{name}, {protocol}", "bold"), f", budget {score.budget}"))
             table = plain_table("metric", comparison.first, comparison.second, "difference", "95 % interval")
             for metric in METRICS[protocol]:
                 if pair := score.metrics.get(metric.name):

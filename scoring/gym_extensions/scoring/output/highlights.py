@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,16 +23,14 @@ class Contrast:
         before: one column.
         after: the other.
         sign: 1 for an increase, −1 for a decrease.
-        first_task: position of the first task that is compared.
-        last_tasks_left_out: number of tasks at the end that are not compared.
+        tasks: the positions that are compared.
     """
 
     sentence: str
     before: str
     after: str
     sign: int
-    first_task: int = 0
-    last_tasks_left_out: int = 0
+    tasks: slice
 
 
 @dataclass(frozen=True)
@@ -45,53 +42,28 @@ class Change:
     after: float
 
 
-FORGETTING = Contrast(
-    "forgets {} most: {} → {}", "after_env_training", "fully_trained", -1, last_tasks_left_out=1
-)
+AFTER = "after_env_training"
+FORGETTING = Contrast("forgets {} most: {} → {}", AFTER, "fully_trained", -1, slice(None, -1))
+HELP = "earlier tasks help {} most: {} alone, {} after them"
+HARM = "earlier tasks hurt {} most: {} alone, {} after them"
 CONTRASTS = (
     FORGETTING,
-    Contrast(
-        "earlier tasks help {} most: {} alone, {} after them",
-        "single_env",
-        "after_env_training",
-        1,
-        first_task=1,
-    ),
-    Contrast(
-        "earlier tasks hurt {} most: {} alone, {} after them",
-        "single_env",
-        "after_env_training",
-        -1,
-        first_task=1,
-    ),
+    Contrast(HELP, "single_env", AFTER, 1, slice(1, None)),
+    Contrast(HARM, "single_env", AFTER, -1, slice(1, None)),
 )
 
 
 def task_name(task_id: str) -> str:
     """A task's name without namespace and version."""
-    return task_id.rsplit("/", 1)[-1].rsplit("-v", 1)[0]
+    return task_id.rpartition("/")[2].rpartition("-v")[0] or task_id
 
 
 def _runs(score: GroupScore, single: GroupScore | None, index: int, column: str) -> list[float]:
     """The mean return of each run behind a cell of the paper's table, empty for a published table."""
     if column == "single_env":
         return [run[-1][index] for run in single.return_matrix] if single else []
-    stage = {"fully_trained": -1, "after_env_training": index + 1}[column]
+    stage = {"fully_trained": -1, AFTER: index + 1}[column]
     return [run[stage][index] for run in score.return_matrix]
-
-
-def _p_value(before: Sequence[float], after: Sequence[float]) -> float:
-    """The p value of the paired t test over runs. With a single run there is no test: it is 0."""
-    if min(len(before), len(after)) < 2:
-        return 0.0
-    return zero_mean_p(summary([b - a for a, b in zip(before, after, strict=True)]))
-
-
-def _span(score: GroupScore, task: str) -> float | None:
-    reference = score.reference[task]
-    if reference.expert is None or reference.floor is None:
-        return None
-    return reference.expert - reference.floor
 
 
 def largest_change(score: GroupScore, single: GroupScore | None, contrast: Contrast) -> Change | None:
@@ -106,22 +78,23 @@ def largest_change(score: GroupScore, single: GroupScore | None, contrast: Contr
         single: its single-task scores, if the entry has them.
         contrast: what is compared.
     """
-    last = len(score.paper_table) - contrast.last_tasks_left_out
-    tasks = []
-    for index, row in enumerate(score.paper_table):
+    changes, spans, p_values = [], [], []
+    for index, row in list(enumerate(score.paper_table))[contrast.tasks]:
         before, after = row.cell(contrast.before), row.cell(contrast.after)
-        if before and after and contrast.first_task <= index < last:
-            tasks.append((index, Change(row.task, before.mean, after.mean)))
-    if learned_nothing(score.metrics) or not tasks:
+        if not before or not after:
+            continue
+        runs = [_runs(score, single, index, column) for column in (contrast.before, contrast.after)]
+        is_tested = min(map(len, runs)) > 1
+        differences = [b - a for a, b in zip(*runs, strict=True)] if is_tested else []
+        changes.append(Change(row.task, before.mean, after.mean))
+        spans.append(score.reference[row.task].span)
+        p_values.append(zero_mean_p(summary(differences)) if is_tested else 0.0)
+    if learned_nothing(score.metrics) or not changes:
         return None
-    tasks = [each for each in tasks if _span(score, each[1].task) is not None] or tasks
-    p_values = [
-        _p_value(*(_runs(score, single, index, column) for column in (contrast.before, contrast.after)))
-        for index, _ in tasks
-    ]
+    chosen = [index for index, span in enumerate(spans) if span is not None] or range(len(changes))
     best, largest = None, 0.0
-    for (_, change), is_found in zip(tasks, holm(np.array(p_values)), strict=True):
-        span = _span(score, change.task)
+    for index, is_found in zip(chosen, holm(np.array([p_values[index] for index in chosen])), strict=True):
+        change, span = changes[index], spans[index]
         size = contrast.sign * (change.after - change.before) / (span or 1.0)
         if is_found and size > largest and (span is None or size >= LEAST_CHANGE):
             best, largest = change, size

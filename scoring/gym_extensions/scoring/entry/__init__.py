@@ -1,0 +1,1 @@
+"""One entry: from its returns and curves to the numbers of its scorecard."""

@@ -1,0 +1,143 @@
+"""The table of Henderson et al. 2017: of an entry's raw returns, and as printed, with findings about it."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+
+from gym_extensions.catalog.protocol import TABLES
+from gym_extensions.catalog.tasks import NAMESPACE
+from gym_extensions.rollouts.review import REPORTED
+from gym_extensions.scoring.entry.returns import Results
+from gym_extensions.scoring.metrics import METRICS, MetricValue
+from gym_extensions.scoring.scorecard import (
+    PAPER_COLUMNS,
+    GroupScore,
+    PaperCell,
+    PaperColumns,
+    PaperRow,
+    ReferenceValue,
+)
+from gym_extensions.scoring.statistics import standard_deviation
+
+
+def paper_table(results: Results) -> tuple[tuple[PaperRow, ...], PaperColumns]:
+    """The rows and the total of a group, with the episodes of all runs pooled.
+
+    A column's total is the mean of its rows' means, and the population standard deviation of all the
+    group's episodes pooled.
+    """
+    sequential, single = (results.returns.get(protocol, ()) for protocol in ("sequential", "single"))
+    rows: list[dict[str, PaperCell | None]] = []
+    pooled: dict[str, list[float]] = {column: [] for column in PAPER_COLUMNS}
+    for index in range(len(results.group.tasks)):
+        stages = {"fully_trained": -1, "after_env_training": index + 1, "first_step": index}
+        episodes = {
+            column: [value for run in sequential for value in run[stage][index]]
+            for column, stage in stages.items()
+        }
+        episodes["single_env"] = [value for run in single for value in run[0][index]]
+        rows.append({column: _cell(values) for column, values in episodes.items()})
+        for column, values in episodes.items():
+            pooled[column] += values
+    total: dict[str, PaperCell | None] = {}
+    for column, values in pooled.items():
+        means = [cell.mean for row in rows if (cell := row[column])]
+        mean = math.fsum(means) / len(means) if means else 0.0
+        total[column] = PaperCell(mean, standard_deviation(values)) if means else None
+    table = zip(results.group.task_ids, rows, strict=True)
+    return tuple(PaperRow(task, "", **row) for task, row in table), PaperColumns(**total)
+
+
+def _cell(episodes: Sequence[float]) -> PaperCell | None:
+    if not episodes:
+        return None
+    mean = math.fsum(episodes) / len(episodes)
+    return PaperCell(mean, standard_deviation(episodes, center=mean))
+
+
+PRINTED_COLUMNS = {
+    "fully_trained": "fully_trained",
+    "after_env": "after_env_training",
+    "first_step": "first_step",
+    "single_env": "single_env",
+}
+"""The CSV file's columns -> the scorecard's."""
+GROUP_NAMES = {"_body_parts": "-body", "_sensor_wall": "-wall", "standup_and_run": "standup-run", "_": "-"}
+"""Replacements, in this order, that turn a group's name in the file into its id."""
+TOTAL = "TOTAL"
+WHY = "Reported from a publication: other environments, one run, no floor and no matrix."
+MISSING = ("logs", "5 runs", "the evaluation matrix", "training curves")
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What follows from a group's printed numbers, frozen. tests/scoring/consistency.py computes it again."""
+
+    paper_total: PaperColumns
+    contradictions: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Findings:
+    """The findings on a published table by group id."""
+
+    groups: dict[str, Finding]
+
+
+def task_id(printed: str) -> str:
+    """The task id of an environment's printed name, e.g. ``gym_extensions/Hopper-v0`` for ``Hopper-v1``."""
+    return f"{NAMESPACE}/{printed.rsplit('-v', 1)[0]}-v0"
+
+
+def group_id(name: str) -> str:
+    """The group id of a group's name in the file."""
+    for old, new in GROUP_NAMES.items():
+        name = name.replace(old, new)
+    return f"{name}-v0"
+
+
+def table_path(name: str) -> Path:
+    """The CSV file of a published table."""
+    return Path(__file__).parents[1] / "published_data" / TABLES[name]
+
+
+def findings(name: str) -> dict[str, Finding]:
+    """The recomputed totals and the contradictions of a published table by group id."""
+    data = table_path(name).with_suffix(".json").read_bytes()
+    return msgspec.json.decode(data, type=Findings).groups
+
+
+def reported_groups(name: str, budget: str) -> dict[str, dict[str, GroupScore]]:
+    """The scores of a published table by group id, under the protocol ``sequential`` alone."""
+    printed: dict[str, dict[str, dict[str, PaperCell]]] = {}
+    with table_path(name).open(encoding="utf-8", newline="") as lines:
+        for row in csv.DictReader(lines):
+            cells = printed.setdefault(group_id(row["group"]), {}).setdefault(row["env"], {})
+            cells[PRINTED_COLUMNS[row["column"]]] = PaperCell(float(row["mean"]), float(row["std"]))
+    found = findings(name)
+    groups = {}
+    for group, environments in printed.items():
+        total = PaperColumns(**environments.pop(TOTAL, {}))
+        rows = tuple(PaperRow(task_id(env), env, **cells) for env, cells in environments.items())
+        score = GroupScore(
+            level=REPORTED,
+            budget=budget,
+            runs=(),
+            tasks=tuple(row.task for row in rows),
+            metrics={metric.name: MetricValue(why=WHY) for metric in METRICS["sequential"]},
+            reference={row.task: ReferenceValue() for row in rows},
+            return_matrix=(),
+            missing_for_full_entry=MISSING,
+            paper_table=rows,
+            paper_total=found[group].paper_total,
+            printed_total=total,
+            notes=found[group].contradictions,
+        )
+        groups[group] = {"sequential": score}
+    return groups

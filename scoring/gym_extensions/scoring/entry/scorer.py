@@ -1,0 +1,263 @@
+"""One submission -> its scorecard: every group and protocol, and the suites."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+from gym_extensions.catalog.groups import SUITES
+from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS
+from gym_extensions.rollouts.review import CLAIMED, LEVELS, REPORTED, Level, Review, Verification
+from gym_extensions.rollouts.review import level as review_level
+from gym_extensions.rollouts.run import RunDocument
+from gym_extensions.rollouts.submission import Submission
+from gym_extensions.scoring.entry.published import paper_table, reported_groups
+from gym_extensions.scoring.entry.returns import (
+    ONE_RUN,
+    Results,
+    metric_values,
+    missing_words,
+    normalized_runs,
+    results,
+)
+from gym_extensions.scoring.entry.signs import Sketch, run_sketches, signs
+from gym_extensions.scoring.metrics import FINAL, JOINT_GAP, METRICS, Metric, MetricValue, iqm, profile
+from gym_extensions.scoring.references import References
+from gym_extensions.scoring.scorecard import (
+    Curve,
+    DecisionSummary,
+    GroupScore,
+    ManifestSummary,
+    ReferenceValue,
+    RunProvenance,
+    Scorecard,
+    SuiteScore,
+    VerificationSummary,
+)
+from gym_extensions.scoring.statistics import Summary, mean_of_groups, subtract, summary, with_anchors
+
+Groups = Mapping[str, Mapping[str, GroupScore]]
+"""Scores by group id and protocol, as in a scorecard."""
+
+
+def score(submission: Submission, references: References) -> Scorecard:
+    """The scorecard of one submission. With problems, it has neither a level nor groups.
+
+    It depends on the submission and the references alone.
+    """
+    manifest, review = submission.manifest, submission.review
+    groups: dict[str, dict[str, GroupScore]] = {}
+    patterns: list[str] = []
+    digests: dict[str, str] = {}
+    level: Level | None = None
+    if manifest and not submission.problems:
+        budget = manifest.protocol.budget
+        level = REPORTED if manifest.reported else CLAIMED
+        if manifest.reported:
+            groups = reported_groups(manifest.reported, budget)
+        for name, entry in submission.groups.items():
+            returns = results(entry, budget)
+            groups[name] = {}
+            for protocol, runs in returns.runs.items():
+                documents, found = [entry.runs[protocol][run] for run in runs], entry.digests(protocol)
+                digests |= found
+                groups[name][protocol] = score_group(
+                    *(returns, references, protocol, budget),
+                    level=review_level(review, found),
+                    why=_why_claimed(review, documents, found),
+                    documents=documents,
+                    sketches=run_sketches(entry, protocol) if protocol == "sequential" else (),
+                )
+            patterns += signs(entry, manifest.protocol.evaluation == "sampled")
+        levels = [score.level for protocols in groups.values() for score in protocols.values()]
+        level = min(levels, key=LEVELS.index, default=level)
+    return Scorecard(
+        name=submission.name,
+        title=manifest.title if manifest else submission.name,
+        level=level,
+        problems=submission.problems,
+        manifest=_manifest(submission),
+        readme=submission.readme,
+        notes=tuple(f"{name}: {note}" for name, entry in submission.groups.items() for note in entry.notes),
+        signs=tuple(patterns),
+        verifications=tuple(_verification(part, digests) for part in review.verifications),
+        decisions=tuple(
+            DecisionSummary(part.action, part.by, part.date, part.reason) for part in review.decisions
+        ),
+        groups=groups,
+        suites={} if level == REPORTED else suite_scores(groups),
+    )
+
+
+def _manifest(submission: Submission) -> ManifestSummary | None:
+    manifest = submission.manifest
+    if manifest is None:
+        return None
+    return ManifestSummary(
+        authors=manifest.authors,
+        description=manifest.description,
+        code=manifest.code,
+        protocol=manifest.protocol,
+        hyperparameters={
+            name: tuple(value) if isinstance(value, list) else value
+            for name, value in manifest.hyperparameters.items()
+        },
+        observes=manifest.observes,
+        tuning=manifest.tuning,
+        memory=submission.memory,
+    )
+
+
+def _verification(part: Verification, digests: Mapping[str, str]) -> VerificationSummary:
+    """What a verification found, given the digest of every run as it is now, by the run's name."""
+    return VerificationSummary(
+        date=part.date,
+        version=part.version,
+        value=part.value,
+        logs=tuple(sorted({key.rpartition("/")[0] for key in part.runs})),
+        runs=len(part.runs),
+        current=sum(digests.get(key) == digest for key, digest in part.runs.items()),
+        episodes=part.episodes,
+        repeated=part.repeated,
+        difference=part.difference,
+        kernels=part.kernels,
+        cells=part.cells,
+        p_value=part.p_value,
+        second_p_value=part.second_p_value,
+        passed=part.passed,
+        retrained=tuple(part.retrained),
+    )
+
+
+def _why_claimed(review: Review, documents: Sequence[RunDocument], digests: Mapping[str, str]) -> str:
+    """Why a log is not verified, in words: the runs' documents, and their digests by the run's name."""
+    without = [str(document.run) for document in documents if document.policies is None]
+    if without:
+        return f"No policies of run {', '.join(without)}."
+    for key, digest in digests.items():
+        found = [part for part in review.verifications if part.runs.get(key) == digest]
+        for part in found:
+            if not part.passed:
+                return f"The verification of {part.date} did not pass."
+        if not found:
+            changed = any(key in part.runs for part in review.verifications)
+            return f"{key} {'changed after its verification' if changed else 'is not verified yet'}."
+    return ""
+
+
+def score_group(
+    results: Results,
+    references: References,
+    protocol: str,
+    budget: str,
+    *,
+    level: Level = CLAIMED,
+    why: str = "",
+    documents: Sequence[RunDocument] = (),
+    sketches: tuple[Sketch, ...] = (),
+) -> GroupScore:
+    """Scores one group and protocol, with metrics, the paper's table, references and raw returns."""
+    tasks = results.group.task_ids
+    runs = [] if references.missing(tasks) else normalized_runs(results, references, protocol)
+    final = [[run.p(run.T, j) for j in run.scored] for run in runs]
+    rows, total = paper_table(results) if protocol == "sequential" else ((), None)
+    return GroupScore(
+        published=results.group.published,
+        level=level,
+        why_claimed=why if level == CLAIMED else "",
+        provenance=tuple(map(RunProvenance.of, documents)),
+        budget=budget,
+        runs=tuple(results.runs[protocol]),
+        tasks=tasks,
+        metrics=metric_values(results, references, protocol, runs),
+        profile=profile(final),
+        iqm=iqm(final),
+        reference={task: _reference(task, references) for task in tasks},
+        return_matrix=tuple(tuple(map(tuple, run)) for run in results.means[protocol]),
+        success_rates=results.success_rates(protocol),
+        curves=tuple(
+            Curve(run, task, tuple(zip(steps, values, strict=True)))
+            for (name, run, task), (steps, values) in results.curves.items()
+            if name == protocol and run in results.runs[protocol]
+        ),
+        episode_sketches=sketches,
+        missing_for_full_entry=tuple(_missing_for_full_entry(results, protocol)),
+        paper_table=rows,
+        paper_total=total,
+    )
+
+
+def _reference(task: str, references: References) -> ReferenceValue:
+    each = references.tasks.get(task)
+    if each is None:
+        return ReferenceValue()
+    return ReferenceValue(each.floor, each.expert, each.open, each.standard_error, each.df, each.provisional)
+
+
+def _missing_for_full_entry(results: Results, protocol: str) -> Iterator[str]:
+    """What a full entry of this group and protocol still needs, in words. A rank needs the runs alone."""
+    more = FULL_ENTRY_RUNS - len(results.runs[protocol])
+    if more > 0:
+        yield f"{more} more run{'s' if more > 1 else ''}"
+    needed = ("single", "joint", "curves") if protocol == "sequential" else ("sequential",)
+    yield from missing_words(needed, results)
+
+
+def estimate(groups: Groups, names: Sequence[str], protocol: str, metric: Metric) -> Summary | None:
+    """The mean over groups of a metric's mean over runs; None where it has no value in one of them.
+
+    Args:
+        groups: scores by group id and protocol.
+        names: ids of the groups, which are independent.
+        protocol: ``sequential``, ``single``, ``joint`` or ``cumulative``.
+        metric: a metric of that protocol.
+    """
+    parts = [_of_group(groups.get(name, {}), protocol, metric) for name in names]
+    present = [part for part in parts if part is not None]
+    if not present or len(present) < len(parts):
+        return None
+    return present[0] if len(present) == 1 else mean_of_groups(present)
+
+
+def _of_group(protocols: Mapping[str, GroupScore], protocol: str, metric: Metric) -> Summary | None:
+    if metric is JOINT_GAP:  # not a function of one run: joint and sequential runs are not paired
+        joint, sequential = (_of_group(protocols, name, FINAL) for name in ("joint", protocol))
+        return subtract(joint, sequential) if joint and sequential else None
+    score = protocols.get(protocol)
+    value = score.metrics.get(metric.name) if score else None
+    return summary(value.runs) if value and value.runs else None
+
+
+def suite_scores(groups: Groups) -> dict[str, dict[str, SuiteScore]]:
+    """The mean of each metric over a suite's groups, by suite and protocol.
+
+    Args:
+        groups: scores by group id and protocol; suites with a missing group are left out.
+    """
+    suites: dict[str, dict[str, SuiteScore]] = {}
+    for suite, names in SUITES.items():
+        for protocol, metrics in METRICS.items():
+            if all(protocol in groups.get(name, {}) for name in names):
+                values = {metric.name: _suite_value(groups, names, protocol, metric) for metric in metrics}
+                score = SuiteScore(groups[names[0]][protocol].budget, tuple(names), values)
+                suites.setdefault(suite, {})[protocol] = score
+    return suites
+
+
+def _suite_value(groups: Groups, names: Sequence[str], protocol: str, metric: Metric) -> MetricValue:
+    total = estimate(groups, names, protocol, metric)
+    if total is None:
+        missing = [name for name in names if estimate(groups, (name,), protocol, metric) is None]
+        return MetricValue(why=f"It has no value in {', '.join(missing)}.")
+    interval = with_anchors(total, suite_anchors([groups[name][protocol] for name in names], metric))
+    return MetricValue.of(interval, why=ONE_RUN if interval.low is None else "")
+
+
+def suite_anchors(scores: Sequence[GroupScore], metric: Metric) -> list[tuple[float, float]]:
+    """The squared errors of the experts of all tasks in the mean over these groups, and their df."""
+    errors: dict[str, float] = {}
+    df: dict[str, float] = {}
+    for score in scores:
+        for task, error in zip(score.tasks, score.metrics[metric.name].anchors, strict=False):
+            errors[task] = errors.get(task, 0.0) + error / len(scores)
+            df[task] = score.reference[task].df or 0.0
+    return [(error * error, df[task]) for task, error in errors.items()]

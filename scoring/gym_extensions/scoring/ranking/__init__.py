@@ -1,0 +1,1 @@
+"""Entries side by side: copies, the core board, and rows that follow from the references."""

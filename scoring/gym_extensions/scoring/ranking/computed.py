@@ -1,0 +1,125 @@
+"""The rows of a board that follow from the references: the agents of the floor, and each task alone."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+
+from gym_extensions.catalog.protocol import STANDARD_BUDGET
+from gym_extensions.scoring.boards import BoardKey, BoardMetric, ComputedEntry
+from gym_extensions.scoring.entry.returns import ALL_OPEN, anchor_terms
+from gym_extensions.scoring.metrics import BOARD_METRICS, JOINT_GAP, MetricValue, Run
+from gym_extensions.scoring.references import ALONE, RULERS, References, trained_alone
+from gym_extensions.scoring.statistics import Summary, mean_of_groups, summary, with_anchors
+
+FROM_FLOORS = "Computed from the mean returns of the floors, which have no runs and no curves."
+FLOORS = {"random": "Random actions", "zero": "Zero actions"}
+"""The agents of the floor, by name, with their titles."""
+ALONE_TITLE = "Each task alone"
+"""The title of the reference agent that was trained on each task alone."""
+ALONE_METRICS = ("final_performance", "single_task_performance")
+"""The metrics of that agent."""
+ONLY_FINAL = "It was trained on every task alone: only its returns at the end are known."
+
+
+def computed_rows(
+    key: BoardKey, references: References, tasks: Mapping[str, Sequence[str]], names: Collection[str]
+) -> tuple[ComputedEntry, ...]:
+    """The reference agent on each task alone, and the agents of the floor, as far as they are known.
+
+    Args:
+        key: the board.
+        references: floors and experts.
+        tasks: the task ids of the groups of the board, by group id.
+        names: those of the entries of the board; one that is called ``alone`` takes the place of the row.
+    """
+    groups = [tasks[group] for group in key.groups]
+    entries = []
+    has_alone = key.budget == STANDARD_BUDGET and references.version != RULERS[ALONE] and ALONE not in names
+    if has_alone and (alone := alone_values(groups, references, key.protocol)):
+        rows = {name: BoardMetric.of(value) for name, value in alone.items()}
+        entries.append(ComputedEntry(ALONE, ALONE_TITLE, rows))
+    for name, title in FLOORS.items():
+        values = [floor_values(name, each, references, key.protocol) for each in groups]
+        if not all(values):
+            continue
+        metrics = {}
+        for metric in BOARD_METRICS[key.protocol]:
+            means = [mean for each in values if (mean := each[metric.name]) is not None]
+            mean = sum(means) / len(means) if len(means) == len(values) else None
+            metrics[metric.name] = BoardMetric(mean, None, None, FROM_FLOORS)
+        entries.append(ComputedEntry(name, title, metrics))
+    return tuple(entries)
+
+
+def floor_values(
+    agent: str, task_ids: Sequence[str], references: References, protocol: str
+) -> dict[str, float | None]:
+    """The metrics of an agent of the floor on a group, by name: it ignores observations and never learns.
+
+    Its return on a task is the same after every stage and alone, so that differences of stages are 0. There
+    are no runs: what is computed from episodes or curves is None. Empty where a task has no reference or no
+    mean return of that agent.
+
+    Args:
+        agent: ``random`` or ``zero``.
+        task_ids: the group's tasks.
+        references: floors and experts, with the agent's mean return of each task.
+        protocol: ``sequential``, ``single``, ``joint`` or ``cumulative``.
+    """
+    known = [references.tasks.get(task) for task in task_ids]
+    if any(reference is None or agent not in reference.agents for reference in known):
+        return {}
+    p = {j: each.normalize(each.agents[agent]) for j, each in enumerate(known, 1) if each and not each.open}
+    T = len(task_ids)
+    stages = {(s, j): value for s in range(T + 1) for j, value in p.items()}
+    run = Run(T=T, scored=tuple(p), normalized_returns=stages, single_task=p)
+    values: dict[str, float | None] = {}
+    for metric in BOARD_METRICS[protocol]:
+        try:
+            values[metric.name] = metric.function(run) if metric.function else None
+        except KeyError:
+            values[metric.name] = None
+    if JOINT_GAP.name in values and p:
+        values[JOINT_GAP.name] = 0.0
+    return values
+
+
+def alone_values(
+    groups: Sequence[Sequence[str]], references: References, protocol: str
+) -> dict[str, MetricValue]:
+    """The metrics of the reference agent that was trained on each task of a board alone, by name.
+
+    Its score is the mean over tasks, then over groups. Its standard error is that over the runs of every
+    task, which are independent, and of the experts. Empty where a task has no reference or the agent no runs.
+
+    Args:
+        groups: the task ids of each group of the board.
+        references: floors and experts.
+        protocol: ``sequential``, ``single`` or ``joint``.
+    """
+    known = trained_alone()
+    if any(task not in references.tasks or task not in known for tasks in groups for task in tasks):
+        return {}
+    scores: list[dict[str, Summary]] = [
+        {
+            task: summary(reference.normalize_all([run.mean for run in known[task].runs]))
+            for task in tasks
+            if not (reference := references.tasks[task]).open
+        }
+        for tasks in groups
+    ]
+    values = {
+        metric.name: MetricValue(why=ONLY_FINAL if metric.name not in ALONE_METRICS else ALL_OPEN)
+        for metric in BOARD_METRICS[protocol]
+    }
+    if all(scores):
+        score = mean_of_groups([mean_of_groups(list(tasks.values())) for tasks in scores])
+        errors: dict[str, float] = {}
+        for tasks in scores:
+            for task, each in tasks.items():
+                share = each.mean / len(tasks) / len(scores) * references.tasks[task].relative_error
+                errors[task] = errors.get(task, 0.0) + share
+        terms = anchor_terms(list(errors.values()), [references.tasks[task] for task in errors])
+        for name in values.keys() & ALONE_METRICS:
+            values[name] = MetricValue.of(with_anchors(score, terms))
+    return values
