@@ -322,3 +322,22 @@ def test_a_cost_is_measured_or_absent(on_core: OnCore) -> None:
 
 def test_another_budget_is_not_on_the_core(enter: Enter) -> None:
     assert core([enter("a", 300)]) is None
+
+
+def test_the_reference_agent_in_other_ways_has_rows_without_a_rank(on_core: OnCore) -> None:
+    def joint(log: GroupScore, mean: float) -> GroupScore:
+        runs = tuple(mean + 0.01 * run for run in range(6))
+        return replace(log, runs=tuple(range(6)), metrics={FINAL: MetricValue(mean=mean, runs=runs)})
+
+    card = on_core("trpo", normal(0, 0.5))
+    means = dict(zip(GROUPS, np.linspace(0.3, 0.9, len(GROUPS)), strict=True))
+    groups = {
+        name: {**logs, "joint": joint(logs["sequential"], means[name])} for name, logs in card.groups.items()
+    }
+    board = board_of([replace(card, groups=groups), on_core("other", normal(1, 0.5))])
+    (found,) = board.references
+    assert (found.name, found.runs, board.ranked) == ("joint", 5, 2)
+    assert found.value.mean == pytest.approx(0.6 + 0.02)  # runs 0 to 4 of 6
+    assert found.groups[GROUPS[0]].mean == pytest.approx(0.3 + 0.02)
+    incomplete = dict(groups) | {GROUPS[0]: card.groups[GROUPS[0]]}
+    assert board_of([replace(card, groups=incomplete)]).references == ()

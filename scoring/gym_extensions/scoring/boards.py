@@ -241,6 +241,17 @@ class CoreEntry:
     notes: Annotated[tuple[str, ...], about("what is not compared, each beginning with its name")] = ()
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CoreReference:
+    """The reference agent on the core, not trained on a sequence of tasks, and so without a rank."""
+
+    name: Annotated[str, about("`joint` (all tasks of a group at once) or `alone` (each task alone)")]
+    title: Annotated[str, about("the same in words")]
+    runs: Annotated[int, about("n: the mean is over runs 0 to n − 1 of every group")]
+    value: Annotated[BoardMetric, about("its score at the end: the mean over groups, with its 95 % interval")]
+    groups: Annotated[dict[str, CoreGroup], about("its score by group id")]
+
+
 Verdict = Literal["separated", "equivalent", "open"]
 
 
@@ -287,6 +298,10 @@ class CoreBoard:
     rows: Annotated[
         tuple[CoreEntry, ...], about("ranked entries by the core score, best first; then the others")
     ]
+    references: Annotated[
+        tuple[CoreReference, ...],
+        about("the reference agent trained on all tasks at once, and on each alone"),
+    ] = ()
     pairs: Annotated[
         dict[str, tuple[CorePair, ...]],
         about(

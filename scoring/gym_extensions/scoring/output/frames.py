@@ -8,7 +8,7 @@ from typing import Any
 import pandas as pd
 
 from gym_extensions.catalog.groups import CORE, CORES
-from gym_extensions.scoring.boards import Board, BoardMetric, CoreBoard, CoreEntry
+from gym_extensions.scoring.boards import Board, BoardMetric, CoreBoard, CoreEntry, CoreReference
 from gym_extensions.scoring.documents import no_formula
 from gym_extensions.scoring.metrics import BOARD_METRICS, FINAL, METRICS
 from gym_extensions.scoring.output.screen import count, number, span, table_rows
@@ -159,8 +159,32 @@ def board_frame(board: Board) -> pd.DataFrame:
 
 
 def core_frame(board: CoreBoard | None) -> pd.DataFrame:
-    """One row per method in the order of the core board, with the columns of ``CORE_DTYPES``."""
-    return typed((_core_row(board, entry) for entry in board.rows) if board else (), CORE_DTYPES)
+    """One row per method in the order of the core board, then the reference agent trained in other ways.
+
+    The columns are those of ``CORE_DTYPES``.
+    """
+    if board is None:
+        return typed((), CORE_DTYPES)
+    others = (_reference_row(each) for each in board.references)
+    return typed((*(_core_row(board, entry) for entry in board.rows), *others), CORE_DTYPES)
+
+
+def _reference_row(each: CoreReference) -> Row:
+    shown = {
+        "name": each.name,
+        "title": each.title,
+        "level": "",
+        "observes_task": False,
+        "look": each.runs,
+        "ranked": False,
+        "why": "Trained in another way: no sequence of tasks.",
+        f"{FINAL.name}": each.value.mean,
+        f"{FINAL.name}_low": each.value.low,
+        f"{FINAL.name}_high": each.value.high,
+        **{name: group.mean for name, group in each.groups.items()},
+        "notes": "",
+    }
+    return tuple(shown.get(column) for column in CORE_DTYPES)
 
 
 def _core_row(board: CoreBoard, entry: CoreEntry) -> Row:

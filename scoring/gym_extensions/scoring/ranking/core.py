@@ -7,7 +7,7 @@ every group of both entries, so that neither the number of runs nor their choice
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 from statistics import fmean
@@ -24,9 +24,17 @@ from gym_extensions.scoring.boards import (
     CoreEntry,
     CoreGroup,
     CorePair,
+    CoreReference,
 )
 from gym_extensions.scoring.entry.scorer import suite_anchors
-from gym_extensions.scoring.metrics import BY_NAME, FINAL, NOTHING_LEARNED, MetricValue, learned_nothing
+from gym_extensions.scoring.metrics import (
+    BY_NAME,
+    FINAL,
+    NOTHING_LEARNED,
+    Metric,
+    MetricValue,
+    learned_nothing,
+)
 from gym_extensions.scoring.scorecard import GroupScore, Scorecard
 from gym_extensions.scoring.statistics import (
     ALPHA,
@@ -53,6 +61,11 @@ EXPLORATORY = 20
 """Separations at looks up to this one are called exploratory in the first edition (ADR 107)."""
 MARGIN = 0.05
 """Two methods are equivalent if the interval of their difference lies between ± this."""
+IN_OTHER_WAYS = {
+    "joint": ("joint", FINAL.name, "TRPO, all tasks at once"),
+    "alone": ("single", "single_task_performance", "TRPO, each task alone"),
+}
+"""The rows of the reference agent without a rank: protocol, metric of the score, title."""
 REFERENCE = "trpo"
 """The entry of the reference agent, with which readers compare the others."""
 FORGETTING, LEARNING = "forgetting", "learning_performance"
@@ -271,13 +284,39 @@ def _cost(logs: Mapping[str, GroupScore]) -> CoreCost:
     )
 
 
-def _group(log: GroupScore, look: int) -> CoreGroup:
+def _group(log: GroupScore, look: int, metric: Metric = FINAL) -> CoreGroup:
     runs = consecutive(log.runs)
-    values = log.metrics[FINAL.name].runs[: look or runs]
+    values = log.metrics[metric.name].runs[: look or runs]
     if not values:
         return CoreGroup(None, None, None, runs)
-    value = with_anchors(summary(values), suite_anchors([log], FINAL))
+    value = with_anchors(summary(values), suite_anchors([log], metric))
     return CoreGroup(value.mean, value.low, value.high, runs)
+
+
+def _in_other_ways(card: Scorecard) -> Iterator[CoreReference]:
+    """The rows of ``IN_OTHER_WAYS`` that the reference agent has on every group of the core."""
+    for name, (protocol, metric_name, title) in IN_OTHER_WAYS.items():
+        found = {group: card.groups.get(group, {}).get(protocol) for group in CORES[CORE]}
+        logs = {
+            group: log for group, log in found.items() if log is not None and log.budget == STANDARD_BUDGET
+        }
+        runs = last_look(min((consecutive(log.runs) for log in logs.values()), default=0))
+        metric = BY_NAME[metric_name]
+        if (
+            len(logs) < len(found)
+            or not runs
+            or not all(log.metrics[metric_name].runs for log in logs.values())
+        ):
+            continue
+        mean = mean_of_groups([summary(log.metrics[metric_name].runs[:runs]) for log in logs.values()])
+        value = with_anchors(mean, suite_anchors(list(logs.values()), metric))
+        yield CoreReference(
+            name=name,
+            title=title,
+            runs=runs,
+            value=BoardMetric(value.mean, value.low, value.high, ""),
+            groups={group: _group(log, runs, metric) for group, log in logs.items()},
+        )
 
 
 def _why(logs: Mapping[str, GroupScore], method: Method | None, barred: str) -> str:
@@ -365,6 +404,7 @@ def core_board(
         margin=MARGIN,
         ranked=len(ranked),
         rows=tuple(_with_ranks(entry, found) for entry in entries),
+        references=tuple(row for card in cards if card.name == REFERENCE for row in _in_other_ways(card)),
         pairs={metric: tuple(compared) for metric, compared in pairs.items()},
     )
 
