@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
@@ -98,7 +98,7 @@ class Context:
 
 Array = NDArray[Any]
 VectorEnv = gym.vector.VectorEnv[Any, Any, Any]
-Setting = str | int | float | bool | list[str] | list[int] | list[float] | list[bool]
+Setting = str | int | float | bool | Sequence[str | int | float | bool]
 """A hyperparameter as ``submission.toml`` stores it."""
 
 

@@ -14,8 +14,7 @@ from gym_extensions.baselines.algorithms import missing_extra
 from gym_extensions.baselines.entry import missing_runs
 from gym_extensions.baselines.execution.workers import DISK_FULL, JOBS_FAILED
 from gym_extensions.baselines.progress import LOGS
-from gym_extensions.baselines.training.checkpoints import next_step
-from gym_extensions.baselines.training.events import Event, TrainingStarted
+from gym_extensions.baselines.training.checkpoints import CONTINUES
 from gym_extensions.baselines.training.request import parse_groups, parse_names, parse_runs, require_positive
 from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS, STANDARD_BUDGET
 from gym_extensions.errors import BenchError, reports_mistakes
@@ -83,48 +82,38 @@ def parser() -> argparse.ArgumentParser:
     return command
 
 
-def _train(options: argparse.Namespace, titles: list[str]) -> None:
-    from gym_extensions.baselines.train_agent import train
-
-    def remember_titles(event: Event) -> None:
-        if isinstance(event, TrainingStarted):
-            titles.extend(job.title for job in event.jobs)
-
-    train(
-        options.agent,
-        parse_names(options.groups),
-        parse_names(options.protocol),
-        options.budget,
-        parse_runs(options.runs),
-        out=options.out,
-        jobs=options.jobs,
-        ray=options.ray,
-        num_envs=options.num_envs,
-        num_threads=options.num_threads,
-        progress=not options.quiet,
-        log=options.log and parse_names(options.log),
-        callback=remember_titles,
-        evaluate_every=options.evaluate_every,
-        evaluate_episodes=options.evaluate_episodes,
-        by=options.by,
-    )
-
-
 @reports_mistakes
 def main(argv: list[str] | None = None) -> int:
     """Trains, writes the submission and returns the exit status."""
     options = parser().parse_args(argv)
+    from gym_extensions.baselines.train_agent import train  # loads the simulator
+
     require_positive(options.jobs, "--jobs")
-    titles: list[str] = []
     try:
-        _train(options, titles)
+        train(
+            options.agent,
+            parse_names(options.groups),
+            parse_names(options.protocol),
+            options.budget,
+            parse_runs(options.runs),
+            out=options.out,
+            jobs=options.jobs,
+            ray=options.ray,
+            num_envs=options.num_envs,
+            num_threads=options.num_threads,
+            progress=not options.quiet,
+            log=options.log and parse_names(options.log),
+            evaluate_every=options.evaluate_every,
+            evaluate_episodes=options.evaluate_episodes,
+            by=options.by,
+        )
     except KeyboardInterrupt:
-        print(f"Interrupted. {next_step(options.out, titles)}")
+        print(f"Interrupted. {CONTINUES}")
         return 130
     except OSError as error:
         if error.errno not in DISK_FULL:
             raise
-        hint = f"Free some disk space. {next_step(options.out, titles)}"
+        hint = f"Free some disk space. {CONTINUES}"
         raise BenchError("disk-full", f"{error.strerror}.", str(options.out), hint) from error
     except BenchError as error:
         if error.code != JOBS_FAILED:
@@ -141,24 +130,15 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def _what_next(options: argparse.Namespace) -> str:
-    groups = parse_groups(parse_names(options.groups))
-    protocols = parse_names(options.protocol)
-    missing = {
-        run
-        for group in groups
-        for protocol in protocols
-        for run in missing_runs(options.out, group, protocol)
-    }
+    names, protocols = parse_names(options.groups), parse_names(options.protocol)
+    logs = [(group, protocol) for group in parse_groups(names) for protocol in protocols]
+    missing = {run for group, protocol in logs for run in missing_runs(options.out, group, protocol)}
     if missing:
         runs = ",".join(map(str, sorted(missing)))
         return (
             f"Runs after a gap are not scored, so it also needs the runs {runs}: train them, or copy their "
             "files into this folder."
         )
-    files = [name for name in parse_names(options.groups) if name.endswith(".toml")]
-    words = [str(options.out), *(word for name in files for word in ("--groups", name))]
-    return f"Score it with: score {' '.join(map(_quote, words))}"
-
-
-def _quote(path: str) -> str:
-    return subprocess.list2cmdline([path]) if os.name == "nt" else shlex.quote(path)
+    files = [name for name in names if name.endswith(".toml")]
+    words = ["score", str(options.out), *(word for name in files for word in ("--groups", name))]
+    return f"Score it with: {subprocess.list2cmdline(words) if os.name == 'nt' else shlex.join(words)}"

@@ -6,7 +6,6 @@ Nothing belongs to two runs, so runs of several machines are joined by copying t
 from __future__ import annotations
 
 import datetime
-import errno
 import platform
 import shutil
 import tomllib
@@ -16,7 +15,6 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-import msgspec
 import tomli_w
 from filelock import FileLock, Timeout
 
@@ -24,7 +22,7 @@ from gym_extensions.baselines.agent import Array, Card
 from gym_extensions.baselines.agent_checks import card_tables
 from gym_extensions.baselines.training.checkpoints import FinishedStage, Progress
 from gym_extensions.baselines.training.jobs import Settings, TrainingJob, job_versions, jobs_of
-from gym_extensions.baselines.training.usage import joined, machine
+from gym_extensions.baselines.training.usage import Usage, joined
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.envs.fingerprint import fingerprint_of
 from gym_extensions.errors import BenchError
@@ -46,8 +44,7 @@ from gym_extensions.rollouts.layout import (
 from gym_extensions.rollouts.manifest import RECORDED
 from gym_extensions.rollouts.onnx_policy import RUNTIME
 from gym_extensions.rollouts.run import (
-    Curve,
-    InterimEvaluation,
+    Machine,
     Memory,
     PolicyFile,
     RunDocument,
@@ -57,7 +54,7 @@ from gym_extensions.rollouts.run import (
     write_run,
 )
 from gym_extensions.rollouts.run_policies import content_sha256, npz_bytes, policy_files
-from gym_extensions.rollouts.tables import CurvePoint, EvaluationPoint, write_log
+from gym_extensions.rollouts.tables import write_log
 from gym_extensions.versions import version
 
 MANIFEST_KEYS = (
@@ -107,24 +104,18 @@ def validate(out: Path, groups: Iterable[TaskGroup] = ()) -> None:
             message = f"Unexpected folder {unexpected[0]!r}: a submission contains only group folders."
             hint = f"Use a folder for this submission alone, such as {out / 'mine'}."
             raise BenchError("bad-out", message, str(out), hint)
-        runs = [path for folder in folders if folder in names for path in (out / folder).glob(f"*/*{LOG}")]
+        runs = [path for folder in folders if folder in names for path in (out / folder).glob(f"*/run*{LOG}")]
         if runs and not (out / MANIFEST).exists():
             message = f"The folder contains {runs[0].relative_to(out)} but no {MANIFEST}."
             raise BenchError(
                 "manifest-lost", message, str(out), f"Restore {MANIFEST}, or choose another --out."
             )
         for path in runs:
-            if RUN_FILE.fullmatch(path.name):
-                _require_intact(path)
-
-
-def _require_intact(log: Path) -> None:
-    """Raises ``BenchError`` if the log of a finished run is not the one that its document states."""
-    document = log.with_suffix(DOCUMENT)
-    if not document.exists() or read_run(document).log != file_sha256(log):
-        message = "The log of a finished run is damaged: its document is missing or states another one."
-        hint = f"Restore it, or delete {log.stem}.* to train the run again."
-        raise BenchError("damaged-run", message, str(log), hint)
+            document = path.with_suffix(DOCUMENT)
+            if not document.exists() or read_run(document).log != file_sha256(path):
+                message = "The run is damaged: its document is missing or states another log."
+                hint = f"Restore it, or delete {path.stem}.* to train the run again."
+                raise BenchError("damaged-run", message, str(path), hint)
 
 
 def prepare(out: Path) -> None:
@@ -158,7 +149,7 @@ def lock_runs(out: Path, titles: Iterable[str], seconds: float = 0.0) -> Iterato
         seconds: how long to wait for another process.
 
     Raises:
-        BenchError: another process holds a lock, or this process has too many open files.
+        BenchError: another process holds a lock.
     """
     with ExitStack() as locks:
         for title in titles:
@@ -170,11 +161,6 @@ def lock_runs(out: Path, titles: Iterable[str], seconds: float = 0.0) -> Iterato
                 message = f"{title!r} is being trained by another process."
                 hint = "Wait until it has finished or end it, choose other runs, or choose another --out."
                 raise BenchError("two-writers", message, str(out), hint) from busy
-            except OSError as error:
-                if error.errno != errno.EMFILE:
-                    raise
-                hint = "Train fewer groups or runs in one call, or raise the limit (ulimit -n)."
-                raise BenchError("too-many-runs", f"{error.strerror}.", str(path), hint) from error
         yield
 
 
@@ -259,62 +245,67 @@ def write_run_files(
     Raises:
         BenchError: another process has made the folder the submission of another agent.
     """
-    job, records = next(iter(finished)), [record for stages in finished.values() for record in stages]
-    group, protocol, run = job.group, job.protocol, job.run
+    jobs = sorted(finished, key=lambda job: job.task or 0)
+    records = [record for job in jobs for record in finished[job]]
+    group, protocol, run = jobs[0].group, jobs[0].protocol, jobs[0].run
     card = max((record.card for record in records), key=lambda card: card.stored_steps)
     existing, tables = read_manifest(out / MANIFEST), manifest_tables(card, settings)
     require_same(out / MANIFEST, existing, tables)
-    policies = _policies([Progress.of(out, job) for job in finished])
-    staged = out / PROGRESS / f"staged-{group.name}-{protocol}-{run}"
-    shutil.rmtree(staged, ignore_errors=True)
+    policies = _policies([Progress.of(out, job) for job in jobs])
     files = policy_files(policies) if policies else {}
     names = {
         suffix: run_file(group.name, protocol, run, suffix)
         for suffix in dict.fromkeys((POLICIES, *files, DOCUMENT, LOG))
     }
+    staged = out / PROGRESS / f"staged-{group.name}-{protocol}-{run}"
+    shutil.rmtree(staged, ignore_errors=True)
     try:
         episodes = [episode for record in records for episode in record.episodes]
         write_log(staged / names[LOG], episodes, group.task_ids)
         for suffix, data in files.items():
             write_bytes(staged / names[suffix], data)
-        size = sum(map(len, files.values()))
-        stated = PolicyFile(sha256=content_sha256(policies), size=size) if policies else None
-        document = _document(file_sha256(staged / names[LOG]), finished, stated)
+        stated = None
+        if policies:
+            stated = PolicyFile(sha256=content_sha256(policies), size=sum(map(len, files.values())))
+        packages = dict.fromkeys(package for record in records for package in record.card.packages)
         if any(suffix.endswith(NETWORK) for suffix in files):
-            packages = document.packages | {RUNTIME: version(RUNTIME)}
-            document = msgspec.structs.replace(document, packages=packages)
-        if settings.steps != RECORDED:
-            document = msgspec.structs.replace(document, machine=None, cpu_seconds=None, peak_memory_mb=None)
-        write_run(
-            staged / names[DOCUMENT],
-            msgspec.structs.replace(document, command=command, commit=commit, by=by),
+            packages |= {RUNTIME: None}
+        document = RunDocument(
+            group=group.id,
+            protocol=protocol,  # type: ignore[arg-type]
+            run=run,
+            command=command,
+            commit=commit,
+            by=by,
+            date=datetime.datetime.now(datetime.UTC).date().isoformat(),
+            versions=run_versions(record.usage.kernels for record in records),
+            packages={package: version(package) for package in packages},
+            steps=sum(record.usage.steps for record in records),
+            memory=Memory(
+                stored_steps=max(record.card.stored_steps for record in records),
+                parameters_first=max(record.parameters[0] for record in records),
+                parameters_last=max(record.parameters[1] for record in records),
+            ),
+            fingerprints={task.id: fingerprint_of(task) for task in group.tasks},
+            curves=[curve for record in records for curve in record.curves],
+            evaluations=[each for record in records for each in record.evaluations],
+            log=file_sha256(staged / names[LOG]),
+            policies=stated,
+            **(_measured([record.usage for record in records]) if settings.steps == RECORDED else {}),
         )
+        write_run(staged / names[DOCUMENT], document)
         if not existing:
             write_text(out / MANIFEST, tomli_w.dumps(tables))
-        move_into_place(staged, out, list(names.values()))
+        for name in names.values():
+            (out / name).parent.mkdir(parents=True, exist_ok=True)
+            if (staged / name).exists():
+                (staged / name).replace(out / name)
+            else:  # policies of an earlier attempt
+                (out / name).unlink(missing_ok=True)
     finally:
         shutil.rmtree(staged, ignore_errors=True)
-    for job in finished:
+    for job in jobs:
         Progress.of(out, job).remove()
-
-
-def move_into_place(staged: Path, out: Path, names: Sequence[str]) -> None:
-    """Moves files to the same paths in ``out``, in this order; a missing one is deleted there.
-
-    If ``staged`` is on another file system, each file is copied beside its target and then renamed.
-    """
-    for name in names:
-        source, target = staged / name, out / name
-        target.parent.mkdir(parents=True, exist_ok=True)
-        if not source.exists():
-            target.unlink(missing_ok=True)
-            continue
-        try:
-            source.replace(target)
-        except OSError as error:
-            if error.errno != errno.EXDEV:
-                raise
-            write_bytes(target, source.read_bytes())
 
 
 def _policies(jobs: Sequence[Progress]) -> dict[str, Array]:
@@ -329,38 +320,18 @@ def _policies(jobs: Sequence[Progress]) -> dict[str, Array]:
     return arrays if is_small and len(npz_bytes(arrays)) <= MAX_FILE_BYTES[POLICIES] else {}
 
 
-def _document(
-    log: str, finished: Mapping[TrainingJob, Sequence[FinishedStage]], policies: PolicyFile | None
-) -> RunDocument:
-    job, records = next(iter(finished)), [record for stages in finished.values() for record in stages]
-    group, usages = job.group, [record.usage for record in records]
-    packages = dict.fromkeys(package for record in records for package in record.card.packages)
-    peak = max(usage.peak_memory_mb for usage in usages)
-    return RunDocument(
-        group=group.id,
-        protocol=job.protocol,  # type: ignore[arg-type]
-        run=job.run,
-        date=datetime.datetime.now(datetime.UTC).date().isoformat(),
-        versions=run_versions([usage.kernels for usage in usages]),
-        packages={package: version(package) for package in packages},
-        machine=machine(usages),
-        steps=sum(usage.steps for usage in usages),
-        cpu_seconds=round(sum(usage.cpu_seconds for usage in usages), 3),
-        peak_memory_mb=peak or None,
-        memory=Memory(
-            stored_steps=max(record.card.stored_steps for record in records),
-            parameters_first=max(record.parameters[0] for record in records),
-            parameters_last=max(record.parameters[1] for record in records),
+def _measured(usages: Sequence[Usage]) -> dict[str, Any]:
+    """What a run's document says about the machine and what the training took."""
+    return {
+        "machine": Machine(
+            processor=joined(usage.processor for usage in usages), cores=max(usage.cores for usage in usages)
         ),
-        fingerprints={task.id: fingerprint_of(task) for task in group.tasks},
-        curves=_curves(group, records),
-        evaluations=_evaluations(group, [point for record in records for point in record.evaluations]),
-        log=log,
-        policies=policies,
-    )
+        "cpu_seconds": round(sum(usage.cpu_seconds for usage in usages), 3),
+        "peak_memory_mb": max(usage.peak_memory_mb for usage in usages) or None,
+    }
 
 
-def run_versions(kernels: Sequence[str]) -> Versions:
+def run_versions(kernels: Iterable[str]) -> Versions:
     """The versions of the packages, of Python and of the platform, with the BLAS kernels of the stages."""
     return Versions(
         **job_versions(),
@@ -368,38 +339,3 @@ def run_versions(kernels: Sequence[str]) -> Versions:
         platform=f"{platform.system()}-{platform.machine()}",
         blas=joined(kernels),
     )
-
-
-def _curves(group: TaskGroup, records: Sequence[FinishedStage]) -> list[Curve]:
-    """A curve per stage and trained task, in training order."""
-    points: dict[tuple[int, int], list[CurvePoint]] = {}
-    for record in records:
-        for point in record.curves:
-            points.setdefault((record.stage, group.task_ids.index(point.task)), []).append(point)
-    return [
-        Curve(
-            stage=stage,
-            task=group.task_ids[task],
-            steps=[point.step for point in points[stage, task]],
-            returns=[point.return_ for point in points[stage, task]],
-        )
-        for stage, task in sorted(points)
-    ]
-
-
-def _evaluations(group: TaskGroup, points: Sequence[EvaluationPoint]) -> list[InterimEvaluation]:
-    """A list of interim evaluations per stage and evaluated task, in training order."""
-    found: dict[tuple[int, int, int], list[EvaluationPoint]] = {}
-    for point in points:
-        key = (point.stage, group.task_ids.index(point.task), point.episodes)
-        found.setdefault(key, []).append(point)
-    return [
-        InterimEvaluation(
-            stage=stage,
-            task=group.task_ids[task],
-            episodes=episodes,
-            steps=[point.step for point in found[stage, task, episodes]],
-            returns=[point.return_ for point in found[stage, task, episodes]],
-        )
-        for stage, task, episodes in sorted(found)
-    ]

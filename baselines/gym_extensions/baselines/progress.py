@@ -6,7 +6,9 @@ import csv
 import time
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import closing, contextmanager
+from functools import partial
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +22,7 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
-from gym_extensions.baselines.training.checkpoints import next_step
+from gym_extensions.baselines.training.checkpoints import CONTINUES
 from gym_extensions.baselines.training.events import (
     BatchTrained,
     Event,
@@ -32,8 +34,8 @@ from gym_extensions.baselines.training.events import (
     TaskEvaluated,
     TrainingStarted,
 )
+from gym_extensions.baselines.training.request import listed
 from gym_extensions.errors import BenchError, did_you_mean
-from gym_extensions.files import write_text
 from gym_extensions.rollouts.layout import PROGRESS
 
 FIRST_INTERVAL, LONGEST_INTERVAL = 1.0, 60.0
@@ -148,23 +150,6 @@ class Lines:
         self._write(line(event, self._time_left()))
 
 
-class NotebookDisplay:
-    """Shows the last line in one display of a notebook, which is updated in place."""
-
-    def __init__(self) -> None:
-        self._handle: Any = None
-
-    def __call__(self, text: str) -> None:
-        """Replaces the line."""
-        from IPython.display import display  # a notebook has it
-
-        content = {"text/plain": text}
-        if self._handle is None:
-            self._handle = display(content, raw=True, display_id=True)
-        else:
-            self._handle.update(content, raw=True)
-
-
 def line(event: Event, time_left: str) -> str:
     """One line about an event."""
     if isinstance(event, TrainingStarted):
@@ -202,18 +187,16 @@ def clock_time(seconds: float | None) -> str:
     return f"{minutes // 60}:{minutes % 60:02}:{rest:02}"
 
 
-def log_file(folder: Path, time_left: Callable[[], str], now: Callable[[], float] = time.time) -> Listener:
+def log_file(folder: Path, time_left: Callable[[], str]) -> Listener:
     """Appends a line per event with date and local time, and tracebacks of failed jobs, to ``train.log``."""
-    path = folder / TRAIN_LOG
 
     def listen(event: Event) -> None:
         if isinstance(event, TrainingStarted):
             if not event.jobs:
                 return
             folder.mkdir(parents=True, exist_ok=True)
-        stamp = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(now()))
-        with path.open("a", encoding="utf-8", newline="\n") as file:
-            file.write(f"{stamp} {line(event, time_left())}\n")
+        with (folder / TRAIN_LOG).open("a", encoding="utf-8", newline="\n") as file:
+            file.write(f"{time.strftime('%Y-%m-%d %H:%M:%S')} {line(event, time_left())}\n")
             if isinstance(event, JobFailed):
                 file.write(event.traceback)
 
@@ -229,34 +212,20 @@ def csv_file(folder: Path) -> Listener:
     path = folder / EVENTS_CSV
 
     def listen(event: Event) -> None:
-        if not isinstance(event, BatchTrained | TaskEvaluated):
-            return
-        where = (event.job, event.stage, event.step, event.job_step)
-        row: tuple[object, ...]
         if isinstance(event, BatchTrained):
-            mean_return = "" if event.mean_return is None else event.mean_return
-            row = ("batch", *where, "", mean_return, round(event.steps_per_second, 1))
+            kind, task, speed = "batch", "", str(round(event.steps_per_second, 1))
+        elif isinstance(event, TaskEvaluated):
+            kind, task, speed = "evaluation", event.task, ""
         else:
-            row = ("evaluation", *where, event.task, event.mean_return, "")
-        if not path.exists():
-            write_text(path, ",".join(EVENT_COLUMNS) + "\n")
+            return
+        where, is_new = (event.job, event.stage, event.step, event.job_step), not path.exists()
         with path.open("a", encoding="utf-8", newline="") as file:
-            csv.writer(file, lineterminator="\n").writerow(row)
+            writer = csv.writer(file, lineterminator="\n")
+            if is_new:
+                writer.writerow(EVENT_COLUMNS)
+            writer.writerow((kind, *where, task, event.mean_return, speed))  # None is an empty cell
 
     return listen
-
-
-FOLDER = "tensorboard"
-LOG_HINT = "Install it with: pip install 'gym-extensions[log]'"
-
-
-def require_tensorboard() -> None:
-    """Raises ``BenchError`` if the package tensorboard is missing."""
-    try:
-        import tensorboard.summary.writer.event_file_writer  # noqa: F401
-    except ModuleNotFoundError as missing:
-        message = f"The log 'tensorboard' needs {missing.name}."
-        raise BenchError("missing-extra", message, "log", LOG_HINT) from missing
 
 
 class TensorBoard:
@@ -266,21 +235,18 @@ class TensorBoard:
     ``evaluation/<task name>``.
     """
 
-    def __init__(self, folder: Path, now: Callable[[], float] = time.time) -> None:
-        require_tensorboard()
-        self._folder, self._now = folder / FOLDER, now
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder / "tensorboard"
         self._writers: dict[str, Any] = {}
 
     def __call__(self, event: Event) -> None:
         """Adds the scalars of a batch or an evaluated task."""
         if isinstance(event, BatchTrained):
-            scalars = {"train/steps_per_second": event.steps_per_second}
+            self._add(event, "train/steps_per_second", event.steps_per_second)
             if event.mean_return is not None:
-                scalars["train/mean_return"] = event.mean_return
-            self._add(event.job, event.job_step, scalars)
+                self._add(event, "train/mean_return", event.mean_return)
         elif isinstance(event, TaskEvaluated):
-            name = event.task.rpartition("/")[2]
-            self._add(event.job, event.job_step, {f"evaluation/{name}": event.mean_return})
+            self._add(event, f"evaluation/{event.task.rpartition('/')[2]}", event.mean_return)
         elif isinstance(event, JobFinished | JobFailed) and event.job in self._writers:
             self._writers.pop(event.job).close()
 
@@ -288,17 +254,17 @@ class TensorBoard:
         """Writes what is not yet written."""
         for writer in self._writers.values():
             writer.close()
-        self._writers.clear()
 
-    def _add(self, job: str, step: int, scalars: dict[str, float]) -> None:
+    def _add(self, event: BatchTrained | TaskEvaluated, tag: str, scalar: float) -> None:
         from tensorboard.compat.proto import event_pb2, summary_pb2
         from tensorboard.summary.writer.event_file_writer import EventFileWriter
 
-        if job not in self._writers:
-            self._writers[job] = EventFileWriter(str(self._folder.joinpath(*job.split())), flush_secs=10)
-        values = [summary_pb2.Summary.Value(tag=tag, simple_value=value) for tag, value in scalars.items()]
-        summary = summary_pb2.Summary(value=values)
-        self._writers[job].add_event(event_pb2.Event(wall_time=self._now(), step=step, summary=summary))
+        if event.job not in self._writers:
+            folder = self._folder.joinpath(*event.job.split())
+            self._writers[event.job] = EventFileWriter(str(folder), flush_secs=10)
+        summary = summary_pb2.Summary(value=[summary_pb2.Summary.Value(tag=tag, simple_value=scalar)])
+        row = event_pb2.Event(wall_time=time.time(), step=event.job_step, summary=summary)
+        self._writers[event.job].add_event(row)
 
 
 def parse_logs(log: str | Iterable[str] | None) -> tuple[str, ...]:
@@ -307,15 +273,14 @@ def parse_logs(log: str | Iterable[str] | None) -> tuple[str, ...]:
     Raises:
         BenchError: an unknown name, or a package that a log needs is missing.
     """
-    names: object = () if log is None else [log] if isinstance(log, str) else log
-    chosen = tuple(dict.fromkeys(names)) if isinstance(names, Iterable) else (names,)
+    chosen = () if log is None else tuple(dict.fromkeys(listed(log, str, "log", "a name")))
     for name in chosen:
         if name not in LOGS:
-            hint = did_you_mean(str(name), LOGS)
-            raise BenchError("unknown-log", f"There is no log {name!r}.", "log", hint)
-    if "tensorboard" in chosen:
-        require_tensorboard()
-    return tuple(map(str, chosen))
+            raise BenchError("unknown-log", f"There is no log {name!r}.", "log", did_you_mean(name, LOGS))
+    if "tensorboard" in chosen and find_spec("tensorboard") is None:
+        hint = "Install it with: pip install 'gym-extensions[log]'"
+        raise BenchError("missing-extra", "The log 'tensorboard' needs tensorboard.", "log", hint)
+    return chosen
 
 
 def check_callback(callback: object) -> None:
@@ -328,10 +293,7 @@ def check_callback(callback: object) -> None:
 
 @contextmanager
 def open_bars(*, is_shown: bool = True) -> Iterator[tuple[Bars, Listener]]:
-    """Bars, which are shown in a terminal, and a listener that moves them; elsewhere it prints lines.
-
-    Elsewhere is a file or a pipe. In a notebook, each line takes the place of the one before.
-    """
+    """Bars, which are shown in a terminal, and a listener that moves them; it prints lines elsewhere."""
     console = Console()
     columns = (
         TextColumn("{task.description}"),
@@ -342,24 +304,16 @@ def open_bars(*, is_shown: bool = True) -> Iterator[tuple[Bars, Listener]]:
         TimeRemainingColumn(),
     )
     is_live = is_shown and console.is_terminal and not console.is_jupyter
-    progress = Progress(*columns, console=console, disable=not is_live, speed_estimate_period=SPEED_SECONDS)
-
-    def write(text: str) -> None:
-        console.print(text, highlight=False, soft_wrap=True, markup=False)
-
-    with ExitStack() as stack:
-        if is_live:
-            stack.enter_context(progress)
+    with Progress(
+        *columns, console=console, disable=not is_live, speed_estimate_period=SPEED_SECONDS
+    ) as progress:
         bars = Bars(progress)
-        if console.is_jupyter:
-            lines = Lines(NotebookDisplay(), bars.time_left, longest=FIRST_INTERVAL)
-        else:
-            lines = Lines(write, bars.time_left)
+        lines = Lines(partial(console.out, highlight=False), bars.time_left)
 
         def show(event: Event) -> None:
             bars.show(event)
             if is_live and isinstance(event, JobFailed):
-                write(line(event, ""))
+                console.out(line(event, ""), highlight=False)
             elif is_shown and not is_live:
                 lines.show(event)
 
@@ -378,19 +332,13 @@ def open_listeners(
         logs: names of ``LOGS``.
         callback: the user's.
     """
-    folder = out / PROGRESS
-    with ExitStack() as stack:
-        bars, show = stack.enter_context(open_bars(is_shown=progress))
-        files = [log_file(folder, bars.time_left)]
-        if "csv" in logs:
-            files.append(csv_file(folder))
-        if "tensorboard" in logs:
-            board = TensorBoard(folder)
-            stack.callback(board.close)
-            files.append(board)
-        listeners = [show, *map(tolerant, files)]
+    folder, board = out / PROGRESS, TensorBoard(out / PROGRESS)
+    with open_bars(is_shown=progress) as (bars, show), closing(board):
+        files: dict[str, Listener] = {"csv": csv_file(folder), "tensorboard": board}
+        writers = [log_file(folder, bars.time_left), *(files[log] for log in logs)]
+        listeners = [show, *map(tolerant, writers)]
         if callback is not None:
-            listeners.append(guarded(callback, out))
+            listeners.append(guarded(callback))
 
         def listen(event: Event) -> None:
             for each in listeners:
@@ -417,18 +365,15 @@ def tolerant(write: Listener) -> Listener:
     return listen
 
 
-def guarded(callback: Listener, out: Path) -> Listener:
+def guarded(callback: Listener) -> Listener:
     """The callback, whose exceptions become a ``BenchError`` that says how to continue."""
-    titles = list[str]()
 
     def listen(event: Event) -> None:
-        if isinstance(event, TrainingStarted):
-            titles.extend(job.title for job in event.jobs)
         try:
             callback(event)
         except Exception as error:
             message = f"The callback raised {type(error).__name__}: {error}".rstrip(".") + "."
-            hint = f"Correct the callback. {next_step(out, titles)}"
+            hint = f"Correct the callback. {CONTINUES}"
             raise BenchError("callback-failed", message, "callback", hint) from error
 
     return listen

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, replace
 from itertools import pairwise
 from pathlib import Path
+from statistics import fmean
 from types import MappingProxyType
 from typing import Any, NoReturn, Protocol, runtime_checkable
 
@@ -30,8 +31,9 @@ from gym_extensions.rollouts.layout import LOG, MANIFEST, run_file
 from gym_extensions.rollouts.manifest import CLAIMED
 from gym_extensions.rollouts.onnx_policy import OnnxPolicy
 from gym_extensions.rollouts.policy import Policy as PlainPolicy
+from gym_extensions.rollouts.run import Curve
 from gym_extensions.rollouts.run_policies import AnyPolicy
-from gym_extensions.rollouts.tables import CurvePoint, Episode, read_log
+from gym_extensions.rollouts.tables import Episode, read_log
 
 WRITE_SECONDS = 300.0
 """How long a process waits for another one that writes the run."""
@@ -48,32 +50,30 @@ def task_named(name: str, tasks: Sequence[Task]) -> Task:
     raise BenchError("unknown-task", f"{name!r} is not a task of this group or stage.", "task", hint)
 
 
-def curve_points(job: TrainingJob, stage: Stage, curves: ClaimedCurves) -> list[CurvePoint]:
-    """The points of a stage's training curves.
+def claimed_curves(stage: Stage, curves: ClaimedCurves) -> list[Curve]:
+    """The training curves of a stage, in training order.
 
     Raises:
         BenchError: a task is not trained in the stage, steps do not increase or exceed the budget, or a
             return is not finite.
     """
-    points = []
-    for name, values in curves.items():
-        task = task_named(name, stage.trained)
-        steps = [int(step) for step, _ in values]
+    by_task = {task_named(name, stage.trained): points for name, points in curves.items()}
+    found = []
+    for task in stage.trained:
+        points = by_task.get(task, ())
+        steps, returns = [int(step) for step, _ in points], [float(value) for _, value in points]
+        message = ""
         if any(later <= earlier for earlier, later in pairwise([0, *steps])):
-            raise _bad_curve(name, "The training steps do not increase.", "Start above 0.")
-        if steps and steps[-1] > stage.steps * (1 + EXCESS):
+            message = "The training steps do not increase from above 0."
+        elif steps and steps[-1] > stage.steps * (1 + EXCESS):
             message = f"It ends at step {steps[-1]}; the budget is {stage.steps}."
-            raise _bad_curve(name, message, "Choose the budget that the policy was trained with.")
-        if not all(math.isfinite(value) for _, value in values):
-            raise _bad_curve(name, "A return is not finite.", "Leave such points out.")
-        points += [
-            CurvePoint(job.protocol, job.run, task.id, int(step), float(value)) for step, value in values
-        ]
-    return points
-
-
-def _bad_curve(name: str, message: str, hint: str) -> BenchError:
-    return BenchError("bad-curve", message, f"curves[{name!r}]", hint)
+        elif not all(map(math.isfinite, returns)):
+            message = "A return is not finite."
+        if message:
+            raise BenchError("bad-curve", message, f"curves[{task.name!r}]")
+        if steps:
+            found.append(Curve(stage=stage.number, task=task.id, steps=steps, returns=returns))
+    return found
 
 
 def parse_stage(
@@ -85,40 +85,26 @@ def parse_stage(
         BenchError: the stage is missing, out of range or not an integer, the task is missing or unknown, or
             an argument belongs to another protocol.
     """
-    if protocol == "sequential":
-        _require_no_task(task, "Each stage is evaluated on every task; leave task out.")
-        return TrainingJob(group, protocol, run), _sequential_stage(group, stage)
-    if stage not in (None, 1):
-        message = f"Stage {stage!r} is out of range: the protocol {protocol} has stage 1 only."
-        raise BenchError("bad-stage", message, "stage", "Leave stage out.")
-    if protocol in ("joint", "cumulative"):
-        _require_no_task(task, f"The protocol {protocol} has one policy; leave task out.")
-        return TrainingJob(group, protocol, run), 1
-    if task is None:
-        hint = "Name the task that the policy was trained on."
-        raise BenchError("bad-task", "The protocol single needs a task.", "task", hint)
-    return TrainingJob(group, protocol, run, group.tasks.index(task_named(task, group.tasks))), 1
-
-
-def _sequential_stage(group: TaskGroup, stage: object) -> int:
-    last = len(group.tasks)
-    if isinstance(stage, bool) or not isinstance(stage, int) or not 0 <= stage <= last:
+    if (task is None) == (protocol == "single"):
+        message = "The protocol single needs a task." if task is None else f"Unexpected task {task!r}."
+        raise BenchError("bad-task", message, "task", "Name the trained task in the protocol single alone.")
+    index = None if task is None else group.tasks.index(task_named(task, group.tasks))
+    job = TrainingJob(group, protocol, run, index)
+    if protocol != "sequential" and stage is None:
+        return job, 1
+    stages = range(len(group.tasks) + 1) if protocol == "sequential" else range(1, 2)
+    if stage is None or stage not in stages or isinstance(stage, bool):
         message = (
             "The protocol sequential needs a stage." if stage is None else f"Stage {stage!r} is out of range."
         )
-        hint = f"Use the number of tasks of {group.name} that the policy was trained on, 0 to {last}."
+        hint = f"Use the number of tasks of {group.name} that the policy was trained on, to {stages[-1]}."
         raise BenchError("bad-stage", message, "stage", hint)
-    return stage
-
-
-def _require_no_task(task: str | None, hint: str) -> None:
-    if task is not None:
-        raise BenchError("bad-task", f"Unexpected task {task!r}.", "task", hint)
+    return job, stage
 
 
 POLICY_ERRORS = (ArithmeticError, AttributeError, LookupError, RuntimeError, TypeError, ValueError)
 """What a policy raises for observations of another shape or type."""
-SIGNATURE = "Use a function from observations (n, …) to actions (n, …)"
+SIGNATURE = "Use a function from observations (n, …) to actions (n, …), or an object with act or predict."
 
 
 @runtime_checkable
@@ -156,12 +142,14 @@ class PolicyAgent:
         BenchError: ``policy`` is none of these.
     """
 
-    def __init__(self, policy: Policy, card: Card, observes: Observes | None = None) -> None:
+    def __init__(self, policy: Any, card: Card, observes: Observes | None = None) -> None:
         self._policy, self._card = policy, card
         per_task = isinstance(policy, AnyPolicy) and policy.num_tasks > 0
         by_default: Observes = getattr(policy, "observes", Observes(per_task, per_task))
         self.observes = by_default if observes is None else observes
-        self.begin(0)
+        if not (isinstance(policy, AnyPolicy | Acts | Predicts) or callable(policy)):
+            message = f"A value of type {type(policy).__name__} is not a policy."
+            raise BenchError("bad-policy", message, "policy", SIGNATURE)
 
     def begin(self, seed: int) -> None:
         """Begins the evaluation of a task: forgets the state of a recurrent policy.
@@ -169,19 +157,36 @@ class PolicyAgent:
         Args:
             seed: of the generator that a policy of :mod:`gym_extensions.rollouts` samples with.
         """
-        reads_task = self.observes.task_in_evaluation
-        deterministic = self._card.evaluation == "deterministic"
-        self._act = _action_function(self._policy, deterministic, reads_task, seed)
+        self._rng, self._state = np.random.default_rng(seed), None
+        if isinstance(self._policy, AnyPolicy):
+            self._policy.reset()
 
     def act(self, observations: Array, context: Context) -> Array:
         """The policy's actions. Raises ``BenchError`` if the policy fails."""
         try:
-            return self._act(observations, context)
+            return self._actions(observations, context)
         except POLICY_ERRORS as error:
             reason = f"{type(error).__name__}: {error}".rstrip(".")
             shape = f"shape {observations.shape} and dtype {observations.dtype}"
             message = f"The policy failed on observations of {shape}: {reason}."
-            raise BenchError("bad-policy", message, "policy", f"{SIGNATURE}.") from error
+            raise BenchError("bad-policy", message, "policy", SIGNATURE) from error
+
+    def _actions(self, observations: Array, context: Context) -> Array:
+        policy = self._policy
+        if isinstance(policy, AnyPolicy):
+            task = context.task if self.observes.task_in_evaluation and policy.num_tasks else 0
+            return policy.act(observations, self._rng, task)
+        if isinstance(policy, Acts):
+            return action_function(policy)(observations, context)  # type: ignore[arg-type]
+        if isinstance(policy, Predicts):
+            actions, self._state = policy.predict(
+                observations,
+                state=self._state,
+                episode_start=context.episode_starts,
+                deterministic=self._card.evaluation == "deterministic",
+            )
+            return actions
+        return policy(observations)  # type: ignore[no-any-return]
 
     def learn(self, env: VectorEnv, steps: int) -> NoReturn:
         """Recorded policies are already trained."""
@@ -194,45 +199,6 @@ class PolicyAgent:
     def policy(self) -> AnyPolicy | None:
         """The policy as plain arrays or as a network; None for any other policy."""
         return self._policy if isinstance(self._policy, AnyPolicy) else None
-
-
-def _action_function(
-    policy: object, deterministic: bool, reads_task: bool, seed: int
-) -> Callable[[Array, Context], Array]:
-    if isinstance(policy, AnyPolicy):
-        stored, rng = policy, np.random.default_rng(seed)
-        stored.reset()
-        return lambda observations, context: stored.act(
-            observations, rng, context.task if reads_task and stored.num_tasks else 0
-        )
-    if isinstance(policy, Acts):
-        return action_function(policy)  # type: ignore[arg-type]
-    if isinstance(policy, Predicts):
-        return _Prediction(policy, deterministic)
-    if callable(policy):
-        function = policy
-        return lambda observations, _: function(observations)
-    hint = f"{SIGNATURE}, or an object with a method act or predict."
-    raise BenchError(
-        "bad-policy", f"A value of type {type(policy).__name__} is not a policy.", "policy", hint
-    )
-
-
-class _Prediction:
-    """The predictions of a Stable-Baselines3 model, with the state of a recurrent policy between steps."""
-
-    def __init__(self, model: Predicts, deterministic: bool) -> None:
-        self._model, self._deterministic = model, deterministic
-        self._state: Any = None
-
-    def __call__(self, observations: Array, context: Context) -> Array:
-        actions, self._state = self._model.predict(
-            observations,
-            state=self._state,
-            episode_start=context.episode_starts,
-            deterministic=self._deterministic,
-        )
-        return actions
 
 
 NO_CURVES: ClaimedCurves = MappingProxyType({})
@@ -301,7 +267,7 @@ def record(
     ((task_group, _),) = request.logs()
     job, number = parse_stage(task_group, protocol, request.runs[0], stage, task)
     recorded = next(item for item in job.stages(request.budget) if item.number == number)
-    points = curve_points(job, recorded, curves)
+    trained = claimed_curves(recorded, curves)
     path = Path(out)
     agent = PolicyAgent(policy, card, observes)
     observed = observes_of(agent, "policy")
@@ -317,40 +283,34 @@ def record(
     entry.prepare(path)
     with entry.lock_runs(path, [f"{job.title} stage {number}"]):
         meter, progress = Meter(), Progress.of(path, job)
-        progress.begin(_identity(job, settings, tables))
+        progress.begin(
+            asdict(settings)
+            | {"group": job.group.id, "tasks": list(job.group.task_ids)}
+            | {"protocol": tables["protocol"], "hyperparameters": tables["hyperparameters"]}
+        )
         episodes = _evaluate(agent, job, recorded, settings, progress)
         usage, memory = meter.usage(recorded.steps), (card.parameters, card.parameters)
-        progress.finish(FinishedStage(number, episodes, points, card, memory, usage), agent, last=True)
+        progress.finish(FinishedStage(number, episodes, trained, card, memory, usage), agent, last=True)
     _write_if_complete(path, job, settings)
-    return _mean_returns([(episode.task, episode.return_) for episode in episodes])
+    return mean_returns(episodes)
 
 
 def _existing(out: Path, job: TrainingJob, stage: int, skip: bool) -> dict[str, float]:
     """The mean returns of a stage that is not recorded again, empty if it is to be recorded."""
     log = out / run_file(job.group.name, job.protocol, job.run, LOG)
-    if log.exists():
-        if not skip:
-            message = f"Run {job.run} is already in {job.group.name}/{job.protocol}."
-            hint = "Pass skip_recorded=True to skip it, choose another run, or choose another out."
-            raise BenchError("run-recorded", message, str(out), hint)
-        tasks = job.group.task_ids if job.task is None else (job.group.task_ids[job.task],)
-        frame = read_log(log)
-        frame = frame[(frame["stage"] == stage) & frame["task"].isin(tasks)]
-        return _mean_returns(zip(frame["task"], frame["return"].tolist(), strict=True))
-    finished = Progress.of(out, job).finished() if skip else []
-    episodes = [episode for record in finished if record.stage == stage for episode in record.episodes]
-    return _mean_returns([(episode.task, episode.return_) for episode in episodes])
-
-
-def _identity(job: TrainingJob, settings: Settings, tables: Mapping[str, Any]) -> dict[str, object]:
-    """What is the same in every call for one job."""
-    return asdict(settings) | {
-        "group": job.group.id,
-        "tasks": list(job.group.task_ids),
-        "stages": len(job.stages(budget_named(settings.budget))),
-        "protocol": tables["protocol"],
-        "hyperparameters": tables["hyperparameters"],
-    }
+    if not log.exists():
+        finished = Progress.of(out, job).finished() if skip else []
+        records = [record for record in finished if record.stage == stage]
+        return mean_returns(episode for record in records for episode in record.episodes)
+    if not skip:
+        message = f"Run {job.run} is already in {job.group.name}/{job.protocol}."
+        hint = "Pass skip_recorded=True to skip it, choose another run, or choose another out."
+        raise BenchError("run-recorded", message, str(out), hint)
+    tasks = job.group.task_ids if job.task is None else (job.group.task_ids[job.task],)
+    frame = read_log(log)
+    frame = frame[(frame["stage"] == stage) & frame["task"].isin(tasks)]
+    means = frame.groupby("task", sort=False)["return"].mean()
+    return {str(task): float(mean) for task, mean in means.items()}
 
 
 def _evaluate(
@@ -375,21 +335,18 @@ def _write_if_complete(out: Path, job: TrainingJob, settings: Settings) -> None:
         records = {item: Progress.of(out, item).finished() for item in jobs}
         stages = job.stages(budget_named(settings.budget))
         if all(len(finished) == len(stages) for finished in records.values()):
-            complete = {item: _with_first_parameters(finished) for item, finished in records.items()}
+            for item, finished in records.items():
+                first = finished[0].card.parameters
+                records[item] = [replace(each, parameters=(first, each.card.parameters)) for each in finished]
             command = (
                 f"gym_extensions.baselines.record(…, {job.group.name!r}, {job.protocol!r}, run={job.run})"
             )
-            entry.write_run_files(out, complete, settings, command=command)
+            entry.write_run_files(out, records, settings, command=command)
 
 
-def _with_first_parameters(records: list[FinishedStage]) -> list[FinishedStage]:
-    first = records[0].card.parameters
-    return [replace(record, parameters=(first, record.card.parameters)) for record in records]
-
-
-def _mean_returns(returns: Iterable[tuple[str, float]]) -> dict[str, float]:
-    """The mean return of each task, from pairs of task and return."""
+def mean_returns(episodes: Iterable[Episode]) -> dict[str, float]:
+    """The mean return of each task by its id."""
     by_task: dict[str, list[float]] = {}
-    for task, value in returns:
-        by_task.setdefault(task, []).append(value)
-    return {task: sum(values) / len(values) for task, values in by_task.items()}
+    for episode in episodes:
+        by_task.setdefault(episode.task, []).append(episode.return_)
+    return {task: fmean(returns) for task, returns in by_task.items()}

@@ -10,36 +10,44 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Iterable, Sequence
+import time
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import msgspec
 
 from gym_extensions import experts
 from gym_extensions.baselines import algorithms
 from gym_extensions.baselines.entry import prepare
+from gym_extensions.baselines.execution.workers import Failure, Runnable, Workers, jobs_failed
 from gym_extensions.baselines.experts.checking import measured_again, shape_problem
 from gym_extensions.baselines.experts.measuring import QUICK
-from gym_extensions.baselines.measurement import (
-    FLOOR_AGENTS,
-    PLANNER,
-    Measurement,
-    Results,
-    floor_measurements,
-    measure,
-    planner_measurement,
-    returns_of,
-    summary,
-    trained_measurements,
+from gym_extensions.baselines.progress import open_bars
+from gym_extensions.baselines.train_agent import agent_settings
+from gym_extensions.baselines.training.evaluation import evaluate
+from gym_extensions.baselines.training.events import (
+    JobFailed,
+    JobPlan,
+    Listener,
+    StagePlan,
+    TaskEvaluated,
+    TrainingStarted,
 )
+from gym_extensions.baselines.training.jobs import Settings, TrainingJob, training_seed
 from gym_extensions.baselines.training.request import parse_groups, parse_names, parse_runs, require_positive
+from gym_extensions.baselines.training.runner import PendingJob
+from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import (
     BUDGETS,
     FIRST_REFERENCE_RUN,
     FULL_ENTRY_RUNS,
     STANDARD_BUDGET,
+    evaluation_seed,
 )
 from gym_extensions.catalog.tasks import TASKS, Task
+from gym_extensions.envs import make_vec
 from gym_extensions.envs.fingerprint import fingerprint_of, require_published_engine
 from gym_extensions.errors import BenchError, reports_mistakes
 from gym_extensions.experts import EPISODES, beats_floor
@@ -57,8 +65,14 @@ from gym_extensions.experts.references import (
 from gym_extensions.files import write_bytes
 from gym_extensions.rollouts.layout import PROGRESS
 
+FLOOR_AGENTS = ("random", "zero")
+PLANNER = "planner"
+"""Plans on the map of a navigation task and takes the fewest steps: the expert of these tasks."""
 TRAINED_AGENT = "trpo"
 """The expert of a task of a custom group."""
+REFERENCE = "reference"
+"""Replaces a group's id in the derivation of seeds."""
+NUM_ENVS = 100
 ROUNDING = 1e-9
 """Relative difference of mean returns on another processor."""
 MIN_RUNS = 3
@@ -68,6 +82,90 @@ FIRST = "1"
 """The version whose floors and planner later versions take over."""
 
 
+@dataclass(frozen=True)
+class Measurement:
+    """An agent of ``FLOOR_AGENTS``, or the planner, on the first of a task's prescribed episodes."""
+
+    task: Task
+    agent: str
+    episodes: int
+
+    @property
+    def plan(self) -> JobPlan:
+        """The work."""
+        return JobPlan(f"{self.task.id} {self.agent}", (StagePlan(1, 0, self.episodes),))
+
+    @property
+    def agent_seed(self) -> int:
+        """The seed of the agent."""
+        return training_seed(FIRST_REFERENCE_RUN, REFERENCE, self.task.id, self.agent)
+
+    def run(self, listen: Listener) -> list[float]:
+        """The returns of the episodes."""
+        start = time.perf_counter()
+        seeds = [evaluation_seed(REFERENCE, self.task.id, episode) for episode in range(self.episodes)]
+        returns = self._planned(seeds) if self.agent == PLANNER else self._played(seeds)
+        result = (self.task.id, len(returns), math.fsum(returns) / len(returns))
+        listen(TaskEvaluated(self.plan.title, 1, 0, 0, *result, time.perf_counter() - start))
+        return returns
+
+    def _planned(self, seeds: Sequence[int]) -> list[float]:
+        from gym_extensions.envs.navigation.planner import oracle_returns
+
+        return list(map(float, oracle_returns(self.task, seeds)))
+
+    def _played(self, seeds: Sequence[int]) -> list[float]:
+        returns = list[float]()
+        env = make_vec(self.task, min(NUM_ENVS, len(seeds)))
+        make = algorithms.factory(self.agent)
+        agent = make(env.single_observation_space, env.single_action_space, self.agent_seed)
+        for first in range(0, len(seeds), env.num_envs):
+            chunk = [
+                evaluation_seed(REFERENCE, self.task.id, episode)
+                for episode in range(first, first + env.num_envs)
+            ]
+            returns += [outcome.return_ for outcome in evaluate(agent, env, chunk)]
+        env.close()
+        return returns[: len(seeds)]
+
+
+def measure(pending: Sequence[Measurement | PendingJob], jobs: int) -> list[list[float]]:
+    """The returns of measurements and of training jobs, which run in worker processes; shows the progress.
+
+    Raises:
+        BenchError: one failed. The finished stages of training jobs are stored.
+    """
+    results: dict[int, list[float]] = {}
+    failures: dict[str, Failure] = {}
+    runnable: Sequence[Runnable[Any]] = pending
+    with open_bars() as (_, show):
+        show(TrainingStarted(tuple(each.plan for each in pending), jobs))
+        for index, outcome in Workers(jobs).run(runnable, show):
+            title = pending[index].plan.title
+            if isinstance(outcome, Failure):
+                failures[title] = outcome
+                show(JobFailed(title, outcome.cause))
+            elif isinstance(pending[index], PendingJob):
+                results[index] = [each.return_ for record in outcome for each in record.episodes]
+            else:
+                results[index] = outcome
+    if failures:
+        raise jobs_failed(failures, len(pending), "Finished training is stored; repeat the command.")
+    return [results[index] for index in range(len(pending))]
+
+
+def floor_measurements(task: Task, episodes: int = EPISODES) -> list[Measurement]:
+    """The measurements of a task's floor."""
+    return [Measurement(task, agent, episodes) for agent in FLOOR_AGENTS]
+
+
+def summary(returns: Sequence[float]) -> FloorAgent:
+    """Mean, population standard deviation and standard error of the mean of episode returns."""
+    mean = math.fsum(returns) / len(returns)
+    std = math.sqrt(math.fsum((value - mean) ** 2 for value in returns) / len(returns))
+    return FloorAgent(mean, std, std / math.sqrt(len(returns)))
+
+
 def is_open(beaten: Sequence[bool]) -> bool:
     """Whether a task stays open: fewer than three runs beat the floor, or, of under five runs, not all."""
     if len(beaten) < FULL_ENTRY_RUNS:
@@ -75,52 +173,43 @@ def is_open(beaten: Sequence[bool]) -> bool:
     return sum(beaten) < MIN_RUNS
 
 
-def floor_of(task: Task, results: Results) -> Floor:
+def floor_of(returns: Mapping[Measurement, Sequence[float]]) -> Floor:
     """The floor of one task: the mean return of its better floor agent, and the summaries of both."""
-    measurements = [each for each in results if each.task == task and each.agent in FLOOR_AGENTS]
     agents = {
-        each.agent: msgspec.structs.replace(summary(returns_of(results[each])), seed=each.agent_seed)
-        for each in measurements
+        each.agent: msgspec.structs.replace(summary(values), seed=each.agent_seed)
+        for each, values in returns.items()
     }
     better = max(agents, key=lambda name: agents[name].mean)
+    first = next(iter(returns))
     return Floor(
         mean=agents[better].mean,
         agent=better,
-        episodes=measurements[0].episodes,
+        episodes=first.episodes,
         standard_error=agents[better].standard_error,
         agents=agents,
-        fingerprint=fingerprint_of(task),
+        fingerprint=fingerprint_of(first.task),
     )
 
 
-def _deviation(floor: Floor) -> float:
-    """The standard deviation of the floor agent's episodes."""
-    return floor.agents[floor.agent].std if floor.agent in floor.agents else 0.0
+def _is_above(floor: Floor, mean: float, standard_error: float) -> bool:
+    deviation = floor.agents[floor.agent].std if floor.agent in floor.agents else 0.0
+    return beats_floor(mean, standard_error, floor.mean, deviation)
 
 
-def with_runs(floor: Floor, measurements: Sequence[Measurement], results: Results) -> model.Task:
-    """A custom task, from its floor and the episodes of its training runs or of the planner."""
-    parts = [summary(returns_of(results[each])) for each in measurements]
-    beaten = [beats_floor(part.mean, part.standard_error, floor.mean, _deviation(floor)) for part in parts]
-    mean, error = _over_runs(parts)
-    first = measurements[0]
-    expert = Expert(mean, error, first.episodes, first.agent, budget=first.budget)
-    if first.budget:
-        expert.runs = [
-            Run(each.run, part.mean, part.std, above)
-            for each, part, above in zip(measurements, parts, beaten, strict=True)
-        ]
-    return model.Task(floor, None, expert) if is_open(beaten) else model.Task(floor, expert)
-
-
-def _over_runs(parts: Sequence[FloorAgent]) -> tuple[float, float]:
-    """The mean over runs and its standard error; of a single run, the error over its episodes."""
-    means = [part.mean for part in parts]
-    mean = math.fsum(means) / len(means)
-    if len(means) == 1:
-        return mean, parts[0].standard_error
-    deviation = math.sqrt(math.fsum((value - mean) ** 2 for value in means) / (len(means) - 1))
-    return mean, deviation / math.sqrt(len(means))
+def with_runs(floor: Floor, runs: Mapping[int, Sequence[float]], agent: str, budget: str = "") -> model.Task:
+    """A custom task, from its floor and the returns of its training runs, or of the planner, by run."""
+    parts = {run: summary(returns) for run, returns in runs.items()}
+    beaten = {run: _is_above(floor, part.mean, part.standard_error) for run, part in parts.items()}
+    means = [part.mean for part in parts.values()]
+    mean, error = math.fsum(means) / len(means), parts[next(iter(parts))].standard_error
+    if len(means) > 1:
+        deviation = math.sqrt(math.fsum((value - mean) ** 2 for value in means) / (len(means) - 1))
+        error = deviation / math.sqrt(len(means))
+    expert = Expert(mean, error, len(next(iter(runs.values()))), agent, budget=budget)
+    if budget:
+        expert.runs = [Run(run, part.mean, part.std, beaten[run]) for run, part in parts.items()]
+    is_unbeaten = is_open(list(beaten.values()))
+    return model.Task(floor, None, expert) if is_unbeaten else model.Task(floor, expert)
 
 
 def with_expert(task: Task, floor: Floor, folder: Path = experts.DATA) -> model.Task:
@@ -139,7 +228,7 @@ def with_expert(task: Task, floor: Floor, folder: Path = experts.DATA) -> model.
     expert = Expert(
         seen.mean, seen.standard_error, seen.episodes, "expert", card.policy, provisional=card.provisional
     )
-    is_clear = beats_floor(seen.mean, seen.standard_error, floor.mean, _deviation(floor))
+    is_clear = _is_above(floor, seen.mean, seen.standard_error)
     return model.Task(floor, expert) if is_clear else model.Task(floor, None, expert)
 
 
@@ -182,13 +271,10 @@ def published(out: Path, jobs: int, folder: Path = experts.DATA, tasks: Iterable
     first, found = (read_file(path, chosen) for path in (REFERENCES / f"{FIRST}.json", out))
     floors = {task.id: (found | first)[task.id].floor for task in chosen if task.id in found | first}
     floors |= {name: each.floor for name, each in found.items()}
-    missing = [task for task in chosen if task.id not in floors]
-    results = (
-        measure([each for task in missing for each in floor_measurements(task)], jobs) if missing else {}
-    )
+    floors |= measured_floors([task for task in chosen if task.id not in floors], jobs)
     content = {}
     for task in chosen:
-        floor = floors.get(task.id) or floor_of(task, results)
+        floor = floors[task.id]
         if task.base != "Navigation":
             content[task.id] = with_expert(task, floor, folder)
         else:
@@ -201,13 +287,23 @@ def published(out: Path, jobs: int, folder: Path = experts.DATA, tasks: Iterable
     return File(2, out.stem, content)
 
 
-def custom(tasks: Sequence[Task], training: tuple[str, str, Sequence[int]], out: Path, jobs: int) -> File:
+def measured_floors(tasks: Sequence[Task], jobs: int) -> dict[str, Floor]:
+    """The floors of tasks by id."""
+    pending = [each for task in tasks for each in floor_measurements(task)]
+    returns = dict(zip(pending, measure(pending, jobs), strict=True)) if pending else {}
+    return {task.id: floor_of({each: returns[each] for each in floor_measurements(task)}) for task in tasks}
+
+
+def custom(
+    groups: Sequence[TaskGroup], training: tuple[str, str, Sequence[int]], out: Path, jobs: int
+) -> File:
     """Measures every task that a references file does not have: its floor, and an agent trained on it alone.
 
-    Finished measurements are stored beside ``out``, so that an interrupted call can be repeated.
+    The agents are trained and evaluated as in the protocol ``single``, by other seeds than those of
+    submissions. Finished training is stored beside ``out``, so that an interrupted call can be repeated.
 
     Args:
-        tasks: the tasks.
+        groups: the groups of the tasks.
         training: the agent, its training budget, and the training seeds of its runs.
         out: the path of the references file; its stem is the version. Tasks in it stay.
         jobs: number of worker processes.
@@ -216,13 +312,27 @@ def custom(tasks: Sequence[Task], training: tuple[str, str, Sequence[int]], out:
         BenchError: ``out`` is not a references file or has another definition of a task, or a measurement
             failed.
     """
-    found, folder = read_file(out, tasks), out.parent / PROGRESS / out.stem
-    floors = {task: floor_measurements(task, folder) for task in tasks if task.id not in found}
-    trained = {task: trained_measurements(task, *training, folder) for task in floors}
-    results = measure([each for task in floors for each in (*floors[task], *trained[task])], jobs)
-    found = read_file(out, tasks)  # another process may have added tasks since
-    for task, measurements in trained.items():
-        found[task.id] = with_runs(floor_of(task, results), measurements, results)
+    agent, budget, runs = training
+    tasks = {task.id: (group, index) for group in groups for index, task in enumerate(group.tasks)}
+    known = read_file(out, [group.tasks[index] for group, index in tasks.values()])
+    missing = [group.tasks[index] for id_, (group, index) in tasks.items() if id_ not in known]
+    pending: dict[tuple[str, int], Measurement | PendingJob] = {}
+    for task in missing:
+        group, index = tasks[task.id]
+        if task.base == "Navigation":
+            pending[task.id, FIRST_REFERENCE_RUN] = Measurement(task, PLANNER, EPISODES)
+            continue
+        settings, _ = agent_settings(algorithms.factory(agent), Settings(agent, budget), group)
+        for run in runs:
+            job = TrainingJob(group, "single", run, index)
+            pending[task.id, run] = PendingJob(job, agent, settings, out.parent / PROGRESS / out.stem)
+    floors = measured_floors(missing, jobs)
+    returns = dict(zip(pending, measure(list(pending.values()), jobs), strict=True))
+    found = read_file(out, missing)  # another process may have added tasks since
+    for task in missing:
+        of_task = {run: values for (id_, run), values in returns.items() if id_ == task.id}
+        names = (PLANNER, "") if task.base == "Navigation" else (agent, budget)
+        found[task.id] = with_runs(floors[task.id], of_task, *names)
     return File(2, out.stem, found)
 
 
@@ -249,13 +359,11 @@ def differences(tasks: Iterable[Task], path: Path, jobs: int, episodes: int = EP
     found = read_file(path, chosen)
     if missing := [task.id for task in chosen if task.id not in found]:
         raise BenchError("no-reference", f"The file has no reference of {missing[0]}.", str(path))
-    measurements = [each for task in chosen for each in floor_measurements(task, None, episodes)]
-    measurements += [
-        planner_measurement(task, None, episodes) for task in chosen if task.base == "Navigation"
-    ]
+    measurements = [each for task in chosen for each in floor_measurements(task, episodes)]
+    measurements += [Measurement(task, PLANNER, episodes) for task in chosen if task.base == "Navigation"]
     sentences = []
-    for each, outcome in measure(measurements, jobs).items():
-        row, again = found[each.task.id], summary(returns_of(outcome))
+    for each, returns in zip(measurements, measure(measurements, jobs), strict=True):
+        row, again = found[each.task.id], summary(returns)
         stated: FloorAgent | Expert | None = row.floor.agents.get(each.agent)
         if each.agent == PLANNER:
             stated = row.expert
@@ -356,7 +464,7 @@ def main(argv: list[str] | None = None) -> int:
         raise BenchError("bad-out", "Custom groups have a file of their own.", "--out", hint)
     prepare(out.parent)
     if chosen:
-        content = custom(chosen, (options.agent, options.budget, runs), out, options.jobs)
+        content = custom(groups, (options.agent, options.budget, runs), out, options.jobs)
     else:
         content = published(out, options.jobs)
     write_bytes(out, msgspec.json.format(msgspec.json.encode(content), indent=1) + b"\n")

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from gym_extensions.baselines import algorithms, entry
-from gym_extensions.baselines.agent import Agent, Factory, TaskLabel, VectorEnv
+from gym_extensions.baselines.agent import Card, Factory, TaskLabel
 from gym_extensions.baselines.agent_checks import card_of, create_agent, observes_of
 from gym_extensions.baselines.execution.ray_cluster import Remote, ray_cluster
 from gym_extensions.baselines.execution.workers import (
@@ -25,7 +25,7 @@ from gym_extensions.baselines.execution.workers import (
     require_sendable,
 )
 from gym_extensions.baselines.progress import TRAIN_LOG, check_callback, open_listeners, parse_logs
-from gym_extensions.baselines.training.checkpoints import FinishedStage, next_step
+from gym_extensions.baselines.training.checkpoints import CONTINUES, FinishedStage
 from gym_extensions.baselines.training.evaluation import first_actions, policy_of, require_agreement
 from gym_extensions.baselines.training.events import JobFailed, Listener, TrainingStarted
 from gym_extensions.baselines.training.jobs import Settings, TrainingJob
@@ -138,17 +138,14 @@ def train(
         pending = [
             PendingJob(job, agent, settings, path, interim, num_threads) for job in _plan(path, request)
         ]
-        plans = (each.job.plan(request.budget, interim) for each in pending)
-        listen(TrainingStarted(tuple(plans), executor.slots))
+        listen(TrainingStarted(tuple(each.plan for each in pending), executor.slots))
         failures = _run(pending, executor, listen, by)
     if len(pending) == 1:
         for failure in failures.values():
             if failure.error is not None:
                 raise failure.error
     if failures:
-        repeated = [title for title, failure in failures.items() if failure.can_repeat]
-        then = f" {next_step(path, repeated)}" if repeated else ""
-        hint = f"Tracebacks are in {path / PROGRESS / TRAIN_LOG}.{then}"
+        hint = f"Tracebacks are in {path / PROGRESS / TRAIN_LOG}. {CONTINUES}"
         raise jobs_failed(failures, len(pending), hint)
     return [
         path / run_file(group.name, protocol, run, LOG)
@@ -249,8 +246,8 @@ def _run(
     pending: Sequence[PendingJob], executor: Remote | Executor, listen: Listener, by: str
 ) -> dict[str, Failure]:
     """Runs the jobs and writes each run when its last job has finished. Returns failures by title."""
-    unfinished = Counter(each.job.run_key for each in pending)
-    finished: dict[TrainingJob, list[FinishedStage]] = {}
+    unfinished = Counter(each.job.run_title for each in pending)
+    finished: dict[str, dict[TrainingJob, list[FinishedStage]]] = {title: {} for title in unfinished}
     failures: dict[str, Failure] = {}
     commit = commit_of(Path.cwd())
     for index, outcome in executor.run(pending, listen):
@@ -258,15 +255,12 @@ def _run(
         if isinstance(outcome, Failure):
             failures[job.title] = outcome
         else:
-            finished[job] = outcome
-            unfinished[job.run_key] -= 1
-            if not unfinished[job.run_key]:
-                results = {
-                    other: finished.pop(other) for other in list(finished) if other.run_key == job.run_key
-                }
+            finished[job.run_title][job] = outcome
+            if len(finished[job.run_title]) == unfinished[job.run_title]:
+                results, command = finished.pop(job.run_title), command_of(each)
                 try:
                     entry.write_run_files(
-                        *(each.out, results, each.settings), command=command_of(each), commit=commit, by=by
+                        each.out, results, each.settings, command=command, commit=commit, by=by
                     )
                 except (OSError, BenchError) as error:
                     failures[job.title] = failure_of(error, in_this_process=True)
@@ -308,26 +302,29 @@ def _checked(make: Factory, settings: Settings, out: Path, request: Request) -> 
     entry.validate(out, request.groups)
     require_published_engine([task for group in request.groups for task in group.tasks])
     require_equal_spaces(request.groups)
-    group = request.groups[0]
-    env = make_vec(group.tasks[0], 1)
-    agent = create_agent(make, (env.single_observation_space, env.single_action_space), settings.agent)
-    card, observes = card_of(agent, settings.agent), observes_of(agent, settings.agent)
-    _check_policy(agent, env, group, observes.task_in_evaluation)
-    env.close()
-    settings = replace(
-        settings, observes=observes, hyperparameters=card.hyperparameters, packages=card.packages
-    )
+    settings, card = agent_settings(make, settings, request.groups[0])
     path = out / MANIFEST
     entry.require_same(path, entry.read_manifest(path), entry.manifest_tables(card, settings))
     return settings
 
 
-def _check_policy(agent: Agent, env: VectorEnv, group: TaskGroup, observes_task: bool) -> None:
-    """Raises ``BenchError`` if the agent's actions have a wrong shape or are not those of its policy."""
+def agent_settings(make: Factory, settings: Settings, group: TaskGroup) -> tuple[Settings, Card]:
+    """The settings with what an agent states and asks to observe, and its card.
+
+    Raises:
+        BenchError: the factory, the agent or its card does not fit, the agent's actions have a wrong shape,
+            or they are not those of its policy.
+    """
+    env = make_vec(group.tasks[0], 1)
+    agent = create_agent(make, (env.single_observation_space, env.single_action_space), settings.agent)
+    card, observes = card_of(agent, settings.agent), observes_of(agent, settings.agent)
     seeds, label = [evaluation_seed(group.id, group.task_ids[0], 0)], TaskLabel(group.task_ids[0], 0)
-    actions = first_actions(agent, env, seeds, label if observes_task else None)
+    actions = first_actions(agent, env, seeds, label if observes.task_in_evaluation else None)
     if (policy := policy_of(agent)) is not None:
         require_agreement(policy, env, seeds, actions, 0)
+    env.close()
+    stated = {"hyperparameters": card.hyperparameters, "packages": card.packages}
+    return replace(settings, observes=observes, **stated), card  # type: ignore[arg-type]
 
 
 def _interim_of(path: Path) -> dict[str, Any]:

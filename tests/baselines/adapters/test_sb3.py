@@ -1,8 +1,10 @@
-"""Stable-Baselines3 models as agents."""
+"""Stable-Baselines3 models as agents: training, acting, saving, callbacks, and the manifest."""
 
 from __future__ import annotations
 
-import hashlib
+import functools
+import subprocess
+import sys
 import tomllib
 from dataclasses import replace
 from importlib.metadata import version
@@ -13,44 +15,78 @@ import numpy as np
 import pytest
 
 torch = pytest.importorskip("torch")
-stable_baselines3 = pytest.importorskip("stable_baselines3")
+pytest.importorskip("stable_baselines3")
+
+from stable_baselines3 import PPO, SAC, TD3  # noqa: E402
+from stable_baselines3.common.callbacks import BaseCallback  # noqa: E402
 
 from gym_extensions.baselines import Context, Factory, sb3, train  # noqa: E402
-from gym_extensions.baselines.adapters.sb3_agent import Sb3Agent  # noqa: E402
-from gym_extensions.baselines.agent import Described  # noqa: E402
+from gym_extensions.baselines.adapters import sb3 as adapter  # noqa: E402
+from gym_extensions.baselines.adapters.sb3 import to_manifest_value  # noqa: E402
 from gym_extensions.baselines.training.evaluation import evaluate  # noqa: E402
 from gym_extensions.baselines.training.recorder import Recorder  # noqa: E402
 from gym_extensions.envs import make_vec  # noqa: E402
 from gym_extensions.errors import BenchError  # noqa: E402
 from gym_extensions.rollouts.run import read_run  # noqa: E402
 
-GROUP = "hopper-motor-noise"
-"""A group of two tasks."""
+from ..conftest import QUICK_GROUP, digests  # noqa: E402
+
+NETWORK = {"net_arch": [8]}
+SMALL: dict[str, Any] = {"n_steps": 30, "batch_size": 20, "n_epochs": 2, "policy_kwargs": NETWORK}
+OFF_POLICY: dict[str, Any] = {
+    "policy_kwargs": NETWORK,
+    "learning_starts": 20,
+    "buffer_size": 100,
+    "batch_size": 8,
+}
+MODELS: dict[str, tuple[Any, dict[str, Any]]] = {
+    "PPO": (PPO, SMALL),
+    "SAC": (SAC, OFF_POLICY),
+    "TD3": (TD3, OFF_POLICY),
+}
 
 
-def digests(folder: Path) -> dict[str, str]:
-    """The sha256 of every finished file, by its path in the folder."""
-    return {
-        str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest()
-        for path in sorted(folder.rglob("*"))
-        if path.is_file() and ".progress" not in path.parts
-    }
+@pytest.fixture(scope="module")
+def env() -> Any:
+    return make_vec("Hopper", 2)
 
 
-SMALL: dict[str, Any] = {"n_steps": 125, "batch_size": 25, "n_epochs": 2}
+def create(env: Any, make: Factory, seed: int = 3) -> Any:
+    return make(env.single_observation_space, env.single_action_space, seed)
+
+
+def learn(agent: Any, env: Any, seed: int = 0, steps: int = 60) -> Recorder:
+    recorder = Recorder(env, ["Hopper"], steps=steps, batch_steps=60, seed=seed)
+    agent.learn(recorder, steps)
+    return recorder
+
+
+def parameters(agent: Any) -> list[float]:
+    """The sum of each parameter of the networks and of each moment of the optimizers."""
+    states = agent._model.get_parameters()
+    return [float(each.sum()) for each in _tensors(states)]
+
+
+def _tensors(value: Any) -> Any:
+    if isinstance(value, dict):
+        for item in value.values():
+            yield from _tensors(item)
+    elif isinstance(value, torch.Tensor):
+        yield value.detach()
 
 
 def ppo(width: int) -> Factory:
     """PPO with hidden layers of this width."""
     network = {"net_arch": [width], "activation_fn": torch.nn.ReLU}
-    return sb3(stable_baselines3.PPO, **SMALL, policy_kwargs=network, learning_rate=lambda left: 3e-4 * left)
+    settings = {"n_steps": 125, "batch_size": 25, "n_epochs": 2, "policy_kwargs": network}
+    return sb3(PPO, **settings, learning_rate=lambda left: 3e-4 * left)
 
 
 @pytest.fixture(scope="module")
 def ppo_submission(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """PPO, joint, run 0, at the smoke budget."""
     folder = tmp_path_factory.mktemp("ppo")
-    train(ppo(8), GROUP, "joint", "smoke", 0, out=folder)
+    train(ppo(8), QUICK_GROUP, "joint", "smoke", 0, out=folder)
     return folder
 
 
@@ -58,26 +94,24 @@ def test_ppo_trains_through_a_protocol_and_writes_a_submission(ppo_submission: P
     manifest = tomllib.loads((ppo_submission / "submission.toml").read_text())
     assert manifest["protocol"]["algorithm"] == "ppo"
     assert manifest["protocol"]["evaluation"] == "deterministic"
-    document = read_run(ppo_submission / "hopper-motor-noise/joint/run0.json")
+    assert manifest["hyperparameters"] == {
+        **{"n_steps": 125, "batch_size": 25, "n_epochs": 2},
+        "policy_kwargs": "{'net_arch': [8], 'activation_fn': ReLU}",
+        "learning_rate": "ppo.<locals>.<lambda>",
+    }
+    document = read_run(ppo_submission / QUICK_GROUP.name / "joint/run0.json")
     assert document.memory.stored_steps == 250
     assert document.packages == {name: version(name) for name in ("stable-baselines3", "torch")}
     assert 1900 < document.curves[0].steps[-1] <= 2000
 
 
-def test_every_setting_is_in_the_manifest(ppo_submission: Path) -> None:
-    settings = tomllib.loads((ppo_submission / "submission.toml").read_text())["hyperparameters"]
-    assert settings.keys() == {*SMALL, "policy_kwargs", "learning_rate"}
-    assert {name: settings[name] for name in SMALL} == SMALL
-    assert settings["policy_kwargs"] == "{'net_arch': [8], 'activation_fn': ReLU}"
-
-
 def test_a_run_with_other_settings_is_rejected(ppo_submission: Path) -> None:
     with pytest.raises(BenchError) as error:
-        train(ppo(16), GROUP, "joint", "smoke", 1, out=ppo_submission)
+        train(ppo(16), QUICK_GROUP, "joint", "smoke", 1, out=ppo_submission)
     assert error.value.code == "mixed-submission"
 
 
-class FailsInTheSecondStage(stable_baselines3.common.callbacks.BaseCallback):  # type: ignore[misc,name-defined]
+class FailsInTheSecondStage(BaseCallback):
     """Raises at step 500 of the second stage."""
 
     stages = 0
@@ -86,70 +120,118 @@ class FailsInTheSecondStage(stable_baselines3.common.callbacks.BaseCallback):  #
         self.stages += 1
 
     def _on_step(self) -> bool:
-        if self.stages == 2 and self.num_timesteps == 500:
+        if self.stages == 2 and self.num_timesteps == 240:
             raise ValueError("disk full")
         return True
 
 
-@pytest.mark.slow
 def test_a_run_whose_callback_raised_resumes_with_the_same_files(tmp_path: Path) -> None:
     def run(name: str, **options: Any) -> Path:
-        make = sb3(stable_baselines3.PPO, normalize_observations=True, **SMALL, **options)
-        train(make, GROUP, "sequential", "smoke", 0, out=tmp_path / name)
+        make = sb3(PPO, normalize_observations=True, **SMALL, **options)
+        train(make, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path / name, num_envs=2)
         return tmp_path / name
 
-    with pytest.raises(BenchError, match="FailsInTheSecondStage raised ValueError: disk full"):
+    with pytest.raises(ValueError, match="disk full"):
         run("interrupted", callback=FailsInTheSecondStage())
     assert list((tmp_path / "interrupted").rglob("stage1.json"))
     assert not list((tmp_path / "interrupted").rglob("stage2.json"))
-    folder = run("interrupted")
-    assert digests(folder) == digests(run("complete"))
+    assert digests(run("interrupted")) == digests(run("complete"))
 
 
-def test_the_card_has_the_settings_as_passed_even_if_the_model_changes_them() -> None:
-    env = make_vec("Hopper", 1)
-    network = {"net_arch": [8]}
-    make = sb3(stable_baselines3.SAC, policy_kwargs=network, buffer_size=100)
-    for _ in range(2):
-        agent = make(env.single_observation_space, env.single_action_space, 3)
-        assert isinstance(agent, Described)
-        assert agent.card().hyperparameters == {"policy_kwargs": "{'net_arch': [8]}", "buffer_size": 100}
-    assert network == {"net_arch": [8]}
+@pytest.mark.parametrize("name", MODELS)
+def test_a_loaded_agent_acts_and_learns_as_the_saved_one(name: str, env: Any, tmp_path: Path) -> None:
+    model, settings = MODELS[name]
+    options: dict[str, Any] = {"normalize_observations": True, "normalize_rewards": True}
+    make = sb3(model, deterministic=False, **options, **settings)
+    agent, loaded = create(env, make), create(env, make, seed=99)
+    learn(agent, env, 1)
+    agent.save(tmp_path / "agent.npz")
+    loaded.load(tmp_path / "agent.npz")
+    observations = np.random.default_rng(0).normal(size=(3, 11))
+    before = parameters(agent)
+    assert np.array_equal(agent.act(observations), loaded.act(observations))
+    np.random.seed(7)  # noqa: NPY002  (what other code draws changes nothing)
+    learn(agent, env, 2)
+    learn(loaded, env, 2)
+    assert parameters(loaded) == parameters(agent) != before
+    assert loaded.card() == agent.card()
+    assert np.array_equal(agent.act(observations), loaded.act(observations))
 
 
-def trained_parameters(num_actions: int) -> list[float]:
-    """The sum of each parameter after two calls of learn, with sampled actions before each."""
-    env = make_vec("Hopper", 1)
-    make = sb3(stable_baselines3.PPO, deterministic=False, **SMALL)
-    agent: Any = make(env.single_observation_space, env.single_action_space, 3)
-    for _ in range(2):
-        for _ in range(num_actions):
-            agent.act(np.ones((2, 11)))
-        agent.learn(Recorder(env, ["Hopper"], steps=125, batch_steps=125, seed=0), 125)
-    return [float(values.detach().sum()) for values in agent._model.policy.parameters()]
+def test_a_checkpoint_has_the_filled_part_of_the_replay_buffer_alone(env: Any, tmp_path: Path) -> None:
+    sizes = []
+    for buffer_size in (100, 100_000):
+        agent = create(env, sb3(SAC, **OFF_POLICY | {"buffer_size": buffer_size}))
+        learn(agent, env)
+        agent.save(tmp_path / "agent.npz")
+        sizes.append((tmp_path / "agent.npz").stat().st_size)
+    assert sizes[1] == pytest.approx(sizes[0], rel=0.01)
+
+
+def test_one_seed_gives_the_same_parameters_and_another_seed_others(env: Any) -> None:
+    results = []
+    for seed in (5, 5, 6):
+        agent = create(env, sb3(PPO, **SMALL), seed)
+        learn(agent, env)
+        results.append(parameters(agent))
+    assert results[0] == results[1] != results[2]
+
+
+def test_acting_does_not_change_what_an_sb3_agent_learns(env: Any) -> None:
+    results = []
+    for num_actions in (3, 0):
+        agent = create(env, sb3(PPO, deterministic=False, **SMALL))
+        for seed in range(2):
+            for _ in range(num_actions):
+                agent.act(np.ones((2, 11)))
+            learn(agent, env, seed)
+        results.append(parameters(agent))
+    assert results[0] == results[1]
+
+
+def test_statistics_change_in_training_only_and_persist(env: Any) -> None:
+    agent = create(env, sb3(PPO, normalize_observations=True, **SMALL))
+    learn(agent, env, 1)
+    statistics = agent._normalizer.obs_rms
+    mean, count = statistics.mean.copy(), statistics.count
+    agent.act(np.ones((4, 11)))
+    assert np.array_equal(agent._normalizer.obs_rms.mean, mean)
+    learn(agent, env, 2)
+    # 30 steps and the first reset of two environments
+    assert agent._normalizer.obs_rms.count - count == 62
+
+
+def test_rewards_are_scaled_for_the_model_and_not_in_the_training_curve(env: Any) -> None:
+    curves = []
+    for normalize in (False, True):
+        agent = create(env, sb3(PPO, normalize_rewards=normalize, **SMALL | {"learning_rate": 0.0}))
+        curves.append(learn(agent, env, 1, steps=120).points)
+    assert curves[0] == curves[1] != []
+
+
+def test_another_number_of_environments_after_training_is_an_error(env: Any) -> None:
+    agent = create(env, sb3(PPO, **SMALL))
+    learn(agent, env)
+    with pytest.raises(BenchError) as error:
+        learn(agent, make_vec("Hopper", 3))
+    assert error.value.code == "other-environments"
 
 
 @pytest.mark.parametrize("continues", [True, False])
-def test_a_model_that_starts_to_count_again_at_each_task_uses_the_boundaries(continues: bool) -> None:
-    env = make_vec("Pusher", 1)
-    options = replace(ppo(8)._options, continue_counting=continues)  # type: ignore[attr-defined]
-    agent = Sb3Agent((env.single_observation_space, env.single_action_space), 0, options)
-    env.close()
-    assert agent.observes.boundaries is not continues
-
-
-def test_acting_does_not_change_what_an_sb3_agent_learns() -> None:
-    assert trained_parameters(num_actions=3) == trained_parameters(num_actions=0)
+def test_a_model_that_starts_to_count_again_at_each_task_uses_the_boundaries(
+    continues: bool, env: Any
+) -> None:
+    make: Any = sb3(PPO, **SMALL)
+    assert create(env, replace(make, continue_counting=continues)).observes.boundaries is not continues
 
 
 @pytest.fixture(scope="module")
-def recurrent() -> Any:
+def recurrent(env: Any) -> Any:
     """A RecurrentPPO agent after one batch of training."""
     algorithm = pytest.importorskip("sb3_contrib").RecurrentPPO
-    env = make_vec("Hopper", 2)
     make = sb3(algorithm, n_steps=64, batch_size=64, n_epochs=1, policy_kwargs={"lstm_hidden_size": 8})
-    agent = make(env.single_observation_space, env.single_action_space, 3)
-    agent.learn(Recorder(env, ["Hopper"], steps=128, batch_steps=128, seed=0), 128)
+    agent = create(env, make)
+    learn(agent, env, steps=128)
     return agent
 
 
@@ -167,19 +249,127 @@ def test_a_recurrent_policy_keeps_its_state_until_an_episode_starts(recurrent: A
         ]
         assert np.array_equal(np.stack(acted), np.stack(actions))
     stateless = np.stack([recurrent._model.predict(seen, deterministic=True)[0] for seen in observations])
-    assert np.array_equal(acted[0], stateless[0])
     assert np.array_equal(acted[4] == stateless[4], [[False] * 3, [True] * 3, [False] * 3])
+    with pytest.raises(BenchError) as error:
+        recurrent.act(np.zeros((2, 11), np.float32))
+    assert error.value.code == "needs-context"
 
 
 def test_an_evaluation_gives_a_recurrent_policy_the_starts_of_its_episodes(recurrent: Any) -> None:
     env = make_vec("Hopper", 3)
     first, second = evaluate(recurrent, env, [1, 2, 3]), evaluate(recurrent, env, [1, 2, 3])
     assert first == second
-    assert recurrent._state[0].shape[1] == 3
     assert [row.length for row in evaluate(recurrent, make_vec("Hopper", 1), [2])] == [first[1].length]
 
 
-def test_a_recurrent_policy_without_a_context_is_an_error(recurrent: Any) -> None:
-    with pytest.raises(BenchError) as error:
-        recurrent.act(np.zeros((2, 11), np.float32))
-    assert error.value.code == "needs-context"
+class Counter(BaseCallback):
+    """Counts steps, rollouts and ended episodes."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.steps = self.rollouts = self.episodes = self.ends = 0
+
+    def _on_step(self) -> bool:
+        self.steps += self.training_env.num_envs
+        self.episodes += sum("episode" in info for info in self.locals["infos"])
+        return True
+
+    def _on_rollout_end(self) -> None:
+        self.rollouts += 1
+
+    def _on_training_end(self) -> None:
+        self.ends += 1
+
+
+def test_callbacks_are_called_as_in_sb3(env: Any) -> None:
+    first, second = Counter(), Counter()
+    learn(create(env, sb3(PPO, callback=[first, second], **SMALL)), env, steps=240)
+    assert (first.steps, first.rollouts, first.ends) == (240, 4, 1)
+    assert first.episodes > 0
+    assert second.steps == 240
+    calls = []
+
+    def stop(local_variables: dict[str, Any], global_variables: dict[str, Any]) -> bool:
+        calls.append(local_variables["n_steps"])
+        return len(calls) < 10
+
+    learn(create(env, sb3(PPO, callback=stop, **SMALL)), env, steps=240)
+    assert len(calls) == 10
+
+
+def test_tensorboard_logs_have_a_folder_per_run(env: Any, tmp_path: Path) -> None:
+    pytest.importorskip("tensorboard")
+    agent = create(env, sb3(PPO, tensorboard_log=tmp_path, log_interval=1, **SMALL), seed=4)
+    learn(agent, env, steps=240)
+    agent.save(tmp_path / "agent.npz")
+    (events,) = (tmp_path / "ppo-seed4_1").iterdir()
+    assert b"rollout/ep_rew_mean" in events.read_bytes()
+
+
+def test_what_the_run_sets_and_a_missing_tensorboard_are_errors(monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(BenchError, match="'seed'"):
+        sb3(PPO, seed=1)
+    monkeypatch.setattr(adapter, "find_spec", lambda name: None)
+    with pytest.raises(BenchError, match="tensorboard"):
+        sb3(PPO, tensorboard_log="logs")
+
+
+def test_the_card_has_the_settings_as_passed_even_if_the_model_changes_them(env: Any) -> None:
+    network = {"net_arch": [8]}
+    make = sb3(SAC, policy_kwargs=network, buffer_size=100)
+    for _ in range(2):
+        settings = create(env, make).card().hyperparameters
+        assert settings == {"policy_kwargs": "{'net_arch': [8]}", "buffer_size": 100}
+    assert network == {"net_arch": [8]}
+
+
+class Relu:
+    """A class, such as a network's activation function."""
+
+
+def linear(progress: float) -> float:
+    return progress / 2
+
+
+VALUES: list[tuple[Any, Any]] = [
+    *((value, value) for value in ("relu", 3, 0.5, True, [400, 300], [])),
+    ((8, "step"), [8, "step"]),
+    (None, "None"),
+    (float("inf"), "inf"),
+    ({"net_arch": {"pi": [64], "vf": (32,)}}, "{'net_arch': {'pi': [64], 'vf': [32]}}"),
+    ({"activation_fn": Relu}, "{'activation_fn': Relu}"),
+    (Relu(), "Relu"),
+    (np.array([0.5, 1.0]), "[0.5, 1.0]"),
+    (np.float32(0.5), "0.5"),
+    ({"b", "a"}, "{'a', 'b'}"),
+    (functools.partial(linear, progress=1), "functools.partial(<function linear>, progress=1)"),
+    (list(range(5000)), str(list(range(5000)))[:4000]),
+]
+
+
+@pytest.mark.parametrize(("value", "stored"), VALUES, ids=[str(stored)[:30] for _, stored in VALUES])
+def test_a_value_that_the_manifest_cannot_store_becomes_text(value: Any, stored: Any) -> None:
+    assert to_manifest_value(value) == stored
+
+
+CODE = """
+from gym_extensions.baselines.adapters.sb3 import to_manifest_value
+
+class Plain: pass
+
+def schedule(name): return (lambda rate: rate if name in {"adam", "sgd", "rmsprop"} else 0.0)
+
+print(to_manifest_value({"schedule": schedule("sgd"), "plain": Plain(), "names": {"a", "b", "c"}}))
+"""
+
+
+def test_every_process_writes_the_same_text(tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text(CODE)
+    texts = [
+        subprocess.run(
+            [sys.executable, *arguments], cwd=tmp_path, capture_output=True, text=True, check=True
+        ).stdout
+        for arguments in (["mine.py"], ["-c", "import mine"])
+    ]
+    expected = "{'schedule': schedule.<locals>.<lambda>, 'plain': Plain, 'names': {'a', 'b', 'c'}}\n"
+    assert texts == [expected, expected]

@@ -1,4 +1,4 @@
-"""Policies of Stable-Baselines3 and SBX models as plain arrays."""
+"""Policies of Stable-Baselines3 models as plain arrays or as ONNX networks, and layers of PyTorch."""
 
 from __future__ import annotations
 
@@ -13,30 +13,64 @@ pytest.importorskip("stable_baselines3")
 
 import torch
 from stable_baselines3 import A2C, PPO, SAC, TD3
+from stable_baselines3.common.policies import ActorCriticPolicy
 from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
+from torch import nn
 
 from gym_extensions.baselines import sb3
-from gym_extensions.baselines.adapters.sb3_policy import exported, unsupported
+from gym_extensions.baselines.adapters.sb3_policy import ACTIVATIONS, exported, policy_layers
 from gym_extensions.baselines.adapters.sb3_vec_env import SpacesVecEnv
 from gym_extensions.baselines.training.evaluation import Evaluator
 from gym_extensions.catalog.groups import group
 from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.onnx_policy import OnnxPolicy
+from gym_extensions.rollouts.policy import Policy
 from gym_extensions.verification.episodes import Cell, Player
 
 OBSERVATIONS = gym.spaces.Box(-np.inf, np.inf, (5,), np.float64)
 ACTIONS = gym.spaces.Box(np.array([-1, -3], np.float32), np.array([1, 5], np.float32))
+IMAGES = gym.spaces.Box(0, 255, (36, 40, 3), np.uint8)
 NETWORK: dict[str, Any] = {"net_arch": [8, 6]}
-MODELS: dict[str, tuple[Any, dict[str, Any]]] = {
+
+
+class Extractor(BaseFeaturesExtractor):
+    """An own extractor of features, as wide as the observations."""
+
+    def __init__(self, space: Any) -> None:
+        super().__init__(space, space.shape[0])
+        self.layers = nn.Sequential(nn.LayerNorm(space.shape[0]), nn.Linear(space.shape[0], space.shape[0]))
+
+    def forward(self, observations: Any) -> Any:
+        return self.layers(observations)
+
+
+class Own(ActorCriticPolicy):
+    """An own class of policies."""
+
+    def __init__(self, *arguments: Any, **settings: Any) -> None:
+        super().__init__(*arguments, **(settings | {"features_extractor_class": Extractor}))
+
+
+EXTRACTED: dict[str, Any] = {"policy_kwargs": {"features_extractor_class": Extractor}}
+PLAIN: dict[str, tuple[Any, dict[str, Any]]] = {
     "PPO": (PPO, {}),
-    "A2C with ELU": (A2C, {"activation_fn": torch.nn.ELU}),
+    "A2C with ELU": (A2C, {"activation_fn": nn.ELU}),
     "SAC": (SAC, {}),
-    "TD3": (TD3, {"activation_fn": torch.nn.LeakyReLU}),
+    "TD3": (TD3, {"activation_fn": nn.LeakyReLU}),
+}
+NETWORKS: dict[str, tuple[Any, dict[str, Any], gym.spaces.Box]] = {
+    "PPO, own extractor": (PPO, EXTRACTED, OBSERVATIONS),
+    "PPO, own extractor, normalized": (PPO, EXTRACTED | {"normalize_observations": True}, OBSERVATIONS),
+    "PPO, own class": (PPO, {"policy": Own}, OBSERVATIONS),
+    "SAC, own extractor": (SAC, EXTRACTED | {"buffer_size": 10}, OBSERVATIONS),
+    "TD3, own extractor": (TD3, EXTRACTED | {"buffer_size": 10}, OBSERVATIONS),
+    "PPO, images": (PPO, {"policy": "CnnPolicy"}, IMAGES),
 }
 
 
 def model(name: str) -> Any:
     """A model whose initial parameters are all different from 0."""
-    algorithm, network = MODELS[name]
+    algorithm, network = PLAIN[name]
     created = algorithm("MlpPolicy", SpacesVecEnv(OBSERVATIONS, ACTIONS, 1), policy_kwargs=NETWORK | network)
     with torch.no_grad():
         for values in created.policy.parameters():
@@ -44,30 +78,55 @@ def model(name: str) -> Any:
     return created
 
 
-@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("name", PLAIN)
 def test_the_policy_acts_as_the_model(name: str) -> None:
     trained = model(name)
     observations = np.random.default_rng(0).normal(size=(20, 5)).astype(np.float32)
     expected, _ = trained.predict(observations, deterministic=True)
-    actions = np.clip(exported(trained).act(observations), ACTIONS.low, ACTIONS.high)
+    policy = exported(trained)
+    assert isinstance(policy, Policy)
+    actions = np.clip(policy.act(observations), ACTIONS.low, ACTIONS.high)
     np.testing.assert_allclose(actions, expected, rtol=1e-5, atol=1e-5)
 
 
-@pytest.mark.parametrize("name", ["PPO", "SAC"])
-def test_samples_have_the_model_s_distribution(name: str) -> None:
-    trained = model(name)
-    observations = np.tile(np.random.default_rng(0).normal(size=5).astype(np.float32), (4000, 1))
-    expected, _ = trained.predict(observations, deterministic=False)
-    actions = exported(trained, deterministic=False).act(observations, np.random.default_rng(1))
+def require_equal_distributions(policy: Any, expected: Any, observation: Any) -> None:
+    actions = policy.act(np.tile(observation, (4000, 1)), np.random.default_rng(1))
     actions = np.clip(actions, ACTIONS.low, ACTIONS.high)
     np.testing.assert_allclose(actions.mean(axis=0), expected.mean(axis=0), atol=0.15)
     np.testing.assert_allclose(actions.std(axis=0), expected.std(axis=0), rtol=0.08)
 
 
+@pytest.mark.parametrize("name", ["PPO", "SAC"])
+def test_samples_have_the_model_s_distribution(name: str) -> None:
+    trained, observation = model(name), np.random.default_rng(0).normal(size=5).astype(np.float32)
+    expected, _ = trained.predict(np.tile(observation, (4000, 1)), deterministic=False)
+    require_equal_distributions(exported(trained, deterministic=False), expected, observation)
+
+
+@pytest.mark.parametrize("algorithm", [PPO, SAC])
+def test_samples_of_a_network_have_the_model_s_distribution(algorithm: Any) -> None:
+    pytest.importorskip("onnxruntime", reason="needs the extra onnx")
+    agent: Any = sb3(algorithm, deterministic=False, **EXTRACTED)(OBSERVATIONS, ACTIONS, 0)
+    observation = OBSERVATIONS.sample()
+    require_equal_distributions(agent.policy(), agent.act(np.tile(observation, (4000, 1))), observation)
+
+
+@pytest.mark.parametrize("case", NETWORKS)
+def test_a_network_acts_as_the_model(case: str) -> None:
+    pytest.importorskip("onnxruntime", reason="needs the extra onnx")
+    algorithm, settings, space = NETWORKS[case]
+    agent: Any = sb3(algorithm, **settings)(space, ACTIONS, 0)
+    observations = np.stack([space.sample() for _ in range(4)])
+    policy = agent.policy()
+    assert isinstance(policy, OnnxPolicy)
+    actions = np.clip(policy.act(observations), ACTIONS.low, ACTIONS.high)
+    np.testing.assert_allclose(actions, agent.act(observations), rtol=1e-4, atol=1e-5)
+
+
 def test_the_statistics_of_the_observations_belong_to_the_policy() -> None:
     make = sb3(PPO, normalize_observations=True, policy_kwargs=NETWORK, n_steps=16, batch_size=16)
     agent: Any = make(OBSERVATIONS, ACTIONS, 0)
-    statistics = agent._normalization._wrapper.obs_rms
+    statistics = agent._normalizer.obs_rms
     statistics.mean, statistics.var = np.arange(5.0), np.arange(1.0, 6.0)
     observations = np.random.default_rng(0).normal(scale=30, size=(20, 5))
     actions = np.clip(agent.policy().act(observations), ACTIONS.low, ACTIONS.high)
@@ -82,11 +141,12 @@ def test_a_policy_that_cannot_be_expressed_trains_without_one_and_is_named_on_ex
         exported(agent._model)
 
 
+@pytest.mark.parametrize("settings", [EXTRACTED, {"policy_kwargs": {"activation_fn": nn.GELU}}])
 def test_without_the_extra_a_network_is_not_stored_and_the_warning_says_what_to_install(
-    monkeypatch: pytest.MonkeyPatch,
+    settings: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "onnx", None)
-    agent: Any = sb3(PPO, policy_kwargs={"activation_fn": torch.nn.GELU})(OBSERVATIONS, ACTIONS, 0)
+    agent: Any = sb3(PPO, **settings)(OBSERVATIONS, ACTIONS, 0)
     with pytest.warns(UserWarning, match=r"gym-extensions\[onnx\]"):
         assert agent.policy() is None
 
@@ -104,19 +164,25 @@ def test_the_logged_episodes_are_those_that_a_verifier_repeats() -> None:
     evaluator.close()
 
 
-class Normalized(BaseFeaturesExtractor):
-    """A features extractor as wide as the observations."""
-
-    def __init__(self, space: Any) -> None:
-        super().__init__(space, space.shape[0])
-        self.layer = torch.nn.LayerNorm(space.shape[0])
-
-    def forward(self, observations: Any) -> Any:
-        return self.layer(observations)
+@pytest.mark.parametrize("activation", ACTIVATIONS)
+def test_every_activation_is_the_same_function(activation: type[nn.Module]) -> None:
+    seen = 10 * np.random.default_rng(0).standard_normal((50, 5))
+    network = nn.Sequential(nn.Linear(5, 16), activation(), nn.Linear(16, 2))
+    policy = Policy(np.zeros(2, np.float32), np.ones(2, np.float32), **policy_layers(network))
+    expected = network(torch.tensor(seen, dtype=torch.float32)).detach().numpy()
+    np.testing.assert_allclose(policy.act(seen), expected, rtol=1e-5, atol=1e-5)
 
 
-@pytest.mark.parametrize("algorithm", [PPO, SAC])
-def test_a_policy_with_a_features_extractor_of_the_user_is_not_plain(algorithm: Any) -> None:
-    arguments: dict[str, Any] = {"policy_kwargs": {"features_extractor_class": Normalized}}
-    created = algorithm("MlpPolicy", SpacesVecEnv(OBSERVATIONS, ACTIONS, 1), **arguments)
-    assert "features extractor" in unsupported(created)
+@pytest.mark.parametrize(
+    ("modules", "message"),
+    [
+        ([nn.Linear(2, 2), nn.LayerNorm(2), nn.Linear(2, 2)], "LayerNorm cannot be part of a policy."),
+        ([nn.Linear(2, 2), nn.ELU(2.0), nn.Linear(2, 2)], "ELU cannot be part of a policy."),
+        ([nn.Linear(2, 2), nn.Linear(2, 2)], "Linear, Linear."),
+        ([nn.Linear(2, 2), nn.Tanh(), nn.Linear(2, 2), nn.ReLU(), nn.Linear(2, 2)], "Tanh, Linear, ReLU"),
+    ],
+)
+def test_other_networks_are_refused(modules: list[nn.Module], message: str) -> None:
+    with pytest.raises(BenchError) as error:
+        policy_layers(*modules)
+    assert message in error.value.message

@@ -2,53 +2,50 @@
 
 from __future__ import annotations
 
+import copy
+import random
+import re
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+import cloudpickle
 import gymnasium as gym
+import numpy as np
+import torch
 from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.callbacks import BaseCallback
+from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
-from gym_extensions.baselines.adapters.sb3_agent import Callback, Options, Sb3Agent, library
-from gym_extensions.baselines.agent import Factory
+from gym_extensions.baselines.adapters.sb3_policy import exported
+from gym_extensions.baselines.adapters.sb3_vec_env import BatchVecEnv, SpacesVecEnv
+from gym_extensions.baselines.agent import Array, Card, Context, Factory, Observes, Setting, VectorEnv
+from gym_extensions.baselines.training.jobs import global_generators, set_global_generators
 from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.manifest import LONG, hyperparameter_error
+from gym_extensions.rollouts.run_policies import AnyPolicy
 
+Callback = BaseCallback | list[BaseCallback] | Callable[[dict[str, Any], dict[str, Any]], bool] | None
+"""What SB3's ``learn(callback=…)`` accepts."""
 SET_BY_THE_RUN = ("env", "seed")
 """Keyword arguments of a model that the training loop sets."""
-
-
-def check_options(options: Options) -> None:
-    """Raises ``BenchError`` if a setting belongs to the training loop or a package is missing."""
-    for name in SET_BY_THE_RUN:
-        if name in options.settings:
-            raise BenchError(
-                "bad-setting",
-                f"{name!r} cannot be set, because every run sets its own.",
-                where="sb3()",
-                hint=f"Remove {name!r}; runs=range(5) trains five seeds.",
-            )
-    if options.tensorboard_log and find_spec("tensorboard") is None:
-        raise BenchError(
-            "missing-package",
-            "tensorboard_log needs the package tensorboard.",
-            where="sb3()",
-            hint="Install it with: pip install tensorboard",
-        )
-
-
-class Sb3Factory:
-    """Creates agents of one SB3 class with its options. It pickles, so worker processes can use it."""
-
-    def __init__(self, options: Options) -> None:
-        check_options(options)
-        self._options = options
-        self.__name__ = options.name
-
-    def __call__(
-        self, observation_space: gym.Space[Any], action_space: gym.Space[Any], seed: int, /
-    ) -> Sb3Agent:
-        """Creates an untrained agent."""
-        return Sb3Agent((observation_space, action_space), seed, self._options)
+NOT_HYPERPARAMETERS = ("device", "verbose")
+"""Keyword arguments of a model that are not stored in the manifest, because they do not change a result."""
+LIBRARIES: dict[str, tuple[str, tuple[str, ...]]] = {
+    "stable_baselines3": ("Stable-Baselines3", ()),
+    "sb3_contrib": ("SB3-Contrib", ("sb3-contrib",)),
+    "sbx": ("SBX", ("sbx-rl", "jax", "jaxlib", "flax", "optax")),
+}
+"""By the name of a library's module, its name and its packages besides those of Stable-Baselines3."""
+PLACEHOLDER = (1, 2_000)
+"""Environments and batch size, of the budget ``100k``, of a model before its first training."""
+KEYS = ("key", "noise_key")
+"""Attributes of SBX's policies with the JAX keys that they sample with."""
+ADDRESS = re.compile(r" at 0x[0-9a-fA-F]+")
 
 
 def sb3(
@@ -96,18 +93,348 @@ def sb3(
         >>> from stable_baselines3 import PPO
         >>> make = sb3(PPO, n_steps=250, normalize_observations=True)
     """
+    for name in SET_BY_THE_RUN:
+        if name in settings:
+            message = f"{name!r} cannot be set, because every run sets its own."
+            hint = f"Remove {name!r}; runs=range(5) trains five seeds."
+            raise BenchError("bad-setting", message, "sb3()", hint)
+    if tensorboard_log and find_spec("tensorboard") is None:
+        hint = "Install it with: pip install tensorboard"
+        raise BenchError("missing-package", "tensorboard_log needs the package tensorboard.", "sb3()", hint)
     return Sb3Factory(
-        Options(
-            algorithm,
-            settings,
-            deterministic=deterministic,
-            normalize_observations=normalize_observations,
-            normalize_rewards=normalize_rewards,
-            callback=callback,
-            log_interval=log_interval,
-            tensorboard_log=str(tensorboard_log),
-            name=algorithm.__name__.lower(),
-            title=algorithm.__name__,
-            description=f"{library(algorithm)[0]}'s {algorithm.__name__}.",
-        )
+        algorithm,
+        settings,
+        deterministic=deterministic,
+        normalize_observations=normalize_observations,
+        normalize_rewards=normalize_rewards,
+        callback=callback,
+        log_interval=log_interval,
+        tensorboard_log=str(tensorboard_log),
+        name=algorithm.__name__.lower(),
+        title=algorithm.__name__,
+        description=f"{library(algorithm)[0]}'s {algorithm.__name__}.",
     )
+
+
+def library(algorithm: type[BaseAlgorithm]) -> tuple[str, tuple[str, ...]]:
+    """The row of ``LIBRARIES`` of a class; that of Stable-Baselines3 for a class of the user."""
+    return LIBRARIES.get(algorithm.__module__.partition(".")[0], LIBRARIES["stable_baselines3"])
+
+
+def no_batch_settings(num_envs: int, batch_steps: int) -> Mapping[str, Any]:
+    """No settings that depend on the environments or the batch."""
+    return {}
+
+
+@dataclass(frozen=True)
+class Sb3Factory:
+    """Creates agents of one SB3 class. It pickles, so worker processes can use it.
+
+    Args:
+        algorithm, settings, deterministic, normalize_observations, normalize_rewards, callback, log_interval,
+            tensorboard_log: as in :func:`sb3`.
+        continue_counting: whether a stage continues the model's count of steps, so that warm-up steps and
+            schedules do not start again. An agent that does not use task boundaries continues.
+        fresh_buffer: whether the replay buffer is emptied at the start of a stage.
+        batch_settings: further settings from the number of environments and the budget's batch size.
+        tuning_steps, tuning_tasks, parent: as in :class:`gym_extensions.baselines.Card`.
+        name, title, description: of the agent.
+        hyperparameters: rows of the manifest besides ``settings``, such as those of ``batch_settings``.
+    """
+
+    algorithm: type[BaseAlgorithm]
+    settings: Mapping[str, Any]
+    deterministic: bool = True
+    normalize_observations: bool = False
+    normalize_rewards: bool = False
+    callback: Callback = None
+    log_interval: int | None = None
+    tensorboard_log: str = ""
+    continue_counting: bool = False
+    fresh_buffer: bool = False
+    batch_settings: Callable[[int, int], Mapping[str, Any]] = no_batch_settings
+    tuning_steps: int = 0
+    tuning_tasks: tuple[str, ...] = ()
+    parent: str = ""
+    name: str = ""
+    title: str = ""
+    description: str = ""
+    hyperparameters: Mapping[str, Setting] = field(default_factory=dict)
+
+    def __call__(
+        self, observation_space: gym.Space[Any], action_space: gym.Space[Any], seed: int, /
+    ) -> Sb3Agent:
+        """Creates an untrained agent."""
+        return Sb3Agent((observation_space, action_space), seed, self)
+
+    @property
+    def __name__(self) -> str:
+        return self.name
+
+    def model(self, env: VecEnv, seed: int, batch_steps: int) -> BaseAlgorithm:
+        """An untrained model."""
+        settings = {**self.settings, **self.batch_settings(env.num_envs, batch_steps)}
+        # SAC and A2C write into the policy_kwargs that they receive, so dicts are copied.
+        copies = {name: dict(value) if isinstance(value, dict) else value for name, value in settings.items()}
+        if self.tensorboard_log:
+            copies["tensorboard_log"] = self.tensorboard_log
+        policy = "MlpPolicy" if "MlpPolicy" in self.algorithm.policy_aliases else "MlpLstmPolicy"
+        arguments: dict[str, Any] = {"policy": policy, "device": "cpu", "seed": seed} | copies
+        with warnings.catch_warnings():
+            # The number of environments is not final, and a smaller last minibatch is allowed.
+            warnings.filterwarnings("ignore", "You have specified a mini-batch size")
+            return self.algorithm(env=env, **arguments)
+
+    def manifest_settings(self) -> dict[str, Setting]:
+        """The hyperparameters as the manifest stores them; the normalizations only if they are used."""
+        rows = {
+            name: to_manifest_value(value)
+            for name, value in self.settings.items()
+            if name not in NOT_HYPERPARAMETERS
+        }
+        normalizations = ("normalize_observations", "normalize_rewards")
+        return (
+            rows | dict(self.hyperparameters) | {name: True for name in normalizations if getattr(self, name)}
+        )
+
+
+def to_manifest_value(value: Any) -> Setting:
+    """A plain value unchanged (a tuple as a list), any other value as text, cut at the manifest's limit.
+
+    The text of a class or function is its qualified name, so two lambdas of one scope have the same text. The
+    text contains no module name and no memory address: it is the same in every process.
+    """
+    if not hyperparameter_error(value):
+        plain: Setting = list(value) if isinstance(value, tuple) else value
+        return plain
+    return _text(value)[:LONG]
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, np.ndarray | np.generic):
+        return _text(value.tolist())
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{_text(key)}: {_text(item)}" for key, item in value.items()) + "}"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(map(_text, value)) + "]"
+    if isinstance(value, set | frozenset):
+        return "{" + ", ".join(sorted(map(_text, value))) + "}"
+    kind: Any = type(value)
+    if hasattr(value, "__qualname__"):
+        return str(value.__qualname__)
+    return str(kind.__qualname__) if kind.__repr__ is object.__repr__ else ADDRESS.sub("", repr(value))
+
+
+class Generators:
+    """The states of the global generators of Python, numpy and torch for one purpose, such as acting."""
+
+    def __init__(self, seed: int) -> None:
+        legacy = np.random.RandomState(seed).get_state()  # SB3 draws from it
+        self.state = (random.Random(seed).getstate(), legacy, torch.Generator().manual_seed(seed).get_state())
+
+    @contextmanager
+    def active(self) -> Iterator[None]:
+        """The global generators continue from this state inside the context and are restored after it."""
+        outside = global_generators()
+        set_global_generators(self.state)
+        try:
+            yield
+        finally:
+            self.state = global_generators()
+            set_global_generators(outside)
+
+
+class Sb3Agent:
+    """An SB3 model as an agent. Acting and learning use separate states of the global random generators.
+
+    The model is created again if the number of environments or the batch size changes before training starts.
+    """
+
+    def __init__(self, spaces: tuple[gym.Space[Any], gym.Space[Any]], seed: int, options: Sb3Factory) -> None:
+        # A model seeds its action space, so it has a copy.
+        self._spaces, self._options = copy.deepcopy(spaces), options
+        self._seed, self._trained = seed % 2**31, False
+        torch.set_num_threads(1)
+        self._acting = Generators(self._seed + 1)
+        self._normalizer: VecNormalize | None = None
+        self._state: tuple[Array, ...] | None = None
+        self.observes = Observes(boundaries=options.fresh_buffer or not options.continue_counting)
+        self._create_model(*PLACEHOLDER)
+        self._keys: dict[str, Any] = {}
+        if all(hasattr(self._model.policy, name) for name in KEYS):
+            from jax.random import PRNGKey
+
+            self._keys = {name: PRNGKey(self._seed + 1) for name in KEYS}
+
+    def _create_model(self, num_envs: int, batch_steps: int) -> None:
+        env = SpacesVecEnv(*self._spaces, num_envs)
+        self._size, self._learning = (num_envs, batch_steps), Generators(self._seed)
+        with self._learning.active():
+            self._model = self._options.model(env, self._seed, batch_steps)
+        self._normalized(env)
+
+    def _normalized(self, env: VecEnv) -> VecEnv:
+        """The environment with normalized observations and rewards, which continues the statistics so far."""
+        observations, rewards = self._options.normalize_observations, self._options.normalize_rewards
+        if not (observations or rewards):
+            return env
+        discount, former = getattr(self._model, "gamma", 1.0), self._normalizer
+        self._normalizer = VecNormalize(env, norm_obs=observations, norm_reward=rewards, gamma=discount)
+        if former is not None:
+            self._normalizer.ret_rms = former.ret_rms
+            if observations:
+                self._normalizer.obs_rms = former.obs_rms
+        return self._normalizer
+
+    @contextmanager
+    def _acts(self) -> Iterator[None]:
+        """The generators and JAX keys of acting, which leave those of training untouched."""
+        policy = vars(self._model.policy)
+        outside = {name: policy[name] for name in self._keys}
+        policy.update(self._keys)
+        try:
+            with self._acting.active():
+                yield
+        finally:
+            self._keys = {name: policy[name] for name in self._keys}
+            policy.update(outside)
+
+    def act(self, observations: Array, context: Context | None = None) -> Array:
+        """Actions of the model's policy, sampled or deterministic.
+
+        A recurrent policy keeps its state from call to call; it starts again where ``context.episode_starts``
+        is True.
+
+        Raises:
+            BenchError: the policy is recurrent, and there is no context.
+        """
+        starts = None if context is None else context.episode_starts
+        if starts is None or starts.all():
+            self._state = None
+        seen = np.asarray(observations, self._model.observation_space.dtype)
+        if self._normalizer is not None:
+            seen = np.asarray(self._normalizer.normalize_obs(seen))
+        with self._acts():
+            actions, self._state = self._model.predict(
+                seen, state=self._state, episode_start=starts, deterministic=self._options.deterministic
+            )
+        if self._state is not None and context is None:
+            hint = "Pass a gym_extensions.baselines.Context with the starts of the episodes."
+            raise BenchError("needs-context", "The policy is recurrent.", "act()", hint)
+        return np.asarray(actions)
+
+    def policy(self) -> AnyPolicy | None:
+        """The policy as plain arrays or as a network; None, with a warning, if it is neither."""
+        statistics = None
+        if self._normalizer is not None and self._options.normalize_observations:
+            moments: Any = self._normalizer.obs_rms
+            deviation = np.sqrt(moments.var + self._normalizer.epsilon)
+            statistics = moments.mean, deviation, float(self._normalizer.clip_obs)
+        try:
+            return exported(
+                self._model,
+                deterministic=self._options.deterministic,
+                statistics=statistics,
+                observation_shape=self._spaces[0].shape,
+            )
+        except BenchError as error:
+            message = f"The policy is not stored, so that the entry stays claimed. {error}"
+            warnings.warn(message, stacklevel=2)
+            return None
+
+    def learn(self, env: VectorEnv, steps: int) -> None:
+        """Calls the model's ``learn``, which continues from the current state.
+
+        Raises:
+            BenchError: the number of environments changed after training started.
+        """
+        size = (env.num_envs, int(getattr(env, "batch_steps", PLACEHOLDER[1])))
+        if self._size != size and self._trained:
+            raise BenchError(
+                "other-environments",
+                f"The model was trained with {self._size[0]} environments and batches of {self._size[1]} "
+                f"steps, not {size[0]} and {size[1]}.",
+                where="learn()",
+                hint="Train all stages of a run with the same number of environments and the same budget.",
+            )
+        if self._size != size:
+            self._create_model(*size)
+        if self._options.fresh_buffer:
+            buffer: Any = self._model.replay_buffer  # type: ignore[attr-defined]
+            buffer.reset()
+        wrapped, options = self._normalized(BatchVecEnv(env)), self._options
+        arguments: dict[str, Any] = {"reset_num_timesteps": not options.continue_counting}
+        if options.log_interval is not None:
+            arguments["log_interval"] = options.log_interval
+        if options.tensorboard_log:
+            arguments["tb_log_name"] = f"{options.name}-seed{self._seed}"
+        self._trained = True
+        with self._learning.active():
+            self._model.set_env(wrapped)
+            self._model.learn(steps, callback=options.callback, **arguments)
+
+    def card(self) -> Card:
+        """The agent's description in the manifest, with the name of its class and its settings."""
+        options = self._options
+        return Card(
+            options.name,
+            title=options.title,
+            description=options.description,
+            evaluation="deterministic" if options.deterministic else "sampled",
+            hyperparameters=options.manifest_settings(),
+            tuning_steps=options.tuning_steps,
+            tuning_tasks=options.tuning_tasks,
+            stored_steps=stored_steps(self._model),
+            parameters=num_parameters(self._model),
+            packages=("stable-baselines3", "torch", *library(options.algorithm)[1]),
+            parent=options.parent,
+        )
+
+    def save(self, path: Path) -> None:
+        """Writes everything but the environments and the loggers, pickled, with the filled part of a buffer.
+
+        SB3's own ``model.save`` leaves out the replay buffer, the keys of SBX and the global generators.
+        """
+        model: Any = copy.copy(self._model)
+        model.env = model._vec_normalize_env = model._logger = None
+        if (buffer := getattr(model, "replay_buffer", None)) is not None:
+            model.replay_buffer = _with_rows(buffer, buffer.size())
+        state = {name: value for name, value in vars(self).items() if name != "_options"}
+        path.write_bytes(cloudpickle.dumps(state | {"_model": model}))
+
+    def load(self, path: Path) -> None:
+        """Restores a saved agent."""
+        vars(self).update(cloudpickle.loads(path.read_bytes()))
+        model: Any = self._model
+        if (buffer := getattr(model, "replay_buffer", None)) is not None:
+            model.replay_buffer = _with_rows(buffer, buffer.buffer_size)
+
+
+def _with_rows(buffer: Any, rows: int) -> Any:
+    """A replay buffer with the filled rows, in arrays of ``rows`` rows."""
+    resized, filled, allocated = copy.copy(buffer), buffer.size(), len(buffer.rewards)
+    for name, values in vars(buffer).items():
+        if isinstance(values, np.ndarray) and values.shape[:1] == (allocated,):
+            new = np.zeros((rows, *values.shape[1:]), values.dtype)
+            new[:filled] = values[:filled]
+            setattr(resized, name, new)
+    return resized
+
+
+def num_parameters(model: BaseAlgorithm) -> int:
+    """The number of a model's network parameters, target networks included."""
+    total = sum(values.numel() for values in model.policy.parameters())
+    states = [value for owner in (model, model.policy) for value in vars(owner).values()]
+    for state in (each for each in states if hasattr(each, "apply_gradients")):  # flax's TrainState
+        from jax.tree_util import tree_leaves
+
+        trees = (state.params, getattr(state, "target_params", ()))
+        total += sum(leaf.size for tree in trees for leaf in tree_leaves(tree))
+    return int(total)
+
+
+def stored_steps(model: BaseAlgorithm) -> int:
+    """The transitions in a model's replay buffer, or in its rollouts if it has none."""
+    buffer = getattr(model, "replay_buffer", None)
+    steps = getattr(model, "n_steps", 0) if buffer is None else buffer.size()
+    return int(steps) * model.n_envs

@@ -7,7 +7,7 @@ and SAC. Other feedforward policies of PyTorch become networks: images, own clas
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from typing import Any, TypedDict
 
 import numpy as np
@@ -103,29 +103,13 @@ def _array(values: torch.Tensor) -> Array:
     return array
 
 
-def flax_layers(
-    parameters: Mapping[str, Any], names: Sequence[str], activation: Callable[..., Any]
-) -> Layers:
-    """The dense layers of these names, as arguments of a ``Policy``.
-
-    Raises:
-        TypeError: an activation of another kind.
-    """
-    name = getattr(activation, "__name__", type(activation).__name__)
-    if name not in ACTIVATIONS.values():  # flax names its functions in the same way
-        raise TypeError(f"its activation is {name}")
-    return Layers(
-        weights=tuple(np.asarray(parameters[layer]["kernel"]) for layer in names),
-        biases=tuple(np.asarray(parameters[layer]["bias"]) for layer in names),
-        activation=name,
-    )
-
-
 LOG_SIGMA_CLIP = np.array([-20.0, 2.0], np.float32)
 """Bounds of log σ of a squashed Gaussian actor, in SB3 and SBX."""
 Statistics = tuple[Array, Array, float]
 """Mean and standard deviation of the observations, and the limit of standardized observations."""
 Parts = dict[str, Any]
+NOT_PLAIN = (BenchError, AttributeError, IndexError, KeyError, TypeError, ValueError)
+"""What reading a policy raises if it has other modules than a multilayer perceptron."""
 
 
 def exported(
@@ -148,12 +132,26 @@ def exported(
         BenchError: the policy is recurrent, uses ``use_sde`` or cannot be exported, or it is a network and
             the extra ``onnx`` is not installed.
     """
-    if reason := unsupported(model):
-        if reason := not_exportable(model):
-            hint = "Use a feedforward policy of PyTorch without use_sde, or train without storing the policy."
-            raise BenchError("unsupported-policy", reason, "policy()", hint)
-        return _network(model, deterministic, statistics, observation_shape)
-    parts = _actor_parts(model)(model)
+    policy: Any = model.policy
+    name = f"The policy of {type(model).__name__}, {type(policy).__name__},"
+    reason = ""
+    if getattr(model, "use_sde", False):
+        reason = f"{name} uses state-dependent exploration (use_sde)."
+    elif hasattr(policy, "lstm_actor"):
+        reason = f"{name} is recurrent."
+    else:
+        try:
+            parts = _plain_parts(model)
+        except NOT_PLAIN as error:
+            if hasattr(policy, "actor_state"):
+                reason = f"{name} is not one of PyTorch, nor a multilayer perceptron: {error}."
+            elif not (model.observation_space.shape and model.action_space.shape):
+                reason = f"{name} does not have boxes of numbers as spaces."
+            else:
+                return _network(model, deterministic, statistics, observation_shape)
+    if reason:
+        hint = "Use a feedforward policy of PyTorch without use_sde, or train without storing the policy."
+        raise BenchError("unsupported-policy", reason, "policy()", hint)
     parts["head"] = "deterministic" if deterministic or "log_sigma" not in parts else "gaussian"
     if statistics is not None:
         names = ("observation_mean", "observation_scale", "observation_clip")
@@ -161,37 +159,19 @@ def exported(
     return Policy(**parts)
 
 
-def unsupported(model: BaseAlgorithm) -> str:
-    """Why the policy of a model cannot be expressed as plain arrays; empty if it can."""
-    name = f"The policy of {type(model).__name__}, {type(model.policy).__name__},"
-    shape = model.observation_space.shape or ()
-    if len(shape) != 1:
-        return f"{name} does not have flat observations, but observations of shape {shape}."
-    if getattr(model, "use_sde", False):
-        return f"{name} uses state-dependent exploration (use_sde)."
-    try:
-        inputs = _actor_parts(model)(model)["weights"][0].shape[0]
-    except BenchError as error:
-        return f"{name} is not a multilayer perceptron of a supported kind: {error.message}"
-    except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
-        return f"{name} is not a multilayer perceptron of a supported kind: {error}."
-    if hasattr(model.policy, "lstm_actor") or inputs != shape[0] or _has_extractor(model.policy):
-        return f"{name} is recurrent or has a features extractor."
-    return ""
-
-
-def not_exportable(model: BaseAlgorithm) -> str:
-    """Why the policy of a model cannot be expressed as an ONNX network; empty if it can."""
+def _plain_parts(model: BaseAlgorithm) -> Parts:
+    """Arguments of a ``Policy``. Raises ``NOT_PLAIN`` if the policy is no multilayer perceptron."""
     policy: Any = model.policy
-    name = f"The policy of {type(model).__name__}, {type(policy).__name__},"
-    if not isinstance(policy, torch.nn.Module) or hasattr(policy, "actor_state"):
-        return f"{name} is not one of PyTorch."
-    if hasattr(policy, "lstm_actor"):
-        return f"{name} is recurrent."
-    if getattr(model, "use_sde", False):
-        return f"{name} uses state-dependent exploration (use_sde)."
-    shape = model.observation_space.shape
-    return "" if shape and model.action_space.shape else f"{name} does not have boxes of numbers as spaces."
+    if hasattr(policy, "actor_state"):
+        parts = _flax(model)
+    elif hasattr(policy, "mlp_extractor"):
+        parts = _gaussian(model)
+    else:
+        is_gaussian = hasattr(getattr(policy, "actor", None), "latent_pi")
+        parts = _squashed_gaussian(model) if is_gaussian else _squashed(model)
+    if parts["weights"][0].shape[:1] != model.observation_space.shape or _has_extractor(policy):
+        raise ValueError("it has a features extractor, or its observations are not flat")
+    return parts
 
 
 class _Acting(torch.nn.Module):
@@ -255,16 +235,6 @@ def _has_extractor(policy: Any) -> bool:
     return any(each is not None and type(each) is not FlattenExtractor for each in extractors)
 
 
-def _actor_parts(model: BaseAlgorithm) -> Callable[[BaseAlgorithm], Parts]:
-    """The function that reads the actor of a model."""
-    policy: Any = model.policy
-    if hasattr(policy, "actor_state"):
-        return _flax
-    if hasattr(policy, "mlp_extractor"):
-        return _gaussian
-    return _squashed_gaussian if hasattr(getattr(policy, "actor", None), "latent_pi") else _squashed
-
-
 def _gaussian(model: BaseAlgorithm) -> Parts:
     policy: Any = model.policy
     layers = policy_layers(policy.mlp_extractor.policy_net, policy.action_net)
@@ -273,16 +243,9 @@ def _gaussian(model: BaseAlgorithm) -> Parts:
 
 def _squashed_gaussian(model: BaseAlgorithm) -> Parts:
     actor: Any = model.policy.actor
-    log_sigma = policy_layers(actor.log_std)
-    return (
-        policy_layers(actor.latent_pi, actor.mu)
-        | _squashing(model)
-        | {
-            "log_sigma": log_sigma["biases"][0],
-            "log_sigma_weight": log_sigma["weights"][0],
-            "log_sigma_clip": LOG_SIGMA_CLIP,
-        }
-    )
+    sigma = policy_layers(actor.log_std)
+    layers = policy_layers(actor.latent_pi, actor.mu)
+    return layers | _squashing(model) | _sigma(sigma["weights"][0], sigma["biases"][0])
 
 
 def _squashed(model: BaseAlgorithm) -> Parts:
@@ -296,28 +259,22 @@ def _squashed(model: BaseAlgorithm) -> Parts:
 def _flax(model: BaseAlgorithm) -> Parts:
     policy: Any = model.policy
     parameters = policy.actor_state.params["params"]
-    name = type(policy.actor).__name__
-    if name == "SquashedGaussianActor":
-        *names, last = _dense(parameters)
-        return (
-            flax_layers(parameters, names, policy.actor.activation_fn)
-            | _squashing(model)
-            | {
-                "log_sigma": np.asarray(parameters[last]["bias"]),
-                "log_sigma_weight": np.asarray(parameters[last]["kernel"]),
-                "log_sigma_clip": LOG_SIGMA_CLIP,
-            }
-        )
-    layers = flax_layers(parameters, _dense(parameters), policy.actor.activation_fn)
-    return layers | _unscaled(np.asarray(parameters["log_std"]))
+    activation = getattr(policy.actor.activation_fn, "__name__", "")
+    names = sorted((name for name in parameters if name != "log_std"), key=lambda name: int(name[6:]))
+    if activation not in ACTIVATIONS.values() or not all(name.startswith("Dense_") for name in names):
+        raise ValueError(f"it has the layers {', '.join(parameters)} and the activation {activation!r}")
+    weights, biases = ([np.asarray(parameters[name][key]) for name in names] for key in ("kernel", "bias"))
+    head: Parts = {}
+    if type(policy.actor).__name__ == "SquashedGaussianActor":
+        head = _squashing(model) | _sigma(weights.pop(), biases.pop())
+    else:
+        head = _unscaled(np.asarray(parameters["log_std"]))
+    return {"weights": tuple(weights), "biases": tuple(biases), "activation": activation} | head
 
 
-def _dense(parameters: Parts) -> list[str]:
-    """The names of the dense layers, first to last. Raises ``ValueError`` if there are others."""
-    others = [name for name in parameters if not name.startswith("Dense_") and name != "log_std"]
-    if others:
-        raise ValueError(f"it has a layer {others[0]}")
-    return sorted((name for name in parameters if name != "log_std"), key=lambda name: int(name[6:]))
+def _sigma(weight: Array, bias: Array) -> Parts:
+    """The layer of log σ of a squashed Gaussian."""
+    return {"log_sigma": bias, "log_sigma_weight": weight, "log_sigma_clip": LOG_SIGMA_CLIP}
 
 
 def _unscaled(log_sigma: Array) -> Parts:

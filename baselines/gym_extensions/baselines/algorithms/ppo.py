@@ -8,7 +8,6 @@ from typing import Any
 from stable_baselines3 import PPO
 
 from gym_extensions.baselines.adapters.sb3 import Sb3Factory
-from gym_extensions.baselines.adapters.sb3_agent import Options
 
 SETTINGS: dict[str, Any] = {
     "learning_rate": 3e-4,  # Schulman et al. 2017, table 3
@@ -34,15 +33,13 @@ def one_rollout_per_batch(num_envs: int, batch_steps: int) -> dict[str, Any]:
 
 
 make = Sb3Factory(
-    Options(
-        PPO,
-        SETTINGS,
-        normalize_observations=True,
-        continue_counting=True,
-        batch_settings=one_rollout_per_batch,
-        name="ppo",
-        title="PPO",
-        description="Stable-Baselines3's PPO: 64-64 tanh, normalized observations, minibatches of 512.",
-        hyperparameters={"rollout": "one batch of the budget"},
-    )
+    PPO,
+    SETTINGS,
+    normalize_observations=True,
+    continue_counting=True,
+    batch_settings=one_rollout_per_batch,
+    name="ppo",
+    title="PPO",
+    description="Stable-Baselines3's PPO: 64-64 tanh, normalized observations, minibatches of 512.",
+    hyperparameters={"rollout": "one batch of the budget"},
 )

@@ -13,7 +13,6 @@ os.environ.setdefault("JAX_PLATFORMS", "cpu")
 from sbx import SAC
 
 from gym_extensions.baselines.adapters.sb3 import Sb3Factory
-from gym_extensions.baselines.adapters.sb3_agent import Options
 
 SETTINGS: dict[str, Any] = {
     "learning_rate": 1e-3,  # docs/learners.md; Haarnoja et al. 2018 use 3e-4, with four times as many updates
@@ -33,7 +32,7 @@ def quarter_of_an_update_per_step(num_envs: int, batch_steps: int) -> dict[str, 
     return {"gradient_steps": num_envs}
 
 
-OPTIONS = Options(
+make = Sb3Factory(
     SAC,
     SETTINGS,
     continue_counting=True,
@@ -46,17 +45,12 @@ OPTIONS = Options(
     hyperparameters={"updates_per_step": 0.25},
 )
 
-make = Sb3Factory(OPTIONS)
-
-
-make_fresh_buffer = Sb3Factory(
-    replace(
-        OPTIONS,
-        continue_counting=False,
-        fresh_buffer=True,
-        parent="sac",
-        name="sac-fresh-buffer",
-        title="SAC (buffer emptied per task)",
-        description="SBX's SAC as in the entry of sac, with a replay buffer that is emptied for each task.",
-    )
+make_fresh_buffer = replace(
+    make,
+    continue_counting=False,
+    fresh_buffer=True,
+    parent="sac",
+    name="sac-fresh-buffer",
+    title="SAC (buffer emptied per task)",
+    description="SBX's SAC as in the entry of sac, with a replay buffer that is emptied for each task.",
 )

@@ -22,8 +22,6 @@ from gym_extensions.errors import BenchError
 
 JOBS_FAILED = "jobs-failed"
 """The code of the error that ``train`` raises after the other jobs have finished."""
-OTHER_RUN = ("other-run-unfinished", "other-version")
-"""The codes of errors with which a command refuses an unfinished run."""
 DISK_FULL = (errno.ENOSPC, errno.EDQUOT)
 WORKER_DIED = "The worker process ended unexpectedly. If memory ran out, use fewer --jobs or --num-envs."
 NOT_STARTED = "The worker process could not start the job; it printed the error."
@@ -37,14 +35,11 @@ class Failure:
         cause: the error in one sentence.
         traceback: the text of the traceback; empty if there is none.
         error: the exception, if the job ran in this process.
-        can_repeat: whether the same command may succeed later; not if its settings or versions are other than
-            those of the unfinished run.
     """
 
     cause: str
     traceback: str = ""
     error: BaseException | None = field(default=None, compare=False)
-    can_repeat: bool = True
 
 
 def failure_of(error: BaseException, *, in_this_process: bool = False) -> Failure:
@@ -56,8 +51,7 @@ def failure_of(error: BaseException, *, in_this_process: bool = False) -> Failur
     else:
         cause = f"{type(error).__name__}: {error}".rstrip(": ")
     text = "".join(traceback.format_exception(error))
-    can_repeat = not (isinstance(error, BenchError) and error.code in OTHER_RUN)
-    return Failure(cause, text, error if in_this_process else None, can_repeat)
+    return Failure(cause, text, error if in_this_process else None)
 
 
 def require_sendable(agent: object) -> None:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+
+import msgspec
 
 from gym_extensions.baselines.agent import Agent, Array, Card, Resumable
 from gym_extensions.baselines.training.jobs import TrainingJob, job_versions, version_difference
@@ -15,10 +17,12 @@ from gym_extensions.baselines.training.usage import Usage
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes, write_text
 from gym_extensions.rollouts.layout import PROGRESS, UNFINISHED_CURVES
+from gym_extensions.rollouts.run import Curve, InterimEvaluation
 from gym_extensions.rollouts.run_policies import AnyPolicy, npz_arrays, npz_bytes, run_arrays
-from gym_extensions.rollouts.tables import CurvePoint, Episode, EvaluationPoint
+from gym_extensions.rollouts.tables import Episode
 
 SETTINGS = "settings.json"
+CONTINUES = "The same command continues: it trains only what is not finished."
 
 
 @dataclass(frozen=True)
@@ -31,11 +35,11 @@ class FinishedStage:
 
     stage: int
     episodes: list[Episode]
-    curves: list[CurvePoint]
+    curves: list[Curve]
     card: Card
     parameters: tuple[int, int]
     usage: Usage
-    evaluations: list[EvaluationPoint] = field(default_factory=list)
+    evaluations: list[InterimEvaluation] = field(default_factory=list)
 
 
 class Progress:
@@ -57,42 +61,28 @@ class Progress:
         """
         path = self.folder / SETTINGS
         packages = settings.get("packages", ())
-        settings = dict(settings) | {"versions": job_versions(packages)}
-        text = json.dumps(settings, indent=1, sort_keys=True) + "\n"
+        text = json.dumps({**settings, "versions": job_versions(packages)}, indent=1, sort_keys=True)
         if not path.exists():
-            write_text(path, text)
-            return
-        stored = path.read_text(encoding="utf-8")
-        if difference := version_difference(json.loads(stored).get("versions"), packages):
+            write_text(path, f"{text}\n")
+        stored, new = json.loads(path.read_bytes()), json.loads(text)
+        if difference := version_difference(stored["versions"], packages):
             raise BenchError(
                 "other-version",
                 f"The unfinished run was started with {difference}.",
                 where=str(self.folder),
                 hint="Install these versions, or delete the folder to start the run again.",
             )
-        if stored != text:
+        if stored != new:
             raise BenchError(
                 "other-run-unfinished",
-                f"The unfinished run has other settings: {_changes(json.loads(stored), json.loads(text))}.",
+                f"The unfinished run has other settings: {_changes(stored, new)}.",
                 where=str(self.folder),
                 hint="Finish it with its settings, delete the folder, or choose another --out.",
             )
 
     def finished(self) -> list[FinishedStage]:
         """The records of the finished stages, in order."""
-        return [_read(path) for path in self._records()]
-
-    def reusable(self) -> int:
-        """Number of finished stages that the same command would not repeat.
-
-        An agent that cannot be saved repeats its job, unless every stage is finished.
-        """
-        records = self._records()
-        if not records:
-            return 0
-        settings: dict[str, Any] = json.loads((self.folder / SETTINGS).read_text(encoding="utf-8"))
-        complete = len(records) == settings["stages"]
-        return len(records) if complete or self._checkpoint(_number(records[-1])).exists() else 0
+        return [msgspec.json.decode(path.read_bytes(), type=FinishedStage) for path in self._records()]
 
     def resume(self, agent: Agent, done: list[FinishedStage]) -> bool:
         """Restores the agent after the last finished stage; False if the job must start again.
@@ -119,7 +109,7 @@ class Progress:
             partial = checkpoint.with_name(f".{checkpoint.stem}.partial.npz")
             agent.save(partial)
             partial.replace(checkpoint)
-        write_text(self.folder / f"stage{record.stage}.json", json.dumps(asdict(record)) + "\n")
+        write_bytes(self.folder / f"stage{record.stage}.json", msgspec.json.encode(record))
         for older in self.folder.glob("agent*.npz"):
             if older != checkpoint:
                 older.unlink()
@@ -165,26 +155,6 @@ class Progress:
         return self.folder / f"agent{stage}.npz"
 
 
-def reusable_stages(out: Path, titles: Iterable[str]) -> int:
-    """Finished stages that the same command would not repeat, summed over jobs with these titles."""
-    return sum(Progress(out.joinpath(PROGRESS, *title.split())).reusable() for title in titles)
-
-
-def next_step(out: Path, titles: Iterable[str]) -> str:
-    """What the same command will do after an interruption of the jobs with these titles.
-
-    Without titles the command stopped before it knew its jobs, or had none left.
-    """
-    titles = list(titles)
-    if not titles:
-        return "No job was running; repeat the same command."
-    stages = reusable_stages(out, titles)
-    if not stages:
-        return "No finished stage can be reused; the same command starts the unfinished runs again."
-    finished = "1 finished stage" if stages == 1 else f"{stages} finished stages"
-    return f"The same command continues; it reuses {finished}."
-
-
 def _changes(old: Mapping[str, Any], new: Mapping[str, Any]) -> str:
     """What differs, in words: ``hyperparameters.rate is 0.1, and 0.2 in this command``."""
     pairs = []
@@ -199,16 +169,3 @@ def _changes(old: Mapping[str, Any], new: Mapping[str, Any]) -> str:
 
 def _number(record: Path) -> int:
     return int(record.stem.removeprefix("stage"))
-
-
-def _read(path: Path) -> FinishedStage:
-    content = json.loads(path.read_text(encoding="utf-8"))
-    return FinishedStage(
-        content["stage"],
-        [Episode(**each) for each in content["episodes"]],
-        [CurvePoint(**each) for each in content["curves"]],
-        Card(**content["card"]),
-        (content["parameters"][0], content["parameters"][1]),
-        Usage(**content["usage"]),
-        [EvaluationPoint(**each) for each in content["evaluations"]],
-    )

@@ -216,21 +216,13 @@ def isolated(
 
     def of_agent(tasks: Sequence[Task], episodes: int) -> Iterator[float]:
         with preserved_global_generators():
-            yield from mean_returns(copy_of(agent, create, path), tasks, episodes)
+            acting = create() if isinstance(agent, Resumable) else agent
+            if isinstance(agent, Resumable) and isinstance(acting, Resumable):
+                try:
+                    agent.save(path)
+                    acting.load(path)
+                finally:
+                    path.unlink(missing_ok=True)
+            yield from mean_returns(acting, tasks, episodes)
 
     return of_agent
-
-
-def copy_of(agent: Agent, create: Callable[[], Agent], path: Path) -> Agent:
-    """A new agent that loads what the agent saves; an agent that cannot be saved is returned as is."""
-    if not isinstance(agent, Resumable):
-        return agent
-    copy = create()
-    if not isinstance(copy, Resumable):
-        return agent
-    try:
-        agent.save(path)
-        copy.load(path)
-    finally:
-        path.unlink(missing_ok=True)
-    return copy

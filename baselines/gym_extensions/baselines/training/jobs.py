@@ -48,12 +48,33 @@ def seeded_copy(space: gym.Space[Any], seed: int) -> gym.Space[Any]:
     return own
 
 
+def global_generators() -> tuple[Any, Any, Any]:
+    """The states of the global random generators of Python, numpy and (if it is loaded) torch."""
+    torch = sys.modules.get("torch")
+    return random.getstate(), np.random.get_state(), torch and torch.get_rng_state()  # noqa: NPY002
+
+
+def set_global_generators(state: tuple[Any, Any, Any]) -> None:
+    """Sets the global random generators to a state of :func:`global_generators`."""
+    random.setstate(state[0])
+    np.random.set_state(state[1])  # noqa: NPY002
+    if state[2] is not None:
+        sys.modules["torch"].set_rng_state(state[2])
+
+
+@contextmanager
+def preserved_global_generators() -> Iterator[None]:
+    """Restores the global random generators."""
+    state = global_generators()
+    try:
+        yield
+    finally:
+        set_global_generators(state)
+
+
 @contextmanager
 def seeded_global_generators(seed: int) -> Iterator[None]:
-    """Seeds the global random generators of Python, numpy and (if it is loaded) torch; restores them after.
-
-    So an agent that draws from them repeats its run too.
-    """
+    """Seeds the global random generators, for agents that draw from them, and restores them."""
     with preserved_global_generators():
         random.seed(seed)
         np.random.seed(seed % 2**32)  # noqa: NPY002
@@ -62,29 +83,13 @@ def seeded_global_generators(seed: int) -> Iterator[None]:
         yield
 
 
-@contextmanager
-def preserved_global_generators() -> Iterator[None]:
-    """Restores the global random generators of Python, numpy and (if it is loaded) torch."""
-    torch = sys.modules.get("torch")
-    python_state, numpy_state = random.getstate(), np.random.get_state()  # noqa: NPY002
-    torch_state = None if torch is None else torch.get_rng_state()
-    try:
-        yield
-    finally:
-        random.setstate(python_state)
-        np.random.set_state(numpy_state)  # noqa: NPY002
-        if torch is not None:
-            torch.set_rng_state(torch_state)
-
-
 def job_versions(packages: Iterable[str] = ()) -> dict[str, str]:
     """The versions of the packages that every job uses, and of those that its agent uses besides them."""
     return {name: version(name.replace("_", "-")) for name in (*PACKAGES, *packages)}
 
 
-def version_difference(stored: object, packages: Iterable[str] = ()) -> str:
+def version_difference(old: Mapping[str, str], packages: Iterable[str] = ()) -> str:
     """What differs between stored and installed versions; empty if nothing does."""
-    old = stored if isinstance(stored, dict) else {}
     return ", ".join(
         f"{name} {old.get(name, 'unknown')} (installed: {new})"
         for name, new in job_versions(packages).items()
@@ -157,11 +162,6 @@ class TrainingJob:
         return f"{self.protocol}-run{self.run}{ending}"
 
     @property
-    def run_key(self) -> tuple[str, str, int]:
-        """The group's name, the protocol and the run: what the jobs of one run have in common."""
-        return self.group.name, self.protocol, self.run
-
-    @property
     def task_name(self) -> str | None:
         """The name of the trained task in the single protocol, else None."""
         return None if self.task is None else self.group.tasks[self.task].name
@@ -173,7 +173,7 @@ class TrainingJob:
 
     @property
     def run_title(self) -> str:
-        """The group's name, the protocol and the run, as text."""
+        """The group's name, the protocol and the run: what the jobs of one run have in common."""
         return f"{self.group.name} {self.protocol}-run{self.run}"
 
     def stages(self, budget: Budget) -> list[Stage]:
@@ -187,8 +187,7 @@ class TrainingJob:
             return [Stage(1, tasks, steps * len(tasks), tasks)]
         if self.protocol == "cumulative":
             return [Stage(1, tasks[-1:], steps * len(tasks), tasks)]
-        if self.task is None:
-            raise ValueError("a job of the single protocol needs a task")
+        assert self.task is not None, "a job of the single protocol needs a task"
         alone = (tasks[self.task],)
         return [Stage(1, alone, steps, alone)]
 

@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import gymnasium as gym
 import numpy as np
@@ -22,10 +22,12 @@ from gym_extensions.baselines.training.jobs import Interim, Stage, TrainingJob, 
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.envs.rollout import clip_actions
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.tables import CurvePoint, EvaluationPoint, append_curves
+from gym_extensions.rollouts.run import Curve, InterimEvaluation
+from gym_extensions.rollouts.tables import CurvePoint, append_curves
 
-CALLS = ("task", "np_random", "np_random_seed")
-"""Calls of the project's vector environments. Other vector environments could ``step`` by a call."""
+SPACES = ("single_observation_space", "single_action_space", "observation_space", "action_space")
+EXCESS = 0.02
+"""Fraction of the budget by which an agent's last batch may exceed it."""
 
 
 @dataclass(frozen=True)
@@ -43,112 +45,7 @@ class TrainingContext:
     stage: int = 1
 
 
-class ContextEnv(gym.vector.VectorWrapper):
-    """A vector environment with the attributes of the training context.
-
-    ``batch_steps`` and ``budget_steps`` can always be read. The other attributes raise ``BenchError`` unless
-    the agent's ``observes`` has the field that they need. ``unwrapped`` is this environment, so that no
-    step is taken past it.
-
-    Args:
-        env: environment i runs ``task_ids[i % len(task_ids)]``.
-        task_ids: the tasks that are trained.
-        budget_steps: transitions that the agent may take.
-        batch_steps: the batch size of the reference agents.
-        context: of the stage.
-    """
-
-    def __init__(
-        self,
-        env: VectorEnv,
-        task_ids: Sequence[str],
-        *,
-        budget_steps: int,
-        batch_steps: int,
-        context: TrainingContext,
-    ) -> None:
-        super().__init__(env)
-        self.batch_steps, self.budget_steps = batch_steps, budget_steps
-        self._trained, self._context = tuple(task_ids), context
-        self._group_ids = context.group_ids or self._trained
-
-    @property
-    def task_ids(self) -> tuple[str, ...]:
-        """The ids of the tasks that are trained, in order. Needs ``task_in_training``."""
-        self._require("task_in_training", "task_ids")
-        return self._trained
-
-    @property
-    def env_task_ids(self) -> tuple[str, ...]:
-        """The id of each environment's task. Needs ``task_in_training``."""
-        self._require("task_in_training", "env_task_ids")
-        return self._of_each_env()
-
-    @property
-    def env_tasks(self) -> NDArray[np.int64]:
-        """The index of each environment's task in the training order of its group, (num_envs,).
-
-        Needs ``task_in_training``.
-        """
-        self._require("task_in_training", "env_tasks")
-        return np.array([self._group_ids.index(task) for task in self._of_each_env()], np.int64)
-
-    @property
-    def stage(self) -> int:
-        """The number of the stage, from 1. Needs ``boundaries``."""
-        self._require("boundaries", "stage")
-        return self._context.stage
-
-    @property
-    def num_tasks(self) -> int:
-        """The number of tasks in the group. Needs ``boundaries``."""
-        self._require("boundaries", "num_tasks")
-        return len(self._group_ids)
-
-    @property
-    def unwrapped(self) -> Any:
-        """This environment."""
-        return self
-
-    @property
-    def spec(self) -> Any:  # type: ignore[override]
-        """The wrapped environment's, which names the task; None unless ``task_in_training`` is set."""
-        return self.env.spec if self._context.observes.task_in_training else None
-
-    def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
-        """Same as the wrapped environment's ``call``. ``task`` needs ``task_in_training``.
-
-        Raises:
-            BenchError: the agent did not ask for the task, or another name.
-        """
-        if name == "task":
-            self._require("task_in_training", f"call({name!r})")
-        if name not in CALLS:
-            message, hint = f"The training environments have no {name!r}.", f"Call one of {', '.join(CALLS)}."
-            raise BenchError("unknown-call", message, "env.call() in learn()", hint)
-        environments: Any = self.env  # VectorEnv does not declare call, but its implementations have it
-        values: tuple[Any, ...] = environments.call(name, *args, **kwargs)
-        return values
-
-    def get_attr(self, name: str) -> tuple[Any, ...]:
-        """Same as ``call`` without arguments."""
-        return self.call(name)
-
-    def _of_each_env(self) -> tuple[str, ...]:
-        return tuple(self._trained[i % len(self._trained)] for i in range(self.num_envs))
-
-    def _require(self, field_name: str, name: str) -> None:
-        if not getattr(self._context.observes, field_name):
-            raise not_requested(f"env.{name}", field_name)
-
-
-SPACES = ("single_observation_space", "single_action_space", "observation_space", "action_space")
-EXCESS = 0.02
-"""Fraction of the budget by which an agent's last batch may exceed it."""
-
-
-@dataclass(frozen=True)
-class Point:
+class Point(NamedTuple):
     """Mean return of the training episodes of one task that ended since the previous point."""
 
     task: str
@@ -174,9 +71,18 @@ class Batch:
     steps: int
     seconds: float
 
+    @property
+    def speed(self) -> float:
+        """Training steps per second."""
+        return self.steps / max(self.seconds, 1e-9)
 
-class Recorder(ContextEnv):
+
+class Recorder(gym.vector.VectorWrapper):
     """A vector environment that records training correctly whatever the agent does with it.
+
+    ``batch_steps`` and ``budget_steps`` can always be read. The attributes that tell the task or the stage
+    raise ``BenchError`` unless the agent's ``observes`` has the field that they need. ``unwrapped`` is this
+    environment, so that no step is taken past it.
 
     Args:
         env: environments in autoreset mode NEXT_STEP; environment i runs ``task_ids[i % len(task_ids)]``.
@@ -199,10 +105,12 @@ class Recorder(ContextEnv):
         report: Callable[[Batch], object] = lambda _: None,
         context: TrainingContext | None = None,
     ) -> None:
-        context = context or TrainingContext()
-        super().__init__(env, task_ids, budget_steps=steps, batch_steps=batch_steps, context=context)
+        super().__init__(env)
+        self.batch_steps, self.budget_steps = batch_steps, steps
+        self._trained, self._context = tuple(task_ids), context or TrainingContext()
+        self._group_ids = self._context.group_ids or self._trained
         self.taken, self.points = 0, list[Point]()
-        self._budget, self._report = steps, report
+        self._report = report
         self._seeds = np.random.SeedSequence(seed)
         *space_seeds, generator_seed = spawn_seeds(spawn_seeds(seed, self.num_envs + 1)[-1], len(SPACES) + 1)
         self._generator = np.random.default_rng(generator_seed)
@@ -214,10 +122,69 @@ class Recorder(ContextEnv):
         self._next_point = batch_steps
         self._reported, self._since = 0, time.perf_counter()
 
+    @property
+    def task_ids(self) -> tuple[str, ...]:
+        """The ids of the tasks that are trained, in order. Needs ``task_in_training``."""
+        self._require("task_in_training", "task_ids")
+        return self._trained
+
+    @property
+    def env_task_ids(self) -> tuple[str, ...]:
+        """The id of each environment's task. Needs ``task_in_training``."""
+        self._require("task_in_training", "env_task_ids")
+        return tuple(self._trained[i % len(self._trained)] for i in range(self.num_envs))
+
+    @property
+    def env_tasks(self) -> NDArray[np.int64]:
+        """The index of each environment's task in the training order of its group, (num_envs,).
+
+        Needs ``task_in_training``.
+        """
+        self._require("task_in_training", "env_tasks")
+        return np.array([self._group_ids.index(task) for task in self.env_task_ids], np.int64)
+
+    @property
+    def stage(self) -> int:
+        """The number of the stage, from 1. Needs ``boundaries``."""
+        self._require("boundaries", "stage")
+        return self._context.stage
+
+    @property
+    def num_tasks(self) -> int:
+        """The number of tasks in the group. Needs ``boundaries``."""
+        self._require("boundaries", "num_tasks")
+        return len(self._group_ids)
+
+    @property
+    def unwrapped(self) -> Any:
+        """This environment."""
+        return self
+
+    @property
+    def spec(self) -> Any:  # type: ignore[override]
+        """The wrapped environment's, which names the task; None unless ``task_in_training`` is set."""
+        return self.env.spec if self._context.observes.task_in_training else None
+
     @property  # type: ignore[misc]  # Gymnasium's has a setter
     def np_random(self) -> np.random.Generator:
         """A generator that the run's seed determines; the environments have their own."""
         return self._generator
+
+    def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
+        """Same as the wrapped environment's ``call``. ``task`` needs ``task_in_training``."""
+        if name == "task":
+            self._require("task_in_training", f"call({name!r})")
+        environments: Any = self.env  # VectorEnv does not declare call, but its implementations have it
+        values: tuple[Any, ...] = environments.call(name, *args, **kwargs)
+        return values
+
+    def get_attr(self, name: str) -> tuple[Any, ...]:
+        """Same as ``call`` without arguments."""
+        return self.call(name)
+
+    def _require(self, field_name: str, name: str) -> None:
+        if not getattr(self._context.observes, field_name):
+            raise not_requested(f"env.{name}", field_name)
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
@@ -251,10 +218,10 @@ class Recorder(ContextEnv):
         if self.taken >= self._next_point:
             self._next_point += self.batch_steps * (1 + (self.taken - self._next_point) // self.batch_steps)
             self.flush()
-        if self.taken > self._budget * (1 + EXCESS):
+        if self.taken > self.budget_steps * (1 + EXCESS):
             raise BenchError(
                 "budget-exceeded",
-                f"The agent took {self.taken} training steps; its budget is {self._budget}.",
+                f"The agent took {self.taken} training steps; its budget is {self.budget_steps}.",
                 where="learn()",
                 hint=f"Stop after the number of steps passed to learn(); {EXCESS:.0%} more are allowed.",
             )
@@ -303,38 +270,44 @@ class StageMonitor:
         interim: Interim | None,
         evaluate: Callable[[Sequence[Task], int], Iterable[float]],
     ) -> None:
-        self.curves, self.evaluations = list[CurvePoint](), list[EvaluationPoint]()
         self._job, self._stage, self._job_step, self._curve = job, stage, job_step, curve
         self._listen, self._interim, self._evaluate = listen, interim, evaluate
         self._next = interim.every if interim else stage.steps
+        number, episodes = stage.number, interim.episodes if interim else 0
+        self._curves = {
+            task.id: Curve(stage=number, task=task.id, steps=[], returns=[]) for task in stage.trained
+        }
+        self._evaluations = {
+            task.id: InterimEvaluation(stage=number, task=task.id, episodes=episodes, steps=[], returns=[])
+            for task in stage.evaluated
+        }
+
+    @property
+    def curves(self) -> list[Curve]:
+        """The training curves that have points, in training order."""
+        return [curve for curve in self._curves.values() if curve.steps]
+
+    @property
+    def evaluations(self) -> list[InterimEvaluation]:
+        """The evaluations during training, in training order of the tasks."""
+        return [each for each in self._evaluations.values() if each.steps]
 
     def __call__(self, batch: Batch) -> None:
-        """Appends the points to the curve, sends the events and evaluates if it is time to."""
+        """Appends the points to the curves, sends the events and evaluates if it is time to."""
         job, stage = self._job, self._stage
-        points = [
-            CurvePoint(job.protocol, job.run, point.task, point.step, point.return_) for point in batch.points
-        ]
-        self.curves += points
-        append_curves(self._curve, points)
-        speed = batch.steps / max(batch.seconds, 1e-9)
-        step, job_step = batch.step, self._job_step + batch.step
-        self._listen(
-            BatchTrained(
-                job.title, stage.number, step, job_step, batch.mean_return, speed, seconds=batch.seconds
-            )
-        )
-        if self._interim is not None and self._next <= step < stage.steps:
-            self._next = self._interim.every * (1 + step // self._interim.every)
-            self._evaluate_all(step, self._interim.episodes)
-
-    def _evaluate_all(self, step: int, episodes: int) -> None:
-        job, stage = self._job, self._stage
-        start = time.perf_counter()
-        mean_returns = self._evaluate(stage.evaluated, episodes)
-        for task, mean_return in zip(stage.evaluated, mean_returns, strict=True):
-            self.evaluations.append(
-                EvaluationPoint(job.protocol, job.run, stage.number, task.id, step, episodes, mean_return)
-            )
-            seconds, start = time.perf_counter() - start, time.perf_counter()
-            where = (job.title, stage.number, step, self._job_step + step)
-            self._listen(TaskEvaluated(*where, task.id, episodes, mean_return, seconds, in_training=True))
+        for point in batch.points:
+            self._curves[point.task].steps.append(point.step)
+            self._curves[point.task].returns.append(point.return_)
+        append_curves(self._curve, [CurvePoint(job.protocol, job.run, *point) for point in batch.points])
+        where = (job.title, stage.number, batch.step, self._job_step + batch.step)
+        self._listen(BatchTrained(*where, batch.mean_return, batch.speed, batch.seconds))
+        if self._interim is not None and self._next <= batch.step < stage.steps:
+            self._next = self._interim.every * (1 + batch.step // self._interim.every)
+            start = time.perf_counter()
+            mean_returns = self._evaluate(stage.evaluated, self._interim.episodes)
+            for task, mean_return in zip(stage.evaluated, mean_returns, strict=True):
+                self._evaluations[task.id].steps.append(batch.step)
+                self._evaluations[task.id].returns.append(mean_return)
+                seconds, start = time.perf_counter() - start, time.perf_counter()
+                result = (task.id, self._interim.episodes, mean_return, seconds)
+                self._listen(TaskEvaluated(*where, *result, in_training=True))

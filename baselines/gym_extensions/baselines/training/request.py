@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
-from operator import index
+from numbers import Integral
 from pathlib import Path
 from typing import Any
 
@@ -52,13 +52,13 @@ def parse_request(
         BenchError: an unknown name, an empty list, or a number that is not allowed.
     """
     unique_groups = tuple(dict.fromkeys(parse_groups(groups)))
-    unique_protocols = tuple(dict.fromkeys(_protocol_names(protocols)))
+    unique_protocols = tuple(dict.fromkeys(listed(protocols, str, "protocols", "a name")))
     for protocol in unique_protocols:
         if protocol not in PROTOCOLS:
             hint = did_you_mean(protocol, PROTOCOLS)
             raise BenchError("unknown-protocol", f"Unknown protocol {protocol!r}.", hint=hint)
     chosen = budget_named(str(budget))
-    unique_runs = tuple(sorted(set(_integers(runs))))
+    unique_runs = tuple(sorted({int(run) for run in listed(runs, Integral, "runs", "an integer")}))
     for run in unique_runs:
         if not 0 <= run < FIRST_REFERENCE_RUN:
             hint = f"Use 0 to {FIRST_REFERENCE_RUN - 1}; larger numbers are reserved for references."
@@ -90,16 +90,8 @@ def parse_groups(groups: Groups) -> list[TaskGroup]:
     Raises:
         BenchError: an unknown name, an invalid file, or two different groups with one name.
     """
-    values = _items(groups)
-    if not values:
-        message = f"Expected a group or a list of groups, got {groups!r}."
-        raise BenchError("bad-groups", message, "groups")
-    resolved: list[TaskGroup] = []
-    for value in values:
-        if not isinstance(value, str | Path | TaskGroup):
-            hint = "Use a name, a path to a TOML file, or a TaskGroup."
-            raise BenchError("bad-groups", f"{value!r} is not a group.", "groups", hint)
-        resolved += groups_named(value)
+    values = listed(groups, (str, Path, TaskGroup), "groups", "a name, a TOML file, a TaskGroup")
+    resolved = [group for value in values for group in groups_named(value)]
     with_custom(resolved)
     return resolved
 
@@ -144,32 +136,12 @@ def require_positive(value: object, option: str) -> None:
         raise BenchError(f"bad-{option[2:]}", f"{value} is too small.", option, "Use at least 1.")
 
 
-def _items(value: object) -> list[object]:
-    """A name, path or group alone, or the items of another iterable; nothing for anything else."""
-    if isinstance(value, str | Path | TaskGroup):
-        return [value]
-    return list(value) if isinstance(value, Iterable) else []
-
-
-def _protocol_names(value: object) -> list[str]:
-    items = _items(value)
-    names = [item for item in items if isinstance(item, str)]
-    if not names or len(names) < len(items):
-        message = f"Expected a name or a list of names, got {value!r}."
-        raise BenchError("bad-protocols", message, "protocols")
-    return names
-
-
-def _integers(value: Any) -> list[int]:
-    items = list(value) if isinstance(value, Iterable) and not isinstance(value, str | bytes) else [value]
-    try:
-        numbers = [index(item) for item in items]
-    except TypeError:
-        numbers = []
-    if not numbers:
-        hint = "For example 0, [0, 1] or range(5)."
-        raise BenchError("bad-runs", f"Expected an integer or several, got {value!r}.", "runs", hint)
-    return numbers
+def listed(value: object, kind: Any, name: str, expected: str) -> list[Any]:
+    """A value of a kind as a list, or several of them."""
+    items = list(value) if isinstance(value, Iterable) and not isinstance(value, kind) else [value]
+    if not items or not all(isinstance(item, kind) for item in items):
+        raise BenchError(f"bad-{name}", f"Expected {expected} or several, got {value!r}.", name)
+    return items
 
 
 def _check_num_envs(num_envs: Any, budget: Budget, groups: Iterable[TaskGroup]) -> None:

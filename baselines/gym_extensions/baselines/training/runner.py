@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 
 from gym_extensions.baselines import algorithms
@@ -12,7 +13,13 @@ from gym_extensions.baselines.agent import Agent, Factory, VectorEnv
 from gym_extensions.baselines.agent_checks import card_of, observes_of
 from gym_extensions.baselines.training.checkpoints import FinishedStage, Progress
 from gym_extensions.baselines.training.evaluation import Evaluator, isolated, policy_of
-from gym_extensions.baselines.training.events import JobFinished, Listener, StageStarted, TaskEvaluated
+from gym_extensions.baselines.training.events import (
+    JobFinished,
+    JobPlan,
+    Listener,
+    StageStarted,
+    TaskEvaluated,
+)
 from gym_extensions.baselines.training.jobs import (
     Interim,
     Settings,
@@ -51,6 +58,11 @@ class PendingJob:
     interim: Interim | None = None
     num_threads: int = 1
 
+    @property
+    def plan(self) -> JobPlan:
+        """The work of every stage."""
+        return self.job.plan(budget(self.settings.budget), self.interim)
+
     def run(self, listen: Listener) -> list[FinishedStage]:
         """Runs every stage that an earlier attempt did not finish. Returns the records of all stages."""
         job, settings = self.job, self.settings
@@ -58,7 +70,7 @@ class PendingJob:
         progress = Progress.of(self.out, job)
         progress.begin(
             asdict(settings)
-            | {"group": job.group.id, "tasks": list(job.group.task_ids), "stages": len(stages)}
+            | {"group": job.group.id, "tasks": list(job.group.task_ids)}
             | {"fingerprints": [fingerprint_of(task) for task in job.group.tasks]}
         )
         done = progress.finished()
@@ -66,7 +78,6 @@ class PendingJob:
             evaluator = Evaluator(job.group, settings.observes.task_in_evaluation)
             spaces = evaluator.envs(stages[0].evaluated[0])
             agent = self._create(spaces)
-            self._require_same_observes(agent)
             card = card_of(agent, settings.agent)
             first_parameters = done[0].parameters[0] if done else card.parameters
             if done and not progress.resume(agent, done):
@@ -76,7 +87,7 @@ class PendingJob:
                     *(agent, stage, listen, progress, evaluator),
                     job_step=sum(earlier.steps for earlier in stages if earlier.number < stage.number),
                     first_parameters=first_parameters,
-                    create=lambda: self._create(spaces),
+                    create=partial(self._create, spaces),
                 )
                 progress.finish(record, agent, last=stage is stages[-1])
                 done.append(record)
@@ -88,20 +99,19 @@ class PendingJob:
         return training_seed(self.job.run, self.job.group.id, *purpose)
 
     def _create(self, env: VectorEnv) -> Agent:
-        make = algorithms.factory(self.agent)
+        make, settings = algorithms.factory(self.agent), self.settings
         observations = seeded_copy(env.single_observation_space, self._seed("observation space"))
         actions = seeded_copy(env.single_action_space, self._seed("action space"))
         with seeded_global_generators(self._seed("creation")):
-            return make(observations, actions, self._seed("agent"))
-
-    def _require_same_observes(self, agent: Agent) -> None:
-        observes, settings = observes_of(agent, self.settings.agent), self.settings
+            agent = make(observations, actions, self._seed("agent"))
+        observes = observes_of(agent, settings.agent)
         if observes != settings.observes:
             message = (
                 f"The agent of {self.job.title} asks for {observes}, another agent for {settings.observes}."
             )
             hint = "Give all agents of a factory the same attribute observes."
             raise BenchError("bad-agent", message, settings.agent, hint)
+        return agent
 
     def _run_stage(
         self,
@@ -136,8 +146,7 @@ class PendingJob:
             episodes += new
         progress.store_policy(stage.number, job.task_name, policy)
         card = card_of(agent, self.settings.agent)
-        parameters = (first_parameters, card.parameters)
-        usage = meter.usage(taken)
+        parameters, usage = (first_parameters, card.parameters), meter.usage(taken)
         return FinishedStage(
             stage.number, episodes, monitor.curves, card, parameters, usage, monitor.evaluations
         )

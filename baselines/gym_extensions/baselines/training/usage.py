@@ -7,11 +7,10 @@ import platform
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from gym_extensions.rollouts.run import Machine
 from gym_extensions.versions import blas_kernels
 
 CPU_INFO = Path("/proc/cpuinfo")
@@ -72,19 +71,9 @@ def processor() -> str:
     return (names or [platform.processor()])[0] or platform.machine() or "unknown"
 
 
-def joined(texts: Sequence[str]) -> str:
-    """The distinct texts, as one of at most ``LONGEST`` characters; ``others`` stands for the first ones."""
-    distinct = list(dict.fromkeys(text for text in texts if text))
-    while len(", ".join(distinct)) > LONGEST and len(distinct) > 1:
-        distinct[:2] = ["others"]
-    return ", ".join(distinct)[:LONGEST]
-
-
-def machine(usages: Sequence[Usage]) -> Machine:
-    """The machine of a run; several processors are joined."""
-    return Machine(
-        processor=joined([usage.processor for usage in usages]), cores=max(usage.cores for usage in usages)
-    )
+def joined(texts: Iterable[str]) -> str:
+    """The distinct texts, as one of at most ``LONGEST`` characters."""
+    return ", ".join(dict.fromkeys(filter(None, texts)))[:LONGEST]
 
 
 def commit_of(folder: Path) -> str:
