@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.run_policies import AnyPolicy
 
 
 @dataclass(frozen=True)
@@ -43,9 +42,6 @@ class NotRequestedError(BenchError, AttributeError):
 
     It is also an ``AttributeError``, so that ``hasattr`` is False and ``getattr`` returns its default.
     """
-
-    def __init__(self, code: str, message: str, where: str = "", hint: str = "") -> None:
-        BenchError.__init__(self, code, message, where, hint)
 
 
 def not_requested(name: str, field_name: str) -> NotRequestedError:
@@ -84,16 +80,17 @@ class Context:
     @property
     def task_id(self) -> str:
         """The id of the evaluated task. Raises ``BenchError`` unless the agent asked for it."""
-        if self.label is None:
-            raise not_requested("context.task_id", "task_in_evaluation")
-        return self.label.id
+        return self._label("task_id").id
 
     @property
     def task(self) -> int:
         """The task's index in the training order of its group; raises as ``task_id`` does."""
+        return self._label("task").index
+
+    def _label(self, name: str) -> TaskLabel:
         if self.label is None:
-            raise not_requested("context.task", "task_in_evaluation")
-        return self.label.index
+            raise not_requested(f"context.{name}", "task_in_evaluation")
+        return self.label
 
 
 Array = NDArray[Any]
@@ -103,7 +100,11 @@ Setting = str | int | float | bool | Sequence[str | int | float | bool]
 
 
 class Agent(Protocol):
-    """A learning algorithm. :class:`Resumable`, :class:`Described` and :class:`HasPolicy` are optional.
+    """A learning algorithm. :class:`Resumable` and :class:`Described` are optional.
+
+    So is a method ``policy()``: the policy, which acts as ``act`` does, as plain arrays
+    (:class:`gym_extensions.policies.Policy`) or as a network (``OnnxPolicy``); None without one. It is
+    stored after every stage and published in the submission.
 
     An agent that observes more than observations and rewards has an attribute ``observes``, an
     :class:`Observes`. What it does not ask for there is refused.
@@ -165,23 +166,6 @@ class Resumable(Protocol):
 
     def load(self, path: Path) -> object:
         """Restores the agent that was saved to ``path``."""
-
-
-@runtime_checkable
-class HasPolicy(Protocol):
-    """An agent whose policy is stored after every stage, and published in the submission.
-
-    Example:
-        >>> from gym_extensions.rollouts.run_policies import AnyPolicy
-        >>> class Constant:
-        ...     def policy(self):
-        ...         return Policy(action_offset=np.ones(3), action_scale=np.ones(3))
-        >>> isinstance(Constant(), HasPolicy)
-        True
-    """
-
-    def policy(self) -> AnyPolicy | None:
-        """The policy, which acts as ``act`` does: plain arrays, or an ONNX network; None without one."""
 
 
 @dataclass(frozen=True)

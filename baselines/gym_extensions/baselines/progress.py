@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import time
 import warnings
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import closing, contextmanager
 from functools import partial
@@ -16,6 +17,7 @@ from rich.console import Console
 from rich.progress import (
     BarColumn,
     Progress,
+    Task,
     TaskID,
     TextColumn,
     TimeElapsedColumn,
@@ -62,8 +64,12 @@ class Bars:
         self._plans: dict[str, JobPlan] = {}
         self._rows: dict[str, TaskID] = {}
         self._done: dict[str, int] = {}
-        self._episodes: dict[tuple[str, int], int] = {}
-        self._total = progress.add_task("all jobs", total=0, text="")
+        self._episodes = Counter[tuple[str, int]]()
+        self._all = progress.add_task("all jobs", total=0, text="")
+
+    @property
+    def _total(self) -> Task:
+        return self._progress.tasks[self._progress.task_ids.index(self._all)]
 
     def show(self, event: Event) -> None:
         """Moves the bars."""
@@ -71,51 +77,39 @@ class Bars:
             self._plans = {plan.title: plan for plan in event.jobs}
             self._done = dict.fromkeys(self._plans, 0)
             total = sum(_work(plan) for plan in event.jobs)
-            self._progress.reset(self._total, total=total, visible=bool(event.jobs))
-        elif event.job not in self._plans:
+            self._progress.reset(self._all, total=total, visible=bool(event.jobs))
             return
-        elif isinstance(event, JobFinished | JobFailed):
-            self._move(event.job, _work(self._plans[event.job]), is_new=False)
+        plan = self._plans[event.job]
+        if isinstance(event, JobFinished | JobFailed):
+            self._move(event.job, _work(plan), is_new=False)
             if event.job in self._rows:
                 self._progress.remove_task(self._rows.pop(event.job))
-        else:
-            self._show_job(event)
+            return
+        if event.job not in self._rows:
+            self._rows[event.job] = self._progress.add_task(event.job, total=_work(plan), text="")
+        done, text = _work(plan, before=event.stage), ""
+        if isinstance(event, TaskEvaluated):
+            self._episodes[event.job, event.stage] += event.episodes
+            text = f"{event.task.rpartition('/')[2]} {event.mean_return:.1f}"
+        elif isinstance(event, BatchTrained):
+            mean_return = "" if event.mean_return is None else f"return {event.mean_return:.1f}, "
+            text = f"{mean_return}{event.steps_per_second:,.0f} steps/s"
+        if isinstance(event, BatchTrained | TaskEvaluated):
+            done += event.step + EPISODE_WORK * self._episodes[event.job, event.stage]
+        self._move(event.job, done, is_new=not isinstance(event, StageStarted))
+        row, description = self._rows[event.job], f"{event.job} stage {event.stage}"
+        self._progress.update(row, completed=done, description=description, text=text)
 
     def time_left(self) -> str:
         """Until all jobs are finished, such as ``1:02:03``; ``unknown`` before it can be estimated."""
-        total = self._progress.tasks[self._progress.task_ids.index(self._total)]
-        return clock_time(total.time_remaining)
-
-    def _show_job(self, event: StageStarted | BatchTrained | TaskEvaluated) -> None:
-        plan = self._plans[event.job]
-        if event.job not in self._rows:
-            self._rows[event.job] = self._progress.add_task(event.job, total=_work(plan), text="")
-        done, text = _work(plan, before=event.stage), None
-        if isinstance(event, StageStarted):
-            text = ""
-        else:
-            key = (event.job, event.stage)
-            if isinstance(event, TaskEvaluated):
-                self._episodes[key] = self._episodes.get(key, 0) + event.episodes
-                text = f"{event.task.rpartition('/')[2]} {event.mean_return:.1f}"
-            else:
-                mean_return = "" if event.mean_return is None else f"return {event.mean_return:.1f}, "
-                text = f"{mean_return}{event.steps_per_second:,.0f} steps/s"
-            done += event.step + EPISODE_WORK * self._episodes.get(key, 0)
-        self._move(event.job, done, is_new=not isinstance(event, StageStarted))
-        self._progress.update(
-            self._rows[event.job], description=f"{event.job} stage {event.stage}", text=text
-        )
+        return clock_time(self._total.time_remaining)
 
     def _move(self, job: str, done: int, *, is_new: bool) -> None:
         step, self._done[job] = done - self._done[job], done
         if is_new:
-            self._progress.advance(self._total, step)
+            self._progress.advance(self._all, step)
         else:
-            total = self._progress.tasks[self._progress.task_ids.index(self._total)].total or 0
-            self._progress.update(self._total, total=total - step)
-        if job in self._rows:
-            self._progress.update(self._rows[job], completed=done)
+            self._progress.update(self._all, total=(self._total.total or 0) - step)
 
 
 def _work(plan: JobPlan, before: int | None = None) -> int:

@@ -193,7 +193,6 @@ class PolicyAgent:
         raise NotImplementedError
 
     def card(self) -> Card:
-        """The description for the manifest."""
         return self._card
 
     def policy(self) -> AnyPolicy | None:

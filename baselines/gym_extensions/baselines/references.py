@@ -102,31 +102,26 @@ class Measurement:
 
     def run(self, listen: Listener) -> list[float]:
         """The returns of the episodes."""
-        start = time.perf_counter()
-        seeds = [evaluation_seed(REFERENCE, self.task.id, episode) for episode in range(self.episodes)]
-        returns = self._planned(seeds) if self.agent == PLANNER else self._played(seeds)
+        start, returns = time.perf_counter(), list[float]()
+        if self.agent == PLANNER:
+            from gym_extensions.envs.navigation.planner import oracle_returns
+
+            returns = list(map(float, oracle_returns(self.task, self._seeds(0, self.episodes))))
+        else:
+            env = make_vec(self.task, min(NUM_ENVS, self.episodes))
+            make = algorithms.factory(self.agent)
+            agent = make(env.single_observation_space, env.single_action_space, self.agent_seed)
+            for first in range(0, self.episodes, env.num_envs):
+                outcomes = evaluate(agent, env, self._seeds(first, first + env.num_envs))
+                returns += [outcome.return_ for outcome in outcomes]
+            returns = returns[: self.episodes]
+            env.close()
         result = (self.task.id, len(returns), math.fsum(returns) / len(returns))
         listen(TaskEvaluated(self.plan.title, 1, 0, 0, *result, time.perf_counter() - start))
         return returns
 
-    def _planned(self, seeds: Sequence[int]) -> list[float]:
-        from gym_extensions.envs.navigation.planner import oracle_returns
-
-        return list(map(float, oracle_returns(self.task, seeds)))
-
-    def _played(self, seeds: Sequence[int]) -> list[float]:
-        returns = list[float]()
-        env = make_vec(self.task, min(NUM_ENVS, len(seeds)))
-        make = algorithms.factory(self.agent)
-        agent = make(env.single_observation_space, env.single_action_space, self.agent_seed)
-        for first in range(0, len(seeds), env.num_envs):
-            chunk = [
-                evaluation_seed(REFERENCE, self.task.id, episode)
-                for episode in range(first, first + env.num_envs)
-            ]
-            returns += [outcome.return_ for outcome in evaluate(agent, env, chunk)]
-        env.close()
-        return returns[: len(seeds)]
+    def _seeds(self, first: int, end: int) -> list[int]:
+        return [evaluation_seed(REFERENCE, self.task.id, episode) for episode in range(first, end)]
 
 
 def measure(pending: Sequence[Measurement | PendingJob], jobs: int) -> list[list[float]]:

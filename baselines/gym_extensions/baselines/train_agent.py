@@ -16,7 +16,6 @@ from gym_extensions.baselines.agent import Card, Factory, TaskLabel
 from gym_extensions.baselines.agent_checks import card_of, create_agent, observes_of
 from gym_extensions.baselines.execution.ray_cluster import Remote, ray_cluster
 from gym_extensions.baselines.execution.workers import (
-    Executor,
     Failure,
     ThisProcess,
     Workers,
@@ -233,7 +232,7 @@ def _recorded_algorithm(folder: Path) -> str:
 
 
 @contextmanager
-def _open_executor(ray: str | None, processes: int) -> Iterator[Remote | Executor]:
+def _open_executor(ray: str | None, processes: int) -> Iterator[Remote | Workers | ThisProcess]:
     """Ray's cluster at an address, worker processes, or this process if there are 0."""
     if ray is not None:
         with ray_cluster(ray) as cluster:
@@ -243,7 +242,7 @@ def _open_executor(ray: str | None, processes: int) -> Iterator[Remote | Executo
 
 
 def _run(
-    pending: Sequence[PendingJob], executor: Remote | Executor, listen: Listener, by: str
+    pending: Sequence[PendingJob], executor: Remote | Workers | ThisProcess, listen: Listener, by: str
 ) -> dict[str, Failure]:
     """Runs the jobs and writes each run when its last job has finished. Returns failures by title."""
     unfinished = Counter(each.job.run_title for each in pending)

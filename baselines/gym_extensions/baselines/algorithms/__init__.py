@@ -14,7 +14,8 @@ from gym_extensions.baselines.agent import Factory
 from gym_extensions.errors import BenchError, did_you_mean
 
 SHARED_MODULES = {
-    "l2-init": "l2:L2Init",
+    "l2": "continual:L2",
+    "l2-init": "continual:L2Init",
     "random": "floors:Random",
     "reset": "trpo:Reset",
     "sac-fresh-buffer": "sac:make_fresh_buffer",
@@ -55,36 +56,34 @@ def factory(agent: str | Factory) -> Factory:
     """
     if not isinstance(agent, str):
         return agent
-    module_name, _, attribute = agent.partition(":")
-    if not attribute:
+    module_name, colon, attribute = agent.partition(":")
+    if not colon:
         if agent not in names():
             hint = did_you_mean(agent, names()) + " Name your own agent as module:factory."
             raise BenchError("unknown-agent", f"Unknown agent {agent!r}.", hint=hint.strip())
         home = SHARED_MODULES.get(agent, f"{agent.replace('-', '_')}:make")
         module_name, _, attribute = f"{__name__}.{home}".partition(":")
     elif not all(part.isidentifier() for part in module_name.split(".")):
-        name = Path(module_name).stem if Path(module_name).stem.isidentifier() else "module"
-        hint = f"Name it as Python imports it, such as {name}:{attribute}, in the folder of its file."
+        stem = Path(module_name).stem
+        hint = (
+            f"Name it as Python imports it, such as {stem if stem.isidentifier() else 'module'}:{attribute}."
+        )
         raise BenchError("unknown-agent", f"{module_name!r} is not the name of a module.", agent, hint)
     elif str(Path.cwd()) not in sys.path:
         sys.path.insert(0, str(Path.cwd()))
     try:
         module = importlib.import_module(module_name)
     except ModuleNotFoundError as missing:
-        extra = missing_extra(missing)
-        if extra is not None:
+        if extra := missing_extra(missing):
             raise BenchError("missing-extra", f"{agent} needs {extra[0]}.", hint=extra[1]) from missing
         if missing.name is None or not f"{module_name}.".startswith(f"{missing.name}."):
             raise
         hint = "Run the command in the folder of the module, or install the module."
         raise BenchError("unknown-agent", f"Module {module_name!r} was not found.", hint=hint) from missing
     make: Factory | None = getattr(module, attribute, None)
-    if make is None or not callable(make):
+    if not callable(make):
         choices = [name for name, value in vars(module).items() if callable(value)]
-        message, hint = (
-            f"Module {module_name!r} has no callable {attribute!r}.",
-            did_you_mean(attribute, choices),
-        )
+        message, hint = f"{module_name!r} has no callable {attribute!r}.", did_you_mean(attribute, choices)
         raise BenchError("unknown-agent", message, hint=hint)
     return make
 

@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from gym_extensions.baselines.agent import Array, Setting
-from gym_extensions.baselines.algorithms.continual import (
-    STATES_PER_TASK,
-    Inputs,
-    RegularizedTrpo,
-    Regularizer,
-)
+from gym_extensions.baselines.agent import Array
+from gym_extensions.baselines.algorithms.continual import STATES_PER_TASK, RegularizedTrpo
 from gym_extensions.baselines.trpo.policy import (
     ACTIVATIONS,
     Architecture,
@@ -76,58 +70,35 @@ class Divergence:
         return Curvature(lambda vector: coefficient * product(vector))
 
 
-class Clones:
-    """A regularizer that holds the policy to what earlier policies did in the states of their tasks.
+class Cloning(RegularizedTrpo):
+    """The agent ``cloning``: the policy is held to what earlier policies did in the states of their tasks.
 
     The observations are stored raw, with the old means and log σ. So a state keeps its target when the
     moments of the observations change.
     """
 
-    def __init__(self, coefficient: float, states_per_task: int) -> None:
-        self.coefficient, self.states_per_task = coefficient, states_per_task
-        self.state: dict[str, Array] = {name: np.zeros(0) for name in ("observations", "means", "log_sigmas")}
-
-    def start(self, theta: Array) -> None:
-        """Nothing is stored before the first task."""
-
-    def penalty(self, architecture: Architecture, inputs: Inputs) -> Divergence | None:
-        """The penalty, or None while no state is stored or if the coefficient is 0."""
-        observations, means, log_sigmas = self.state.values()
-        if not (self.coefficient and len(observations)):
-            return None
-        return Divergence(self.coefficient, architecture, inputs(observations), means, log_sigmas)
-
-    def end_of_task(
-        self, architecture: Architecture, theta: Array, observations: Array, inputs: Inputs
-    ) -> None:
-        """Stores the observations (n, o) and what the policy does in them."""
-        means, log_sigma = mean_and_log_sigma(architecture, theta, inputs(observations))
-        new = (observations, means, np.broadcast_to(log_sigma, means.shape))
-        self.state = {
-            name: np.concatenate([old, part]) if len(old) else np.array(part)
-            for (name, old), part in zip(self.state.items(), new, strict=True)
-        }
-
-    @property
-    def stored_states(self) -> int:
-        """The observations of all earlier tasks."""
-        return len(self.state["observations"])
-
-    @property
-    def settings(self) -> Mapping[str, Setting]:
-        """The coefficient and the observations per task."""
-        return {"coefficient": self.coefficient, "states_per_task": self.states_per_task}
-
-
-class Cloning(RegularizedTrpo):
-    """The agent ``cloning``."""
-
     name, title = "cloning", "TRPO + behavioral cloning"
     description = "The reference agent with a penalty on KL(old ‖ new policy) in stored states of each task."
     published_coefficient = 0.1  # docs/learners.md
+    states_per_task = STATES_PER_TASK
 
-    def _new_regularizer(self, coefficient: float) -> Regularizer:
-        return Clones(coefficient, STATES_PER_TASK)
+    def _penalty(self) -> Divergence | None:
+        """None while no state is stored or if the coefficient is 0."""
+        if not (self.coefficient and self._stored):
+            return None
+        inputs = self._policy_inputs(self._stored["observations"])
+        targets = (self._stored["means"], self._stored["log_sigmas"])
+        return Divergence(self.coefficient, self._architecture, inputs, *targets)
+
+    def _end_of_task(self, observations: Array) -> None:
+        inputs = self._policy_inputs(observations)
+        means, log_sigma = mean_and_log_sigma(self._architecture, self._theta, inputs)
+        log_sigmas = np.broadcast_to(log_sigma, means.shape)
+        new = {"observations": observations, "means": means, "log_sigmas": log_sigmas}
+        self._stored = {
+            name: np.concatenate([self._stored[name], part]) if self._stored else np.array(part)
+            for name, part in new.items()
+        }
 
 
 make = Cloning

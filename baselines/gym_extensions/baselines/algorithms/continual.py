@@ -1,4 +1,4 @@
-"""What the methods with a penalty add to trpo: a regularizer, and a sample of each task's states.
+"""Methods that add a penalty to trpo, with a sample of each task's states; ``l2`` and ``l2-init``.
 
 No penalty depends on the scale of rewards or observations. Its coefficient is the same for all groups;
 docs/learners.md has the measurements.
@@ -6,10 +6,9 @@ docs/learners.md has the measurements.
 
 from __future__ import annotations
 
-from abc import abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -22,48 +21,10 @@ from gym_extensions.baselines.algorithms.trpo import (
     Trpo,
     TrpoSettings,
 )
-from gym_extensions.baselines.trpo.policy import Architecture
-from gym_extensions.baselines.trpo.update import Curvature, Penalty, dot
+from gym_extensions.baselines.trpo.update import Curvature, dot
 from gym_extensions.baselines.trpo.values import Transitions
 
-Inputs = Callable[[Array], Array]
-"""Maps raw observations (n, o) to the inputs of the policy network, by the present moments."""
 STATES_PER_TASK = 1_000  # this project; the code of Wolczyk et al. 2021 uses 2,560 for EWC
-
-
-class Regularizer(Protocol):
-    """A method of continual learning as a penalty on the policy's parameters."""
-
-    states_per_task: int
-    """Observations of the task that ``end_of_task`` needs."""
-    state: dict[str, Array]
-    """Everything that it stores, by name."""
-
-    def start(self, theta: Array) -> None:
-        """Receives the initial parameters (p,)."""
-
-    def penalty(self, architecture: Architecture, inputs: Inputs) -> Penalty | None:
-        """The penalty of the next update, or None if there is none."""
-
-    def end_of_task(
-        self, architecture: Architecture, theta: Array, observations: Array, inputs: Inputs
-    ) -> None:
-        """Stores what later tasks need.
-
-        Args:
-            architecture: the policy's network.
-            theta: the parameters at the end of the task (p,).
-            observations: at most ``states_per_task`` raw observations of the task (n, o).
-            inputs: maps them to the network's inputs.
-        """
-
-    @property
-    def stored_states(self) -> int:
-        """Number of observations that it stores between tasks."""
-
-    @property
-    def settings(self) -> Mapping[str, Setting]:
-        """Its hyperparameters."""
 
 
 class StateSample:
@@ -130,46 +91,11 @@ class Quadratic:
         return diagonal
 
 
-class QuadraticRegularizer:
-    """A regularizer with a :class:`Quadratic` penalty; a subclass chooses the anchor and the importance."""
-
-    states_per_task = 0
-
-    def __init__(self, coefficient: float) -> None:
-        self.coefficient = coefficient
-        self.state: dict[str, Array] = {"anchor": np.zeros(0), "importance": np.zeros(0)}
-
-    def start(self, theta: Array) -> None:
-        """Nothing is anchored before the first task."""
-
-    def end_of_task(
-        self, architecture: Architecture, theta: Array, observations: Array, inputs: Inputs
-    ) -> None:
-        """Nothing changes at the end of a task."""
-
-    def penalty(self, architecture: Architecture, inputs: Inputs) -> Quadratic | None:
-        """The penalty, or None while nothing is anchored or if the coefficient is 0."""
-        if not (self.coefficient and self.state["anchor"].size):
-            return None
-        return Quadratic(self.coefficient, self.state["importance"], self.state["anchor"])
-
-    @property
-    def stored_states(self) -> int:
-        """No observation is stored between tasks."""
-        return 0
-
-    @property
-    def settings(self) -> Mapping[str, Setting]:
-        """The coefficient."""
-        return {"coefficient": self.coefficient}
-
-    def _anchor(self, theta: Array, importance: Array | None = None) -> None:
-        weights = np.ones_like(theta) if importance is None else importance.astype(theta.dtype)
-        self.state = {"anchor": theta.copy(), "importance": weights}
-
-
 class RegularizedTrpo(Trpo):
-    """The reference agent with a penalty on its policy's parameters. The value function has no penalty."""
+    """The reference agent with a penalty on its policy's parameters. The value function has no penalty.
+
+    A method overrides ``_penalty`` and, if it stores something at the end of a task, ``_end_of_task``.
+    """
 
     observes = Observes(boundaries=True)
     tuning_steps = TUNING_STEPS + 2_000_000  # docs/learners.md
@@ -177,6 +103,8 @@ class RegularizedTrpo(Trpo):
     parent = Trpo.name
     published_coefficient: float
     """The coefficient of the penalty for all groups."""
+    states_per_task = 0
+    """Observations of the task that ``_end_of_task`` needs."""
 
     def __init__(
         self,
@@ -187,46 +115,89 @@ class RegularizedTrpo(Trpo):
         coefficient: float | None = None,
     ) -> None:
         super().__init__(observation_space, action_space, seed, settings)
-        strength = self.published_coefficient if coefficient is None else coefficient
-        self._regularizer = self._new_regularizer(strength)
-        self._regularizer.start(self._theta)
+        self.coefficient = self.published_coefficient if coefficient is None else coefficient
+        self._stored: dict[str, Array] = {}
         self._sample_of_task = StateSample(0, 0)
         self._most_stored = 0
 
-    @abstractmethod
-    def _new_regularizer(self, coefficient: float) -> Regularizer:
-        """The method's regularizer."""
+    def _end_of_task(self, observations: Array) -> None:
+        """Stores what the penalty of later tasks needs, from observations (n, o) of the task."""
 
     def learn(self, env: VectorEnv, steps: int) -> None:
         """Learns one stage, and then stores what the penalty of later stages needs."""
-        regularizer = self._regularizer
-        self._sample_of_task = StateSample(regularizer.states_per_task, steps)
+        self._sample_of_task = StateSample(self.states_per_task, steps)
         super().learn(env, steps)
         observations = self._sample_of_task.observations
-        held = len(observations) + regularizer.stored_states
-        regularizer.end_of_task(self._architecture, self._theta, observations, self._policy_inputs)
-        self._most_stored = max(self._most_stored, held)
+        self._most_stored = max(
+            self._most_stored, len(observations) + len(self._stored.get("observations", ()))
+        )
+        self._end_of_task(observations)
         self._sample_of_task = StateSample(0, 0)
 
     def _update(self, transitions: Transitions) -> None:
         super()._update(transitions)
         self._sample_of_task.add(self._observations_of(transitions))
 
-    def _penalty(self) -> Penalty | None:
-        return self._regularizer.penalty(self._architecture, self._policy_inputs)
+    def _method_settings(self) -> Mapping[str, Setting]:
+        states = {"states_per_task": self.states_per_task} if self.states_per_task else {}
+        return {"coefficient": self.coefficient} | states
 
     def card(self) -> Card:
         """The card of ``trpo`` with the hyperparameters and the stored states of the method."""
         card = super().card()
-        settings = {**card.hyperparameters, **self._regularizer.settings}
+        settings = {**card.hyperparameters, **self._method_settings()}
         return replace(card, hyperparameters=settings, stored_steps=card.stored_steps + self._most_stored)
 
     def _state(self) -> dict[str, Array]:
-        stored = {f"regularizer_{name}": values for name, values in self._regularizer.state.items()}
+        stored = {f"stored_{name}": values for name, values in self._stored.items()}
         return super()._state() | stored | {"most_stored": np.array(self._most_stored)}
 
     def _restore(self, arrays: Mapping[str, Array]) -> None:
         super()._restore(arrays)
-        regularizer = self._regularizer
-        regularizer.state = {name: arrays[f"regularizer_{name}"] for name in regularizer.state}
+        names = [name for name in arrays if name.startswith("stored_")]
+        self._stored = {name.removeprefix("stored_"): arrays[name] for name in names}
         self._most_stored = int(arrays["most_stored"])
+
+
+class QuadraticTrpo(RegularizedTrpo):
+    """An agent with a :class:`Quadratic` penalty; a subclass chooses the anchor and the importance."""
+
+    def _penalty(self) -> Quadratic | None:
+        """None while nothing is anchored or if the coefficient is 0."""
+        if not (self.coefficient and self._stored):
+            return None
+        return Quadratic(self.coefficient, self._stored["importance"], self._stored["anchor"])
+
+    def _anchor(self, importance: Array | None = None) -> None:
+        """Anchors the present parameters, all of importance 1 by default."""
+        theta = self._theta
+        weights = np.ones_like(theta) if importance is None else importance.astype(theta.dtype)
+        self._stored = {"anchor": theta.copy(), "importance": weights}
+
+
+class L2(QuadraticTrpo):
+    """The agent ``l2``: c/2 · Σᵢ (θᵢ − θ*ᵢ)², with θ* the parameters after the previous task."""
+
+    name, title = "l2", "TRPO + L2"
+    description = "The reference agent with an L2 penalty to the policy's weights after the previous task."
+    published_coefficient = 0.1  # docs/learners.md
+
+    def _end_of_task(self, observations: Array) -> None:
+        self._anchor()
+
+
+class L2Init(QuadraticTrpo):
+    """The agent ``l2-init``: c/2 · Σᵢ (θᵢ − θ⁰ᵢ)², with θ⁰ the initial parameters, from the first task on.
+
+    It does not use the boundaries of tasks.
+    """
+
+    name, title = "l2-init", "TRPO + L2 Init"
+    description = "The reference agent with an L2 penalty to the policy's initial weights."
+    parent = ""
+    observes = Observes()
+    published_coefficient = 0.01  # docs/learners.md
+
+    def __init__(self, *arguments: Any, **settings: Any) -> None:
+        super().__init__(*arguments, **settings)
+        self._anchor()

@@ -36,16 +36,13 @@ class Random:
         """Does nothing and takes no steps."""
 
     def policy(self) -> Policy:
-        """A uniform policy without a network."""
         middle, half = (self._high + self._low) / 2, (self._high - self._low) / 2
         return Policy(middle.ravel(), half.ravel(), head="uniform")
 
     def card(self) -> Card:
-        """The agent's description in the manifest."""
         return Card("random", title="Random actions", description="Uniformly random actions; learns nothing.")
 
     def save(self, path: Path) -> None:
-        """Writes the state of the random generator."""
         save_arrays(path, acting=saved_generator(self._acting))
 
     def load(self, path: Path) -> None:
@@ -67,17 +64,14 @@ class Zero:
         """Does nothing and takes no steps."""
 
     def policy(self) -> Policy:
-        """A constant policy without a network."""
         size = int(np.prod(self._shape))
         return Policy(np.zeros(size, np.float32), np.ones(size, np.float32))
 
     def card(self) -> Card:
-        """The agent's description in the manifest."""
         text = "The zero action in every step; learns nothing."
         return Card("zero", title="Zero action", description=text, evaluation="deterministic")
 
     def save(self, path: Path) -> None:
-        """Writes an empty archive: the agent has no state."""
         save_arrays(path)
 
     def load(self, path: Path) -> None:

@@ -7,13 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from gym_extensions.baselines.agent import Array, Setting
-from gym_extensions.baselines.algorithms.continual import (
-    STATES_PER_TASK,
-    Inputs,
-    QuadraticRegularizer,
-    RegularizedTrpo,
-    Regularizer,
-)
+from gym_extensions.baselines.algorithms.continual import STATES_PER_TASK, QuadraticTrpo
 from gym_extensions.baselines.trpo.policy import (
     ACTIVATIONS,
     Architecture,
@@ -21,8 +15,6 @@ from gym_extensions.baselines.trpo.policy import (
     layers,
     slopes,
 )
-
-EWC_DECAY = 0.95  # this project, for γ of Schwarz et al. 2018
 
 
 def diagonal_fisher(architecture: Architecture, theta: Array, inputs: Array) -> Array:
@@ -57,42 +49,30 @@ def diagonal_fisher(architecture: Architecture, theta: Array, inputs: Array) -> 
     return total
 
 
-class OnlineEwc(QuadraticRegularizer):
-    """c/2 · Σᵢ ωᵢ (θᵢ − θ*ᵢ)², with θ* the parameters after the previous task and ω the decayed importance.
+class OnlineEwc(QuadraticTrpo):
+    """The agent ``online-ewc``.
 
-    After every task ω becomes γ (ω + F / mean F), with F the diagonal of the Fisher matrix over the task's
-    states. Dividing by the mean gives every task the same weight, as in Schwarz et al.
+    The penalty is c/2 · Σᵢ ωᵢ (θᵢ − θ*ᵢ)², with θ* the parameters after the previous task and ω the decayed
+    importance. After every task ω becomes γ (ω + F / mean F), with F the diagonal of the Fisher matrix over
+    the task's states. Dividing by the mean gives every task the same weight, as in Schwarz et al.
     """
-
-    def __init__(self, coefficient: float, decay: float, states_per_task: int) -> None:
-        super().__init__(coefficient)
-        self.decay, self.states_per_task = decay, states_per_task
-
-    def end_of_task(
-        self, architecture: Architecture, theta: Array, observations: Array, inputs: Inputs
-    ) -> None:
-        """Adds the task's importance and anchors the parameters."""
-        fisher = diagonal_fisher(architecture, theta, inputs(observations))
-        importance = fisher / fisher.mean()
-        if self.state["importance"].size:
-            importance += self.state["importance"]
-        self._anchor(theta, self.decay * importance)
-
-    @property
-    def settings(self) -> Mapping[str, Setting]:
-        """The coefficient, the decay and the observations per task."""
-        return {**super().settings, "decay": self.decay, "states_per_task": self.states_per_task}
-
-
-class OnlineEwcTrpo(RegularizedTrpo):
-    """The agent ``online-ewc``."""
 
     name, title = "online-ewc", "TRPO + online EWC"
     description = "The reference agent with online elastic weight consolidation of the policy."
     published_coefficient = 0.1  # docs/learners.md
+    states_per_task = STATES_PER_TASK
+    decay = 0.95  # this project, for γ of Schwarz et al. 2018
 
-    def _new_regularizer(self, coefficient: float) -> Regularizer:
-        return OnlineEwc(coefficient, EWC_DECAY, STATES_PER_TASK)
+    def _end_of_task(self, observations: Array) -> None:
+        fisher = diagonal_fisher(self._architecture, self._theta, self._policy_inputs(observations))
+        importance = fisher / fisher.mean()
+        if self._stored:
+            importance += self._stored["importance"]
+        self._anchor(self.decay * importance)
+
+    def _method_settings(self) -> Mapping[str, Setting]:
+        states = {"states_per_task": self.states_per_task}
+        return {"coefficient": self.coefficient, "decay": self.decay} | states
 
 
-make = OnlineEwcTrpo
+make = OnlineEwc

@@ -269,13 +269,11 @@ class Trpo:
         return scaled
 
     def policy(self) -> Policy:
-        """The policy as plain arrays."""
         is_deterministic = self._settings.deterministic_evaluation
         box = (self._middle, self._half)
         return exported(self._architecture, self._theta, self._moments, box, deterministic=is_deterministic)
 
     def card(self) -> Card:
-        """The agent's description in the manifest."""
         return Card(
             self.name,
             self.title,
@@ -290,11 +288,9 @@ class Trpo:
         )
 
     def save(self, path: Path) -> None:
-        """Writes the policy, the moments, the value function and both random generators."""
         save_arrays(path, **self._state())
 
     def load(self, path: Path) -> None:
-        """Restores a saved agent."""
         self._restore(load_arrays(path))
 
     def _state(self) -> dict[str, Array]:

@@ -16,7 +16,7 @@ from typing import Any
 from gym_extensions.baselines.execution.workers import ONE_THREAD, Failure, failure_of
 from gym_extensions.baselines.training.checkpoints import FinishedStage, Progress
 from gym_extensions.baselines.training.events import Event, Listener
-from gym_extensions.baselines.training.jobs import TrainingJob, job_versions, version_difference
+from gym_extensions.baselines.training.jobs import job_versions, version_difference
 from gym_extensions.baselines.training.runner import PendingJob
 from gym_extensions.errors import BenchError
 from gym_extensions.files import replace_folder
@@ -39,7 +39,7 @@ class RemoteJob:
     @classmethod
     def of(cls, pending: PendingJob) -> RemoteJob:
         """The job with its files and the versions of this process."""
-        return cls(pending, read_files(pending.out, pending.job), job_versions(pending.settings.packages))
+        return cls(pending, read_files(pending), job_versions(pending.settings.packages))
 
     def run(self, listen: Listener) -> Files:
         """Runs the job and returns its files.
@@ -47,56 +47,53 @@ class RemoteJob:
         Raises:
             BenchError: this machine has other versions of the packages than the process that sent the job.
         """
-        job = self.pending.job
         if difference := version_difference(self.versions, self.pending.settings.packages):
             node = socket.gethostname()
             message = f"{node} has other packages than the machine that sends the jobs: {difference}."
             hint = "Install the same versions on every node."
-            raise BenchError("other-version", message, job.title, hint)
+            raise BenchError("other-version", message, self.pending.job.title, hint)
         with tempfile.TemporaryDirectory(prefix="gym-extensions-") as folder:
-            out = Path(folder) / "job"
-            store_files(out, job, self.files)
-            replace(self.pending, out=out).run(listen)
-            return read_files(out, job)
+            here = replace(self.pending, out=Path(folder) / "job")
+            store_files(here, self.files)
+            here.run(listen)
+            return read_files(here)
 
 
-def read_files(out: Path, job: TrainingJob) -> dict[str, bytes]:
-    """The files of a job in the submission's folder ``out``: stages, policies, the saved agent."""
-    folder = Progress.of(out, job).folder
+def read_files(pending: PendingJob) -> dict[str, bytes]:
+    """The files of a job in the folder of its submission: stages, policies, the saved agent."""
+    folder = Progress.of(pending.out, pending.job).folder
     paths = sorted(path for path in folder.glob("[!.]*") if path.suffix in (".json", ".npz"))
     return {path.name: path.read_bytes() for path in paths}
 
 
-def store_files(out: Path, job: TrainingJob, files: Files) -> list[FinishedStage]:
+def store_files(pending: PendingJob, files: Files) -> list[FinishedStage]:
     """Puts the files of a job in place, its folder as a whole. Returns the records of its finished stages."""
-    target = Progress.of(out, job).folder
-    incoming = target.with_name(f".{job.name}.incoming")
+    progress = Progress.of(pending.out, pending.job)
+    incoming = progress.folder.with_name(f".{pending.job.name}.incoming")
     shutil.rmtree(incoming, ignore_errors=True)
     incoming.mkdir(parents=True)
     try:
         for name, content in files.items():
             (incoming / name).write_bytes(content)
-        replace_folder(target, incoming)
+        replace_folder(progress.folder, incoming)
     finally:
         shutil.rmtree(incoming, ignore_errors=True)
-    return Progress(target).finished()
+    return progress.finished()
 
 
-Submit = Callable[[Sequence[RemoteJob], Listener], Iterator[tuple[int, Files | Failure]]]
-"""Runs jobs anywhere and yields each index with the job's files or its failure."""
-
-
-@dataclass(frozen=True)
 class Remote:
     """An executor of training jobs that share no file system with this process.
 
     Args:
-        submit: runs the jobs.
         slots: number of jobs that run at the same time.
     """
 
-    submit: Submit
-    slots: int
+    def __init__(self, slots: int) -> None:
+        self.slots = slots
+
+    def submit(self, jobs: Sequence[RemoteJob], listen: Listener) -> Iterator[tuple[int, Files | Failure]]:
+        """Runs jobs anywhere and yields each index with the job's files or its failure."""
+        raise NotImplementedError
 
     def run(
         self, pending: Sequence[PendingJob], listen: Listener
@@ -104,17 +101,16 @@ class Remote:
         """Yields each index with the job's stages, whose files are in place, or its failure."""
         if not pending:
             return
-        jobs = [RemoteJob.of(each) for each in pending]
-        for index, outcome in self.submit(jobs, listen):
-            result: list[FinishedStage] | Failure
+        for index, outcome in self.submit([RemoteJob.of(each) for each in pending], listen):
             if isinstance(outcome, Failure):
-                result = outcome
+                yield index, outcome
+                continue
+            try:
+                records = store_files(pending[index], outcome)
+            except OSError as error:
+                yield index, failure_of(error, in_this_process=True)
             else:
-                try:
-                    result = store_files(pending[index].out, pending[index].job, outcome)
-                except OSError as error:
-                    result = failure_of(error, in_this_process=True)
-            yield index, result
+                yield index, records
 
 
 CONNECT_SECONDS = 5.0
@@ -127,7 +123,7 @@ HINT = "Start a cluster with `ray start --head`, or correct the address; docs/cl
 
 
 @contextmanager
-def ray_cluster(address: str) -> Iterator[Remote]:
+def ray_cluster(address: str) -> Iterator[RayCluster]:
     """An executor of training jobs on a Ray cluster, one CPU per thread of a job.
 
     Args:
@@ -145,14 +141,12 @@ def ray_cluster(address: str) -> Iterator[Remote]:
     _require_reachable(address)
     environment = {"env_vars": dict.fromkeys(ONE_THREAD, "1")}
     options: dict[str, Any] = {"runtime_env": environment, "log_to_driver": False, "logging_level": "ERROR"}
-    module: Any = ray
     try:
         ray.init(address=address, **options)
     except (OSError, RuntimeError, ValueError) as error:
         raise _unreachable(address, str(error).partition("\n")[0]) from error
     try:
-        slots = max(1, int(module.cluster_resources().get("CPU", 1)))
-        yield Remote(_Submission(module), slots)
+        yield RayCluster(ray)
     finally:
         ray.shutdown()
 
@@ -160,10 +154,10 @@ def ray_cluster(address: str) -> Iterator[Remote]:
 def _require_reachable(address: str) -> None:
     """Raises ``BenchError`` if nothing listens at ``host:port``; Ray itself waits for minutes."""
     target = os.environ.get("RAY_ADDRESS", "auto") if address == "auto" else address
-    host, colon, port = target.removeprefix("ray://").rpartition(":")
+    host, _, port = target.removeprefix("ray://").rpartition(":")
     if target in ("auto", "local"):
         return
-    if not (host and colon and port.isdigit()):
+    if not (host and port.isdigit()):
         raise BenchError("bad-ray", f"{address!r} is not an address.", "--ray", "Use auto or host:port.")
     try:
         socket.create_connection((host, int(port)), timeout=CONNECT_SECONDS).close()
@@ -185,13 +179,15 @@ def _require_cpus(ray: Any, count: int) -> None:
         raise BenchError("bad-num-threads", message, "--num-threads", f"Use at most {largest}.")
 
 
-@dataclass(frozen=True)
-class _Submission:
-    """Submits jobs to the cluster that the module ``ray`` is connected to."""
+class RayCluster(Remote):
+    """The cluster that the module ``ray`` is connected to."""
 
-    ray: Any
+    def __init__(self, ray: Any) -> None:
+        super().__init__(max(1, int(ray.cluster_resources().get("CPU", 1))))
+        self.ray = ray
 
-    def __call__(self, jobs: Sequence[RemoteJob], listen: Listener) -> Iterator[tuple[int, Files | Failure]]:
+    def submit(self, jobs: Sequence[RemoteJob], listen: Listener) -> Iterator[tuple[int, Files | Failure]]:
+        """Submits the jobs and delivers their events until the last one has ended."""
         ray = self.ray
         node = ray.util.scheduling_strategies.NodeAffinitySchedulingStrategy(
             ray.get_runtime_context().get_node_id(), soft=False

@@ -98,23 +98,6 @@ class Runnable(Protocol[Result_co]):
         """Runs to the end and reports progress to ``listen``."""
 
 
-class Executor(Protocol):
-    """Runs many things; ``slots`` is the number that run at the same time."""
-
-    @property
-    def slots(self) -> int: ...
-
-    def run(
-        self, pending: Sequence[Runnable[Result]], listen: Listener
-    ) -> Iterator[tuple[int, Result | Failure]]:
-        """Yields each index with its result or failure, in the order of finishing.
-
-        Args:
-            pending: what to run.
-            listen: called with every event in this process. Its exceptions stop everything.
-        """
-
-
 @dataclass(frozen=True)
 class ThisProcess:
     """Runs one after another in this process."""
@@ -124,7 +107,12 @@ class ThisProcess:
     def run(
         self, pending: Sequence[Runnable[Result]], listen: Listener
     ) -> Iterator[tuple[int, Result | Failure]]:
-        """Yields each index with its result or failure, in order."""
+        """Yields each index with its result or failure, in order.
+
+        Args:
+            pending: what to run.
+            listen: called with every event. Its exceptions stop everything.
+        """
 
         def report(event: Event) -> None:
             try:

@@ -6,7 +6,7 @@ import json
 import math
 import re
 import time
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -23,7 +23,8 @@ from gym_extensions.catalog.tasks import task as published_task
 from gym_extensions.envs import make_vec
 from gym_extensions.envs.rollout import run_episodes
 from gym_extensions.experts import Card, Measurement, Step, seed
-from gym_extensions.experts.references import parse_file
+from gym_extensions.experts.references import CURRENT, REFERENCES, parse_file
+from gym_extensions.files import write_text
 from gym_extensions.rollouts.policy import Policy
 from gym_extensions.rollouts.run_policies import has_policies, read_policies
 from gym_extensions.rollouts.tables import read_log
@@ -32,6 +33,8 @@ LANES = 100
 """Episodes that are stepped together. A matrix product may depend on it in the last bit, so it is fixed."""
 SCREENING = 20
 """Episodes that a candidate is first seen with."""
+OWN, GENERAL, RIVALS = 3, 4, 2
+"""Stored policies that a task sees by its logs and by those of its body; candidates beside the best."""
 BEAM_SCALE = 0.25
 """What a policy without range sensor divides the beams by when it gets one; its weights for them are 0."""
 STORED = "stored:"
@@ -52,28 +55,21 @@ def mujoco_tasks() -> dict[str, Task]:
 
 def episodes(policy: Policy, task: Task, seeds: Sequence[int]) -> tuple[list[float], list[bool | None]]:
     """Returns and successes of one episode per seed, ``LANES`` of them at a time."""
-    returns: list[float] = []
-    successes: list[bool | None] = []
+    outcomes = []
     for start in range(0, len(seeds), LANES):
-        for total, success in _together(policy, task, seeds[start : start + LANES]):
-            returns.append(total)
-            successes.append(success)
-    return returns, successes
+        chunk = seeds[start : start + LANES]
+        env = make_vec(task, len(chunk))
+        outcomes += run_episodes(env, chunk, lambda observations, *_: policy.act(observations))
+        env.close()
+    return [outcome.return_ for outcome in outcomes], [outcome.success for outcome in outcomes]
 
 
-def _together(policy: Policy, task: Task, seeds: Sequence[int]) -> list[tuple[float, bool | None]]:
-    env = make_vec(task, len(seeds))
-    outcomes = run_episodes(env, seeds, lambda observations, *_: policy.act(observations))
-    env.close()
-    return [(outcome.return_, outcome.success) for outcome in outcomes]
-
-
-def num_observations(task: Task) -> int:
-    """The number of the task's observations."""
+def sizes(task: Task) -> tuple[int, int]:
+    """The numbers of the task's observations and actions."""
     env: Any = make_vec(task, 1)
-    size = int(math.prod(env.single_observation_space.shape))
+    spaces = (env.single_observation_space, env.single_action_space)
     env.close()
-    return size
+    return math.prod(spaces[0].shape), math.prod(spaces[1].shape)
 
 
 def fitted(policy: Policy, inputs: int) -> Policy:
@@ -134,7 +130,7 @@ class Workplace:
             run, steps = candidate.rsplit("@", 1)
             policy = experts.read_policy(self.folder / "policies" / run / f"{steps}.npz")
         if task.name not in self._sizes:
-            self._sizes[task.name] = num_observations(task)
+            self._sizes[task.name], _ = sizes(task)
         policy = fitted(policy, self._sizes[task.name])
         return replace(policy, head="deterministic")
 
@@ -155,11 +151,7 @@ class Workplace:
             known["returns"] += returns
             known["success"] += successes
             known["cpu_seconds"] += time.process_time() - began
-            path = self._path(candidate, task, purpose)
-            path.parent.mkdir(parents=True, exist_ok=True)
-            partial = path.with_name(f".{path.name}.partial")
-            partial.write_text(json.dumps(known))
-            partial.replace(path)
+            write_text(self._path(candidate, task, purpose), json.dumps(known))
         return summary(known, max(count, done))
 
     def candidates(self, task: Task) -> dict[str, Measurement]:
@@ -170,11 +162,11 @@ class Workplace:
         )
         return {row["candidate"]: summary(row, len(row["returns"])) for row in rows}
 
-    def select(self, task: Task, count: int, most_rivals: int = 2) -> str | None:
+    def select(self, task: Task, count: int) -> str | None:
         """The candidate with the best mean over ``count`` selection seeds; None without candidates.
 
         The best by the episodes so far gets the missing ones, until the best has all of them. Then the next
-        ``most_rivals`` do if they could still be better, by two standard errors of the difference.
+        ``RIVALS`` do if they could still be better, by two standard errors of the difference.
         """
         while found := sorted(self.candidates(task).items(), key=lambda item: -item[1].mean):
             (name, best), *others = found
@@ -183,7 +175,7 @@ class Workplace:
                 continue
             rivals = [
                 other
-                for other, seen in others[:most_rivals]
+                for other, seen in others[:RIVALS]
                 if seen.episodes < count
                 and best.mean - seen.mean < 2 * math.hypot(best.standard_error, seen.standard_error)
             ]
@@ -218,14 +210,6 @@ class Workplace:
         """Every training run with a checkpoint."""
         paths = sorted((self.folder / "policies").glob("*/run*.json"))
         return [self.run(path.parent.name) for path in paths]
-
-    def cpu_seconds(self) -> tuple[float, float]:
-        """CPU seconds of all training runs, and of all evaluations."""
-        rows = (json.loads(path.read_text()) for path in self.folder.glob("returns/*/*/*.json"))
-        return (
-            sum(run["checkpoints"][-1]["cpu_seconds"] for run in self.runs()),
-            sum(row["cpu_seconds"] for row in rows),
-        )
 
     def steps_tried(self, task: Task) -> int:
         """Environment steps of all runs whose checkpoints are candidates of a task."""
@@ -278,37 +262,27 @@ def stored_candidates(submissions: Path) -> dict[str, list[tuple[float, str]]]:
     return {name: sorted(policies, reverse=True) for name, policies in found.items()}
 
 
-def harvest(work: Workplace, submissions: Path, family: str, own: int = 3, general: int = 4) -> Iterator[str]:
-    """Screens stored policies on all tasks of the bodies whose names begin with ``family``.
+def harvest(work: Workplace, submissions: Path, family: str) -> Iterator[str]:
+    """Sees stored policies on all tasks of the bodies of a family; yields a line for each.
 
-    Every task sees the best ``own`` by its logs, and the ``general`` policies of the bodies with the highest
+    Every task sees the best ``OWN`` by its logs, and the ``GENERAL`` policies of the bodies with the highest
     return in a log of any of the tasks.
     """
     ranked = stored_candidates(submissions)
     tasks = [row for row in mujoco_tasks().values() if FAMILIES[row.base] == family]
-    pool: dict[str, float] = {}
+    pool = sorted((cell for row in tasks for cell in ranked.get(row.name, [])[:OWN]), reverse=True)
+    generalists = list(dict.fromkeys(candidate for _, candidate in pool))[:GENERAL]
     for row in tasks:
-        for mean, candidate in ranked.get(row.name, [])[:own]:
-            pool[candidate] = max(pool.get(candidate, -math.inf), mean)
-    generalists = sorted(pool, key=lambda name: -pool[name])[:general]
-    pairs = []
-    for row in tasks:
-        candidates = [candidate for _, candidate in ranked.get(row.name, [])[:own]]
-        pairs += [(row, candidate) for candidate in dict.fromkeys([*candidates, *generalists])]
-    return screen(work, pairs)
+        own = [candidate for _, candidate in ranked.get(row.name, [])[:OWN]]
+        for candidate in dict.fromkeys([*own, *generalists]):
+            seen = work.evaluate(candidate, row, "select", SCREENING)
+            yield f"{row.name} {candidate} {seen.mean:.0f} ± {seen.deviation:.0f}"
 
 
-def screen(work: Workplace, pairs: Sequence[tuple[Task, str]]) -> Iterator[str]:
-    """Sees candidates on the first selection seeds of tasks; yields a line for each."""
-    for row, candidate in pairs:
-        seen = work.evaluate(candidate, row, "select", SCREENING)
-        yield f"{row.name} {candidate} {seen.mean:.0f} ± {seen.deviation:.0f}"
-
-
-def select(work: Workplace, tasks: Sequence[Task], count: int, most_rivals: int) -> Iterator[str]:
+def select(work: Workplace, tasks: Sequence[Task], count: int) -> Iterator[str]:
     """Selects the expert of each task; yields a line for each."""
     for row in tasks:
-        best = work.select(row, count, most_rivals)
+        best = work.select(row, count)
         seen = work.candidates(row).get(best or "")
         yield f"{row.name} {best} {seen.mean:.1f} ± {seen.deviation:.1f}" if seen else f"{row.name} none"
 
@@ -328,16 +302,21 @@ def history(work: Workplace, candidate: str) -> tuple[Step, ...]:
     return (*(history(work, run["parent"]) if run["parent"] else ()), last)
 
 
-def described(work: Workplace, task: Task, candidate: str, count: int) -> Card:
-    """The card of a selected candidate, which is measured on ``count`` seeds as far as it was not yet."""
-    selection = work.candidates(task)
+def publish(work: Workplace, task: Task, count: int, folder: Path) -> str:
+    """Measures the selected candidate on ``count`` seeds and writes its policy and card; returns a line.
+
+    Nothing is written if no candidate has 100 selection episodes.
+    """
+    candidate, selection = work.best(task), work.candidates(task)
+    if candidate is None or selection[candidate].episodes < QUICK:
+        return f"{task.name} none"
     measurement = work.evaluate(candidate, task, "measure", count)
-    row = work.returns(candidate, task, "measure")
+    row, policy = work.returns(candidate, task, "measure"), work.policy(candidate, task)
     steps = history(work, candidate)
-    return Card(
+    card = Card(
         task=task.id,
         fingerprint=fingerprints.published(task.id),
-        policy=experts.digest(work.policy(candidate, task)),
+        policy=experts.digest(policy),
         history=steps,
         from_entry=any(step.name.startswith(STORED) for step in steps),
         candidates=len(selection),
@@ -347,51 +326,46 @@ def described(work: Workplace, task: Task, candidate: str, count: int) -> Card:
         first_hundred=summary(row, QUICK).mean,
         provisional=meant(task, np.array(row["returns"])),
     )
+    experts.write(policy, card, folder)
+    return f"{task.name} {card.measurement.mean:.1f} {card.provisional}"
 
 
-def publish(work: Workplace, task: Task, count: int, folder: Path) -> Card | None:
-    """Writes policy and card of the task's selected candidate; None if none has 100 selection episodes."""
-    candidate = work.best(task)
-    if candidate is None or work.candidates(task)[candidate].episodes < QUICK:
-        return None
-    card = described(work, task, candidate, count)
-    experts.write(work.policy(candidate, task), card, folder)
-    return card
-
-
-def tables(work: Workplace, folder: Path, references: Path) -> Iterator[str]:
+def tables(work: Workplace) -> Iterator[str]:
     """The lines of the documentation's tables, one per body, and the sums."""
-    known, anchors, provisional = parse_file(references.read_bytes()).tasks, 0, 0
+    known = parse_file((REFERENCES / f"{CURRENT}.json").read_bytes()).tasks
+    states = Counter[str]()
     for family in dict.fromkeys(FAMILIES.values()):
         yield f"\n### {family}\n"
         yield "| task | floor | expert | standard error | episodes | steps | CPU minutes | state |"
         yield "|---|---:|---:|---:|---:|---:|---:|---|"
         for task in mujoco_tasks().values():
+            row = known[task.id]
             if FAMILIES[task.base] != family:
                 continue
-            row = known[task.id]
-            if task.name not in experts.names(folder):
+            if task.name not in experts.names():
                 yield f"| {task.name} | {row.floor.mean:,.0f} | | | | | | open: no expert |"
                 continue
-            card = experts.card(task, folder)
-            anchors += row.expert is not None
-            provisional += row.expert is not None and bool(card.provisional)
-            yield _row(task, card, row.floor.mean, row.expert is None)
-    training, evaluation = work.cpu_seconds()
+            card = experts.card(task)
+            state = f"provisional: {card.provisional}" if card.provisional else "anchor"
+            state = "open" if row.expert is None else state
+            states[state.partition(":")[0]] += 1
+            yield _row(task, card, row.floor.mean, state)
+    training = sum(run["checkpoints"][-1]["cpu_seconds"] for run in work.runs()) / 60
+    rows = [json.loads(path.read_text()) for path in work.folder.glob("returns/*/*/*.json")]
+    evaluation = sum(row["cpu_seconds"] for row in rows) / 60
     yield (
-        f"\n{anchors} tasks have an anchor, {provisional} of them provisional. "
-        f"All training runs, those of no expert included, took {training / 60:,.0f} CPU minutes, "
-        f"and all evaluations {evaluation / 60:,.0f}.\n"
+        f"\n{states['anchor'] + states['provisional']} tasks have an anchor, {states['provisional']} of them "
+        f"provisional. All training runs, those of no expert included, took {training:,.0f} CPU minutes, "
+        f"and all evaluations {evaluation:,.0f}.\n"
     )
 
 
-def _row(task: Task, card: Card, floor: float, is_open: bool) -> str:
+def _row(task: Task, card: Card, floor: float, state: str) -> str:
     measured = card.measurement
     digits = 1 if abs(measured.mean) < 1000 else 0
     floor = 0.0 if round(floor, digits) == 0 else floor  # no minus before a zero
     steps = sum(step.steps or 0 for step in card.history) / 1e6
     seconds = sum(step.cpu_seconds or 0.0 for step in card.history)
-    state = "open" if is_open else f"provisional: {card.provisional}" if card.provisional else "anchor"
     state += ", from an entry" if card.from_entry else ""
     return (
         f"| {task.name} | {floor:,.{digits}f} | {measured.mean:,.{digits}f} | "

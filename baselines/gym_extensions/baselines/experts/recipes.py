@@ -152,13 +152,7 @@ TABLE = (
         2_000_000,
         bonus=WALK,
     ),
-    _large(
-        "trpo-Humanoid-fast",
-        ("Humanoid",),
-        "last:trpo-Humanoid-run-seed0",
-        600_000,
-        bonus=FASTER,
-    ),
+    _large("trpo-Humanoid-fast", ("Humanoid",), "last:trpo-Humanoid-run-seed0", 600_000, bonus=FASTER),
     _large(
         "trpo-Humanoid-bodies",
         HUMANOID_BODIES,

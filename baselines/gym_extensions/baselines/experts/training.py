@@ -120,14 +120,20 @@ def train(work: Workplace, recipe: Recipe, seed: int, parent: str | None, comman
         return
     folder.mkdir(parents=True, exist_ok=True)
     env = environments(recipe, seed)
-    advance = _trpo(work, recipe, seed, parent, env)
+    start = None if parent is None else work.policy(parent, training_task(recipe.tasks[-1]))
+    spaces: Any = (env.single_observation_space, env.single_action_space)
+    agent = FurtherTrpo(spaces[0], spaces[1], seed, trpo_settings(recipe, start))
+    if start is not None:
+        agent.start_from(start)
+        agent.value_batches = recipe.value_batches
+    collector = Collector(env)
     checkpoints: list[dict[str, Any]] = []
     steps, seconds = 0, 0.0
     while steps < recipe.steps:
         began = time.process_time()
-        taken, policy = advance(min(recipe.checkpoint, recipe.steps - steps))
-        steps, seconds = steps + taken, seconds + time.process_time() - began
-        write_policy(folder / f"{steps}.npz", policy)
+        steps += agent.train(collector, min(recipe.checkpoint, recipe.steps - steps), recipe.batch_steps)
+        seconds += time.process_time() - began
+        write_policy(folder / f"{steps}.npz", agent.policy())
         row: dict[str, Any] = {"steps": steps, "cpu_seconds": round(seconds, 1)}
         for target in recipe.targets:
             seen = work.evaluate(f"{name}@{steps}", published_task(target), "select", SCREENING)
@@ -148,19 +154,3 @@ def train(work: Workplace, recipe: Recipe, seed: int, parent: str | None, comman
         place.write_text(json.dumps(document, indent=1))
     (folder / "running.json").unlink(missing_ok=True)
     env.close()
-
-
-def _trpo(work: Workplace, recipe: Recipe, seed: int, parent: str | None, env: TrainingEnv) -> Any:
-    start = None if parent is None else work.policy(parent, training_task(recipe.tasks[-1]))
-    spaces: Any = (env.single_observation_space, env.single_action_space)
-    agent = FurtherTrpo(spaces[0], spaces[1], seed, trpo_settings(recipe, start))
-    if start is not None:
-        agent.start_from(start)
-        agent.value_batches = recipe.value_batches
-    collector = Collector(env)
-
-    def advance(steps: int) -> tuple[int, Policy]:
-        taken = agent.train(collector, steps, recipe.batch_steps)
-        return taken, agent.policy()
-
-    return advance

@@ -109,7 +109,7 @@ class Progress:
             partial = checkpoint.with_name(f".{checkpoint.stem}.partial.npz")
             agent.save(partial)
             partial.replace(checkpoint)
-        write_bytes(self.folder / f"stage{record.stage}.json", msgspec.json.encode(record))
+        write_bytes(self.folder / f"stage{record.stage}.json", msgspec.json.encode(record, enc_hook=float))
         for older in self.folder.glob("agent*.npz"):
             if older != checkpoint:
                 older.unlink()

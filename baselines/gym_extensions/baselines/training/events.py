@@ -58,37 +58,42 @@ class StageStarted:
 
 
 @dataclass(frozen=True)
-class BatchTrained:
-    """A job trained for a batch of the budget.
+class StageEvent:
+    """Something that happened in a stage.
 
     Args:
         job: the job's title.
         stage: the number of the stage.
         step: training steps since the stage began.
         job_step: training steps since the job began.
-        mean_return: of the training episodes that ended since the previous event; None if none ended.
-        steps_per_second: training steps per second since the previous event.
-        seconds: since the previous event, without evaluation.
     """
 
     job: str
     stage: int
     step: int
     job_step: int
+
+
+@dataclass(frozen=True)
+class BatchTrained(StageEvent):
+    """A job trained for a batch of the budget.
+
+    Args:
+        mean_return: of the training episodes that ended since the previous event; None if none ended.
+        steps_per_second: training steps per second since the previous event.
+        seconds: since the previous event, without evaluation.
+    """
+
     mean_return: float | None
     steps_per_second: float
     seconds: float
 
 
 @dataclass(frozen=True)
-class TaskEvaluated:
+class TaskEvaluated(StageEvent):
     """A job evaluated its agent on a task, at the end of a stage or during training.
 
     Args:
-        job: the job's title.
-        stage: the number of the stage.
-        step: training steps since the stage began.
-        job_step: training steps since the job began.
         task: the id of the task.
         episodes: number of episodes.
         mean_return: over the episodes.
@@ -96,10 +101,6 @@ class TaskEvaluated:
         in_training: whether the stage goes on; False at its end.
     """
 
-    job: str
-    stage: int
-    step: int
-    job_step: int
     task: str
     episodes: int
     mean_return: float
