@@ -15,7 +15,7 @@ from gymnasium.spaces import Box
 
 from gym_extensions import results
 from gym_extensions.__main__ import main
-from gym_extensions.baselines import Factory, measurement, references, train
+from gym_extensions.baselines import Factory, references, train
 from gym_extensions.baselines import cli as train_cli
 from gym_extensions.baselines.algorithms.floors import Random
 from gym_extensions.baselines.execution.workers import ThisProcess
@@ -55,6 +55,13 @@ class OtherRandom(Random):
         super().__init__(observation_space, action_space, seed + 1)
 
 
+def make_quick(patch: pytest.MonkeyPatch) -> None:
+    """Measures floors with 20 episodes, in this process."""
+    measurements = references.floor_measurements
+    patch.setattr(references, "floor_measurements", lambda task, episodes=20: measurements(task, 20))
+    patch.setattr(references, "Workers", lambda _: ThisProcess())
+
+
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with the group's TOML file, its references, and two submissions."""
@@ -66,9 +73,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         protocols = ["sequential", "single"] if name == "random" else ["sequential"]
         train(agent, group, protocols, "smoke", [0, 1], out=root / name)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(measurement, "FLOOR_EPISODES", 20)
-        patch.setattr(measurement, "TRAINED_EPISODES", 20)
-        patch.setattr(measurement, "Workers", lambda _: ThisProcess())
+        make_quick(patch)
         options = ["--groups", str(group), "--budget", "smoke", "--runs", "1000", "--agent", "random"]
         assert references.main([*options, "--out", str(root / "light-references.json")]) == 0
     return root
@@ -252,9 +257,7 @@ def test_a_group_of_any_gymnasium_environment_is_trained_and_scored_with_its_own
     file, out, known = tmp_path / "own.toml", tmp_path / "mine", tmp_path / "references.json"
     file.write_text('name = "pendulum"\n[[tasks]]\ntask = "Pendulum-v1"\nmax_steps = 20\n')
     train("random", file, ["sequential", "single"], "smoke", [0, 1], out=out)
-    for name in ("FLOOR_EPISODES", "TRAINED_EPISODES"):
-        monkeypatch.setattr(measurement, name, 20)
-    monkeypatch.setattr(measurement, "Workers", lambda _: ThisProcess())
+    make_quick(monkeypatch)
     options = ["--groups", str(file), "--budget", "smoke", "--runs", "1000", "--agent", "random"]
     assert references.main([*options, "--out", str(known)]) == 0
     frame = results.metrics(out, groups=[file], references=known)

@@ -1,4 +1,4 @@
-"""References: their seeds, stored measurements, the formulas, the command, and published floors again."""
+"""References: their seeds, the formulas, the command, and published floors again."""
 
 from __future__ import annotations
 
@@ -6,58 +6,52 @@ import json
 import math
 import shutil
 from pathlib import Path
-from typing import Any
 
 import msgspec
 import pytest
 
 from gym_extensions import experts
-from gym_extensions.baselines import measurement, references
+from gym_extensions.baselines import references
 from gym_extensions.baselines.execution.workers import ThisProcess
 from gym_extensions.baselines.experts.measuring import QUICK
-from gym_extensions.baselines.measurement import Measurement, summary
 from gym_extensions.baselines.references import (
     CURRENT_FILE,
+    Measurement,
     differences,
     floor_of,
     is_open,
     published,
     read_file,
+    summary,
     with_expert,
     with_runs,
 )
 from gym_extensions.catalog.groups import TaskGroup
-from gym_extensions.catalog.protocol import evaluation_seed
 from gym_extensions.catalog.tasks import task
 from gym_extensions.envs.fingerprint import fingerprint_of
 from gym_extensions.errors import BenchError
 from gym_extensions.experts import references as model
 from gym_extensions.experts.references import Floor, FloorAgent, parse_file
-from gym_extensions.rollouts.tables import Episode
 
 PUSHER = task("Pusher")
 HOPPER = task("Hopper")
 NAVIGATION = task("State-Based-Navigation-2d-Map0-Goal0")
 
 
+@pytest.fixture(autouse=True)
+def in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(references, "Workers", lambda _: ThisProcess())
+
+
 @pytest.fixture
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Few episodes, in this process."""
-    monkeypatch.setattr(measurement, "FLOOR_EPISODES", 4)
-    monkeypatch.setattr(measurement, "TRAINED_EPISODES", 3)
-    monkeypatch.setattr(measurement, "Workers", lambda _: ThisProcess())
+    """Few episodes."""
+    measurements = references.floor_measurements
+    monkeypatch.setattr(references, "floor_measurements", lambda task, episodes=4: measurements(task, 4))
 
 
-def returns(measurement: Measurement) -> list[float]:
-    return [episode.return_ for episode in measurement.run_or_load(lambda _: None)]
-
-
-def test_the_published_floors_and_experts_of_three_tasks_follow_from_seeds_and_files(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr(measurement, "Workers", lambda _: ThisProcess())
-    tasks = [PUSHER, task("PusherMovingGoal"), NAVIGATION]
-    assert differences(tasks, CURRENT_FILE, 1, QUICK) == []
+def test_the_published_floors_and_experts_of_three_tasks_follow_from_seeds_and_files() -> None:
+    assert differences([PUSHER, task("PusherMovingGoal"), NAVIGATION], CURRENT_FILE, 1, QUICK) == []
 
 
 @pytest.mark.usefixtures("quick")
@@ -82,48 +76,9 @@ def test_a_floor_and_an_expert_of_other_episodes_are_named(
         assert told in sentence
 
 
-def test_a_measurement_uses_the_reference_seeds_and_is_not_repeated(tmp_path: Path) -> None:
-    measurement = Measurement(PUSHER, "random", 1000, 5, folder=tmp_path)
-    episodes = measurement.run_or_load(lambda _: None)
-    expected = [evaluation_seed("reference", PUSHER.id, episode) for episode in range(5)]
-    assert [episode.seed for episode in episodes] == expected
-    (path,) = tmp_path.iterdir()
-    content = json.loads(path.read_text())
-    content["episodes"][0]["return_"] = 77.0
-    path.write_text(json.dumps(content))
-    assert returns(measurement)[0] == 77.0
-
-
-@pytest.mark.parametrize(
-    ("agent", "key", "name"),
-    [
-        ("random", "versions", "numpy"),
-        ("trpo", "hyperparameters", "max_kl"),
-        ("planner", "versions", "mujoco"),
-    ],
-)
-def test_a_result_of_other_versions_or_settings_is_measured_again(
-    tmp_path: Path, agent: str, key: str, name: str
-) -> None:
-    which = NAVIGATION if agent == "planner" else PUSHER
-    measurement = Measurement(which, agent, 1000, 2, folder=tmp_path)
-    first = returns(measurement)
-    (path,) = tmp_path.iterdir()
-    content = json.loads(path.read_text())
-    content["episodes"][0]["return_"] = 77.0
-    content["settings"][key][name] = "0.0.1"
-    path.write_text(json.dumps(content))
-    assert returns(measurement) == first
-
-
-def test_each_agent_task_and_run_has_its_own_seed() -> None:
-    measurements = [
-        Measurement(each, agent, run, 5)
-        for each in (PUSHER, NAVIGATION)
-        for agent in ("random", "zero")
-        for run in (1000, 1001)
-    ]
-    assert len({measurement.agent_seed for measurement in measurements}) == 8
+def test_each_agent_and_task_has_its_own_seed() -> None:
+    measurements = [Measurement(each, agent, 5) for each in (PUSHER, HOPPER) for agent in ("random", "zero")]
+    assert len({measurement.agent_seed for measurement in measurements}) == 4
 
 
 @pytest.mark.parametrize(
@@ -146,13 +101,9 @@ def test_a_summary_has_the_population_deviation() -> None:
     assert summary([1.0, 2.0, 3.0, 6.0]) == expected
 
 
-def episodes(*values: float) -> list[Episode]:
-    return [Episode(1, PUSHER.id, number, 0, 100, value, False, None) for number, value in enumerate(values)]
-
-
 def test_a_floor_is_the_mean_of_the_better_agent() -> None:
-    random, zero = (Measurement(PUSHER, agent, 1000, 16) for agent in ("random", "zero"))
-    floor = floor_of(PUSHER, {random: episodes(*[0.0, 2.0] * 8), zero: episodes(*[3.0, 5.0] * 8)})
+    random, zero = (Measurement(PUSHER, agent, 16) for agent in ("random", "zero"))
+    floor = floor_of({random: [0.0, 2.0] * 8, zero: [3.0, 5.0] * 8})
     # Both have a standard deviation of 1, over √16.
     assert (floor.agent, floor.mean, floor.standard_error) == ("zero", 4.0, 0.25)
     assert {name: agent.mean for name, agent in floor.agents.items()} == {"random": 1.0, "zero": 4.0}
@@ -163,31 +114,25 @@ def test_a_floor_is_the_mean_of_the_better_agent() -> None:
 FLOOR = Floor(4.0, "zero", agents={"zero": FloorAgent(4.0, std=1.0)})
 
 
-def from_runs(runs: dict[int, list[float]], agent: str = "trpo") -> model.Task:
-    budget = "" if agent == "planner" else "100k"
-    measurements = {Measurement(PUSHER, agent, run, 2, budget): episodes(*runs[run]) for run in runs}
-    return with_runs(FLOOR, list(measurements), measurements)
-
-
 def test_the_expert_of_a_custom_task_is_the_mean_of_its_runs() -> None:
-    row = from_runs({1000: [30.0] * 100, 1001: [20.0] * 100})
+    row = with_runs(FLOOR, {1000: [30.0] * 20, 1001: [20.0] * 20}, "trpo", "100k")
     assert (row.floor, row.attempts) == (FLOOR, msgspec.UNSET)
     assert row.expert is not None
     # Two runs of 30 and 20: mean 25, sample standard deviation √50, over √2.
-    assert row.expert.mean == 25.0
+    assert (row.expert.mean, row.expert.episodes) == (25.0, 20)
     assert row.expert.standard_error == pytest.approx(5.0)
     assert ([run.run for run in row.expert.runs], row.expert.df) == ([1000, 1001], 1)
 
 
 def test_an_open_custom_task_has_attempts_in_place_of_an_expert() -> None:
-    row = from_runs({1000: [6.0] * 100})  # two standard deviations of the floor's episodes above it
+    row = with_runs(FLOOR, {1000: [6.0] * 100}, "trpo", "100k")  # two deviations of the floor above it
     assert (row.expert, bool(row.attempts)) == (None, True)
     assert row.attempts and not row.attempts.runs[0].beats_floor
 
 
 def test_the_error_of_a_single_run_is_that_of_its_episodes() -> None:
     # A standard deviation of 2, over √16.
-    expert = from_runs({1000: [20.0, 24.0] * 8}, "planner").expert
+    expert = with_runs(FLOOR, {1000: [20.0, 24.0] * 8}, "planner").expert
     assert expert is not None
     assert (expert.mean, expert.standard_error, expert.runs) == (22.0, 0.5, [])
 
@@ -236,9 +181,15 @@ def test_custom_groups_are_measured_into_a_file_that_scores(quick_file: Path, tm
     command = ["--groups", str(quick_file), "--budget", "smoke", "--runs", "1000", "--out", str(out)]
     assert references.main(command) == 0
     rows = parse_file(out.read_bytes()).tasks.values()
-    assert [(best.agent, best.budget) for row in rows if (best := row.expert or row.attempts)] == [
-        ("trpo", "smoke")
-    ] * 2
+    found = [(best.agent, best.budget) for row in rows if (best := row.expert or row.attempts)]
+    assert found == [("trpo", "smoke")] * 2
+    first = out.read_bytes()
+    out.unlink()  # the training is stored beside the file
+    for path in (tmp_path / ".progress").rglob("stage1.json"):
+        text = path.read_text().replace('"return_":', '"return_":-')
+        path.write_text(text.replace("--", ""))
+    assert references.main(command) == 0
+    assert out.read_bytes() != first
 
 
 def test_a_custom_group_needs_a_file_of_its_own(capsys: pytest.CaptureFixture[str]) -> None:
@@ -249,19 +200,16 @@ def test_a_custom_group_needs_a_file_of_its_own(capsys: pytest.CaptureFixture[st
 
 
 @pytest.mark.usefixtures("quick")
-def test_tasks_that_another_process_adds_stay(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    other, out = tmp_path / "other/mine.json", tmp_path / "mine.json"
-    options = ["--budget", "smoke", "--runs", "1000", "--agent", "random", "--out"]
-    assert references.main(["--groups", "pusher-tracking", *options, str(other)]) == 0
-
-    class Meanwhile(ThisProcess):
-        def run(self, pending: Any, listen: Any) -> Any:
-            shutil.copyfile(other, out)
-            yield from super().run(pending, listen)
-
-    monkeypatch.setattr(measurement, "Workers", Meanwhile)
-    assert references.main(["--groups", "striker-tracking", *options, str(out)]) == 0
-    assert len(json.loads(out.read_text())["tasks"]) == 4
+def test_tasks_of_an_existing_file_stay(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "mine.json"
+    options = ["--budget", "smoke", "--runs", "1000", "--agent", "random", "--out", str(out)]
+    assert references.main(["--groups", "pusher", *options]) == 0
+    before = json.loads(out.read_text())["tasks"]
+    capsys.readouterr()
+    assert references.main(["--groups", "pusher,pusher-tracking", *options]) == 0
+    after = json.loads(out.read_text())["tasks"]
+    assert {name: after[name] for name in before} == before
+    assert len(after) > len(before)
 
 
 def test_a_floor_of_another_definition_of_the_task_is_refused(tmp_path: Path) -> None:
@@ -279,10 +227,3 @@ def test_a_file_that_does_not_hold_references_is_not_replaced(text: str, tmp_pat
     out.write_text(text)
     assert references.main(["--groups", "pusher", "--out", str(out)]) == 2
     assert out.read_text() == text
-
-
-def test_the_expert_of_a_custom_task_is_the_named_agent_or_the_planner() -> None:
-    runs = measurement.trained_measurements(PUSHER, "ppo", "1M", [1000, 1001])
-    assert [(each.agent, each.run) for each in runs] == [("ppo", 1000), ("ppo", 1001)]
-    planned = measurement.trained_measurements(NAVIGATION, "trpo", "1M", [1000])
-    assert [each.agent for each in planned] == ["planner"]

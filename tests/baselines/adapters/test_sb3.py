@@ -78,7 +78,7 @@ def _tensors(value: Any) -> Any:
 def ppo(width: int) -> Factory:
     """PPO with hidden layers of this width."""
     network = {"net_arch": [width], "activation_fn": torch.nn.ReLU}
-    settings = {"n_steps": 125, "batch_size": 25, "n_epochs": 2, "policy_kwargs": network}
+    settings: dict[str, Any] = {"n_steps": 125, "batch_size": 25, "n_epochs": 2, "policy_kwargs": network}
     return sb3(PPO, **settings, learning_rate=lambda left: 3e-4 * left)
 
 

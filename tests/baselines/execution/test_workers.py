@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from gym_extensions.baselines.execution.workers import Executor, ThisProcess, Workers
+from gym_extensions.baselines.execution.workers import ThisProcess, Workers
 from gym_extensions.baselines.training.events import Event, JobFinished, Listener
 
 JOBS = '''
@@ -71,7 +71,7 @@ def square(jobs: Any) -> Any:
     return jobs.Square
 
 
-def outcomes(executor: Executor, pending: list[Any], listen: Listener = lambda _: None) -> dict[int, Any]:
+def outcomes(executor: Any, pending: list[Any], listen: Listener = lambda _: None) -> dict[int, Any]:
     return dict(executor.run(pending, listen))
 
 
@@ -79,7 +79,7 @@ BOTH = pytest.mark.parametrize("executor", [ThisProcess(), Workers(2)], ids=["th
 
 
 @BOTH
-def test_every_result_and_event_arrives(executor: Executor, square: Any) -> None:
+def test_every_result_and_event_arrives(executor: Any, square: Any) -> None:
     events: list[Event] = []
     results = outcomes(executor, [square(2), square(3), square(4)], events.append)
     assert {index: result[0] for index, result in results.items()} == {0: 4, 1: 9, 2: 16}
@@ -89,7 +89,7 @@ def test_every_result_and_event_arrives(executor: Executor, square: Any) -> None
 
 
 @BOTH
-def test_an_exception_is_a_failure_and_the_rest_goes_on(executor: Executor, square: Any) -> None:
+def test_an_exception_is_a_failure_and_the_rest_goes_on(executor: Any, square: Any) -> None:
     results = outcomes(executor, [square(-1), square(2), square(3)])
     assert (results[1][0], results[2][0]) == (4, 9)
     assert results[0].cause == "UnpickledError: one and two"
@@ -104,7 +104,7 @@ def test_a_killed_worker_fails_its_own_job_alone(square: Any) -> None:
 
 
 @BOTH
-def test_an_exception_of_the_listener_stops_everything(executor: Executor, square: Any) -> None:
+def test_an_exception_of_the_listener_stops_everything(executor: Any, square: Any) -> None:
     def listen(event: Event) -> None:
         raise LookupError("no listener")
 
@@ -134,5 +134,5 @@ def test_stopping_ends_the_workers_and_no_other_child_process(jobs: Any) -> None
 
 
 @BOTH
-def test_nothing_to_run_yields_nothing(executor: Executor) -> None:
+def test_nothing_to_run_yields_nothing(executor: Any) -> None:
     assert list(executor.run([], lambda _: None)) == []

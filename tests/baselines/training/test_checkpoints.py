@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 from gym_extensions.baselines import train
+from gym_extensions.baselines.agent import load_arrays, restore_generator, save_arrays, saved_generator
 from gym_extensions.baselines.algorithms import trpo
 from gym_extensions.baselines.training.checkpoints import Progress
 from gym_extensions.baselines.training.recorder import Recorder
@@ -148,7 +149,6 @@ def test_the_stages_of_an_unfinished_run_with_other_settings_are_not_reused(tmp_
     with pytest.raises(BenchError) as error:
         train("zero", QUICK_GROUP, "sequential", "smoke", [0, 1], out=tmp_path)
     assert error.value.message.startswith("1 of 2 jobs failed.")
-    assert error.value.hint == f"Tracebacks are in {tmp_path / '.progress/train.log'}."
 
 
 def unfinished(out: Path) -> Path:
@@ -198,3 +198,19 @@ def test_a_checkpoint_that_the_agent_cannot_load_is_reported(tmp_path: Path) -> 
     assert error.value.code == "bad-checkpoint"
     assert "KeyError: 'format 2'" in error.value.message
     assert checkpoint.exists()
+
+
+def test_arrays_are_read_back_from_exactly_the_given_path(tmp_path: Path) -> None:
+    path = tmp_path / "agent.partial"
+    save_arrays(path, weights=np.arange(3.0), count=np.array(7))
+    assert [each.name for each in tmp_path.iterdir()] == ["agent.partial"]
+    arrays = load_arrays(path)
+    assert arrays["weights"].tolist() == [0.0, 1.0, 2.0]
+    assert int(arrays["count"]) == 7
+
+
+def test_a_restored_generator_continues_with_the_same_numbers() -> None:
+    original, restored = np.random.default_rng(1), np.random.default_rng(2)
+    original.normal(size=5)
+    restore_generator(restored, saved_generator(original))
+    assert restored.normal(size=3).tolist() == original.normal(size=3).tolist()

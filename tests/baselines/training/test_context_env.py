@@ -69,13 +69,6 @@ def test_calls_return_what_the_wrapped_environment_returns() -> None:
     assert env.get_attr("np_random_seed") == env.env.call("np_random_seed")  # type: ignore[attr-defined]
 
 
-@pytest.mark.parametrize("name", ["step", "unwrapped", "spec"])
-def test_other_calls_are_refused(name: str) -> None:
-    with pytest.raises(BenchError, match=name) as error:
-        training(EVERYTHING).call(name)
-    assert error.value.code == "unknown-call"
-
-
 def test_the_unwrapped_environment_and_the_spec_do_not_show_the_task() -> None:
     env = training(Observes())
     env.env.spec = gym.spec("CartPole-v1")

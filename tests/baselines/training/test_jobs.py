@@ -1,13 +1,11 @@
-"""The jobs of a protocol, their stages, and the size of traces."""
+"""The jobs of a protocol, their stages and their seeds."""
 
 from __future__ import annotations
-
-import pickle
 
 import pytest
 
 from gym_extensions.baselines.training.events import JobPlan, StagePlan
-from gym_extensions.baselines.training.jobs import Interim, Settings, TrainingJob, jobs_of
+from gym_extensions.baselines.training.jobs import Interim, Settings, jobs_of, training_seed
 from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.protocol import budget
 
@@ -61,16 +59,6 @@ def test_the_single_protocol_has_a_job_per_run_and_task() -> None:
     assert (stage.trained, stage.steps) == ((GROUP.tasks[2],), 1000)
 
 
-def test_a_job_of_the_single_protocol_needs_a_task() -> None:
-    with pytest.raises(ValueError, match="needs a task"):
-        TrainingJob(GROUP, "single", 0).stages(SMOKE)
-
-
-def test_a_job_that_was_sent_to_a_worker_equals_the_original() -> None:
-    (job,) = jobs_of(GROUP, "joint", [0])
-    assert {pickle.loads(pickle.dumps(job)): 1} == {job: 1}  # noqa: S301
-
-
 @pytest.mark.parametrize(
     ("num_envs", "num_tasks", "expected"), [(None, 1, 1), (None, 5, 5), (8, 1, 8), (8, 5, 10), (10, 5, 10)]
 )
@@ -78,3 +66,19 @@ def test_every_task_has_equally_many_training_environments(
     num_envs: int | None, num_tasks: int, expected: int
 ) -> None:
     assert Settings("trpo", "smoke", num_envs).num_envs_for(num_tasks) == expected
+
+
+def test_seeds_differ_by_run_and_by_purpose() -> None:
+    purposes = [
+        ("hopper-gravity-v0", "agent"),
+        ("hopper-gravity-v0", "training"),
+        ("hopper-gravity-v0/agent", ""),
+    ]
+    seeds = {training_seed(run, *purpose) for run in range(5) for purpose in purposes}
+    assert len(seeds) == 15
+    assert all(0 <= seed < 2**32 for seed in seeds)
+
+
+def test_the_seed_of_a_run_and_purpose_is_fixed() -> None:
+    assert training_seed(0, "hopper-gravity-v0", "agent") == training_seed(0, "hopper-gravity-v0", "agent")
+    assert training_seed(1000, "reference", "gym_extensions/HopperGravityHalf-v0", "random") == 3190986840

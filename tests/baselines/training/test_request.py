@@ -17,26 +17,20 @@ GOOD: dict[str, Any] = {
     "runs": 0,
     "num_envs": None,
 }
-RUNS = "For example 0, [0, 1] or range(5)."
-BAD = [
-    ({"runs": "0-4"}, f"runs: Expected an integer or several, got '0-4'. {RUNS}"),
-    ({"runs": 1.5}, f"runs: Expected an integer or several, got 1.5. {RUNS}"),
-    ({"runs": [0, "1"]}, f"runs: Expected an integer or several, got [0, '1']. {RUNS}"),
-    ({"runs": None}, f"runs: Expected an integer or several, got None. {RUNS}"),
-    ({"runs": []}, f"runs: Expected an integer or several, got []. {RUNS}"),
-    ({"groups": None}, "groups: Expected a group or a list of groups, got None."),
-    ({"groups": []}, "groups: Expected a group or a list of groups, got []."),
-    ({"protocols": [1]}, "protocols: Expected a name or a list of names, got [1]."),
-    ({"budget": 1000}, "There is no budget '1000'. Did you mean '100k'?"),
-    ({"num_envs": "8"}, "--num-envs: Expected an integer, got '8'."),
+BAD: list[tuple[dict[str, Any], str]] = [
+    *(({"runs": value}, "bad-runs") for value in ("0-4", 1.5, [0, "1"], None, [])),
+    *(({"groups": value}, "bad-groups") for value in (None, [], [3])),
+    ({"protocols": [1]}, "bad-protocols"),
+    ({"budget": 1000}, "unknown-budget"),
+    ({"num_envs": "8"}, "bad-num-envs"),
 ]
 
 
-@pytest.mark.parametrize(("changed", "message"), BAD, ids=[message[:50] for _, message in BAD])
-def test_an_argument_of_another_type_is_rejected(changed: dict[str, Any], message: str) -> None:
+@pytest.mark.parametrize(("changed", "code"), BAD)
+def test_an_argument_of_another_type_is_rejected(changed: dict[str, Any], code: str) -> None:
     with pytest.raises(BenchError) as error:
         parse_request(**(GOOD | changed))
-    assert str(error.value) == message
+    assert error.value.code == code
 
 
 @pytest.mark.parametrize("runs", [[2, 0, 1, 0], range(3), np.arange(3), (run for run in range(3))])

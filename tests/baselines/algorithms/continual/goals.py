@@ -7,10 +7,12 @@ from typing import Any
 
 import gymnasium as gym
 import numpy as np
+from gymnasium.vector.utils import batch_space
 
 from gym_extensions.baselines import algorithms
 from gym_extensions.baselines.agent import Array, Context, TaskLabel
 from gym_extensions.baselines.algorithms.trpo import REFERENCE
+from gym_extensions.baselines.trpo.policy import Architecture
 from gym_extensions.baselines.trpo.values import ValueFit
 
 OBSERVATIONS = gym.spaces.Box(-10, 10, (3,), np.float32)
@@ -25,6 +27,7 @@ class Goals(gym.vector.VectorEnv[Any, Any, Any]):
 
     num_envs, batch_steps, num_tasks = 20, 400, len(GOALS)
     single_observation_space, single_action_space = OBSERVATIONS, ACTIONS
+    observation_space, action_space = (batch_space(space, 20) for space in (OBSERVATIONS, ACTIONS))
 
     def __init__(self, *tasks: int) -> None:
         self.env_tasks = np.array([tasks[i % len(tasks)] for i in range(self.num_envs)])
@@ -62,3 +65,20 @@ def learned(name: str, tasks: int, steps: int = 1_200, **arguments: Any) -> Any:
 def in_task(task: int) -> Context:
     """The context of an evaluation of the task."""
     return Context(np.zeros(1, bool), TaskLabel(f"goal-{task}", task))
+
+
+LINE = Architecture((1, 1))
+"""Mean w x + b; the parameters are w, b and log σ."""
+
+
+def on_a_line(name: str, coefficient: float, *theta: float) -> Any:
+    """An agent of that name whose policy is ``LINE`` with these parameters; nothing is stored."""
+    agent = make(name, coefficient=coefficient)
+    agent._architecture, agent._theta, agent._stored = LINE, np.array(theta), {}
+    return agent
+
+
+def end_task(agent: Any, theta: Array, observations: Array) -> None:
+    """The end of a task with these parameters and sampled observations."""
+    agent._theta = np.array(theta, float)
+    agent._end_of_task(observations)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gym_extensions.baselines.algorithms.cloning import Clones, Divergence
+from gym_extensions.baselines.algorithms.cloning import Divergence
 from gym_extensions.baselines.trpo.policy import Architecture, mean_and_log_sigma
 
 from ...trpo.policies import ARCHITECTURES, numeric_gradient, random_policy
+from .goals import LINE, end_task, on_a_line
 
-LINE = Architecture((1, 1))
 each_architecture = pytest.mark.parametrize("architecture", ARCHITECTURES, ids=["linear", "tanh"])
 
 
@@ -53,21 +53,21 @@ def test_the_curvature_is_the_second_derivative_where_new_equals_old(architectur
 
 
 def test_the_states_of_all_tasks_are_stored_with_the_policy_that_learned_them() -> None:
-    clones = Clones(1.0, 2)
-    assert clones.penalty(LINE, np.asarray) is None
-    clones.end_of_task(LINE, np.array([2.0, 0.0, 0.5]), np.array([[1.0], [3.0]]), np.asarray)
-    clones.end_of_task(LINE, np.array([0.0, 7.0, -1.0]), np.array([[5.0]]), np.asarray)
-    assert clones.stored_states == 3
-    np.testing.assert_allclose(clones.state["observations"], [[1], [3], [5]])
-    np.testing.assert_allclose(clones.state["means"], [[2], [6], [7]])
-    np.testing.assert_allclose(clones.state["log_sigmas"], [[0.5], [0.5], [-1.0]])
+    agent = on_a_line("cloning", 1.0, 0.0, 0.0, 0.0)
+    assert agent._penalty() is None
+    end_task(agent, np.array([2.0, 0.0, 0.5]), np.array([[1.0], [3.0]]))
+    end_task(agent, np.array([0.0, 7.0, -1.0]), np.array([[5.0]]))
+    np.testing.assert_allclose(agent._stored["observations"], [[1], [3], [5]])
+    np.testing.assert_allclose(agent._stored["means"], [[2], [6], [7]])
+    np.testing.assert_allclose(agent._stored["log_sigmas"], [[0.5], [0.5], [-1.0]])
 
 
 def test_stored_states_are_seen_through_the_present_moments() -> None:
-    clones = Clones(1.0, 1)
-    clones.end_of_task(LINE, np.array([1.0, 0.0, 0.0]), np.array([[4.0]]), lambda raw: raw / 2)
-    penalty = clones.penalty(LINE, lambda raw: raw / 4)
-    assert penalty is not None
+    agent = on_a_line("cloning", 1.0, 0.0, 0.0, 0.0)
+    agent._policy_inputs = lambda raw: raw / 2
+    end_task(agent, np.array([1.0, 0.0, 0.0]), np.array([[4.0]]))
+    agent._policy_inputs = lambda raw: raw / 4
+    penalty = agent._penalty()
     # The input was 2 and is 1 now: w = 2 gives the stored mean again.
     assert penalty.value(np.array([2.0, 0.0, 0.0])) == 0
     assert penalty.value(np.array([1.0, 0.0, 0.0])) == 0.5

@@ -1,21 +1,19 @@
-"""The quadratic penalty, and what l2, l2-init and online EWC anchor."""
+"""The quadratic penalty, what l2, l2-init and online EWC anchor, and which states are sampled."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from gym_extensions.baselines.algorithms.continual import Quadratic
-from gym_extensions.baselines.algorithms.l2 import InitialWeights, PreviousTask
-from gym_extensions.baselines.algorithms.online_ewc import OnlineEwc, diagonal_fisher
+from gym_extensions.baselines.algorithms.continual import Quadratic, StateSample
+from gym_extensions.baselines.algorithms.online_ewc import diagonal_fisher
 from gym_extensions.baselines.trpo.policy import Architecture, log_density, mean_and_log_sigma
 
 from ...trpo.policies import ARCHITECTURES, numeric_gradient, random_policy
+from .goals import LINE, end_task, make, on_a_line
 
 PENALTY = Quadratic(0.5, np.array([2.0, 0.0, 1.0]), np.array([1.0, 1.0, -1.0]))
 THETA = np.array([2.0, 7.0, 1.0])
-LINE = Architecture((1, 1))
-"""Mean w x + b; the parameters are w, b and log σ."""
 
 
 def test_a_penalty_by_hand() -> None:
@@ -35,23 +33,19 @@ def test_gradient_and_curvature_are_the_derivatives() -> None:
 
 
 def test_l2_pulls_to_the_parameters_after_the_previous_task_and_not_before() -> None:
-    regularizer = PreviousTask(2.0)
-    regularizer.start(np.zeros(3))
-    assert regularizer.penalty(LINE, np.asarray) is None
+    agent = on_a_line("l2", 2.0, 0.0, 0.0, 0.0)
+    assert agent._penalty() is None
     for last in (np.ones(3), np.full(3, 5.0)):
-        regularizer.end_of_task(LINE, last, np.zeros((0, 1)), np.asarray)
-        penalty = regularizer.penalty(LINE, np.asarray)
-        assert penalty is not None
-        assert penalty.value(last + np.array([1, 0, 2])) == 5.0
+        end_task(agent, last, np.zeros((0, 1)))
+        assert agent._penalty().value(last + np.array([1, 0, 2])) == 5.0
 
 
 def test_l2_init_pulls_to_the_initial_parameters_in_every_task() -> None:
-    regularizer = InitialWeights(2.0)
-    regularizer.start(np.zeros(3))
-    regularizer.end_of_task(LINE, np.ones(3), np.zeros((0, 1)), np.asarray)
-    penalty = regularizer.penalty(LINE, np.asarray)
-    assert penalty is not None
-    assert penalty.value(np.array([1.0, 0, 2])) == 5.0
+    agent = make("l2-init", coefficient=2.0)
+    start = agent._theta.astype(float)
+    end_task(agent, start + 1, np.zeros((0, 3)))
+    assert agent._penalty().value(start) == pytest.approx(0, abs=1e-9)
+    assert agent._penalty().value(start + 1) == pytest.approx(len(start))
 
 
 def test_the_diagonal_of_the_fisher_matrix_by_hand() -> None:
@@ -80,24 +74,45 @@ def test_the_diagonal_is_the_mean_squared_gradient_of_the_log_density(architectu
 
 
 def test_online_ewc_adds_the_normalized_importance_of_each_task_and_decays_the_sum() -> None:
-    regularizer, sigma_2 = OnlineEwc(4.0, 0.5, 2), np.log(2)
-    regularizer.end_of_task(LINE, np.array([0, 0, sigma_2]), np.array([[1.0], [3.0]]), np.asarray)
+    agent = on_a_line("online-ewc", 4.0, 0.0, 0.0, 0.0)
+    agent.decay = 0.5
+    end_task(agent, np.array([0, 0, np.log(2)]), np.array([[1.0], [3.0]]))
     # Fisher (1.25, .25, 2), mean 7/6; the importance is .5 times Fisher / mean.
     first = 0.5 * np.array([1.25, 0.25, 2]) * 6 / 7
-    np.testing.assert_allclose(regularizer.state["importance"], first)
-    regularizer.end_of_task(LINE, np.zeros(3), np.array([[0.0]]), np.asarray)
+    np.testing.assert_allclose(agent._stored["importance"], first)
+    end_task(agent, np.zeros(3), np.array([[0.0]]))
     # Fisher (0, 1, 2), mean 1.
-    np.testing.assert_allclose(regularizer.state["importance"], 0.5 * (first + np.arange(3)))
-    penalty = regularizer.penalty(LINE, np.asarray)
-    assert penalty is not None
+    np.testing.assert_allclose(agent._stored["importance"], 0.5 * (first + np.arange(3)))
     gap = np.array([0.5, -1.0, 2.0])
-    np.testing.assert_allclose(penalty.value(gap), np.sum((first + np.arange(3)) * gap**2))
+    np.testing.assert_allclose(agent._penalty().value(gap), np.sum((first + np.arange(3)) * gap**2))
 
 
 @pytest.mark.parametrize("scale", [0.1, 10.0])
 def test_the_importance_does_not_depend_on_the_scale_of_the_means_part(scale: float) -> None:
     """One task's importance has the mean 1 before the decay, whatever the size of the Fisher matrix."""
-    regularizer = OnlineEwc(1.0, 1.0, 2)
-    theta = np.array([0.0, 0.0, np.log(scale)])
-    regularizer.end_of_task(LINE, theta, np.array([[1.0], [3.0]]), np.asarray)
-    assert regularizer.state["importance"].mean() == pytest.approx(1)
+    agent = on_a_line("online-ewc", 1.0, 0.0, 0.0, 0.0)
+    end_task(agent, np.array([0.0, 0.0, np.log(scale)]), np.array([[1.0], [3.0]]))
+    assert agent._stored["importance"].mean() == pytest.approx(agent.decay)
+
+
+def sampled(size: int, steps: int, batch: int) -> list[int]:
+    sample = StateSample(size, steps)
+    for start in range(0, steps, batch):
+        sample.add(np.arange(start, min(start + batch, steps))[:, None])
+    return sample.observations[:, 0].tolist()  # type: ignore[no-any-return]
+
+
+def test_every_kth_observation_of_the_last_half_is_sampled() -> None:
+    assert sampled(size=4, steps=24, batch=5) == [12, 15, 18, 21]
+
+
+def test_an_even_distance_is_made_odd() -> None:
+    assert sampled(size=3, steps=24, batch=24) == [12, 15, 18]
+
+
+def test_a_short_task_gives_what_it_has() -> None:
+    assert sampled(size=100, steps=6, batch=2) == [3, 4, 5]
+
+
+def test_a_method_that_needs_no_states_samples_none() -> None:
+    assert sampled(size=0, steps=10, batch=5) == []
