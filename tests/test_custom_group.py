@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import shlex
 import shutil
 from pathlib import Path
 from typing import Any
@@ -82,11 +81,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def options(folder: Path) -> list[str]:
     return ["--groups", str(folder / "light.toml"), "--references", str(folder / "light-references.json")]
-
-
-def test_a_byte_order_mark_at_the_start_of_the_file_is_ignored(folder: Path, tmp_path: Path) -> None:
-    (tmp_path / "light.toml").write_bytes(b"\xef\xbb\xbf" + (folder / "light.toml").read_bytes())
-    assert load_group(tmp_path / "light.toml") == load_group(folder / "light.toml")
 
 
 def test_a_python_object_trains_the_same_submission_as_a_file(folder: Path, tmp_path: Path) -> None:
@@ -191,35 +185,6 @@ def test_the_page_defines_one_group_in_two_ways(tmp_path: Path) -> None:
     names: dict[str, object] = {}
     exec(definition, names)
     assert names["group"] == load_group(tmp_path / "light.toml")
-
-
-def test_the_commands_of_the_page_have_options_that_exist() -> None:
-    commands = [
-        shlex.split(line) for line in re.findall(r"^(?:gym-extensions|score) .*", PAGE, flags=re.MULTILINE)
-    ]
-    (_, _, *training), (_, _, _, *reference), (_, *scoring) = commands
-    assert train_cli.parser().parse_args(training).groups == "light.toml"
-    assert references.parser().parse_args(reference).groups == "light.toml"
-    assert score_cli.parse_args(scoring).groups == ["light.toml"]
-
-
-def test_the_results_are_data_frames(folder: Path) -> None:
-    group, references = folder / "light.toml", folder / "light-references.json"
-    frame = results.episodes([folder / "random"], groups=[group])
-    assert frame.groupby("protocol").size().to_dict() == {"sequential": 2 * 3 * 2 * 20, "single": 2 * 2 * 20}
-    frame = results.board(
-        load_group(group), [folder / "random", folder / "other"], budget="smoke", references=references
-    )
-    assert sorted(frame["name"]) == ["other", "random", "random", "zero"]
-
-
-def test_a_file_that_does_not_hold_references_is_named(
-    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    path = tmp_path / "other.json"
-    path.write_text("{}")
-    assert score_cli.main([str(folder / "random"), "--references", str(path)]) == 2
-    assert capsys.readouterr().err.startswith(f"error: {path}: ")
 
 
 def test_the_python_of_the_page_trains_and_scores(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

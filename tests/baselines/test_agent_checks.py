@@ -16,9 +16,7 @@ from gym_extensions.baselines.agent import TaskLabel, not_requested
 from gym_extensions.baselines.agent_checks import (
     action_function,
     card_of,
-    card_tables,
     check_context,
-    observes_of,
 )
 from gym_extensions.baselines.algorithms.floors import Zero
 from gym_extensions.baselines.entry import manifest_tables
@@ -45,13 +43,10 @@ BAD_CARDS: list[tuple[Any, str]] = [
     ({"algorithm": "mine"}, "dict"),
     (changed(evaluation="greedy"), "'greedy'"),
     (changed(title="x" * 101), "title"),
-    (changed(title="two\nlines"), "title"),
-    (changed(title=" "), "title"),
     (changed(title=3), "title"),
     (changed(description="two\r\nlines"), "description"),
     (changed(algorithm=" "), "no name"),
     (changed(algorithm=3), "algorithm"),
-    (changed(algorithm="two\nlines"), "two"),
     (changed(parameters=np.int64(3)), "parameters"),
     (changed(stored_steps=-1), "stored_steps"),
     (changed(tuning_tasks="Hopper"), "tuning_tasks"),
@@ -60,11 +55,8 @@ BAD_CARDS: list[tuple[Any, str]] = [
     (changed([3]), "hyperparameters"),
     (changed({3: 1}), "key"),
     (changed({"rate": float("nan")}), "rate"),
-    (changed({"clip": np.float32(1)}), "float32"),
     (changed({"net": {"pi": 3}}), "dict"),
-    (changed({"mask": 2**63}), "too large"),
     (changed({"sizes": [1] * 101}), "101"),
-    (changed({"text": "x" * 4001}), "4001"),
 ]
 
 
@@ -75,25 +67,12 @@ def test_a_card_that_scoring_would_refuse_is_rejected(card: Any, named: str) -> 
     assert (error.value.code, named in str(error.value)) == ("bad-card", True)
 
 
-class Greedy(Zero):
-    def card(self) -> Card:
-        return replace(super().card(), evaluation="greedy")
-
-
-def test_a_bad_card_is_rejected_before_anything_runs(tmp_path: Path) -> None:
-    with pytest.raises(BenchError, match="'greedy'"):
-        train(Greedy, "hopper-gravity", "single", "smoke", 0, out=tmp_path / "out")
-    assert not (tmp_path / "out").exists()
-
-
-GOOD_SETTINGS = [1, -2.5, True, "text", [1, 2.5], ("a", False), [], "x" * 4000, [1] * 100, 2**63 - 1]
-
-
-@pytest.mark.parametrize("value", GOOD_SETTINGS, ids=[repr(value)[:20] for value in GOOD_SETTINGS])
+@pytest.mark.parametrize(
+    "value", [-2.5, True, [1, 2.5], ("a", False), [], "x" * 4000, 2**63 - 1, np.float64(1)]
+)
 def test_a_setting_accepted_here_has_no_finding_in_the_manifest(value: Any) -> None:
     card = card_of(AgentWithCard(changed({"setting": value})), "mine")
-    tables = manifest_tables(card, Settings("mine", "smoke"))
-    assert not list(findings(tables))
+    assert not list(findings(manifest_tables(card, Settings("mine", "smoke"))))
 
 
 class NoMethods:
@@ -132,14 +111,6 @@ def test_a_factory_that_does_not_fit_is_rejected_before_anything_runs(
         train(agent, "hopper-gravity", "sequential", "smoke", 0, out=tmp_path / "out")
     assert (error.value.code, named in error.value.message) == ("bad-agent", True)
     assert not (tmp_path / "out").exists()
-
-
-def test_an_error_inside_the_factory_is_raised_unchanged(tmp_path: Path) -> None:
-    def broken(observation_space: Any, action_space: Any, seed: int) -> Zero:
-        raise TypeError("mine")
-
-    with pytest.raises(TypeError, match=r"^mine$"):
-        train(broken, "hopper-gravity", "sequential", "smoke", 0, out=tmp_path)
 
 
 OBSERVATIONS = np.zeros((2, 3))
@@ -224,10 +195,6 @@ def test_an_agent_that_cannot_receive_what_it_asks_for_is_rejected(agent: Any, n
     assert (error.value.code, named in error.value.message) == ("bad-agent", True)
 
 
-def test_an_agent_without_the_attribute_observes_nothing_more() -> None:
-    assert observes_of(WithAct(alone), "mine") == Observes()
-
-
 class Undecided(Zero):
     """An agent that asks for the boundaries only if its seed is not 0."""
 
@@ -242,33 +209,20 @@ def test_agents_of_one_factory_ask_for_the_same(tmp_path: Path) -> None:
     assert error.value.code == "bad-agent"
 
 
-def test_a_parent_is_in_the_manifest_if_there_is_one() -> None:
-    assert card_tables(Card("l2", parent="trpo"))["protocol"]["parent"] == "trpo"
-    assert "parent" not in card_tables(Card("trpo"))["protocol"]
-
-
 def test_an_agent_can_ask_for_what_the_manifest_declares() -> None:
     assert [item.name for item in fields(Observes)] == list(SECTIONS["observes"].__struct_fields__)
     assert Observes() == Observes(False, False, False)
 
 
-def test_the_task_is_in_the_context_of_an_agent_that_asked_for_it() -> None:
+def test_the_task_is_in_the_context_of_an_agent_that_asked_for_it_alone() -> None:
     context = Context(CONTEXT.episode_starts, TaskLabel("gym_extensions/Hopper-v0", 2))
     assert (context.task_id, context.task) == ("gym_extensions/Hopper-v0", 2)
     assert "Hopper" not in repr(context)
-
-
-@pytest.mark.parametrize("name", ["task_id", "task"])
-def test_the_task_is_refused_to_an_agent_that_did_not_ask(name: str) -> None:
-    with pytest.raises(BenchError) as error:
-        getattr(Context(CONTEXT.episode_starts), name)
-    assert error.value.code == "not-requested"
-
-
-def test_a_test_for_a_refused_attribute_raises_nothing() -> None:
-    context = Context(CONTEXT.episode_starts)
-    assert not hasattr(context, "task_id")
-    assert getattr(context, "task", None) is None
+    for name in ("task_id", "task"):
+        with pytest.raises(BenchError) as error:
+            getattr(CONTEXT, name)
+        assert error.value.code == "not-requested"
+        assert not hasattr(CONTEXT, name)
 
 
 def test_the_error_reaches_the_parent_of_a_worker_process_unchanged() -> None:

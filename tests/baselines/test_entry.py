@@ -33,7 +33,6 @@ from gym_extensions.rollouts.layout import MANIFEST
 from gym_extensions.rollouts.manifest import findings
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.run import RunDocument, read_run
-from gym_extensions.rollouts.run_policies import read_policies
 
 from .conftest import QUICK_GROUP, SHORT_GROUP, digests, log_rows
 
@@ -63,12 +62,6 @@ def test_a_name_that_a_submission_cannot_have_is_rejected(name: str, tmp_path: P
     error = training_error(tmp_path / name)
     assert (error.code, repr(name) in error.message) == ("bad-out", True)
     assert not list(tmp_path.iterdir())
-
-
-def test_a_file_and_a_folder_below_a_file_are_rejected(tmp_path: Path) -> None:
-    (tmp_path / "afile").touch()
-    assert training_error(tmp_path / "afile").code == "bad-out"
-    assert training_error(tmp_path / "afile/mine").code == "bad-out"
 
 
 def test_a_folder_that_is_not_writable_is_rejected(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -194,11 +187,6 @@ def test_every_stage_has_the_curves_of_its_tasks(trpo_submission: Path, document
     joint = read_run(trpo_submission / SHORT_GROUP / "joint/run0.json").curves
     assert [(curve.stage, curve.task) for curve in joint] == [(1, task) for task in GROUP.task_ids]
     assert all(1000 < curve.steps[-1] <= 2000 * 1.02 for curve in joint)
-
-
-def test_the_run_has_the_policy_of_every_stage(trpo_submission: Path) -> None:
-    policies = read_policies(trpo_submission, GROUP, "sequential", 0)
-    assert list(policies) == [(0, None), (1, None), (2, None)]
 
 
 def test_what_is_written_passes_every_rule(trpo_submission: Path) -> None:

@@ -187,16 +187,6 @@ def test_the_events_of_a_job_come_in_order(watched: Watched) -> None:
     assert names[: len(expected) + 1] == [*expected, JobFinished.__name__]
 
 
-def test_a_batch_has_its_steps_return_and_speed(watched: Watched) -> None:
-    batches = [event for event in watched.events if isinstance(event, BatchTrained)]
-    assert [(event.stage, event.step, event.job_step) for event in batches[:8]] == [
-        (stage, step, step + 1000 * (stage - 1)) for stage in (1, 2) for step in (250, 500, 750, 1000)
-    ]
-    for event in batches:
-        assert event.mean_return is not None
-        assert event.steps_per_second == pytest.approx(250 / event.seconds, rel=0.01)
-
-
 def test_a_log_that_cannot_be_written_gives_one_warning_and_loses_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -246,18 +236,6 @@ def test_a_callback_that_raises_stops_the_training_and_loses_no_finished_stage(t
     train(*arguments, out=out, progress=False, callback=note)
     assert stages == [2]
     assert (out / QUICK_GROUP.name / "sequential/run0.csv").exists()
-
-
-def test_a_callback_that_raises_stops_worker_processes(tmp_path: Path) -> None:
-    def callback(event: Event) -> None:
-        if isinstance(event, TaskEvaluated):
-            raise KeyError("task")
-
-    with pytest.raises(BenchError) as error:
-        train("zero", QUICK_GROUP, "single", "smoke", 0, out=tmp_path / "mine", jobs=1, callback=callback)
-    assert str(error.value).startswith(
-        "callback: The callback raised KeyError: 'task'. Correct the callback. "
-    )
 
 
 def test_a_missing_tensorboard_is_named_with_the_command_that_installs_it(

@@ -23,11 +23,6 @@ def test_a_function_documents_every_argument(name: str) -> None:
     assert all(section in text for section in ("Args:", "Returns:", "Raises:", "Example:"))
 
 
-def test_an_unknown_name_is_an_attribute_error() -> None:
-    with pytest.raises(AttributeError, match="has no attribute 'trian'"):
-        baselines.trian  # noqa: B018
-
-
 @pytest.mark.parametrize("package", ["torch", "stable_baselines3"])
 def test_a_missing_extra_is_named_with_the_command_that_installs_it(package: str) -> None:
     code = f"import sys; sys.modules[{package!r}] = None; from gym_extensions.baselines import sb3"

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -134,45 +132,13 @@ def test_a_finished_run_is_not_recorded_again(recorded: Path) -> None:
     assert digests(recorded) == before
 
 
-RECORD_A_RUN = """
-import sys, numpy as np
-from gym_extensions.baselines import Card, record
-from gym_extensions.envs import MovingGoal, TaskGroup, customize
-tasks = customize("Pusher", max_steps=10), customize("Pusher", [MovingGoal()], max_steps=10)
-run = int(sys.argv[2])
-def act(observations):
-    return np.full((len(observations), 7), run / 10)
-card = Card("mine", evaluation="deterministic", parameters=7)
-group = TaskGroup("quick-pusher", tasks)
-for task in tasks:
-    record(act, group, "single", run=run, task=task.name, out=sys.argv[1], budget="smoke", card=card)
-"""
-
-
-def test_two_processes_write_one_submission(tmp_path: Path) -> None:
-    out = tmp_path / "mine"
-    processes = [
-        subprocess.Popen(
-            [sys.executable, "-c", RECORD_A_RUN, str(out), run], stderr=subprocess.PIPE, text=True
-        )
-        for run in ("0", "1")
-    ]
-    errors = [process.communicate(timeout=300)[1] for process in processes]
-    assert [process.returncode for process in processes] == [0, 0], errors
-    assert [len(logged(out, "single", run)) for run in (0, 1)] == [40, 40]
-    assert not read(out, GROUPS).problems
-
-
 BAD_ARGUMENTS: list[tuple[dict[str, Any], str, str]] = [
     ({"stage": 3}, "bad-stage", "3"),
-    ({"stage": True}, "bad-stage", "True"),
     ({}, "bad-stage", "needs a stage"),
     ({"stage": 0, "task": FIRST}, "bad-task", FIRST),
-    ({"protocol": "joint", "stage": 2}, "bad-stage", "2"),
     ({"protocol": "joint", "task": FIRST}, "bad-task", FIRST),
     ({"protocol": "single"}, "bad-task", "needs a task"),
     ({"protocol": "single", "task": "Pushr.steps-10"}, "unknown-task", "'Pusher.steps-10'"),
-    ({"stage": 0, "run": [0, 1]}, "bad-runs", "[0, 1]"),
     ({"stage": 0, "card": replace(CARD, evaluation="both")}, "bad-card", "'both'"),
     ({"protocol": "joint", "curves": {FIRST: [(10, 0.0), (10, 0.0)]}}, "bad-curve", "do not increase"),
     ({"protocol": "joint", "curves": {FIRST: [(9000, 0.0)]}}, "bad-curve", "9000"),
@@ -198,13 +164,6 @@ def test_an_unfinished_run_has_one_set_of_hyperparameters(tmp_path: Path) -> Non
     record_stage(tmp_path / "mine", stage=0)
     error = refusal(tmp_path / "mine", stage=1, card=replace(CARD, hyperparameters={"rate": 0.1}))
     assert (error.code, "hyperparameters.rate" in error.message) == ("other-run-unfinished", True)
-
-
-def test_recorded_policies_do_not_join_trained_runs(tmp_path: Path) -> None:
-    train("zero", QUICK_GROUP, "joint", "smoke", 0, out=tmp_path / "trained")
-    card = Card("zero", evaluation="deterministic")
-    error = refusal(tmp_path / "trained", protocol="joint", run=1, card=card)
-    assert (error.code, "protocol.steps" in error.message) == ("mixed-submission", True)
 
 
 class Model:

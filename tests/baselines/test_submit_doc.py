@@ -55,10 +55,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def test_the_agent_is_short() -> None:
-    assert len([line for line in AGENT.splitlines() if line.strip()]) <= 28
-
-
 def test_the_agent_writes_a_submission_without_problems(folder: Path) -> None:
     assert not read(folder / "submissions/climber").problems
 
@@ -82,10 +78,6 @@ def test_the_commands_train_what_they_name(
     group = folder / words[words.index("--out") + 1] / QUICK_GROUP.name
     expected = words[words.index("--protocol") + 1].split(",")
     assert {path.parent.name for path in group.glob("*/run0.csv")} == set(expected)
-
-
-def test_there_is_a_command_for_a_reference_agent_and_one_for_your_own() -> None:
-    assert [command.split()[1] for command in COMMANDS] == ["trpo", "mine:HillClimber"]
 
 
 def test_the_card_is_written_to_the_manifest(quick_file: Path, tmp_path: Path) -> None:
@@ -119,10 +111,6 @@ def multi_head(tmp_path_factory: pytest.TempPathFactory) -> Path:
     quick = MULTI_HEAD.replace("hopper-gravity", TWO_HOPPERS)
     run_script(quick, folder)
     return folder / "submissions/multi-head"
-
-
-def test_the_multi_head_agent_is_short() -> None:
-    assert len([line for line in MULTI_HEAD.splitlines() if line.strip()]) <= 40
 
 
 def test_the_manifest_declares_what_the_multi_head_agent_asks_for(multi_head: Path) -> None:

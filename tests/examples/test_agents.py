@@ -14,7 +14,6 @@ import pytest
 from gym_extensions import results
 from gym_extensions.baselines import Context, train
 from gym_extensions.envs import MotorNoise, TaskGroup, customize
-from gym_extensions.rollouts.policy import Policy
 from gym_extensions.rollouts.run_policies import read_policies
 
 GROUP = TaskGroup(  # two tasks whose episodes are short
@@ -146,13 +145,6 @@ def test_the_penalty_of_ewc_holds_the_parameters_that_mattered(load_example: Loa
     assert distances[1] < 0.5 * distances[0]
 
 
-def test_the_heads_act_differently_in_different_tasks(load_example: Load) -> None:
-    agent = load_example("multi_head").MultiHead(*_spaces(), 0)
-    contexts = [Context(np.ones(4, bool), _label(index)) for index in range(2)]
-    first, second = (agent.act(np.ones((4, 11)), context) for context in contexts)
-    assert not np.allclose(first, second)
-
-
 def test_the_recurrent_state_is_kept_in_an_episode_and_cleared_where_one_starts(load_example: Load) -> None:
     agent = load_example("recurrent").Recurrent(*_spaces(), 0)
     observations = np.ones((2, 11))
@@ -160,12 +152,6 @@ def test_the_recurrent_state_is_kept_in_an_episode_and_cleared_where_one_starts(
     second = agent.act(observations, Context(np.array([True, False])))
     np.testing.assert_allclose(second[0], first[0], atol=1e-6)
     assert not np.allclose(second[1], first[1], atol=1e-6)
-
-
-def test_the_published_policy_of_ppo_samples_around_its_mean(load_example: Load) -> None:
-    agent = load_example("ppo").Ppo(*_spaces(), 0)
-    policy: Policy = agent.policy()
-    assert policy.act(np.zeros((5, 11)), np.random.default_rng(0)).shape == (5, 3)
 
 
 def _spaces() -> tuple[Any, Any]:

@@ -29,25 +29,12 @@ def example(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, TaskGroup, 
     return folder / "trained", names["suite"], names["scores"]
 
 
-def test_the_log_has_every_stage_of_three_tasks(
+def test_the_suite_is_trained_scored_with_its_references_and_plotted(
     example: tuple[Path, TaskGroup, pd.DataFrame],
 ) -> None:
-    trained, suite, _ = example
-    assert len(suite.tasks) == 3
+    trained, suite, scores = example
+    assert load_group(EXAMPLES / "own_suite.toml") == suite
     episodes = results.episodes(trained / "own", groups=[suite])
     assert episodes.groupby(["run", "stage", "task"]).size().eq(20).sum() == 4 * 3
-
-
-def test_the_scores_are_normalized_by_the_references(example: tuple[Path, TaskGroup, pd.DataFrame]) -> None:
-    scores = example[2]
     assert scores[scores["metric"] == "final_performance"]["mean"].between(-1, 1).tolist() == [True]
-
-
-def test_the_plot_is_an_image(example: tuple[Path, TaskGroup, pd.DataFrame]) -> None:
-    assert (example[0] / "own.png").read_bytes().startswith(b"\x89PNG")
-
-
-def test_the_file_of_the_references_defines_the_same_suite(
-    example: tuple[Path, TaskGroup, pd.DataFrame],
-) -> None:
-    assert load_group(EXAMPLES / "own_suite.toml") == example[1]
+    assert (trained / "own.png").read_bytes().startswith(b"\x89PNG")

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import random
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -258,3 +260,17 @@ def restore_generator(generator: np.random.Generator, saved: Array) -> None:
     """Sets a random generator to a state from :func:`saved_generator`."""
     state: dict[str, Any] = json.loads(str(saved))
     generator.bit_generator.state = state
+
+
+def global_generators() -> tuple[Any, Any, Any]:
+    """The states of the global random generators of Python, numpy and (if it is loaded) torch."""
+    torch = sys.modules.get("torch")
+    return random.getstate(), np.random.get_state(), torch and torch.get_rng_state()  # noqa: NPY002
+
+
+def set_global_generators(state: tuple[Any, Any, Any]) -> None:
+    """Sets the global random generators to a state of :func:`global_generators`."""
+    random.setstate(state[0])
+    np.random.set_state(state[1])  # noqa: NPY002
+    if state[2] is not None:
+        sys.modules["torch"].set_rng_state(state[2])

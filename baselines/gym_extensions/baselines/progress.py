@@ -8,7 +8,6 @@ import warnings
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import closing, contextmanager
-from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -302,7 +301,7 @@ def open_bars(*, is_shown: bool = True) -> Iterator[tuple[Bars, Listener]]:
         *columns, console=console, disable=not is_live, speed_estimate_period=SPEED_SECONDS
     ) as progress:
         bars = Bars(progress)
-        lines = Lines(partial(console.out, highlight=False), bars.time_left)
+        lines = Lines(print, bars.time_left)
 
         def show(event: Event) -> None:
             bars.show(event)

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import functools
-import subprocess
-import sys
 import tomllib
 from dataclasses import replace
 from importlib.metadata import version
@@ -166,15 +164,6 @@ def test_a_checkpoint_has_the_filled_part_of_the_replay_buffer_alone(env: Any, t
         agent.save(tmp_path / "agent.npz")
         sizes.append((tmp_path / "agent.npz").stat().st_size)
     assert sizes[1] == pytest.approx(sizes[0], rel=0.01)
-
-
-def test_one_seed_gives_the_same_parameters_and_another_seed_others(env: Any) -> None:
-    results = []
-    for seed in (5, 5, 6):
-        agent = create(env, sb3(PPO, **SMALL), seed)
-        learn(agent, env)
-        results.append(parameters(agent))
-    assert results[0] == results[1] != results[2]
 
 
 def test_acting_does_not_change_what_an_sb3_agent_learns(env: Any) -> None:
@@ -350,26 +339,3 @@ VALUES: list[tuple[Any, Any]] = [
 @pytest.mark.parametrize(("value", "stored"), VALUES, ids=[str(stored)[:30] for _, stored in VALUES])
 def test_a_value_that_the_manifest_cannot_store_becomes_text(value: Any, stored: Any) -> None:
     assert to_manifest_value(value) == stored
-
-
-CODE = """
-from gym_extensions.baselines.adapters.sb3 import to_manifest_value
-
-class Plain: pass
-
-def schedule(name): return (lambda rate: rate if name in {"adam", "sgd", "rmsprop"} else 0.0)
-
-print(to_manifest_value({"schedule": schedule("sgd"), "plain": Plain(), "names": {"a", "b", "c"}}))
-"""
-
-
-def test_every_process_writes_the_same_text(tmp_path: Path) -> None:
-    (tmp_path / "mine.py").write_text(CODE)
-    texts = [
-        subprocess.run(
-            [sys.executable, *arguments], cwd=tmp_path, capture_output=True, text=True, check=True
-        ).stdout
-        for arguments in (["mine.py"], ["-c", "import mine"])
-    ]
-    expected = "{'schedule': schedule.<locals>.<lambda>, 'plain': Plain, 'names': {'a', 'b', 'c'}}\n"
-    assert texts == [expected, expected]

@@ -82,12 +82,6 @@ def test_zero_returns_zeros(spaces: Spaces) -> None:
     assert np.array_equal(actions, np.zeros((3, *spaces[1].shape)))
 
 
-def test_an_untrained_trpo_2017_samples_around_the_center_of_the_action_space(spaces: Spaces) -> None:
-    actions = algorithms.factory("trpo-2017")(*spaces, 0).act(np.zeros((4000, *spaces[0].shape)))
-    np.testing.assert_allclose(actions.std(axis=0), spaces[1].high, rtol=0.06)
-    np.testing.assert_allclose(actions.mean(axis=0), 0.0, atol=0.15)
-
-
 def make(observation_space: Any, action_space: Any, seed: int) -> Any:
     raise NotImplementedError
 
@@ -119,15 +113,6 @@ def test_the_stored_policy_acts_like_the_agent_to_the_last_bit(name: str, spaces
         noise = copy.deepcopy(getattr(agent, "_acting", None))
         assert np.array_equal(policy.act(states, noise), agent.act(states))
         assert policy.act(states, np.random.default_rng()).dtype == np.float32
-
-
-def test_the_stored_policy_of_random_has_its_range(spaces: Spaces) -> None:
-    agent: Any = algorithms.factory("random")(*spaces, 0)
-    policy: Policy = agent.policy()
-    low, high = policy.action_offset - policy.action_scale, policy.action_offset + policy.action_scale
-    assert (policy.head, low.tolist(), high.tolist()) == (
-        *("uniform", spaces[1].low.tolist(), spaces[1].high.tolist()),
-    )
 
 
 @pytest.mark.parametrize(("name", "package", "extra"), [("ppo", "torch", "sb3"), ("sac", "sbx", "sbx")])

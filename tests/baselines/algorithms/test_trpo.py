@@ -117,13 +117,6 @@ def test_trpo_standardizes_observations_by_all_earlier_batches() -> None:
     assert agent._moments.count == 4_000
 
 
-def test_trpo_2017_does_not_standardize_observations() -> None:
-    agent = trpo.Trpo2017(BOX, Corridor.single_action_space, 0)
-    agent.learn(Corridor(ends=True), 2_000)
-    observations = np.full((1, 3), 50.0, np.float32)
-    np.testing.assert_array_equal(agent._policy_inputs(observations), observations)
-
-
 @pytest.mark.parametrize("make", [trpo.make, trpo.Trpo2017], ids=["trpo", "trpo-2017"])
 def test_a_loaded_agent_learns_exactly_as_the_saved_agent(make: Any, tmp_path: Path) -> None:
     original, loaded = make(BOX, Corridor.single_action_space, 4), make(BOX, Corridor.single_action_space, 5)

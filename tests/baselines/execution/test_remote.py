@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import errno
 import pickle
-import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -90,14 +89,6 @@ def test_a_job_whose_node_died_ends_with_the_same_bytes(
     assert all(remote[name] == expected[name] for name in names)
 
 
-def test_nothing_to_run_submits_nothing(cluster: Cluster, tmp_path: Path) -> None:
-    arguments: Any = ("zero", QUICK_GROUP, "joint", "smoke", 0)
-    cluster.has_died = True
-    for _ in range(2):
-        train(*arguments, out=tmp_path / "mine", ray="fake")
-    assert len(cluster.sent) == 1
-
-
 def test_a_node_with_other_versions_refuses_the_job(
     cluster: Cluster, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -156,13 +147,3 @@ def test_files_that_cannot_be_stored_are_a_failure_and_leave_no_part_of_a_job(
     with pytest.raises(OSError, match="No space left on device"):
         train("zero", QUICK_GROUP, "joint", "smoke", 0, out=out, ray="fake")
     assert not list((out / ".progress").rglob("stage*"))
-
-
-def test_the_temporary_folder_of_a_node_is_removed(
-    cluster: Cluster, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (tmp_path / "node").mkdir()
-    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "node"))
-    train("zero", QUICK_GROUP, "joint", "smoke", 0, out=tmp_path / "mine", ray="fake")
-    assert cluster.sent
-    assert not list((tmp_path / "node").iterdir())

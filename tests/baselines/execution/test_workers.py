@@ -131,8 +131,3 @@ def test_stopping_ends_the_workers_and_no_other_child_process(jobs: Any) -> None
         process.join(timeout=1 if process == own else 20)
     assert multiprocessing.active_children() == [own]
     own.terminate()
-
-
-@BOTH
-def test_nothing_to_run_yields_nothing(executor: Any) -> None:
-    assert list(executor.run([], lambda _: None)) == []

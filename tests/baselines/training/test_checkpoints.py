@@ -6,7 +6,6 @@ import os
 import subprocess
 import sys
 import time
-from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -15,11 +14,8 @@ import numpy as np
 import pytest
 
 from gym_extensions.baselines import train
-from gym_extensions.baselines.agent import load_arrays, restore_generator, save_arrays, saved_generator
-from gym_extensions.baselines.algorithms import trpo
+from gym_extensions.baselines.agent import restore_generator, saved_generator
 from gym_extensions.baselines.training.checkpoints import Progress
-from gym_extensions.baselines.training.recorder import Recorder
-from gym_extensions.envs import make_vec
 from gym_extensions.errors import BenchError
 
 from ..conftest import QUICK_GROUP, SHORT_GROUP, digests
@@ -40,19 +36,14 @@ def wait_for(path: Path, process: subprocess.Popen[Any]) -> None:
     assert path.exists()
 
 
-@dataclass(frozen=True)
-class Killed:
-    """The folder of a command that was killed after its first finished stage, and its worker processes."""
-
-    out: Path
-    workers: list[int]
-    running: list[int]
-    """The workers that had not ended 30 seconds later."""
+def is_running(pid: int) -> bool:
+    return Path(f"/proc/{pid}").exists()
 
 
-@pytest.fixture(scope="module")
-def killed(tmp_path_factory: pytest.TempPathFactory) -> Killed:
-    out = tmp_path_factory.mktemp("command") / "killed"
+def test_a_killed_command_ends_its_workers_and_writes_the_same_files_when_it_is_repeated(
+    trpo_submission: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "trpo"
     process = subprocess.Popen([*COMMAND, str(out)], stdout=subprocess.DEVNULL, env=MANY_THREADS)
     wait_for(out / FIRST_JOB.format(SHORT_GROUP) / "stage1.json", process)
     children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
@@ -64,47 +55,12 @@ def killed(tmp_path_factory: pytest.TempPathFactory) -> Killed:
     deadline = time.monotonic() + 30
     while (running := [pid for pid in workers if is_running(pid)]) and time.monotonic() < deadline:
         time.sleep(0.02)
-    return Killed(out, workers, running)
-
-
-def is_running(pid: int) -> bool:
-    return Path(f"/proc/{pid}").exists()
-
-
-def test_workers_end_when_the_command_is_killed(killed: Killed) -> None:
-    if not Path(f"/proc/self/task/{os.getpid()}/children").exists():
-        pytest.skip("the operating system does not list child processes in /proc")
-    assert killed.workers
-    assert not killed.running
-
-
-def test_a_killed_command_that_is_repeated_writes_the_same_files(
-    killed: Killed, trpo_submission: Path
-) -> None:
-    out = killed.out
+    assert not running
     assert not (out / SHORT_GROUP / "sequential").exists()
     done = subprocess.run([*COMMAND, str(out)], check=True, capture_output=True, text=True, env=MANY_THREADS)
     assert "sequential-run0 stage 1:" not in done.stdout, "a finished stage was repeated"
     assert digests(out) == digests(trpo_submission)
     assert not (out / FIRST_JOB.format(SHORT_GROUP)).exists()
-
-
-def test_a_saved_and_loaded_agent_continues_like_the_original(tmp_path: Path) -> None:
-    def learn(agent: trpo.Trpo) -> None:
-        recorder = Recorder(make_vec("Hopper", 2), ["Hopper"], steps=400, batch_steps=200, seed=9)
-        agent.learn(recorder, 400)
-
-    env: Any = make_vec("Hopper", 2)
-    spaces = (env.single_observation_space, env.single_action_space)
-    original, loaded = trpo.make(*spaces, 4), trpo.make(*spaces, 5)
-    learn(original)
-    original.save(tmp_path / "agent.npz")
-    loaded.load(tmp_path / "agent.npz")
-    observations = np.ones((3, 11))
-    assert np.array_equal(original.act(observations), loaded.act(observations))
-    learn(original)
-    learn(loaded)
-    assert np.array_equal(original.act(observations), loaded.act(observations))
 
 
 class PowerCutError(RuntimeError):
@@ -198,15 +154,6 @@ def test_a_checkpoint_that_the_agent_cannot_load_is_reported(tmp_path: Path) -> 
     assert error.value.code == "bad-checkpoint"
     assert "KeyError: 'format 2'" in error.value.message
     assert checkpoint.exists()
-
-
-def test_arrays_are_read_back_from_exactly_the_given_path(tmp_path: Path) -> None:
-    path = tmp_path / "agent.partial"
-    save_arrays(path, weights=np.arange(3.0), count=np.array(7))
-    assert [each.name for each in tmp_path.iterdir()] == ["agent.partial"]
-    arrays = load_arrays(path)
-    assert arrays["weights"].tolist() == [0.0, 1.0, 2.0]
-    assert int(arrays["count"]) == 7
 
 
 def test_a_restored_generator_continues_with_the_same_numbers() -> None:

@@ -87,11 +87,6 @@ def test_the_wrapper_that_appends_the_task_works_in_training() -> None:
     assert env.step(env.action_space.sample())[0].shape == (4, 16)
 
 
-def test_the_wrapper_that_appends_the_task_is_refused_to_an_agent_that_did_not_ask() -> None:
-    with pytest.raises(BenchError, match=r"observes = Observes\(task_in_training=True\)"):
-        VectorTaskId(training(Observes()), GROUP)
-
-
 def test_gymnasiums_wrappers_work_for_an_agent_that_asks_for_nothing() -> None:
     env: Any = NormalizeObservation(RecordEpisodeStatistics(training(Observes())))
     env.reset()

@@ -81,17 +81,6 @@ def test_a_policy_that_is_not_the_agents_stops_the_run(tmp_path: Path) -> None:
     assert error.value.code == "policy-differs"
 
 
-def test_a_policy_that_is_another_from_the_start_is_refused_before_training(tmp_path: Path) -> None:
-    class Other(Counting):
-        def policy(self) -> Policy | None:
-            return Policy(np.zeros(self.size), np.ones(self.size))
-
-    with pytest.raises(BenchError) as error:
-        train(Other, QUICK_GROUP, "joint", "smoke", 0, out=tmp_path / "other")
-    assert error.value.code == "policy-differs"
-    assert not (tmp_path / "other").exists()
-
-
 def test_only_a_method_is_the_agents_policy() -> None:
     agent: Any = Counting(None, np.zeros((3, 1)), 0)
     agent.policy = type("Module", (), {"__call__": lambda self, states: states})()

@@ -23,8 +23,17 @@ from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
 from gym_extensions.baselines.adapters.sb3_policy import exported
 from gym_extensions.baselines.adapters.sb3_vec_env import BatchVecEnv, SpacesVecEnv
-from gym_extensions.baselines.agent import Array, Card, Context, Factory, Observes, Setting, VectorEnv
-from gym_extensions.baselines.training.jobs import global_generators, set_global_generators
+from gym_extensions.baselines.agent import (
+    Array,
+    Card,
+    Context,
+    Factory,
+    Observes,
+    Setting,
+    VectorEnv,
+    global_generators,
+    set_global_generators,
+)
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.manifest import LONG, hyperparameter_error
 from gym_extensions.rollouts.run_policies import AnyPolicy

@@ -17,7 +17,7 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
-from gym_extensions.baselines.agent import Observes
+from gym_extensions.baselines.agent import Observes, global_generators, set_global_generators
 from gym_extensions.baselines.training.events import JobPlan, StagePlan
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, Budget, budget
@@ -46,20 +46,6 @@ def seeded_copy(space: gym.Space[Any], seed: int) -> gym.Space[Any]:
     own = copy.deepcopy(space)
     own.seed(seed % 2**31)
     return own
-
-
-def global_generators() -> tuple[Any, Any, Any]:
-    """The states of the global random generators of Python, numpy and (if it is loaded) torch."""
-    torch = sys.modules.get("torch")
-    return random.getstate(), np.random.get_state(), torch and torch.get_rng_state()  # noqa: NPY002
-
-
-def set_global_generators(state: tuple[Any, Any, Any]) -> None:
-    """Sets the global random generators to a state of :func:`global_generators`."""
-    random.setstate(state[0])
-    np.random.set_state(state[1])  # noqa: NPY002
-    if state[2] is not None:
-        sys.modules["torch"].set_rng_state(state[2])
 
 
 @contextmanager

@@ -52,14 +52,6 @@ def test_a_loaded_agent_learns_and_acts_exactly_as_the_saved_agent(name: str, tm
     assert original.card() == loaded.card()
 
 
-@pytest.mark.parametrize("name", METHODS)
-def test_a_vector_step_longer_than_two_batches_takes_no_steps_beyond_the_budget(
-    name: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(Goals, "batch_steps", 8)
-    assert learned(name, 1, steps=100)._moments.count == 100
-
-
 @pytest.mark.parametrize("name", ["l2", "online-ewc", "cloning"])
 def test_a_strong_penalty_holds_the_policy_of_the_first_task(name: str) -> None:
     moved = {}
