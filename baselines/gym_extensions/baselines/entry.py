@@ -121,9 +121,8 @@ def validate(out: Path, groups: Iterable[TaskGroup] = ()) -> None:
 def prepare(out: Path) -> None:
     """Creates the folder and that of unfinished runs. Raises ``BenchError`` if they are not writable."""
     with _reports_access(out):
-        for folder in (out, out / PROGRESS):
-            folder.mkdir(parents=True, exist_ok=True)
-            probe = folder / ".probe"
+        (out / PROGRESS).mkdir(parents=True, exist_ok=True)
+        for probe in (out / ".probe", out / PROGRESS / ".probe"):
             probe.touch()
             probe.unlink(missing_ok=True)
 

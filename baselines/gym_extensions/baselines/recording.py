@@ -9,7 +9,7 @@ from itertools import pairwise
 from pathlib import Path
 from statistics import fmean
 from types import MappingProxyType
-from typing import Any, NoReturn, Protocol, runtime_checkable
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -107,26 +107,8 @@ POLICY_ERRORS = (ArithmeticError, AttributeError, LookupError, RuntimeError, Typ
 SIGNATURE = "Use a function from observations (n, …) to actions (n, …), or an object with act or predict."
 
 
-@runtime_checkable
-class Acts(Protocol):
-    """An agent."""
-
-    def act(self, observations: Array, /) -> Array:
-        """Actions (n, …) for observations (n, …)."""
-
-
-@runtime_checkable
-class Predicts(Protocol):
-    """An algorithm or policy of Stable-Baselines3."""
-
-    def predict(
-        self, observation: Array, state: Any, episode_start: Array, deterministic: bool
-    ) -> tuple[Array, Any]:
-        """Actions (n, …) and the state of a recurrent policy."""
-
-
-Policy = PlainPolicy | OnnxPolicy | Acts | Predicts | Callable[[Array], Array]
-"""A policy as :func:`gym_extensions.baselines.record` takes it."""
+Policy = PlainPolicy | OnnxPolicy | Callable[[Array], Array] | Any
+"""A policy as :func:`gym_extensions.baselines.record` takes it; or an object with ``act`` or ``predict``."""
 
 
 class PolicyAgent:
@@ -147,7 +129,7 @@ class PolicyAgent:
         per_task = isinstance(policy, AnyPolicy) and policy.num_tasks > 0
         by_default: Observes = getattr(policy, "observes", Observes(per_task, per_task))
         self.observes = by_default if observes is None else observes
-        if not (isinstance(policy, AnyPolicy | Acts | Predicts) or callable(policy)):
+        if not (callable(policy) or hasattr(policy, "act") or hasattr(policy, "predict")):
             message = f"A value of type {type(policy).__name__} is not a policy."
             raise BenchError("bad-policy", message, "policy", SIGNATURE)
 
@@ -176,16 +158,16 @@ class PolicyAgent:
         if isinstance(policy, AnyPolicy):
             task = context.task if self.observes.task_in_evaluation and policy.num_tasks else 0
             return policy.act(observations, self._rng, task)
-        if isinstance(policy, Acts):
-            return action_function(policy)(observations, context)  # type: ignore[arg-type]
-        if isinstance(policy, Predicts):
+        if hasattr(policy, "act"):
+            return action_function(policy)(observations, context)
+        if hasattr(policy, "predict"):
             actions, self._state = policy.predict(
                 observations,
                 state=self._state,
                 episode_start=context.episode_starts,
                 deterministic=self._card.evaluation == "deterministic",
             )
-            return actions
+            return np.asarray(actions)
         return policy(observations)  # type: ignore[no-any-return]
 
     def learn(self, env: VectorEnv, steps: int) -> NoReturn:

@@ -183,20 +183,25 @@ def retrain(
         BenchError: the training of the entry was not recorded, no reference agent has its name, or the agent
             is another one or has other settings.
     """
-    path = folder / MANIFEST
-    name = _recorded_algorithm(folder) if agent else reference_agent(folder)
-    tables = entry.read_manifest(path)
+    path, budget = folder / MANIFEST, _recorded_protocol(folder)["budget"]
+    settings = entry.read_manifest(path).get("hyperparameters", {})
+    agent = agent or reference_agent(folder)
     out.mkdir(parents=True, exist_ok=True)
     shutil.copyfile(path, out / MANIFEST)  # with it in place, another agent or setting is refused
-    evaluations = _interim_of(folder / run_file(group.name, protocol, run, DOCUMENT))
+    document = folder / run_file(group.name, protocol, run, DOCUMENT)
+    interim: dict[str, Any] = {}
+    if document.exists() and (evaluations := read_run(document).evaluations):
+        # An agent that cannot be saved acts itself in them, so its run depends on them.
+        first = evaluations[0]
+        interim = {"evaluate_every": first.steps[0], "evaluate_episodes": first.episodes}
     try:
         (log,) = train(
-            *(agent or name, [group], protocol, str(tables.get("protocol", {}).get("budget")), run),
+            *(agent, [group], protocol, str(budget), run),
             out=out,
             jobs=jobs,
-            num_envs=tables.get("hyperparameters", {}).get("num_envs"),
+            num_envs=settings.get("num_envs"),
             progress=progress,
-            **evaluations,
+            **interim,
         )
     except BenchError as error:
         if error.code != "mixed-submission":
@@ -212,23 +217,22 @@ def reference_agent(folder: Path) -> str:
     Raises:
         BenchError: the training of the entry was not recorded, or no reference agent has its name.
     """
-    name = _recorded_algorithm(folder)
+    name = _recorded_protocol(folder)["algorithm"]
     if name not in algorithms.names():
         message = f"The algorithm {name!r} is not a reference agent."
         hint = "Train the entry's own agent by hand."
         raise BenchError("not-reproducible", message, str(folder / MANIFEST), hint)
-    return name
+    return str(name)
 
 
-def _recorded_algorithm(folder: Path) -> str:
-    """The algorithm of an entry. Raises ``BenchError`` if its training was not recorded."""
-    path = folder / MANIFEST
-    tables = entry.read_manifest(path)
-    protocol_table = tables.get("protocol", {})
-    if protocol_table.get("steps", RECORDED) != RECORDED or "reported" in tables:
+def _recorded_protocol(folder: Path) -> dict[str, Any]:
+    """The section ``protocol`` of a manifest. Raises ``BenchError`` if the training was not recorded."""
+    tables = entry.read_manifest(folder / MANIFEST)
+    table: dict[str, Any] = {"algorithm": "", "budget": "", "steps": RECORDED} | tables.get("protocol", {})
+    if table["steps"] != RECORDED or "reported" in tables:
         message = "The training of this entry was not recorded, so it cannot be repeated."
-        raise BenchError("not-reproducible", message, str(path))
-    return str(protocol_table.get("algorithm", ""))
+        raise BenchError("not-reproducible", message, str(folder / MANIFEST))
+    return table
 
 
 @contextmanager
@@ -324,14 +328,3 @@ def agent_settings(make: Factory, settings: Settings, group: TaskGroup) -> tuple
     env.close()
     stated = {"hyperparameters": card.hyperparameters, "packages": card.packages}
     return replace(settings, observes=observes, **stated), card  # type: ignore[arg-type]
-
-
-def _interim_of(path: Path) -> dict[str, Any]:
-    """The arguments of ``train`` for the evaluations during training that a run's document lists.
-
-    An agent that cannot be saved acts itself in them, so its run depends on them.
-    """
-    evaluations = read_run(path).evaluations if path.exists() else []
-    if not evaluations:
-        return {}
-    return {"evaluate_every": evaluations[0].steps[0], "evaluate_episodes": evaluations[0].episodes}

@@ -62,28 +62,30 @@ def trained_task(env: VectorEnv, name: str) -> int:
 
 
 def to_arrays(heads: Heads) -> dict[str, Array]:
-    """The heads as named arrays."""
-    arrays: dict[str, Array] = {"head_tasks": np.array(list(heads), np.int64)}
-    for task, head in heads.items():
-        moments = head.moments
-        arrays |= {
-            f"head{task}_parameters": head.parameters,
-            f"head{task}_count": np.array(moments.count),
-            f"head{task}_mean": moments.mean,
-            f"head{task}_squares": moments.squares,
-            f"head{task}_number": np.array(head.number),
-        }
-    return arrays
+    """The heads as named arrays: ``head3/parameters`` and so on."""
+    return {
+        f"head{task}/{name}": np.asarray(value)
+        for task, head in heads.items()
+        for name, value in {**vars(head), **vars(head.moments)}.items()
+        if name != "moments"
+    }
 
 
 def from_arrays(arrays: Mapping[str, Array]) -> Heads:
     """The heads that :func:`to_arrays` saved."""
-    heads = {}
-    for task in arrays["head_tasks"].tolist():
-        part = {name: arrays[f"head{task}_{name}"] for name in ("mean", "squares", "parameters")}
-        moments = Moments(float(arrays[f"head{task}_count"]), part["mean"], part["squares"])
-        heads[task] = Head(part["parameters"], moments, int(arrays[f"head{task}_number"]))
-    return heads
+    parts: dict[int, dict[str, Array]] = {}
+    for name, values in arrays.items():
+        if name.startswith("head"):
+            task, _, part = name.removeprefix("head").partition("/")
+            parts.setdefault(int(task), {})[part] = values
+    return {
+        task: Head(
+            part["parameters"],
+            Moments(float(part["count"]), part["mean"], part["squares"]),
+            int(part["number"]),
+        )
+        for task, part in parts.items()
+    }
 
 
 def head_rows(heads: Heads, present: int) -> list[Head]:
