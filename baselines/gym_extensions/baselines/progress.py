@@ -7,7 +7,7 @@ import time
 import warnings
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, nullcontext
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -297,9 +297,8 @@ def open_bars(*, is_shown: bool = True) -> Iterator[tuple[Bars, Listener]]:
         TimeRemainingColumn(),
     )
     is_live = is_shown and console.is_terminal and not console.is_jupyter
-    with Progress(
-        *columns, console=console, disable=not is_live, speed_estimate_period=SPEED_SECONDS
-    ) as progress:
+    progress = Progress(*columns, console=console, disable=not is_live, speed_estimate_period=SPEED_SECONDS)
+    with progress if is_live else nullcontext():
         bars = Bars(progress)
         lines = Lines(print, bars.time_left)
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import shutil
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -295,7 +296,7 @@ def custom(
     """Measures every task that a references file does not have: its floor, and an agent trained on it alone.
 
     The agents are trained and evaluated as in the protocol ``single``, by other seeds than those of
-    submissions. Finished training is stored beside ``out``, so that an interrupted call can be repeated.
+    submissions. Finished stages are stored beside ``out``, so that an interrupted call can be repeated.
 
     Args:
         groups: the groups of the tasks.
@@ -463,6 +464,7 @@ def main(argv: list[str] | None = None) -> int:
     else:
         content = published(out, options.jobs)
     write_bytes(out, msgspec.json.format(msgspec.json.encode(content), indent=1) + b"\n")
+    shutil.rmtree(out.parent / PROGRESS / out.stem, ignore_errors=True)
     open_tasks = sum(each.expert is None for each in content.tasks.values())
     provisional = sum(bool(each.expert and each.expert.provisional) for each in content.tasks.values())
     counts = f"{len(content.tasks)} tasks, {open_tasks} of them open, {provisional} provisional"
