@@ -1,10 +1,11 @@
-"""An update raises the surrogate inside the trust region, or changes nothing; its two solvers."""
+"""An update raises the surrogate inside the trust region; its solvers, and the step with a penalty."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
+from gym_extensions.baselines.agent import Array
 from gym_extensions.baselines.trpo.policy import (
     Architecture,
     Batch,
@@ -13,7 +14,15 @@ from gym_extensions.baselines.trpo.policy import (
     mean_and_log_sigma,
     surrogate,
 )
-from gym_extensions.baselines.trpo.update import TrustRegion, conjugate_gradient, line_search, updated
+from gym_extensions.baselines.trpo.update import (
+    Curvature,
+    TrustRegion,
+    conjugate_gradient,
+    line_search,
+    natural_step,
+    penalized_step,
+    updated,
+)
 
 from .policies import ARCHITECTURES, random_batch, random_policy
 
@@ -109,3 +118,131 @@ def test_the_line_search_returns_the_start_if_no_step_is_accepted() -> None:
     point, tries = line_search(lambda at: False, start, np.ones(1), tries=4)
     assert tries == 4
     assert point is start
+
+
+class Pull:
+    """c/2 · ‖θ − θ*‖², the simplest penalty."""
+
+    def __init__(self, coefficient: float, anchor: Array) -> None:
+        self.coefficient, self.anchor = coefficient, anchor
+
+    def value(self, theta: Array) -> float:
+        return float(0.5 * self.coefficient * np.sum((theta - self.anchor) ** 2))
+
+    def gradient(self, theta: Array) -> Array:
+        slope: Array = self.coefficient * (theta - self.anchor)
+        return slope
+
+    def curvature(self, theta: Array) -> Curvature:
+        return Curvature(lambda vector: self.coefficient * vector, self.coefficient * np.ones_like(theta))
+
+
+def objective(architecture: Architecture, old: Array, new: Array, batch: Batch) -> float:
+    """The surrogate: the mean of probability ratio times advantage, minus its value at the old parameters."""
+    before, after = (
+        log_density(*mean_and_log_sigma(architecture, theta, batch.observations), batch.actions)
+        for theta in (old, new)
+    )
+    return float(np.mean((np.exp(after - before) - 1) * batch.advantages))
+
+
+def step(fisher: Array, slope: Array, bend: Array, max_kl: float, damping: float = 0.1) -> Array:
+    result = penalized_step(
+        lambda vector: fisher @ vector,
+        slope,
+        Curvature(lambda vector: bend @ vector, np.diag(bend)),
+        max_kl=max_kl,
+        damping=damping,
+        iterations=50,
+    )
+    assert result is not None
+    return result
+
+
+def test_without_curvature_the_step_is_the_natural_step() -> None:
+    rng = np.random.default_rng(0)
+    root, slope = rng.standard_normal((6, 6)), rng.standard_normal(6)
+    fisher = root @ root.T + np.eye(6)
+    natural = natural_step(lambda vector: fisher @ vector, slope, 0.04, 50)
+    assert natural is not None
+    np.testing.assert_allclose(step(fisher, slope, np.zeros((6, 6)), 0.04), natural, rtol=1e-8)
+
+
+def test_a_step_by_hand() -> None:
+    # F = I, g = (3, 4), δ = 1/2, so β = √(25 / 1) = 5. With H = diag(0, 5): d = (3, 4 / 2) and
+    # the best multiple along d is gᵀd / dᵀHd = 17 / 20, limited by √(2δ / dᵀFd) = 1 / √13.
+    np.testing.assert_allclose(
+        step(np.eye(2), np.array([3.0, 4.0]), np.diag([0.0, 5.0]), 0.5), np.array([3, 2]) / np.sqrt(13)
+    )
+
+
+@pytest.mark.parametrize("strength", [0.1, 10.0, 1e4])
+def test_a_step_stays_in_the_trust_region_and_raises_the_quadratic_model(strength: float) -> None:
+    rng = np.random.default_rng(1)
+    root, slope = rng.standard_normal((6, 6)), rng.standard_normal(6)
+    fisher, bend = root @ root.T + 0.1 * np.eye(6), np.diag(strength * rng.exponential(size=6))
+    result = step(fisher, slope, bend, 0.04)
+    assert 0.5 * result @ fisher @ result <= 0.04 * (1 + 1e-9)
+    assert slope @ result - 0.5 * result @ bend @ result > 0
+
+
+def test_a_penalty_without_a_binding_trust_region_is_minimized_at_once() -> None:
+    # One dimension: the maximum of g s − h s² / 2 is at g / h = .01, well inside ½ s² ≤ 8.
+    np.testing.assert_allclose(step(np.eye(1), np.ones(1), 100.0 * np.eye(1), 8.0), [0.01])
+
+
+def test_no_step_is_made_along_a_gradient_of_zero_or_one_that_is_not_finite() -> None:
+    for slope in (np.zeros(3), np.full(3, np.nan)):
+        curvature = Curvature(lambda vector: vector)
+        step = penalized_step(lambda v: v, slope, curvature, max_kl=0.04, damping=0.1, iterations=10)
+        assert step is None
+
+
+@pytest.mark.parametrize("coefficient", [0.01, 1.0, 100.0])
+def test_an_update_raises_surrogate_minus_penalty_within_the_bound(coefficient: float) -> None:
+    architecture, theta, batch = ARCHITECTURES[0], random_policy(ARCHITECTURES[0]), random_batch(200)
+    penalty = Pull(coefficient, theta + 0.1)
+    new = updated(architecture, theta, batch, TrustRegion(0.04, 0.1), penalty=penalty)
+    old_mean, old_log_sigma = mean_and_log_sigma(architecture, theta, batch.observations)
+    kl = divergence(old_mean, old_log_sigma, *mean_and_log_sigma(architecture, new, batch.observations))
+    assert 0 < kl <= 0.04
+    assert objective(architecture, theta, new, batch) - penalty.value(new) > -penalty.value(theta)
+    if coefficient == 100:
+        assert penalty.value(new) < penalty.value(theta)
+
+
+class Wall(Pull):
+    """A penalty that is much larger than its gradient and its curvature at the old parameters say."""
+
+    def value(self, theta: Array) -> float:
+        return float(1e4 * np.sum((theta - self.anchor) ** 4))
+
+    def gradient(self, theta: Array) -> Array:
+        slope: Array = 4e4 * (theta - self.anchor) ** 3
+        return slope
+
+    def curvature(self, theta: Array) -> Curvature:
+        return Curvature(lambda vector: 0 * vector, np.zeros_like(theta))
+
+
+def test_the_line_search_shortens_a_step_that_raises_the_surrogate_and_lowers_it_minus_the_penalty() -> None:
+    architecture, theta, batch = ARCHITECTURES[0], random_policy(ARCHITECTURES[0]), random_batch(200)
+    region, penalty = TrustRegion(0.04, 0.1), Wall(1.0, theta)
+    free = updated(architecture, theta, batch, region)
+    assert (
+        objective(architecture, theta, free, batch) - penalty.value(free)
+        < 0
+        < objective(architecture, theta, free, batch)
+    )
+    new = updated(architecture, theta, batch, region, penalty=penalty)
+    assert 0 < np.linalg.norm(new - theta) < 0.9 * np.linalg.norm(free - theta)
+    assert objective(architecture, theta, new, batch) - penalty.value(new) > 0
+
+
+def test_an_update_of_some_parameters_leaves_the_others_bit_by_bit() -> None:
+    architecture, theta, batch = ARCHITECTURES[0], random_policy(ARCHITECTURES[0]), random_batch(200)
+    trainable = (np.arange(len(theta)) % 3 == 0).astype(float)
+    for penalty in (None, Pull(1.0, theta + 0.1)):
+        region = TrustRegion(0.04, 0.1)
+        new = updated(architecture, theta, batch, region, penalty=penalty, trainable=trainable)
+        assert np.array_equal(new != theta, trainable == 1)

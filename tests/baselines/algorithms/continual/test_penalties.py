@@ -1,12 +1,19 @@
-"""The quadratic penalty, what l2, l2-init and online EWC anchor, and which states are sampled."""
+"""Penalties, what they anchor and store, which states are sampled, and who owns a weight."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
+from gym_extensions.baselines.algorithms.cloning import Divergence
 from gym_extensions.baselines.algorithms.continual import Quadratic, StateSample
 from gym_extensions.baselines.algorithms.online_ewc import diagonal_fisher
+from gym_extensions.baselines.algorithms.packnet import (
+    claimed,
+    no_owners,
+    trainable,
+    visible,
+)
 from gym_extensions.baselines.trpo.policy import Architecture, log_density, mean_and_log_sigma
 
 from ...trpo.policies import ARCHITECTURES, numeric_gradient, random_policy
@@ -116,3 +123,108 @@ def test_a_short_task_gives_what_it_has() -> None:
 
 def test_a_method_that_needs_no_states_samples_none() -> None:
     assert sampled(size=0, steps=10, batch=5) == []
+
+
+each_architecture = pytest.mark.parametrize("architecture", ARCHITECTURES, ids=["linear", "tanh"])
+
+
+def random_penalty(architecture: Architecture) -> Divergence:
+    rng = np.random.default_rng(5)
+    shape = (9, 2)
+    old = (0.3 * rng.standard_normal(shape), 0.2 * rng.standard_normal(shape))
+    return Divergence(3.0, architecture, rng.standard_normal((9, 3)), *old)
+
+
+def test_a_divergence_by_hand() -> None:
+    # Old N(0, 1) and N(1, 2²); new N(1, 2²) in both states. KL: log 2 + (1 + 1) / 8 − 1/2, and 0.
+    penalty = Divergence(
+        2.0, LINE, np.array([[1.0], [1.0]]), np.array([[0.0], [1.0]]), np.log([[1.0], [2.0]])
+    )
+    assert penalty.value(np.array([1.0, 0.0, np.log(2)])) == pytest.approx(np.log(2) - 0.25)
+
+
+@each_architecture
+def test_the_gradient_is_the_derivative(architecture: Architecture) -> None:
+    penalty, theta = random_penalty(architecture), random_policy(architecture)
+    np.testing.assert_allclose(
+        penalty.gradient(theta), numeric_gradient(penalty.value, theta), rtol=1e-5, atol=1e-7
+    )
+
+
+@each_architecture
+def test_the_curvature_is_the_second_derivative_where_new_equals_old(architecture: Architecture) -> None:
+    theta, inputs = random_policy(architecture), random_penalty(architecture).inputs
+    means, log_sigma = mean_and_log_sigma(architecture, theta, inputs)
+    penalty = Divergence(3.0, architecture, inputs, means, np.broadcast_to(log_sigma, means.shape))
+    assert penalty.value(theta) == pytest.approx(0, abs=1e-12)
+    np.testing.assert_allclose(penalty.gradient(theta), 0, atol=1e-12)
+    vector = np.random.default_rng(6).standard_normal(len(theta))
+    width = 1e-5
+    difference = penalty.gradient(theta + width * vector) - penalty.gradient(theta - width * vector)
+    np.testing.assert_allclose(
+        penalty.curvature(theta).product(vector), difference / (2 * width), rtol=1e-4, atol=1e-6
+    )
+
+
+def test_the_states_of_all_tasks_are_stored_with_the_policy_that_learned_them() -> None:
+    agent = on_a_line("cloning", 1.0, 0.0, 0.0, 0.0)
+    assert agent._penalty() is None
+    end_task(agent, np.array([2.0, 0.0, 0.5]), np.array([[1.0], [3.0]]))
+    end_task(agent, np.array([0.0, 7.0, -1.0]), np.array([[5.0]]))
+    np.testing.assert_allclose(agent._stored["observations"], [[1], [3], [5]])
+    np.testing.assert_allclose(agent._stored["means"], [[2], [6], [7]])
+    np.testing.assert_allclose(agent._stored["log_sigmas"], [[0.5], [0.5], [-1.0]])
+
+
+def test_stored_states_are_seen_through_the_present_moments() -> None:
+    agent = on_a_line("cloning", 1.0, 0.0, 0.0, 0.0)
+    agent._policy_inputs = lambda raw: raw / 2
+    end_task(agent, np.array([1.0, 0.0, 0.0]), np.array([[4.0]]))
+    agent._policy_inputs = lambda raw: raw / 4
+    penalty = agent._penalty()
+    # The input was 2 and is 1 now: w = 2 gives the stored mean again.
+    assert penalty.value(np.array([2.0, 0.0, 0.0])) == 0
+    assert penalty.value(np.array([1.0, 0.0, 0.0])) == 0.5
+
+
+SIZES = (2, 2, 2, 1)
+"""Hidden parameters: 4 weights, 2 biases, 4 weights, 2 biases."""
+HIDDEN = np.array([0.1, -0.9, 0.5, 0.2, 9, 9, -4.0, 3.0, 1.0, 2.0, 9, 9])
+
+
+def test_before_the_first_task_the_weights_are_free_and_all_can_be_trained() -> None:
+    owners = no_owners(SIZES)
+    assert owners.tolist() == [0, 0, 0, 0, -1, -1, 0, 0, 0, 0, -1, -1]
+    assert trainable(owners, 1, pruned=False).all()
+
+
+def test_a_task_keeps_the_largest_weights_of_each_layer() -> None:
+    owners = claimed(SIZES, no_owners(SIZES), HIDDEN, 1, 0.5)
+    assert owners.tolist() == [0, 1, 1, 0, -1, -1, 1, 1, 0, 0, -1, -1]
+
+
+def test_a_pruned_task_trains_its_own_weights_and_no_bias() -> None:
+    owners = claimed(SIZES, no_owners(SIZES), HIDDEN, 1, 0.5)
+    assert np.flatnonzero(trainable(owners, 1, pruned=True)).tolist() == [1, 2, 6, 7]
+
+
+def test_the_next_task_trains_the_free_weights_and_no_bias() -> None:
+    owners = claimed(SIZES, no_owners(SIZES), HIDDEN, 1, 0.5)
+    assert np.flatnonzero(trainable(owners, 2, pruned=False)).tolist() == [0, 3, 8, 9]
+
+
+def test_a_task_sees_biases_its_weights_and_those_of_earlier_tasks() -> None:
+    owners = claimed(SIZES, no_owners(SIZES), HIDDEN, 1, 0.5)
+    owners = claimed(SIZES, owners, HIDDEN, 2, 0.5)
+    assert owners.tolist() == [0, 1, 1, 2, -1, -1, 1, 1, 0, 2, -1, -1]
+    assert np.flatnonzero(visible(owners, 1)).tolist() == [1, 2, 4, 5, 6, 7, 10, 11]
+    assert np.flatnonzero(visible(owners, 2)).tolist() == [1, 2, 3, 4, 5, 6, 7, 9, 10, 11]
+
+
+def test_equal_shares_leave_nothing_after_the_last_task() -> None:
+    owners = no_owners((4, 6, 1))
+    hidden = np.random.default_rng(0).standard_normal(30)
+    for number, share in ((1, 1 / 3), (2, 1 / 2), (3, 1.0)):
+        owners = claimed((4, 6, 1), owners, hidden, number, share)
+        assert np.count_nonzero(owners == number) == 8
+    assert not (owners == 0).any()
