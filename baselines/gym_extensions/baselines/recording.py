@@ -97,7 +97,9 @@ def parse_stage(
         message = (
             "The protocol sequential needs a stage." if stage is None else f"Stage {stage!r} is out of range."
         )
-        hint = f"Use the number of tasks of {group.name} that the policy was trained on, to {stages[-1]}."
+        hint = f"Use the number of tasks that the policy was trained on, {stages[0]} to {stages[-1]}."
+        if protocol != "sequential":
+            hint = "Leave stage out."
         raise BenchError("bad-stage", message, "stage", hint)
     return job, stage
 
@@ -105,8 +107,6 @@ def parse_stage(
 POLICY_ERRORS = (ArithmeticError, AttributeError, LookupError, RuntimeError, TypeError, ValueError)
 """What a policy raises for observations of another shape or type."""
 SIGNATURE = "Use a function from observations (n, …) to actions (n, …), or an object with act or predict."
-
-
 Policy = PlainPolicy | OnnxPolicy | Callable[[Array], Array] | Any
 """A policy as :func:`gym_extensions.baselines.record` takes it; or an object with ``act`` or ``predict``."""
 
