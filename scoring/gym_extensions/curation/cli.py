@@ -21,7 +21,8 @@ from gym_extensions.rollouts.review import Action, Review, review_text
 from gym_extensions.rollouts.run import read_run
 from gym_extensions.scoring.records import RECORDS, REVIEW, Record, split_paths
 from gym_extensions.verification import cli as verification
-from gym_extensions.verification.fetch import Fetcher
+from gym_extensions.verification.fetch import Fetcher, cache_folder
+from gym_extensions.verification.landscapes import measure_all
 from gym_extensions.verification.new_seeds import require_value
 from gym_extensions.verification.records import line_of, verify_record, write_expert_poses
 from gym_extensions.verification.verify import record
@@ -124,6 +125,19 @@ def maintain_parser() -> argparse.ArgumentParser:
     wanted.add_argument(
         "entries", nargs="*", type=Path, metavar="ENTRY", default=[Path("submissions")], help="all entries"
     )
+    landscapes = parts.add_parser(
+        "landscapes",
+        help="measure policies in worlds between and beyond those that they were trained in",
+        description="Run the policies of the runs 0 to 4 at values between and beyond those of the tasks, "
+        "and write landscapes/GROUP.json into the entry, unless it is up to date.",
+    )
+    add = landscapes.add_argument
+    add("entries", nargs="+", type=Path, metavar="ENTRY", help="a submission's folder, or a folder of them")
+    add("--groups", nargs="+", default=[], metavar="NAME", help="gravity, body or wall groups (default: all)")
+    add("--again", action="store_true", help="also measure what is up to date")
+    add("--jobs", type=int, default=1, metavar="N", help="runs that are measured at once (default: 1)")
+    add("--public-only", action="store_true", help="fetch policies from nothing but public https addresses")
+    add("--cache", type=Path, default=cache_folder(), metavar="DIR", help="for policies that are fetched")
     poses = parts.add_parser("poses", help="write the motion of experts that pages show")
     poses.add_argument("tasks", nargs="*", metavar="TASK", help="bare names (default: all with an expert)")
     parts.add_parser("references", help="measure the references", add_help=False)
@@ -145,6 +159,11 @@ def maintain(argv: Sequence[str] | None = None) -> int:
     if options.command == "poses":
         for path in write_expert_poses(options.tasks or experts.names()):
             print(path, flush=True)
+    elif options.command == "landscapes":
+        fetcher = Fetcher(options.cache / "policies", options.public_only)
+        entries = submission_folders(options.entries)
+        for line in measure_all(entries, options.groups, fetcher, options.jobs, options.again):
+            print(line, flush=True)
     else:
         from gym_extensions.curation import wanted  # loads the agents
 

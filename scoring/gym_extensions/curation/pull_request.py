@@ -197,10 +197,10 @@ def several_entries(pull_request: PullRequest) -> Iterator[Finding]:
 
 @rule
 def written_by_the_base(pull_request: PullRequest) -> Iterator[Finding]:
-    """A pull request brings neither reviews nor poses: verification and maintainers write them."""
+    """A pull request brings no review, poses or landscapes: verification and maintainers write them."""
     for path in pull_request.paths:
         is_of_record = path.startswith(f"{RECORDS}/") and path.endswith(records.REVIEW)
-        if is_of_record or path.split("/")[2:3] in ([layout.REVIEW], [layout.POSES]):
+        if is_of_record or {layout.REVIEW, *layout.WRITTEN}.intersection(path.split("/")[2:3]):
             hint = "Leave it as it is on the base. It is written after the merge."
             yield Finding(path, "It is written on the base branch only.", hint)
 

@@ -24,6 +24,10 @@ REVIEW = "review.toml"
 """What the base branch found out about the submission. A submitter never writes it."""
 POSES = "poses"
 """The folder of recorded motions, which the base branch writes too."""
+LANDSCAPES = "landscapes"
+"""The folder of returns in worlds between and beyond the trained ones, which the base branch writes too."""
+WRITTEN = (POSES, LANDSCAPES)
+"""The folders that the base branch writes."""
 PROGRESS = ".progress"
 """The recorder's folder for unfinished runs. It is not part of a submission."""
 UNFINISHED_CURVES = "*/*/curve-stage*.csv"
@@ -37,7 +41,7 @@ RUN_FILE = re.compile(
     r"run(0|[1-9][0-9]{0,8})(\.csv|\.json|\.npz|\.stage(?:0|[1-9][0-9]{0,3})(?:\.[A-Za-z0-9_.-]{1,100})?\.onnx)"
 )
 """The name of a file of a run; its groups are the run and the suffix."""
-POSES_FILE = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}\.json")
+WRITTEN_FILE = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}\.json")
 RESERVED = frozenset(
     ["CON", "PRN", "AUX", "NUL", *(f"{name}{digit}" for name in ("COM", "LPT") for digit in range(10))]
 )
@@ -84,8 +88,8 @@ def is_reserved(name: str) -> bool:
 
 
 def max_bytes(path: str) -> int:
-    """The size limit of a file, by its suffix. Poses and review.toml have that of the largest document."""
-    if path == REVIEW or path.startswith(f"{POSES}/"):
+    """The size limit of a file, by its suffix. What the base branch writes has that of the largest document."""
+    if path == REVIEW or path.partition("/")[0] in WRITTEN:
         return MAX_FILE_BYTES[POLICIES]
     return MAX_FILE_BYTES.get(path[path.rfind(".") :], MEBIBYTE)
 

@@ -85,7 +85,11 @@ def unknown_group(folder: Folder) -> Iterator[Finding]:
     """Each folder in a submission is named after a published group, without its version.
     (`score --groups` adds custom groups.)"""
     for item in folder.items:
-        if item.kind == "folder" and "/" not in item.path and item.path not in (*folder.groups, layout.POSES):
+        if (
+            item.kind == "folder"
+            and "/" not in item.path
+            and item.path not in (*folder.groups, *layout.WRITTEN)
+        ):
             closest = did_you_mean(item.path, folder.groups)
             custom = "For a custom group, pass its TOML file with --groups, where the command has it."
             hint = f"{closest} {custom}".lstrip()
@@ -97,7 +101,7 @@ def unexpected_name(folder: Folder) -> Iterator[Finding]:
     """A submission contains only the files and folders that docs/rollout-log.md lists."""
     for item in folder.items:
         parts = item.path.split("/")
-        is_known = parts[0] in folder.groups or parts[0] == layout.POSES or len(parts) == 1
+        is_known = parts[0] in folder.groups or parts[0] in layout.WRITTEN or len(parts) == 1
         if not is_known or len(parts) > layout.MAX_DEPTH:
             continue  # unknown_group reports it
         if item.kind == "folder" and not _is_expected_folder(parts):
@@ -112,14 +116,14 @@ def unexpected_name(folder: Folder) -> Iterator[Finding]:
 
 def _is_expected_folder(parts: list[str]) -> bool:
     is_known = parts[-1] in PROTOCOLS or layout.is_of_old_form("/".join(parts))
-    return len(parts) == 1 or (parts[0] != layout.POSES and len(parts) == 2 and is_known)
+    return len(parts) == 1 or (parts[0] not in layout.WRITTEN and len(parts) == 2 and is_known)
 
 
 def _is_expected_file(parts: list[str]) -> bool:
     if len(parts) == 1:
         return parts[0] in (MANIFEST, layout.README, layout.REVIEW)
-    if parts[0] == layout.POSES:
-        return len(parts) == 2 and layout.POSES_FILE.fullmatch(parts[1]) is not None
+    if parts[0] in layout.WRITTEN:
+        return len(parts) == 2 and layout.WRITTEN_FILE.fullmatch(parts[1]) is not None
     is_of_run = parts[1] in PROTOCOLS and layout.RUN_FILE.fullmatch(parts[-1]) is not None
     return len(parts) == 3 and (is_of_run or layout.is_of_old_form("/".join(parts)))
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from gym_extensions.catalog.protocol import REPORTS, TABLES
 from gym_extensions.errors import did_you_mean
-from gym_extensions.rollouts.layout import MANIFEST, POSES, README, Folder
+from gym_extensions.rollouts.layout import MANIFEST, README, WRITTEN, Folder
 from gym_extensions.rollouts.manifest import HYPERPARAMETERS, findings, where_of
 from gym_extensions.rollouts.problem import MAX_QUOTE, Finding, add_rule, quote, rule
 
@@ -85,7 +85,7 @@ def no_groups(manifest: ManifestInFolder) -> Iterator[Finding]:
     """A submission contains at least one group folder, unless it is a reported entry, which has none."""
     is_reported = "reported" in manifest.tables
     items = (item for item in manifest.folder.items if item.kind == "folder" and "/" not in item.path)
-    folders = [item.path for item in items if item.path != POSES]
+    folders = [item.path for item in items if item.path not in WRITTEN]
     if not is_reported and not folders:
         hint = "Add group folders, as described in docs/rollout-log.md."
         yield Finding(manifest.folder.name, "The submission contains no group folder.", hint)

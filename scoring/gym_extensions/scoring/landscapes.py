@@ -1,0 +1,166 @@
+"""Landscapes: the returns of an entry's policies in worlds between and beyond those that it was trained in.
+
+``gym-extensions maintain landscapes`` measures them and writes ``landscapes/<group>.json`` into the entry's
+folder. Loads no simulator.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+from gym_extensions.catalog.groups import GROUPS, TaskGroup
+from gym_extensions.catalog.worlds import Axis, Place, axes
+from gym_extensions.files import write_text
+from gym_extensions.rollouts.layout import DOCUMENT, LANDSCAPES, run_file
+from gym_extensions.rollouts.run import RunDocument, read_run
+from gym_extensions.scoring.documents import JsonDocument, about
+from gym_extensions.scoring.metrics import MetricValue
+from gym_extensions.scoring.statistics import interval, mean
+
+COMMAND = "gym-extensions maintain landscapes"
+PROTOCOL = "sequential"
+RUNS = 5
+"""The runs 0 to 4 are measured."""
+EPISODES = 10
+"""Episodes at every point, on the same seeds for all points, stages, runs and entries."""
+INTERPOLATION, EXTRAPOLATION = "interpolation", "extrapolation"
+SHARES: dict[str, Place] = {INTERPOLATION: "between", EXTRAPOLATION: "beyond"}
+"""What is stated of an entry, and the worlds of which it is the mean."""
+Values = tuple[tuple[tuple[float, ...], ...], ...]
+"""[run][stage][point]"""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MeasuredAxis:
+    """The returns along one axis."""
+
+    name: Annotated[str, about("`gravity`, a part of the body, or `wall`")]
+    points: Annotated[tuple[float, ...], about("the values, ascending")]
+    returns: Annotated[Values, about("mean returns of the episodes by run, stage and point")]
+    deviations: Annotated[Values, about("their standard deviations over episodes (divisor n)")]
+
+    @property
+    def means(self) -> tuple[tuple[float, ...], ...]:
+        """Mean returns over runs by stage and point."""
+        return tuple(
+            tuple(sum(runs) / len(runs) for runs in zip(*stage, strict=True))
+            for stage in zip(*self.returns, strict=True)
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Landscape(JsonDocument):
+    """The landscape of an entry on a group."""
+
+    format: Annotated[Literal[1], about("1")] = 1
+    group: Annotated[str, about("group id")]
+    episodes: Annotated[int, about("number of episodes at every point")]
+    policies: Annotated[dict[str, str], about("digest of the policies of every run, by run")]
+    versions: Annotated[dict[str, str], about("of packages and BLAS kernels")]
+    axes: Annotated[tuple[MeasuredAxis, ...], about("what is varied")]
+
+    @property
+    def runs(self) -> tuple[int, ...]:
+        """The runs, in the order of the returns."""
+        return tuple(map(int, self.policies))
+
+    def axis(self, name: str) -> MeasuredAxis:
+        """The returns along the axis of that name."""
+        return next(each for each in self.axes if each.name == name)
+
+
+def path_of(entry: Path, group: TaskGroup) -> Path:
+    """The file of a group's landscape in an entry's folder."""
+    return entry / LANDSCAPES / f"{group.name}.json"
+
+
+def write(entry: Path, landscape: Landscape) -> Path:
+    """Writes a landscape into an entry's folder, whole or not at all, and returns its path."""
+    path = path_of(entry, next(each for each in GROUPS.values() if each.id == landscape.group))
+    write_text(path, landscape.to_json())
+    return path
+
+
+def measured_runs(entry: Path, group: TaskGroup) -> dict[int, RunDocument]:
+    """The documents of the runs that are measured, as far as the entry has them.
+
+    Raises:
+        BenchError: a document cannot be read.
+    """
+    paths = {run: entry / run_file(group.name, PROTOCOL, run, DOCUMENT) for run in range(RUNS)}
+    return {run: read_run(path) for run, path in paths.items() if path.is_file()}
+
+
+def load(entry: Path, group: TaskGroup) -> Landscape | str:
+    """The landscape of an entry on a group with axes, or the reason why there is none, as a sentence.
+
+    Raises:
+        BenchError: a file cannot be read.
+    """
+    documents = measured_runs(entry, group)
+    if not documents or any(document.policies is None for document in documents.values()):
+        return "No landscape: it is measured with the policies of its runs, and they are not published."
+    found = Landscape.load(path_of(entry, group), "bad-landscape", COMMAND)
+    if found is None:
+        return "No landscape yet: it has not been measured."
+    present = {str(run): each.policies.sha256 for run, each in documents.items() if each.policies}
+    if found.policies != present:
+        return "No landscape: the runs have changed since it was measured."
+    if [(each.name, each.points) for each in found.axes] != [
+        (each.name, each.points) for each in axes(group)
+    ]:
+        return "No landscape: it was measured at other values than those of this version."
+    return found
+
+
+Best = Mapping[tuple[str, str], tuple[float, ...]]
+"""By group id and axis, the best mean return at every point over all entries and stages."""
+
+
+def best(landscapes: Iterable[Landscape]) -> Best:
+    """The best mean return over runs at every point, of any stage of any of these landscapes."""
+    found: dict[tuple[str, str], tuple[float, ...]] = {}
+    for landscape in landscapes:
+        for axis in landscape.axes:
+            key = landscape.group, axis.name
+            stages = [*axis.means, *([found[key]] if key in found else [])]
+            found[key] = tuple(map(max, zip(*stages, strict=True)))
+    return found
+
+
+def share(value: float, best: float) -> float | None:
+    """A return as a share of the best one in its world; None where even that is not above 0."""
+    return value / best if best > 0 else None
+
+
+def summary(landscape: Landscape, group: TaskGroup, best: Best) -> dict[str, MetricValue]:
+    """Interpolation and extrapolation: mean shares of the best after the last stage, with intervals over runs.
+
+    A run's value is the mean over the worlds of all axes that lie between trained values (interpolation) or
+    beyond them (extrapolation).
+    """
+    return {name: _over_runs(landscape, axes(group), place, best) for name, place in SHARES.items()}
+
+
+def _over_runs(landscape: Landscape, along: tuple[Axis, ...], place: Place, best: Best) -> MetricValue:
+    values = []
+    for run in range(len(landscape.runs)):
+        shares = [
+            share(landscape.axis(axis.name).returns[run][-1][at], best[landscape.group, axis.name][at])
+            for axis in along
+            for at in axis.indices(place)
+        ]
+        values.append(mean(value for value in shares if value is not None))
+    present = tuple(value for value in values if value is not None)
+    if not present:
+        return MetricValue(why="The group has no such worlds.")
+    return MetricValue.of(interval(present), present)
+
+
+def landscapes_of(entry: Path) -> dict[str, Landscape | str]:
+    """The landscape of every group with axes in an entry's folder, or why there is none, by group id."""
+    groups = (each for each in GROUPS.values() if (entry / each.name / PROTOCOL).is_dir() and axes(each))
+    return {group.id: load(entry, group) for group in groups}

@@ -1,0 +1,206 @@
+"""Measures landscapes: runs the stored policies in worlds between and beyond those that they were trained in."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gym_extensions.catalog.groups import GROUPS, TaskGroup
+from gym_extensions.catalog.groups import group as group_named
+from gym_extensions.catalog.protocol import evaluation_seed, stages
+from gym_extensions.catalog.worlds import Axis, axes
+from gym_extensions.envs import make_vec
+from gym_extensions.envs.fingerprint import engine
+from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.layout import MANIFEST, run_key
+from gym_extensions.rollouts.manifest import manifest_of, parse
+from gym_extensions.rollouts.run import RunDocument
+from gym_extensions.rollouts.run_policies import AnyPolicy
+from gym_extensions.scoring.landscapes import (
+    EPISODES,
+    PROTOCOL,
+    Landscape,
+    MeasuredAxis,
+    load,
+    measured_runs,
+    write,
+)
+from gym_extensions.verification.episodes import Cell, Player, RunRequest, request_of, stored_policies
+from gym_extensions.verification.fetch import Fetcher
+from gym_extensions.verification.limits import Limits, answers
+from gym_extensions.versions import blas_kernels, version
+
+JOB = "gym_extensions.verification.landscapes:measure"
+LIMITS = Limits(cpu_seconds=3600, wall_seconds=4 * 3600)
+"""Of the process that measures one run."""
+DIGITS = 1
+"""Digits after the point of stored returns."""
+
+
+class Worlds(Player):
+    """Runs policies in all worlds of one axis at once."""
+
+    def __init__(self, group: TaskGroup, axis: Axis) -> None:
+        super().__init__(group)
+        self._axis = axis
+
+    def env(self, task: int, count: int) -> Any:
+        """The environments of the worlds in which the policy is told this task, and world after world.
+
+        −1 is that of all worlds, for policies that are told none.
+        """
+        if (task, count) not in self._envs:
+            told = [self._axis.world(self._axis.points[at]) for at in self.points(task)]
+            self._envs[task, count] = make_vec(told, count)
+        return self._envs[task, count]
+
+    def points(self, task: int) -> list[int]:
+        """The indices of the points at which the policy is told this task; all for −1."""
+        points = self._axis.points
+        return [at for at, value in enumerate(points) if task in (-1, self._axis.nearest(value))]
+
+    def returns(self, policy: AnyPolicy, stage: int, run: int) -> NDArray[np.float64]:
+        """The returns (points, episodes) of the policy of a stage."""
+        axis, group = self._axis, self.group.id
+        tasks = sorted({each.task for each in axis.trained}) if policy.num_tasks else [-1]
+        noise = evaluation_seed(group, f"landscape/{axis.name}/run{run}/stage{stage}", 0)
+        returns = np.empty((len(axis.points), EPISODES))
+        for task in tasks:
+            points = self.points(task)
+            seeds = [evaluation_seed(group, "landscape", at) for at in range(EPISODES) for _ in points]
+            outcomes = self.outcomes(policy, Cell(stage, task, tuple(seeds), noise))
+            returns[points] = np.reshape([each.return_ for each in outcomes], (EPISODES, len(points))).T
+        return returns
+
+
+def measure(call: Mapping[str, Any]) -> Iterator[Any]:
+    """The job of the process with limits: returns [axis][stage][point][episode] of one run."""
+    request = request_of(call["run"])
+    group = GROUPS[request.group]
+    policies = stored_policies(request, group)
+    for axis in axes(group):
+        worlds = Worlds(group, axis)
+        for stage in stages(PROTOCOL, len(group.tasks)):
+            yield worlds.returns(policies[stage, None], stage, request.run).tolist()
+        worlds.close()
+
+
+def landscape_of(entry: Path, group: TaskGroup, fetcher: Fetcher, jobs: int = 1) -> Landscape | str:
+    """The landscape of an entry on a group, measured now; or why there is none.
+
+    Args:
+        entry: the folder.
+        group: a group with axes.
+        fetcher: gets policies that lie elsewhere.
+        jobs: runs that are measured at once. The landscape does not depend on it.
+
+    Raises:
+        BenchError: policies cannot be read or run, or a limit was reached.
+    """
+    documents = measured_runs(entry, group)
+    if not documents or any(document.policies is None for document in documents.values()):
+        return str(load(entry, group))
+
+    def work(document: RunDocument) -> list[Any]:
+        request = _request(entry, group, document, fetcher)
+        return list(answers(JOB, {"run": asdict(request)}, LIMITS))
+
+    with ThreadPoolExecutor(jobs) as pool:
+        runs = np.array(list(pool.map(work, documents.values())))  # (runs, axes · stages, points, episodes)
+    along = axes(group)
+    return Landscape(
+        group=group.id,
+        episodes=EPISODES,
+        policies={str(run): each.policies.sha256 for run, each in documents.items() if each.policies},
+        versions={
+            **engine(),
+            "numpy": version("numpy"),
+            "gym_extensions": version("gym-extensions"),
+            "blas": blas_kernels(),
+        },
+        axes=tuple(
+            MeasuredAxis(
+                name=axis.name,
+                points=axis.points,
+                returns=_rounded(part.mean(axis=-1)),
+                deviations=_rounded(part.std(axis=-1)),
+            )
+            for axis, part in zip(along, np.split(runs, len(along), axis=1), strict=True)
+        ),
+    )
+
+
+def _rounded(values: NDArray[np.float64]) -> tuple[Any, ...]:
+    """Values (runs, stages, points) as nested tuples."""
+    return tuple(
+        tuple(tuple(round(value, DIGITS) for value in stage) for stage in run) for run in values.tolist()
+    )
+
+
+def _request(entry: Path, group: TaskGroup, document: RunDocument, fetcher: Fetcher) -> RunRequest:
+    policies, manifest = document.policies, manifest_of(parse((entry / MANIFEST).read_bytes()))
+    assert policies is not None, "only runs with policies are measured"
+    name = run_key(group.name, PROTOCOL, document.run)
+    return RunRequest(
+        name=name,
+        folder=str(entry.resolve()),
+        group=group.name,
+        protocol=PROTOCOL,
+        run=document.run,
+        policies=policies.sha256,
+        files=document.digest,
+        observes_task=manifest.observes.task_in_evaluation,
+        cells=(),
+        file=str(fetcher.fetch(policies, name)) if policies.url else "",
+    )
+
+
+def measure_all(
+    entries: Sequence[Path], names: Sequence[str], fetcher: Fetcher, jobs: int, again: bool
+) -> Iterator[str]:
+    """Measures the landscapes of entries that are not up to date, and yields a line about each.
+
+    Args:
+        entries: their folders.
+        names: names of groups; all groups with axes if empty.
+        fetcher: gets policies that lie elsewhere.
+        jobs: runs that are measured at once.
+        again: whether to measure also what is up to date.
+
+    Raises:
+        BenchError: a group is unknown or has no worlds between its tasks, or a measurement fails. What was
+            finished before is kept.
+    """
+    wanted = [group_named(name) for name in names] or [each for each in GROUPS.values() if axes(each)]
+    for group in wanted:
+        if not axes(group):
+            hint = "Choose a gravity, body or wall group."
+            raise BenchError("no-worlds", f"{group.name} varies no quantity.", "--groups", hint)
+    for entry in entries:
+        for group in wanted:
+            where = f"{entry.name}, {group.name}"
+            if not measured_runs(entry, group):
+                continue
+            if not again and isinstance(load(entry, group), Landscape):
+                yield f"{where}: up to date."
+                continue
+            start = cpu_seconds()
+            found = landscape_of(entry, group, fetcher, jobs)
+            if isinstance(found, str):
+                yield f"{where}: {found}"
+                continue
+            seconds = (cpu_seconds() - start) / len(found.runs)
+            yield f"{write(entry, found)}: {len(found.runs)} runs, {seconds:.0f} s of processor time per run."
+
+
+def cpu_seconds() -> float:
+    """Processor time of the finished child processes."""
+    times = os.times()
+    return times.children_user + times.children_system
