@@ -88,7 +88,7 @@ def is_reserved(name: str) -> bool:
 
 
 def max_bytes(path: str) -> int:
-    """The size limit of a file, by its suffix. What the base branch writes has that of the largest document."""
+    """The size limit of a file, by its suffix; what the base branch writes has the largest."""
     if path == REVIEW or path.partition("/")[0] in WRITTEN:
         return MAX_FILE_BYTES[POLICIES]
     return MAX_FILE_BYTES.get(path[path.rfind(".") :], MEBIBYTE)

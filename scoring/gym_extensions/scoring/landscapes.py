@@ -137,7 +137,7 @@ def share(value: float, best: float) -> float | None:
 
 
 def summary(landscape: Landscape, group: TaskGroup, best: Best) -> dict[str, MetricValue]:
-    """Interpolation and extrapolation: mean shares of the best after the last stage, with intervals over runs.
+    """Interpolation and extrapolation: mean shares of the best after the last stage, over runs.
 
     A run's value is the mean over the worlds of all axes that lie between trained values (interpolation) or
     beyond them (extrapolation).

@@ -1,4 +1,4 @@
-"""Measures landscapes: runs the stored policies in worlds between and beyond those that they were trained in."""
+"""Measures landscapes: runs stored policies in worlds between and beyond those of their training."""
 
 from __future__ import annotations
 
@@ -45,38 +45,29 @@ DIGITS = 1
 
 
 class Worlds(Player):
-    """Runs policies in all worlds of one axis at once."""
+    """Runs policies in the worlds of one axis, one world after another."""
 
     def __init__(self, group: TaskGroup, axis: Axis) -> None:
         super().__init__(group)
         self._axis = axis
+        self._point = 0
 
     def env(self, task: int, count: int) -> Any:
-        """The environments of the worlds in which the policy is told this task, and world after world.
+        """The environments of the present world, whatever task the policy is told."""
+        if (self._point, count) not in self._envs:
+            world = self._axis.world(self._axis.points[self._point])
+            self._envs[self._point, count] = make_vec(world, count)
+        return self._envs[self._point, count]
 
-        −1 is that of all worlds, for policies that are told none.
-        """
-        if (task, count) not in self._envs:
-            told = [self._axis.world(self._axis.points[at]) for at in self.points(task)]
-            self._envs[task, count] = make_vec(told, count)
-        return self._envs[task, count]
-
-    def points(self, task: int) -> list[int]:
-        """The indices of the points at which the policy is told this task; all for −1."""
-        points = self._axis.points
-        return [at for at, value in enumerate(points) if task in (-1, self._axis.nearest(value))]
-
-    def returns(self, policy: AnyPolicy, stage: int, run: int) -> NDArray[np.float64]:
-        """The returns (points, episodes) of the policy of a stage."""
-        axis, group = self._axis, self.group.id
-        tasks = sorted({each.task for each in axis.trained}) if policy.num_tasks else [-1]
-        noise = evaluation_seed(group, f"landscape/{axis.name}/run{run}/stage{stage}", 0)
-        returns = np.empty((len(axis.points), EPISODES))
-        for task in tasks:
-            points = self.points(task)
-            seeds = [evaluation_seed(group, "landscape", at) for at in range(EPISODES) for _ in points]
-            outcomes = self.outcomes(policy, Cell(stage, task, tuple(seeds), noise))
-            returns[points] = np.reshape([each.return_ for each in outcomes], (EPISODES, len(points))).T
+    def returns(self, policy: AnyPolicy, stage: int, run: int) -> list[list[float]]:
+        """The returns [point][episode] of the policy of a stage."""
+        group, returns = self.group.id, []
+        seeds = tuple(evaluation_seed(group, "landscape", episode) for episode in range(EPISODES))
+        for point, value in enumerate(self._axis.points):
+            self._point = point
+            where = f"landscape/{self._axis.name}/{point}/run{run}/stage{stage}"
+            cell = Cell(stage, self._axis.nearest(value), seeds, evaluation_seed(group, where, 0))
+            returns.append([outcome.return_ for outcome in self.outcomes(policy, cell)])
         return returns
 
 
@@ -88,7 +79,7 @@ def measure(call: Mapping[str, Any]) -> Iterator[Any]:
     for axis in axes(group):
         worlds = Worlds(group, axis)
         for stage in stages(PROTOCOL, len(group.tasks)):
-            yield worlds.returns(policies[stage, None], stage, request.run).tolist()
+            yield worlds.returns(policies[stage, None], stage, request.run)
         worlds.close()
 
 
