@@ -29,6 +29,10 @@ EPISODES = 10
 INTERPOLATION, EXTRAPOLATION = "interpolation", "extrapolation"
 SHARES: dict[str, Place] = {INTERPOLATION: "between", EXTRAPOLATION: "beyond"}
 """What is stated of an entry, and the worlds of which it is the mean."""
+NOT_MEASURED = "Not measured yet."
+NO_POLICIES = "It is measured with the policies of the runs, and they are not published."
+OTHER_RUNS = "The policies of its runs have changed since it was measured."
+OTHER_VALUES = "It was measured at other values than those of this version."
 Values = tuple[tuple[tuple[float, ...], ...], ...]
 """[run][stage][point]"""
 
@@ -100,20 +104,14 @@ def load(entry: Path, group: TaskGroup) -> Landscape | str:
     Raises:
         BenchError: a file cannot be read.
     """
-    documents = measured_runs(entry, group)
-    if not documents or any(document.policies is None for document in documents.values()):
-        return "No landscape: it is measured with the policies of its runs, and they are not published."
     found = Landscape.load(path_of(entry, group), "bad-landscape", COMMAND)
     if found is None:
-        return "No landscape yet: it has not been measured."
-    present = {str(run): each.policies.sha256 for run, each in documents.items() if each.policies}
-    if found.policies != present:
-        return "No landscape: the runs have changed since it was measured."
-    if [(each.name, each.points) for each in found.axes] != [
-        (each.name, each.points) for each in axes(group)
-    ]:
-        return "No landscape: it was measured at other values than those of this version."
-    return found
+        return NOT_MEASURED
+    documents = measured_runs(entry, group).items()
+    if found.policies != {str(run): each.policies.sha256 for run, each in documents if each.policies}:
+        return OTHER_RUNS
+    along = [(each.name, each.points) for each in axes(group)]
+    return found if [(each.name, each.points) for each in found.axes] == along else OTHER_VALUES
 
 
 Best = Mapping[tuple[str, str], tuple[float, ...]]
@@ -140,9 +138,14 @@ def summary(landscape: Landscape, group: TaskGroup, best: Best) -> dict[str, Met
     """Interpolation and extrapolation: mean shares of the best after the last stage, over runs.
 
     A run's value is the mean over the worlds of all axes that lie between trained values (interpolation) or
-    beyond them (extrapolation).
+    beyond them (extrapolation). A group without such worlds lacks the name.
     """
-    return {name: _over_runs(landscape, axes(group), place, best) for name, place in SHARES.items()}
+    along = axes(group)
+    return {
+        name: _over_runs(landscape, along, place, best)
+        for name, place in SHARES.items()
+        if any(axis.indices(place) for axis in along)
+    }
 
 
 def _over_runs(landscape: Landscape, along: tuple[Axis, ...], place: Place, best: Best) -> MetricValue:
@@ -156,11 +159,12 @@ def _over_runs(landscape: Landscape, along: tuple[Axis, ...], place: Place, best
         values.append(mean(value for value in shares if value is not None))
     present = tuple(value for value in values if value is not None)
     if not present:
-        return MetricValue(why="The group has no such worlds.")
+        return MetricValue(why="No entry has a return above 0 in these worlds.")
     return MetricValue.of(interval(present), present)
 
 
-def landscapes_of(entry: Path) -> dict[str, Landscape | str]:
-    """The landscape of every group with axes in an entry's folder, or why there is none, by group id."""
-    groups = (each for each in GROUPS.values() if (entry / each.name / PROTOCOL).is_dir() and axes(each))
-    return {group.id: load(entry, group) for group in groups}
+def landscapes_of(entry: Path) -> dict[str, Landscape]:
+    """The landscapes in an entry's folder that belong to its present runs, by group id."""
+    names = (path.stem for path in sorted((entry / LANDSCAPES).glob("*.json")))
+    found = {GROUPS[name].id: load(entry, GROUPS[name]) for name in names if name in GROUPS}
+    return {group: each for group, each in found.items() if isinstance(each, Landscape)}

@@ -25,6 +25,7 @@ from gym_extensions.rollouts.run import RunDocument
 from gym_extensions.rollouts.run_policies import AnyPolicy
 from gym_extensions.scoring.landscapes import (
     EPISODES,
+    NO_POLICIES,
     PROTOCOL,
     Landscape,
     MeasuredAxis,
@@ -97,7 +98,7 @@ def landscape_of(entry: Path, group: TaskGroup, fetcher: Fetcher, jobs: int = 1)
     """
     documents = measured_runs(entry, group)
     if not documents or any(document.policies is None for document in documents.values()):
-        return str(load(entry, group))
+        return NO_POLICIES
 
     def work(document: RunDocument) -> list[Any]:
         request = _request(entry, group, document, fetcher)

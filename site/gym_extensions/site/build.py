@@ -15,6 +15,7 @@ from pathlib import Path
 from gym_extensions.errors import BenchError
 from gym_extensions.scoring.scorecard import ReferencesInfo, Scorecard, ScorecardDocument
 from gym_extensions.site.boards import Entrant, Frame, Leaderboard, entrant
+from gym_extensions.site.landscapes import Landscapes
 from gym_extensions.site.mujoco_wasm import Simulator
 from gym_extensions.site.output import Output, digest, encoded, kept, kept_path
 from gym_extensions.site.pages import PAGES, Draft, File, Page, Render
@@ -47,11 +48,17 @@ class Site:
             hint = "Rename one of the folders."
             raise BenchError("same-name", f"Two submissions have the name {card.name!r}.", hint=hint)
         inputs = digest(encoded(card)).encode()
-        render = Render(Frame(self.references), self.pages, inputs, self.folders.get(card.name))
+        frame, folder = Frame(self.references), self.folders.get(card.name)
+        render = Render(frame, self.pages, inputs, folder, landscapes=self.landscapes)
         for page in self.pages:
             yield from page.publish_entry(card, render) if page.publish_entry else ()
         yield kept_path(card.name), kept(self.keys.get(card.name, ""), card)
         self.entrants[card.name] = entrant(card, inputs)
+
+    @cached_property
+    def landscapes(self) -> Landscapes:
+        """The landscapes of all entries whose folders are known."""
+        return Landscapes(self.folders)
 
     @cached_property
     def leaderboard(self) -> Leaderboard:
@@ -61,7 +68,13 @@ class Site:
 
     def shared_files(self) -> Iterator[File]:
         """The files that are made from all entries."""
-        render = Render(self.leaderboard, self.pages, folders=self.folders, simulator=self.simulator)
+        render = Render(
+            self.leaderboard,
+            self.pages,
+            folders=self.folders,
+            simulator=self.simulator,
+            landscapes=self.landscapes,
+        )
         for page in self.pages:
             yield from page.publish(self.leaderboard, render) if page.publish else ()
         for file in sorted((FOLDER / "static").rglob("*.*")):

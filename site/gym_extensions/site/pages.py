@@ -27,6 +27,7 @@ from gym_extensions.site import api, exports, speed
 from gym_extensions.site.boards import Frame, Leaderboard
 from gym_extensions.site.changes import changelog, entry_events, feed, releases
 from gym_extensions.site.groups import Group, groups
+from gym_extensions.site.landscapes import Landscapes
 from gym_extensions.site.motion import watches
 from gym_extensions.site.mujoco_wasm import VERSION, Simulator
 from gym_extensions.site.output import encoded
@@ -63,6 +64,7 @@ class Render:
         folder: the folder of that entry, where it is known.
         folders: the folders of all entries by name, where they are known.
         simulator: MuJoCo for the browser, if the site has it.
+        landscapes: those of all entries whose folders are known.
     """
 
     site: Frame
@@ -71,6 +73,7 @@ class Render:
     folder: Path | None = None
     folders: Mapping[str, Path] = field(default_factory=dict)
     simulator: Simulator | None = None
+    landscapes: Landscapes = field(default_factory=Landscapes)
 
     def __call__(self, template: str, path: str, **values: object) -> str:
         """The text of the page at ``path``."""
@@ -151,8 +154,10 @@ def _groups(site: Leaderboard, render: Render) -> Iterator[File]:
         path = api.group_path(group.id)
         rows = [(row.entry, row.entrant.inputs) for board in group.boards for row in board.rows]
         shared = repr((group.tasks, group.paper, [board.id for board in group.boards])).encode()
-        write = partial(render, "group.html", path, group=group)
-        yield path, Draft(shared + encoded(rows), write)
+        landscapes = {board.id: render.landscapes.rows(board) for board in group.boards}
+        shares = [values for pairs in landscapes.values() for _, values in pairs]
+        write = partial(render, "group.html", path, group=group, landscapes=landscapes)
+        yield path, Draft(shared + encoded((rows, shares)), write)
     for board in site.boards:
         for part in parts(board.rows, PAGE_ROWS, partial(api.board_path, board.id)):
             path = part.path(part.number)
@@ -178,12 +183,16 @@ def _submission(entry: Scorecard, render: Render) -> Iterator[File]:
     path = api.entry_path(entry.name)
     poses = load_entry(render.folder) if render.folder else {}
     panels = watches(entry, poses)
-    inputs = render.inputs + encoded(poses)
-    yield path, Draft(inputs, partial(render, "submission.html", path, entry=entry, watches=panels))
+    landscapes = render.landscapes.views(entry)
+    inputs = render.inputs + encoded(poses) + b"".join(view.inputs for view in landscapes.values())
+    shown = {"entry": entry, "watches": panels, "landscapes": landscapes}
+    yield path, Draft(inputs, partial(render, "submission.html", path, **shown))
     for group in separate_groups(entry):
         page = api.results_path(entry.name, group)
-        values = {"entry": entry, "group": group, "watches": panels}
-        yield page, Draft(inputs, partial(render, "results.html", page, **values))
+        yield page, Draft(inputs, partial(render, "results.html", page, group=group, **shown))
+    for group, view in landscapes.items():
+        if view.landscape is not None:
+            yield api.entry_file(entry.name, f"landscape-{group}.json"), view.landscape.to_json()
     for panel in panels.values():
         yield panel.path, panel.script
 

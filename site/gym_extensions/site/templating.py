@@ -18,6 +18,7 @@ from gym_extensions.site import (
     changes,
     core,
     exports,
+    landscapes,
     motion,
     play,
     records,
@@ -28,6 +29,7 @@ from gym_extensions.site import (
     trial,
 )
 from gym_extensions.site.boards import missing_reasons
+from gym_extensions.site.charts import landscapes as landscape_charts
 from gym_extensions.site.charts import lines, strips
 from gym_extensions.site.output import digest
 
@@ -60,6 +62,8 @@ def environment() -> Environment:
         changes=changes,
         core=core,
         exports=exports,
+        landscape_charts=landscape_charts,
+        landscape_titles=landscapes.TITLES,
         line_charts=lines,
         records=records,
         motion=motion,

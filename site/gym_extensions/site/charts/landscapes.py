@@ -1,0 +1,162 @@
+"""Landscapes as heat maps: worlds across, stages down, with the returns after the last stage below."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+from markupsafe import Markup
+
+from gym_extensions.catalog.worlds import Axis
+from gym_extensions.site.charts.svg import (
+    Scale,
+    apart,
+    picture,
+    points,
+    px,
+    scale_around,
+    stroke,
+    text,
+    tick_label,
+)
+from gym_extensions.site.text import fixed, grouped
+
+TINTS = 10
+"""Steps of the tint, from 0 to the best return."""
+LEFT, RIGHT, TOP, ROW = 58.0, 394.0, 26.0, 19.0
+"""Edges of the map and height of a stage."""
+GAP, PROFILE, BELOW = 14.0, 84.0, 32.0
+"""Space below the map, height of the returns, and space for their ticks and title."""
+SMALL_WIDTH, SMALL_ROW = 150.0, 10.0
+TICK_DISTANCE = 21.0
+"""Minimum distance of labels across."""
+Shares = Sequence[Sequence[float | None]]
+"""[stage][point] as a share of the best return; None where there is no share."""
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Where a map is: the scale across, the edges of the columns, its top and the height of a stage."""
+
+    x: Scale
+    edges: tuple[float, ...]
+    top: float
+    row: float
+
+    @classmethod
+    def of(cls, axis: Axis, left: float, right: float, top: float, row: float) -> Frame:
+        """The frame of an axis; a column reaches halfway to its neighbours."""
+        values = axis.points
+        middles = [(low + high) / 2 for low, high in pairwise(values)]
+        first, last = 2 * values[0] - middles[0], 2 * values[-1] - middles[-1]
+        x = Scale(first, last, left, right)
+        return cls(x, tuple(map(x.at, (first, *middles, last))), top, row)
+
+    def y(self, stage: float) -> float:
+        """The upper edge of a stage."""
+        return self.top + stage * self.row
+
+
+def _map(axis: Axis, shares: Shares, frame: Frame, dots: tuple[float, float]) -> str:
+    """The cells, one path per tint, and the trained values: large right after their stage, small later."""
+    cells: dict[str, list[str]] = {}
+    for stage, row in enumerate(shares):
+        for share, (left, right) in zip(row, pairwise(frame.edges), strict=True):
+            kind = "unknown" if share is None else f"t{round(TINTS * min(max(share, 0.0), 1.0))}"
+            way = f"M{px(left)} {px(frame.y(stage))}h{px(right - left)}v{px(frame.row)}h{px(left - right)}z"
+            cells.setdefault(kind, []).append(way)
+    body = [f'<path class="{kind}" d="{"".join(ways)}"/>' for kind, ways in sorted(cells.items())]
+    for size, is_now in zip(dots, (False, True), strict=True):
+        marks = [
+            f"M{px(frame.x.at(value))} {px(frame.y(stage + 0.5))}h0"
+            for each in axis.trained
+            for stage in range(1, len(shares))
+            if (stage == each.task + 1 if is_now else stage > each.task + 1)
+            for value in axis.points
+            if each.low <= value <= each.high
+        ]
+        body += [
+            f'<path class="{kind}" stroke-width="{width:g}" d="{"".join(marks)}"/>'
+            for kind, width in (("halo", size + 2), ("seen", size))
+            if marks
+        ]
+    return "".join(body)
+
+
+def small(axis: Axis, shares: Shares, label: str) -> Markup:
+    """The map of one run, without ticks."""
+    frame = Frame.of(axis, 0.0, SMALL_WIDTH, 0.0, SMALL_ROW)
+    height = frame.y(len(shares))
+    return picture("landscape small", px(SMALL_WIDTH), px(height), label, _map(axis, shares, frame, (2, 5)))
+
+
+def large(
+    axis: Axis,
+    shares: Shares,
+    stages: Sequence[str],
+    returns: Sequence[Sequence[float]],
+    best: Sequence[float],
+) -> Markup:
+    """The map of the mean over runs, and the returns of the runs after the last stage below it.
+
+    Args:
+        axis: what is varied.
+        shares: the mean shares.
+        stages: the name of every stage.
+        returns: [run][point] after the last stage.
+        best: the best mean return at every point.
+    """
+    frame = Frame.of(axis, LEFT, RIGHT, TOP, ROW)
+    bottom = frame.y(len(shares))
+    low = bottom + GAP + PROFILE
+    y = scale_around([*best, *(value for run in returns for value in run)], low, bottom + GAP, always=(0.0,))
+    mean = [sum(runs) / len(runs) for runs in zip(*returns, strict=True)]
+    body = [_map(axis, shares, frame, (3, 7.5))]
+    body.append(text("tick side", LEFT - 6, TOP - 8, "after training"))
+    body += [text("tick side", LEFT - 6, frame.y(at + 0.5) + 3.5, name) for at, name in enumerate(stages)]
+    trained = [value for value in axis.points if axis.place(value) == "trained"]
+    body += [stroke(frame.x.at(at), bottom + 3, frame.x.at(at), low, "level") for at in trained]
+    body += [stroke(LEFT, y.at(at), RIGHT, y.at(at), "level") for at in y.ticks(3)]
+    body += [text("tick side", LEFT - 6, y.at(at) + 3.5, grouped(round(at))) for at in apart(y.ticks(3), y)]
+    across = list(axis.points)
+    for kind, line in (*(("thin", run) for run in returns), ("best", best), ("bold", mean)):
+        body.append(
+            f'<polyline class="{kind}" points="{points(list(zip(across, line, strict=True)), frame.x, y)}"/>'
+        )
+    body += _ticks(axis, frame, trained, low + 13)
+    body.append(text("tick", (LEFT + RIGHT) / 2, low + 28, f"{axis.title} ({axis.unit})"))
+    return picture("landscape", px(RIGHT + 6), px(low + BELOW), describe(axis, mean, best), "".join(body))
+
+
+def _ticks(axis: Axis, frame: Frame, trained: Sequence[float], y: float) -> list[str]:
+    """Labels of the trained values in bold, and of both ends, where they do not overlap."""
+    placed: list[float] = []
+    labels = []
+    for value in (axis.points[0], axis.points[-1], trained[0], trained[-1], *trained):
+        at = frame.x.at(value)
+        if all(abs(at - other) >= TICK_DISTANCE for other in placed):
+            placed.append(at)
+            labels.append(text("tick key" if value in trained else "tick", at, y, tick_label(value)))
+    return labels
+
+
+def describe(axis: Axis, mean: Sequence[float], best: Sequence[float]) -> str:
+    """The returns after the last stage in words: at both ends and at the trained values."""
+    parts = [
+        f"{fixed(at, 0)} at {tick_label(value)} {axis.unit}{' (trained)' if is_trained else ''}, "
+        f"best of all entries {fixed(top, 0)}"
+        for value, at, top in zip(axis.points, mean, best, strict=True)
+        if (is_trained := axis.place(value) == "trained") or value in (axis.points[0], axis.points[-1])
+    ]
+    return f"Mean return after the last stage by {axis.title}: {'; '.join(parts)}"
+
+
+def scale() -> Markup:
+    """The legend of the tint."""
+    width = 14
+    cells = "".join(
+        f'<rect class="t{tint}" x="{tint * width}" width="{width}" height="10"/>' for tint in range(TINTS + 1)
+    )
+    box = f"0 0 {width * (TINTS + 1)} 10"
+    return Markup(f'<svg class="landscape tints" viewBox="{box}" aria-hidden="true">{cells}</svg>')
