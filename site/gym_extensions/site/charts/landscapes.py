@@ -24,7 +24,7 @@ from gym_extensions.site.text import fixed, grouped
 
 TINTS = 10
 """Steps of the tint, from 0 to the best return."""
-LEFT, RIGHT, TOP, ROW = 58.0, 394.0, 26.0, 19.0
+LEFT, RIGHT, TOP, ROW = 76.0, 404.0, 18.0, 19.0
 """Edges of the map and height of a stage."""
 GAP, PROFILE, BELOW = 14.0, 84.0, 32.0
 """Space below the map, height of the returns, and space for their ticks and title."""
@@ -113,17 +113,18 @@ def large(
     y = scale_around([*best, *(value for run in returns for value in run)], low, bottom + GAP, always=(0.0,))
     mean = [sum(runs) / len(runs) for runs in zip(*returns, strict=True)]
     body = [_map(axis, shares, frame, (3, 7.5))]
-    body.append(text("tick side", LEFT - 6, TOP - 8, "after training"))
+    body.append(text("tick side", LEFT - 6, TOP - 7, "after training"))
     body += [text("tick side", LEFT - 6, frame.y(at + 0.5) + 3.5, name) for at, name in enumerate(stages)]
     trained = [value for value in axis.points if axis.place(value) == "trained"]
     body += [stroke(frame.x.at(at), bottom + 3, frame.x.at(at), low, "level") for at in trained]
     body += [stroke(LEFT, y.at(at), RIGHT, y.at(at), "level") for at in y.ticks(3)]
-    body += [text("tick side", LEFT - 6, y.at(at) + 3.5, grouped(round(at))) for at in apart(y.ticks(3), y)]
+    body += [text("tick side", LEFT - 6, y.at(at) + 3.5, grouped(round(at))) for at in apart(y.ticks(3), y) if y.at(at) > bottom + GAP + 12]
     across = list(axis.points)
     for kind, line in (*(("thin", run) for run in returns), ("best", best), ("bold", mean)):
         body.append(
             f'<polyline class="{kind}" points="{points(list(zip(across, line, strict=True)), frame.x, y)}"/>'
         )
+    body.append(text("tick side", LEFT - 6, bottom + GAP + 2, "return"))
     body += _ticks(axis, frame, trained, low + 13)
     body.append(text("tick", (LEFT + RIGHT) / 2, low + 28, f"{axis.title} ({axis.unit})"))
     return picture("landscape", px(RIGHT + 6), px(low + BELOW), describe(axis, mean, best), "".join(body))
