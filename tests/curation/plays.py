@@ -40,6 +40,9 @@ PLAYS: dict[str, tuple[str, str, Play]] = {
         "several-entries", "submissions/old/README.md", "Worse.\n", where="submissions"
     ),
     "a submission with a review of its own": file("written-by-the-base", f"{NEW}/review.toml"),
+    "a submission with a landscape": file(
+        "written-by-the-base", f"{NEW}/landscapes/hopper-gravity.json", "{}"
+    ),
     "a submission with poses": file("written-by-the-base", f"{NEW}/poses/hopper-gravity.json", "{}\n"),
     "a review of another entry": file("written-by-the-base", "submissions/old/review.toml"),
     "two new entries": file("several-entries", "submissions/another/submission.toml", where="submissions"),

@@ -118,7 +118,11 @@ def large(
     trained = [value for value in axis.points if axis.place(value) == "trained"]
     body += [stroke(frame.x.at(at), bottom + 3, frame.x.at(at), low, "level") for at in trained]
     body += [stroke(LEFT, y.at(at), RIGHT, y.at(at), "level") for at in y.ticks(3)]
-    body += [text("tick side", LEFT - 6, y.at(at) + 3.5, grouped(round(at))) for at in apart(y.ticks(3), y) if y.at(at) > bottom + GAP + 12]
+    body += [
+        text("tick side", LEFT - 6, y.at(at) + 3.5, grouped(round(at)))
+        for at in apart(y.ticks(3), y)
+        if y.at(at) > bottom + GAP + 12
+    ]
     across = list(axis.points)
     for kind, line in (*(("thin", run) for run in returns), ("best", best), ("bold", mean)):
         body.append(

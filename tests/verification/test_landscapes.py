@@ -1,0 +1,169 @@
+"""Landscapes are measured from the stored policies alone, and agree with the logs at trained values."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from statistics import fmean
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gym_extensions.catalog.groups import GROUPS
+from gym_extensions.catalog.worlds import axes
+from gym_extensions.curation.cli import maintain
+from gym_extensions.rollouts.layout import DOCUMENT, LANDSCAPES, run_file
+from gym_extensions.rollouts.run_policies import policies_of, read_arrays
+from gym_extensions.rollouts.tables import read_log
+from gym_extensions.scoring.landscapes import (
+    NOT_MEASURED,
+    OTHER_RUNS,
+    Landscape,
+    landscapes_of,
+    load,
+    path_of,
+)
+from gym_extensions.verification.landscapes import Worlds
+from gym_extensions.versions import blas_kernels
+
+from .entries import GROUP, change_document, copy, honest, network
+
+HERE = GROUPS[GROUP]
+SUBMISSIONS = Path(__file__).parents[2] / "submissions"
+MEASURED = sorted(SUBMISSIONS.glob(f"*/{LANDSCAPES}/*.json"))
+
+
+@pytest.fixture(scope="module")
+def measured(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """An entry with a landscape. It must not be changed."""
+    entry = copy(honest(tmp_path_factory.mktemp("entries")), tmp_path_factory.mktemp("measured") / "mine")
+    assert landscapes(entry) == 0
+    return entry
+
+
+@pytest.fixture
+def entry(measured: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(measured, tmp_path / "mine"))
+
+
+def landscapes(entry: Path, *options: str) -> int:
+    return maintain(["landscapes", str(entry), "--cache", str(entry.parent / "cache"), *options])
+
+
+def landscape(entry: Path) -> Landscape:
+    (found,) = landscapes_of(entry).values()
+    return found
+
+
+def test_every_run_has_a_return_and_a_deviation_per_stage_and_value(measured: Path) -> None:
+    found = landscape(measured)
+    assert (found.group, found.runs, found.episodes) == (HERE.id, (0, 1, 2, 3, 4), 10)
+    (axis,) = found.axes
+    assert np.shape(axis.returns) == np.shape(axis.deviations) == (5, 3, len(axes(HERE)[0].points))
+    assert len({axis.returns[0], axis.returns[1]}) == 2
+    assert path_of(measured, HERE).stat().st_size < 60_000
+
+
+def test_the_same_machine_writes_the_same_file_whatever_the_number_of_jobs(entry: Path) -> None:
+    before = path_of(entry, HERE).read_bytes()
+    assert landscapes(entry, "--again", "--jobs", "2", "--groups", GROUP) == 0
+    assert path_of(entry, HERE).read_bytes() == before
+
+
+def test_a_landscape_that_is_up_to_date_is_not_measured_again(
+    entry: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert landscapes(entry) == 0
+    assert capsys.readouterr().out == f"mine, {GROUP}: up to date.\n"
+
+
+def test_a_landscape_of_other_policies_is_not_shown(entry: Path) -> None:
+    document = entry / run_file(GROUP, "sequential", 3, DOCUMENT)
+    change_document(document, policies=None)
+    assert load(entry, HERE) == OTHER_RUNS
+    assert landscapes_of(entry) == {}
+
+
+def test_an_entry_without_policies_has_none(entry: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    shutil.rmtree(entry / LANDSCAPES)
+    assert load(entry, HERE) == NOT_MEASURED
+    change_document(entry / run_file(GROUP, "sequential", 0, DOCUMENT), policies=None)
+    assert landscapes(entry) == 0
+    assert "not published" in capsys.readouterr().out
+    assert not (entry / LANDSCAPES).exists()
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [("nav-state", "nav-state varies no quantity."), ("hoper", "There is no group 'hoper'")],
+)
+def test_a_group_without_worlds_is_refused(
+    measured: Path, name: str, message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert landscapes(measured, "--groups", name) == 2
+    assert message in capsys.readouterr().err
+
+
+class Listener:
+    """A policy that writes down which task it is told."""
+
+    num_actions = 3
+    told: list[int]
+
+    def __init__(self) -> None:
+        self.told = []
+
+    def reset(self) -> None:
+        """Nothing to reset."""
+
+    def act(self, observations: Any, rng: np.random.Generator, task: int) -> Any:
+        self.told.append(task)
+        return network(0, inputs=11).act(observations)
+
+
+def test_an_agent_that_observes_the_task_is_told_the_nearest_one() -> None:
+    gravity = GROUPS["hopper-gravity"]
+    worlds, policy = Worlds(gravity, axes(gravity)[0]), Listener()
+    worlds.returns(policy, 5, 0)  # type: ignore[arg-type]
+    assert list(dict.fromkeys(policy.told)) == [0, 1, 2, 3, 4]
+
+
+@pytest.mark.parametrize("path", MEASURED, ids=lambda path: f"{path.parts[-3]}-{path.stem}")
+def test_at_trained_values_a_committed_landscape_agrees_with_the_logs(path: Path) -> None:
+    entry, group = path.parents[1], GROUPS[path.stem]
+    found = load(entry, group)
+    assert isinstance(found, Landscape), found
+    assert path.stat().st_size < 60_000
+    differences = []
+    for axis in axes(group):
+        measured = found.axis(axis.name)
+        for index, run in enumerate(found.runs):
+            log = read_log(entry / run_file(group.name, "sequential", run, ".csv"))
+            for each in (each for each in axis.trained if each.low == each.high):
+                at = axis.points.index(each.low)
+                of_task = log[log["task"] == group.task_ids[each.task]]
+                for stage in range(len(group.tasks) + 1):
+                    episodes = of_task["return"][of_task["stage"] == stage]
+                    deviation = measured.deviations[index][stage][at]
+                    error = np.hypot(episodes.std(ddof=0) / 19**0.5, deviation / 9**0.5) + 1.0
+                    differences.append((measured.returns[index][stage][at] - episodes.mean()) / error)
+    assert abs(fmean(differences)) < 0.5
+    assert 0.3 < np.std(differences) < 1.6
+    assert np.mean(np.abs(differences) > 3) < 0.04
+
+
+@pytest.mark.parametrize("path", MEASURED[:1], ids=lambda path: path.parts[-3])
+def test_a_stage_of_a_committed_landscape_is_measured_again(path: Path) -> None:
+    """Golden numbers: equal on the kernels of the file, and within four standard errors on others."""
+    entry, group = path.parents[1], GROUPS[path.stem]
+    found, (axis,) = landscapes_of(entry)[group.id], axes(group)
+    arrays = read_arrays(entry, group, "sequential", 0)
+    worlds = Worlds(group, axis)
+    returns = np.array(worlds.returns(policies_of(arrays, group, "sequential")[0, None], 0, 0))
+    worlds.close()
+    golden = np.array(found.axes[0].returns[0][0])
+    if found.versions["blas"] == blas_kernels():
+        assert returns.mean(axis=1).round(1).tolist() == golden.tolist()
+    error = np.array(found.axes[0].deviations[0][0]) / 3
+    assert (np.abs(returns.mean(axis=1) - golden) <= 4 * 2**0.5 * error + 0.1).all()
