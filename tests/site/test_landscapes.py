@@ -44,13 +44,15 @@ def folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Path]:
     return found
 
 
-def test_a_map_has_a_cell_per_stage_and_value_and_a_dot_per_trained_one() -> None:
-    shares = [[stage / 5] * POINTS for stage in range(6)]
+def test_a_map_has_cells_where_the_tint_changes_and_a_dot_per_trained_value() -> None:
+    shares = [[stage / 5, *[0.1, stage / 5] * 7] for stage in range(6)]
     parts = {
         part.get("class"): part.get("d", "")
         for part in ElementTree.fromstring(small(AXIS, shares, "")).iter()
     }
-    assert [parts[f"t{2 * stage}"].count("M") for stage in range(6)] == [POINTS] * 6
+    assert [parts[f"t{2 * stage}"].count("M") for stage in range(6)] == [8] * 6
+    assert parts["t1"].count("M") == 6 * 7
+    assert parts["t10"].startswith("M0.0 50.0H5.2v10.0H0.0z")
     drawing = str(small(AXIS, shares, "Run 0"))
     dots = re.findall(r'class="seen" stroke-width="(\S+)" d="(\S[^"]*)"', drawing)
     assert [(width, way.count("M")) for width, way in dots] == [("2", 10), ("5", 5)]

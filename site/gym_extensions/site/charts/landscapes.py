@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import groupby, pairwise
 
 from markupsafe import Markup
 
@@ -59,12 +59,16 @@ class Frame:
 
 
 def _map(axis: Axis, shares: Shares, frame: Frame, dots: tuple[float, float]) -> str:
-    """The cells, one path per tint, and the trained values: large right after their stage, small later."""
+    """The cells, one path per tint, and the trained values: large right after their stage, small later.
+
+    Neighbours of one tint are one cell.
+    """
     cells: dict[str, list[str]] = {}
     for stage, row in enumerate(shares):
-        for share, (left, right) in zip(row, pairwise(frame.edges), strict=True):
-            kind = "unknown" if share is None else f"t{round(TINTS * min(max(share, 0.0), 1.0))}"
-            way = f"M{px(left)} {px(frame.y(stage))}h{px(right - left)}v{px(frame.row)}h{px(left - right)}z"
+        for kind, members in groupby(range(len(row)), key=lambda at: _tint(row[at])):
+            first, *others = members
+            left, right = frame.edges[first], frame.edges[first + len(others) + 1]
+            way = f"M{px(left)} {px(frame.y(stage))}H{px(right)}v{px(frame.row)}H{px(left)}z"
             cells.setdefault(kind, []).append(way)
     body = [f'<path class="{kind}" d="{"".join(ways)}"/>' for kind, ways in sorted(cells.items())]
     for size, is_now in zip(dots, (False, True), strict=True):
@@ -82,6 +86,10 @@ def _map(axis: Axis, shares: Shares, frame: Frame, dots: tuple[float, float]) ->
             if marks
         ]
     return "".join(body)
+
+
+def _tint(share: float | None) -> str:
+    return "unknown" if share is None else f"t{round(TINTS * min(max(share, 0.0), 1.0))}"
 
 
 def small(axis: Axis, shares: Shares, label: str) -> Markup:
