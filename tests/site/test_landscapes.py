@@ -21,7 +21,7 @@ from .browser import Reader, files
 GROUP = group("hopper-gravity")
 (AXIS,) = axes(GROUP)
 POINTS = len(AXIS.points)
-PAGE, BOARD = "submissions/agile.html", "boards/hopper-gravity-v0-sequential-100k.html"
+PAGE, BOARD = "submissions/agile.html", "groups/hopper-gravity-v0.html"
 
 
 def landscape(last: float) -> Landscape:
