@@ -37,7 +37,7 @@ MEASURED = sorted(SUBMISSIONS.glob(f"*/{LANDSCAPES}/*.json"))
 @pytest.fixture(scope="module")
 def measured(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """An entry with a landscape. It must not be changed."""
-    entry = copy(honest(tmp_path_factory.mktemp("entries")), tmp_path_factory.mktemp("measured") / "mine")
+    entry = copy(honest(), tmp_path_factory.mktemp("measured") / "mine")
     assert landscapes(entry) == 0
     return entry
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -33,7 +33,7 @@ from gym_extensions.scoring.landscapes import (
     measured_runs,
     write,
 )
-from gym_extensions.verification.episodes import Cell, Player, RunRequest, request_of, stored_policies
+from gym_extensions.verification.episodes import Cell, Player, RunRequest, stored_policies
 from gym_extensions.verification.fetch import Fetcher
 from gym_extensions.verification.limits import Limits, answers
 from gym_extensions.versions import blas_kernels, version
@@ -74,7 +74,7 @@ class Worlds(Player):
 
 def measure(call: Mapping[str, Any]) -> Iterator[Any]:
     """The job of the process with limits: returns [axis][stage][point][episode] of one run."""
-    request = request_of(call["run"])
+    request = msgspec.convert(call["run"], RunRequest)
     group = GROUPS[request.group]
     policies = stored_policies(request, group)
     for axis in axes(group):
@@ -102,7 +102,7 @@ def landscape_of(entry: Path, group: TaskGroup, fetcher: Fetcher, jobs: int = 1)
 
     def work(document: RunDocument) -> list[Any]:
         request = _request(entry, group, document, fetcher)
-        return list(answers(JOB, {"run": asdict(request)}, LIMITS))
+        return list(answers(JOB, {"run": msgspec.to_builtins(request)}, LIMITS))
 
     with ThreadPoolExecutor(jobs) as pool:
         runs = np.array(list(pool.map(work, documents.values())))  # (runs, axes · stages, points, episodes)
@@ -141,7 +141,6 @@ def _request(entry: Path, group: TaskGroup, document: RunDocument, fetcher: Fetc
     assert policies is not None, "only runs with policies are measured"
     name = run_key(group.name, PROTOCOL, document.run)
     return RunRequest(
-        name=name,
         folder=str(entry.resolve()),
         group=group.name,
         protocol=PROTOCOL,
