@@ -26,7 +26,14 @@ from gym_extensions.site.text import fixed
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER, PAGE = ROOT / "docs" / "findings", ROOT / "docs" / "findings.md"
-NOT_COMPARED = {"random", "zero", "alone", "trpo-2017", "trpo-2017-paper", "trpo-2017-paper-hopper"}
+NOT_COMPARED = {
+    "random",
+    "zero",
+    *tables.IN_OTHER_WAYS,
+    "trpo-2017",
+    "trpo-2017-paper",
+    "trpo-2017-paper-hopper",
+}
 
 
 def forgetting_of_runs(folder: Path) -> dict[str, Sequence[float]]:
@@ -75,6 +82,7 @@ def main(submissions: Path = ROOT / "submissions") -> None:
         fine_tuning=FINE_TUNING,
         core=[group.name for group in CORE],
         methods=methods,
+        other_ways=tables.in_other_ways(core),
         incomplete=core[~core["ranked"] & core["name"].isin(names)].to_dict("records"),
         VERDICTS={"separated": "**separated**", "equivalent": "equivalent", "open": "not separated"},
         LEARNED=LEARNED,

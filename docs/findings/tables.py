@@ -13,6 +13,7 @@ import pandas as pd
 from gym_extensions.catalog.groups import CORES, GROUPS, TaskGroup
 from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS, STANDARD_BUDGET
 from gym_extensions.scoring.metrics import BY_NAME
+from gym_extensions.scoring.ranking.core import IN_OTHER_WAYS
 from gym_extensions.scoring.references import load_references
 from gym_extensions.scoring.statistics import difference, holm, summary, two_sided_p, welch, zero_mean_p
 from gym_extensions.site.text import fixed, interval
@@ -49,9 +50,9 @@ class Value(NamedTuple):
         return f"{fixed(self.mean, 2)} ({interval(self.low, self.high, 2)})"
 
     @property
-    def excludes_zero(self) -> bool:
-        """Whether the interval excludes 0."""
-        return not self.low <= 0 <= self.high
+    def interval(self) -> str:
+        """The interval alone."""
+        return interval(self.low, self.high, 2)
 
 
 class Against(NamedTuple):
@@ -93,6 +94,11 @@ def methods(core: pd.DataFrame, pairs: pd.DataFrame) -> list[Method]:
                 against[pair["metric"]] = Against(value, pair["verdict"], after)
         found.append(Method(row, against))
     return found
+
+
+def in_other_ways(core: pd.DataFrame) -> list[Method]:
+    """The rows of the reference agent on all tasks at once, and on each alone."""
+    return [Method(row, {}) for _, row in core[core["name"].isin(IN_OTHER_WAYS)].iterrows()]
 
 
 def value(metrics: pd.DataFrame, name: str, group: str, metric: str, protocol: str = "sequential") -> Value:
