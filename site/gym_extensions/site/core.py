@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from markupsafe import Markup, escape
 
-from gym_extensions.scoring.boards import CoreBoard, CoreCost, CoreEntry
+from gym_extensions.scoring.boards import CoreBoard, CoreCost, CoreEntry, CoreReference
 from gym_extensions.scoring.leaderboard import core
 from gym_extensions.scoring.metrics import MetricValue
 from gym_extensions.scoring.scorecard import Scorecard
@@ -147,23 +147,29 @@ CHARACTER, LINE = 6.4, 13.0
 MAX_LABEL = 22
 
 
-def figure(entries: Sequence[CoreEntry]) -> Markup:
+def figure(entries: Sequence[CoreEntry], references: Sequence[CoreReference] = ()) -> Markup:
     """Learned (x) against kept at the end (y): a point per method with both intervals.
 
     On the diagonal nothing is lost; the best corner is at the top right. Empty without a ranked method.
 
     Args:
         entries: methods, best first; those without a score are left out.
+        references: the reference agent trained in other ways, as levels.
     """
     shown = [entry for entry in entries if entry.metrics[FINAL].mean is not None]
     if not shown:
         return Markup("")
     reach = [end for entry in shown for name in (FINAL, LEARNED) for end in _reach(value(entry, name))]
+    reach += [each.value.mean or 0.0 for each in references]
     low, high = min(0.0, *reach), max(*reach, 0.5)
     high += 0.08 * (high - low)
     x = Scale(low, high, LEFT, LEFT + SIDE)
     y = Scale(low, high, TOP + SIDE, TOP)
     parts = [_axes(x, y), _diagonal(x, y)]
+    for each in references:
+        height = y.at(each.value.mean or 0.0)
+        parts.append(stroke(x.start, height, x.end, height, "way"))
+        parts.append(text("label way", x.start + 6, height - 5, str(escape(each.title))))
     places = [(x.at(value(entry, LEARNED).mean or 0), y.at(value(entry, FINAL).mean or 0)) for entry in shown]
     for number, (entry, (across, up)) in reversed(list(enumerate(zip(shown, places, strict=True)))):
         learned, kept = value(entry, LEARNED), value(entry, FINAL)
