@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import re
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -98,6 +99,16 @@ def test_the_figure_has_scores_of_the_tasks_that_have_one() -> None:
     floor, expert = references[hopper].floor, references[hopper].expert
     frame = pd.DataFrame({"task": [hopper, striker, hopper], "return": [floor, 5.0, expert]})
     assert tables.as_scores(frame)["return"].to_list() == [0.0, 1.0]
+
+
+def test_the_numbers_of_the_readme_are_in_the_findings() -> None:
+    section = (
+        (ROOT / "README.md").read_text("utf-8").partition("Results so far")[2].partition("\n\nAn agent")[0]
+    )
+    numbers = set(re.findall(r"−?\d\.\d\d", section))
+    assert len(numbers) >= 8
+    text = (ROOT / "docs/findings.md").read_text("utf-8")
+    assert [number for number in numbers if number not in text] == []
 
 
 CELL = reproduction.PaperCell(1000.0, 100.0)

@@ -64,8 +64,11 @@ def main(submissions: Path = ROOT / "submissions") -> None:
     names = [name for name in core["name"] if name not in NOT_COMPARED]
     groups = tables.fine_tuning(metrics, forgetting_of_runs(submissions / FINE_TUNING))
     learned = [row for row in groups if row.is_learned]
+    other_ways = tables.in_other_ways(core)
     draw_learned_and_final(
-        [(each.row["title"], each.value(LEARNED), each.value(FINAL)) for each in methods], FOLDER / "core.svg"
+        [(each.row["title"], each.value(LEARNED), each.value(FINAL)) for each in methods],
+        [(each.row["title"].removeprefix("TRPO, "), each.value(FINAL)) for each in other_ways],
+        FOLDER / "core.svg",
     )
     draw_groups(tables.by_group(metrics, names, FINAL), [group.name for group in CORE], FOLDER / "groups.svg")
     scores = tables.as_scores(results.evaluations(submissions / FINE_TUNING))
@@ -82,7 +85,7 @@ def main(submissions: Path = ROOT / "submissions") -> None:
         fine_tuning=FINE_TUNING,
         core=[group.name for group in CORE],
         methods=methods,
-        other_ways=tables.in_other_ways(core),
+        other_ways=other_ways,
         incomplete=core[~core["ranked"] & core["name"].isin(names)].to_dict("records"),
         VERDICTS={"separated": "**separated**", "equivalent": "equivalent", "open": "not separated"},
         LEARNED=LEARNED,

@@ -25,20 +25,32 @@ matplotlib.rcParams |= {"svg.hashsalt": "gym-extensions", "svg.fonttype": "none"
 COLUMNS = 2
 
 
-def draw_learned_and_final(rows: Sequence[tuple[str, Value, Value]], path: Path) -> None:
-    """One line per method from its learned performance (ring) to its final performance (disc)."""
-    figure = Figure(figsize=(6.4, 0.6 + 0.36 * len(rows)), layout="constrained")
+def draw_learned_and_final(
+    rows: Sequence[tuple[str, Value, Value]], levels: Sequence[tuple[str, Value]], path: Path
+) -> None:
+    """One line per method from its learned performance (ring) to its final performance (disc), and levels."""
+    figure = Figure(figsize=(7.2, 1.0 + 0.4 * len(rows)), layout="constrained")
     axes = figure.subplots()
+    for title, each in levels:
+        axes.axvline(each.mean, color="0.55", linewidth=1, linestyle=":", zorder=0)
+        axes.annotate(
+            title,
+            (each.mean, 1.02),
+            xycoords=("data", "axes fraction"),
+            ha="center",
+            fontsize=8,
+            color="0.35",
+        )
     for height, (_, learned, final) in enumerate(rows):
         axes.plot([learned.mean, final.mean], [height, height], color="0.45", linewidth=1.5, zorder=2)
         _draw_interval(axes, learned, height + 0.18, "C1")
         _draw_interval(axes, final, height - 0.18, "C0")
         axes.plot(learned.mean, height, "o", color="C1", markerfacecolor="white", zorder=3)
         axes.plot(final.mean, height, "o", color="C0", zorder=3)
-    axes.axvline(0, color="0.8", linewidth=0.8, zorder=0)
-    axes.axvline(1, color="0.8", linewidth=0.8, zorder=0)
+    axes.set_xlim(left=0)
     axes.set_yticks(range(len(rows)), [title for title, _, _ in rows])
     axes.invert_yaxis()
+    axes.spines[["top", "right"]].set_visible(False)
     axes.set_xlabel("score: ring right after training on a task, disc at the end (0 = floor, 1 = expert)")
     _save(figure, path)
 
