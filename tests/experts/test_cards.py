@@ -157,3 +157,14 @@ def test_a_card_of_another_definition_of_the_task_is_refused(tmp_path: Path) -> 
     with pytest.raises(BenchError, match="another definition of Hopper") as error:
         experts.load("Hopper", tmp_path)
     assert error.value.code == "foreign-fingerprint"
+
+
+def test_origins_name_the_policies_of_entries_behind_experts() -> None:
+    found = experts.origins()["trpo", "hopper-gravity", "sequential"]
+    card = experts.card("HopperGravityOneAndHalf")
+    (origin,) = [each for each in found if each.task == "HopperGravityOneAndHalf"]
+    assert (
+        card.history[-1].name == f"stored:trpo/hopper-gravity/sequential-run{origin.run}-stage{origin.stage}"
+    )
+    assert origin.is_expert
+    assert all(experts.card(each.task).from_entry for each in found)

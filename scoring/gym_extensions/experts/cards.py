@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import math
+import re
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Literal, TypeVar
+from typing import Annotated, Literal, NamedTuple, TypeVar
 
 import msgspec
 
@@ -134,6 +137,33 @@ class Card(PolicyCard, frozen=True):
 
 
 Author = Annotated[str, msgspec.Meta(min_length=1, max_length=100)]
+
+
+STORED = re.compile(r"stored:([^/]+)/([^/]+)/([a-z]+)-run(\d+)-stage(\d+)(?:-.+)?")
+"""The name of a step that is a policy of an entry."""
+
+
+class Origin(NamedTuple):
+    """A policy of an entry that is the expert of a task, or an ancestor of it."""
+
+    task: str
+    run: int
+    stage: int
+    is_expert: bool
+
+
+@functools.cache
+def origins() -> Mapping[tuple[str, str, str], tuple[Origin, ...]]:
+    """The policies of entries behind the experts, by entry, name of the group and protocol."""
+    found: dict[tuple[str, str, str], tuple[Origin, ...]] = {}
+    for name in names():
+        steps = card(name).history
+        for step in steps:
+            if match := STORED.fullmatch(step.name):
+                entry, group, protocol, run, stage = match.groups()
+                origin = Origin(name, int(run), int(stage), step is steps[-1])
+                found[entry, group, protocol] = (*found.get((entry, group, protocol), ()), origin)
+    return found
 
 
 class RecordCard(PolicyCard, frozen=True):

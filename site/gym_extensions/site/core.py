@@ -167,9 +167,9 @@ def figure(entries: Sequence[CoreEntry], references: Sequence[CoreReference] = (
     y = Scale(low, high, TOP + SIDE, TOP)
     parts = [_axes(x, y), _diagonal(x, y)]
     for each in references:
-        height = y.at(each.value.mean or 0.0)
-        parts.append(stroke(x.start, height, x.end, height, "way"))
-        parts.append(text("label way", x.start + 6, height - 5, str(escape(each.title))))
+        level = y.at(each.value.mean or 0.0)
+        parts.append(stroke(x.start, level, x.end, level, "way"))
+        parts.append(text("label way", x.start + 6, level - 5, str(escape(each.title))))
     places = [(x.at(value(entry, LEARNED).mean or 0), y.at(value(entry, FINAL).mean or 0)) for entry in shown]
     for number, (entry, (across, up)) in reversed(list(enumerate(zip(shown, places, strict=True)))):
         learned, kept = value(entry, LEARNED), value(entry, FINAL)

@@ -8,8 +8,10 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import groupby
 
+from gym_extensions import experts
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, PROTOCOLS
+from gym_extensions.experts import Origin
 from gym_extensions.scoring.metrics import (
     FINAL,
     LEAST_LEARNED,
@@ -202,6 +204,14 @@ def separate_groups(card: Scorecard) -> tuple[str, ...]:
     """The groups whose results have a page of their own: all, if there are several."""
     groups = tuple(dict.fromkeys(trial.group for trial in group_trials(card)))
     return groups if len(groups) > 1 else ()
+
+
+def origins(entry: str, trial: Trial) -> tuple[Origin, ...]:
+    """The policies of a log that are experts or their ancestors, by run and stage."""
+    group = trial.group.rpartition("-v")[0]
+    return tuple(
+        sorted(experts.origins().get((entry, group, trial.protocol), ()), key=lambda each: each[1:3])
+    )
 
 
 def suite_trials(card: Scorecard) -> tuple[Trial, ...]:
