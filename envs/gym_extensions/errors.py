@@ -7,10 +7,9 @@ import functools
 import io
 import os
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Protocol
 
 
 class BenchError(Exception):
@@ -32,17 +31,6 @@ class BenchError(Exception):
         return f"{first}{'' if first.endswith(chr(10)) else ' '}{self.hint}".rstrip()
 
 
-class KeywordError(BenchError, TypeError):
-    """A keyword that a function does not accept. Other libraries probe for it as Python's ``TypeError``.
-
-    Like a ``TypeError``, it can be made from a text alone: Gymnasium makes it again with a longer one.
-    """
-
-    def __init__(self, message: str, where: str = "", hint: str = "") -> None:
-        super().__init__("unexpected-keyword", message, where, hint)
-        self.args = (message, where, hint)
-
-
 def did_you_mean(word: str, choices: Iterable[str]) -> str:
     """Returns a hint that names the closest choice, all choices if there are few, or nothing."""
     ordered = sorted(choices)
@@ -53,10 +41,8 @@ def did_you_mean(word: str, choices: Iterable[str]) -> str:
     return f"Choose one of: {', '.join(ordered)}." if 0 < len(ordered) <= 25 else ""
 
 
-class Command(Protocol):
-    """Runs a command line (``sys.argv[1:]`` if None) and returns the exit status."""
-
-    def __call__(self, argv: list[str] | None = None) -> int: ...
+Command = Callable[..., int]
+"""``main(argv=None)`` runs a command line (``sys.argv[1:]`` if None) and returns the exit status."""
 
 
 def reports_mistakes(main: Command) -> Command:
@@ -103,10 +89,7 @@ def working(text: str) -> Iterator[None]:
         yield
         return
     from rich.console import Console
-    from rich.live import Live
-    from rich.spinner import Spinner
     from rich.text import Text
 
-    spinner, console = Spinner("dots", Text(text)), Console(stderr=True)
-    with Live(spinner, console=console, transient=True, redirect_stdout=False, redirect_stderr=False):
+    with Console(stderr=True).status(Text(text)):
         yield

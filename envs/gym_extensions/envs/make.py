@@ -14,16 +14,12 @@ from gym_extensions.catalog.bodies import IS_SUCCESS
 from gym_extensions.catalog.tasks import TASKS, Task, customize, definition, from_definition, is_definable
 from gym_extensions.catalog.tasks import task as published_task
 from gym_extensions.catalog.variations import Variation
-from gym_extensions.envs.mujoco_env import IMPLEMENTATIONS, TaskEnv
+from gym_extensions.envs.mujoco_env import TaskEnv
 from gym_extensions.envs.protocols import Template
 from gym_extensions.envs.shards import MujocoVectorEnv
 from gym_extensions.envs.vector_env import WHERE, check_count
-from gym_extensions.errors import BenchError, KeywordError
+from gym_extensions.errors import BenchError
 
-CAMERA = (
-    *("width", "height", "camera_id", "camera_name"),
-    *("default_camera_config", "max_geom", "visual_options"),
-)
 RENDER_MODES = ["human", "rgb_array", "depth_array", "rgbd_tuple"]
 """Those of Gymnasium's MuJoCo environments. From them Gymnasium makes others, such as ``rgb_array_list``."""
 HINT = "A task's reward, body and time limit are fixed. For another task use gym_extensions.envs.customize."
@@ -139,24 +135,15 @@ def build(task: Task, **rendering: Any) -> gym.Env[Any, Any]:
 
     Args:
         task: the task.
-        rendering: ``render_mode``, and for MuJoCo bodies Gymnasium's sizes and camera arguments.
-
-    Raises:
-        KeywordError: a keyword is not about rendering. It is a ``TypeError``.
+        rendering: ``render_mode``, and for MuJoCo bodies Gymnasium's sizes and camera arguments. Any other
+            keyword is a ``TypeError``.
     """
     if task.is_foreign:
         return _build_foreign(task, **rendering)
-    accepted = ("render_mode",) if task.body.family == "navigation" else ("render_mode", *CAMERA)
-    for name in rendering:
-        if name not in accepted:
-            message = f"Got an unexpected keyword argument {name!r}."
-            raise KeywordError(message, task.id, f"It accepts {', '.join(accepted)}. {HINT}")
     if task.body.family == "navigation":
         from gym_extensions.envs.navigation.env import Navigation
 
         return Navigation(task, **rendering)
-    if task.base not in IMPLEMENTATIONS:
-        raise ValueError(f"{task.base} has no entry in gym_extensions.envs.mujoco_env.IMPLEMENTATIONS.")
     return TaskEnv(task, **rendering)
 
 
@@ -201,7 +188,6 @@ def construct(task: str | Task | Mapping[str, Any], **rendering: Any) -> gym.Env
 
     Raises:
         BenchError: the task or its base body is unknown, or a variation does not fit the body.
-        KeywordError: a keyword is not about rendering.
     """
     return build(resolve(task), **rendering)
 
@@ -209,29 +195,25 @@ def construct(task: str | Task | Mapping[str, Any], **rendering: Any) -> gym.Env
 def construct_vec(
     task: str | Task | Mapping[str, Any],
     num_envs: int,
+    *,
     max_episode_steps: int | None = None,
     num_threads: int = 1,
     autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
-    **others: Any,
+    render_mode: str | None = None,
 ) -> VectorEnv[Any, Any, Any]:
     """Returns ``make_vec`` of one task, as ``gymnasium.make_vec`` calls it.
 
     Raises:
         BenchError: as in ``make_vec``; or another time limit, or rendering.
-        KeywordError: a keyword that a task does not accept.
     """
     found = resolve(task)
     if max_episode_steps not in (None, found.max_steps):
         message = f"max_episode_steps is {max_episode_steps}; the task has {found.max_steps}."
         raise BenchError("changed-task", message, found.id, HINT)
-    for name, value in others.items():
-        if name not in ("render_mode", *CAMERA):
-            message = f"Got an unexpected keyword argument {name!r}."
-            raise KeywordError(message, found.id, f"It accepts num_threads and autoreset_mode. {HINT}")
-        if value is not None:
-            message = "Environments that are stepped together do not render."
-            hint = 'Use vectorization_mode="sync", or make(task, render_mode=...).'
-            raise BenchError("no-rendering", message, found.id, hint)
+    if render_mode is not None:
+        message = "Environments that are stepped together do not render."
+        hint = 'Use vectorization_mode="sync", or make(task, render_mode=...).'
+        raise BenchError("no-rendering", message, found.id, hint)
     return make_vec(found, num_envs, num_threads, autoreset_mode=autoreset_mode)
 
 

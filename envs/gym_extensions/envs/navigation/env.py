@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from gym_extensions.catalog.bodies import IS_SUCCESS
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.catalog.variations import Course
-from gym_extensions.envs.navigation.geometry import Arena, arena, map_bytes
+from gym_extensions.envs.navigation.geometry import arena, map_bytes
 from gym_extensions.envs.navigation.rendering import background, with_agent
 from gym_extensions.envs.navigation.sensors import action_space, observation_space
 from gym_extensions.envs.navigation.simulation import World
@@ -87,7 +87,6 @@ class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], IndependentCopies):
     Args:
         task: a task whose one variation is a ``Course``.
         render_mode: ``"rgb_array"`` (frames of 480 × 640 pixels) or None.
-        custom_arena: a grid and goal to use instead of the course's.
 
     Raises:
         BenchError: the task is not a navigation task, or the render mode is not supported.
@@ -95,11 +94,11 @@ class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], IndependentCopies):
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": 30}  # noqa: RUF012
 
-    def __init__(self, task: Task, render_mode: str | None = None, custom_arena: Arena | None = None) -> None:
+    def __init__(self, task: Task, render_mode: str | None = None) -> None:
         check_render_mode(render_mode, task)
         found = course(task)
         self.task, self.render_mode = task, render_mode
-        self.arena = arena(found.map, found.goal) if custom_arena is None else custom_arena
+        self.arena = arena(found.map, found.goal)
         self.observation_space = observation_space(found.family)
         self.action_space: gym.spaces.Space[Any] = action_space()
         self._world = World([self.arena], found.family)

@@ -52,7 +52,7 @@ MAPS, GOALS = 10, 3
 GOAL_RADIUS = 20.0
 AGENT_RADIUS = 5.0
 """Radius of the disc that is drawn; the agent itself is a point."""
-OBSTACLE, FREE = "#", "."
+OBSTACLE = "#"
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,22 +87,9 @@ class Arena:
 
 
 def parse(lines: Sequence[str]) -> Grid:
-    """Returns the grid of lines of ``#`` and ``.``, the first line at the top.
-
-    Raises:
-        ValueError: the lines differ in length or contain another character.
-    """
-    if not lines or any(len(line) != len(lines[0]) or set(line) - {OBSTACLE, FREE} for line in lines):
-        raise ValueError(f"a map is lines of equal length made of {OBSTACLE!r} and {FREE!r}")
-    drawn = np.array(
-        [[character == OBSTACLE for character in line] for line in reversed(lines)], dtype=np.uint8
-    )
+    """Returns the grid of lines of ``#`` and ``.``, the first line at the top."""
+    drawn = np.array([[character == OBSTACLE for character in line] for line in reversed(lines)], np.uint8)
     return Grid(np.pad(drawn, 1, constant_values=1))
-
-
-def draw(cells: NDArray[np.bool_]) -> str:
-    """Returns the text of a map file. Row 0 of the cells is at the bottom."""
-    return "".join("".join(OBSTACLE if cell else FREE for cell in row) + "\n" for row in cells[::-1])
 
 
 def map_bytes(number: int) -> bytes:
