@@ -438,9 +438,9 @@ def body(name: str, where: str = "") -> Body:
     return BODIES[name]
 
 
-def body_of_model(model_name: str) -> Body | None:
-    """Returns the first base body whose MuJoCo model has that name, or None.
+def body_of_model(model_name: str) -> Body:
+    """Returns the first base body whose MuJoCo model has that name.
 
     Bodies that share a model also share its parts.
     """
-    return next((each for each in BODIES.values() if each.model_name == model_name), None)
+    return next(each for each in BODIES.values() if each.model_name == model_name)

@@ -12,8 +12,11 @@ from typing import Any
 
 from gym_extensions.catalog.tasks import (
     FAMILIES,
+    FURTHER_LIMBS,
+    LIMBS,
     PLANAR_BODIES,
     RUNNING_BODIES,
+    SIZES,
     TASKS,
     Task,
     check_keys,
@@ -34,24 +37,10 @@ GRAVITY_ORDER = (
     "{B}GravityOneAndQuarter",
     "{B}GravityOneAndHalf",
 )
-BODY_ORDER = (
-    "{B}SmallFoot",
-    "{B}SmallLeg",
-    "{B}SmallThigh",
-    "{B}SmallTorso",
-    "{B}BigFoot",
-    "{B}BigLeg",
-    "{B}BigThigh",
-    "{B}BigTorso",
-)
+BODY_ORDER = tuple(f"{{B}}{size}{part}" for size in SIZES for part in LIMBS)
 HUMANOID_BODY_ORDER = (
     *BODY_ORDER,
-    "{B}SmallHead",
-    "{B}BigHead",
-    "{B}SmallArm",
-    "{B}BigArm",
-    "{B}SmallHand",
-    "{B}BigHand",
+    *(f"{{B}}{size}{part}" for part in FURTHER_LIMBS["Humanoid"] for size in SIZES),
 )
 SINGLE_GROUPS = {
     "humanoid-standup-run": ("Humanoid", "HumanoidStandup", "HumanoidStandupAndRun"),

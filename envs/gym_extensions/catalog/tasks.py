@@ -6,7 +6,7 @@ import importlib
 import operator
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import MISSING, astuple, dataclass, fields, is_dataclass, replace
+from dataclasses import MISSING, asdict, astuple, dataclass, fields, is_dataclass, replace
 from typing import Any
 
 from gym_extensions.catalog.bodies import BODIES, DEFAULT_MAX_STEPS, GYMNASIUM_ID, Body
@@ -182,7 +182,7 @@ def definition(task: Task) -> dict[str, Any]:
         "version": task.version,
         "base": task.base,
         "max_steps": task.max_steps,
-        "variations": [_plain(variation) for variation in task.variations],
+        "variations": [{"kind": type(each).__name__} | asdict(each) for each in task.variations],  # type: ignore[call-overload]
     }
 
 
@@ -236,13 +236,6 @@ def check_keys(table: Mapping[str, Any], names: Iterable[str], required: Iterabl
     for key in required:
         if key not in table:
             raise BenchError("missing-key", f"The key {key!r} is missing.", where, f"Add {key}.")
-
-
-def _plain(value: Any) -> Any:
-    if is_dataclass(value):
-        values = {field.name: _plain(getattr(value, field.name)) for field in fields(value)}
-        return {"kind": type(value).__name__} | values
-    return [_plain(entry) for entry in value] if isinstance(value, tuple | list) else value
 
 
 def foreign_task(env_id: str, max_steps: int | None = None) -> Task:

@@ -86,7 +86,6 @@ class Gravity(BaseVariation):
 
     @classmethod
     def fits(cls, body: Body) -> bool:
-        """Returns whether the body's model has gravity."""
         return body.has_gravity
 
     def apply(self, spec: mujoco.MjSpec) -> None:
@@ -98,7 +97,6 @@ class Gravity(BaseVariation):
         spec.option.gravity = [x, y, float(Decimal(repr(float(z))) * Decimal(repr(float(self.factor))))]
 
     def describe(self, body: Body, spec: mujoco.MjSpec) -> str:
-        """Returns the documentation's sentence."""
         before = spec.option.gravity[2]
         self.apply(spec)
         return f"Gravity {spec.option.gravity[2]:g} m/s² ({self.factor:g} × {before:g})."
@@ -120,24 +118,25 @@ class LimbScale(BaseVariation):
 
     @classmethod
     def fits(cls, body: Body) -> bool:
-        """Returns whether the body has parts that can be scaled."""
         return bool(body.parts)
 
     def apply(self, spec: mujoco.MjSpec) -> None:
         """Scales radius and mass of the part's geoms. Raises ``BenchError`` for an unknown part."""
         body = body_of_model(spec.modelname)
-        geoms = [spec.geom(name) for name in self._geom_names(spec.modelname, body)]
+        if self.part not in body.parts:
+            message = f"{body.name} has no part {self.part!r}."
+            raise BenchError("unknown-part", message, hint=did_you_mean(str(self.part), body.parts))
+        geoms = [spec.geom(name) for name in body.parts[self.part]]
         before = {geom.name: mass(geom) for geom in geoms}
         _raise_total(spec, (self.factor - 1) * sum(before.values()))
         for geom in geoms:
             geom.size[0] *= self.factor
             geom.mass = self.factor * before[geom.name]
-        if body is not None and body.feet is not None and _overlap(spec, body.feet):
+        if body.feet is not None and _overlap(spec, body.feet):
             first, second = body.feet.names
             spec.add_exclude(bodyname1=first, bodyname2=second)
 
     def describe(self, body: Body, spec: mujoco.MjSpec) -> str:
-        """Returns the documentation's sentence."""
         geoms = [spec.geom(name) for name in body.parts[self.part]]
         total = sum(mass(geom) for geom in spec.geoms)
         scale = spec.compiler.settotalmass / total if spec.compiler.settotalmass > 0 else 1.0
@@ -149,14 +148,6 @@ class LimbScale(BaseVariation):
             f"{self.part}: radius and mass × {self.factor:g} "
             f"(radius: {radii}; mass {before:.4g} → {before * self.factor:.4g} kg)."
         )
-
-    def _geom_names(self, model: str, body: Body | None) -> tuple[str, ...]:
-        parts = body.parts if body is not None else {}
-        if self.part not in parts:
-            name = body.name if body is not None else model
-            message = f"{name} has no part {self.part!r}."
-            raise BenchError("unknown-part", message, hint=did_you_mean(str(self.part), parts))
-        return parts[self.part]
 
 
 def mass(geom: mujoco.MjsGeom) -> float:
@@ -228,7 +219,6 @@ class Wall(BaseVariation):
 
     @classmethod
     def fits(cls, body: Body) -> bool:
-        """Returns whether the body moves along x."""
         return body.beams is not None
 
     @property
@@ -266,7 +256,6 @@ class Wall(BaseVariation):
         )
 
     def describe(self, body: Body, spec: mujoco.MjSpec) -> str:
-        """Returns the documentation's sentence."""
         size = f"{self.depth:g} × {self.width:g} × {self.height:g} m (depth × width × height)"
         if self.parked:
             return f"A wall of {size} is parked out of reach, so every beam reads 0."
@@ -282,7 +271,6 @@ class _OnTorso(RuntimeVariation):
 
     @classmethod
     def fits(cls, body: Body) -> bool:
-        """Returns whether the body can carry range beams."""
         return body.beams is not None
 
 
@@ -294,7 +282,6 @@ class RangeSensor(_OnTorso):
     """
 
     def describe(self, body: Body, spec: mujoco.MjSpec) -> str:
-        """Returns the documentation's sentence."""
         plane = "the world's x–z plane" if body.beams == "world" else "the torso's x–z plane"
         return f"Ten range beams in {plane}, −45° to +45°, up to 10 m, are appended to the observation."
 
@@ -343,7 +330,6 @@ class MotorNoise(RuntimeVariation):
 
     @classmethod
     def fits(cls, body: Body) -> bool:
-        """Returns whether the body has motors."""
         return body.family != "navigation"
 
 
@@ -362,7 +348,6 @@ class MovingGoal(RuntimeVariation):
 
     @classmethod
     def fits(cls, body: Body) -> bool:
-        """Returns whether the body is Pusher."""
         return body.name == "Pusher"
 
 
@@ -377,7 +362,6 @@ class MovingStart(RuntimeVariation):
 
     @classmethod
     def fits(cls, body: Body) -> bool:
-        """Returns whether the body is Striker."""
         return body.name == "Striker"
 
 
@@ -405,7 +389,6 @@ class TrackingGoal(RuntimeVariation):
 
     @classmethod
     def fits(cls, body: Body) -> bool:
-        """Returns whether the body has a goal that can move."""
         return body.goal_area is not None
 
 
@@ -419,14 +402,7 @@ class Course(BaseVariation):
 
     @classmethod
     def fits(cls, body: Body) -> bool:
-        """Returns whether the body is the point of navigation."""
         return body.family == "navigation"
-
-    def apply(self, spec: mujoco.MjSpec) -> None:
-        """Raises ``BenchError``, because a course does not change a model."""
-        hint = "Make a navigation task by its name."
-        message = "A navigation course cannot be added to a MuJoCo body."
-        raise BenchError("not-a-body-variation", message, str(self), hint)
 
 
 KINDS: dict[str, type] = {

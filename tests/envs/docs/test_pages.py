@@ -14,7 +14,7 @@ from gym_extensions.catalog import sheets
 from gym_extensions.catalog.sheets import summary
 from gym_extensions.catalog.tasks import TASKS, task
 from gym_extensions.envs import cli, make
-from gym_extensions.envs.docs.sheets import action_fields, differences, indexed, observation_fields
+from gym_extensions.envs.docs.sheets import action_fields, differences, observation_fields, table
 from gym_extensions.envs.make import construct_mujoco
 
 DOCS = Path(__file__).parents[3] / "docs" / "environments"
@@ -63,17 +63,17 @@ def test_the_tables_have_as_many_entries_as_the_spaces(task_id: str) -> None:
 
 
 def test_the_entry_at_an_index_has_the_value_that_the_table_describes() -> None:
-    rows = dict(indexed(observation_fields(task("HumanoidWall"))))
+    rows = {index: meaning for index, meaning, *_ in table(observation_fields(task("HumanoidWall")))}
     env = construct_mujoco("HumanoidWall")
     seen, _ = env.reset(seed=0)
-    assert rows["0"].meaning == "height of the torso"
+    assert rows["0"] == "height of the torso"
     assert seen[0] == env.data.qpos[2]
-    assert rows["5"].meaning == "angle of abdomen_z"
+    assert rows["5"] == "angle of abdomen_z"
     assert seen[5] == env.data.joint("abdomen_z").qpos[0]
-    assert rows["45–54"].meaning.startswith("inertia and mass of torso")
+    assert rows["45–54"].startswith("inertia and mass of torso")
     np.testing.assert_array_equal(seen[45:55], env.data.cinert[1])
-    assert rows["253"].meaning == "torque of the motor of abdomen_z"
-    assert rows["348"].meaning.startswith("range beam at -45°")
+    assert rows["253"] == "torque of the motor of abdomen_z"
+    assert rows["348"].startswith("range beam at -45°")
     assert list(rows)[-1] == "357"
 
 

@@ -23,6 +23,8 @@ from gym_extensions.catalog.variations import (
 )
 from gym_extensions.envs.effects.wall_and_sensor import fan_of, readings
 from gym_extensions.envs.make import construct_mujoco
+from gym_extensions.envs.navigation.geometry import arena
+from gym_extensions.envs.navigation.rendering import background
 from gym_extensions.errors import BenchError
 
 SIZE, LARGE_SIZE = (240, 200), (640, 480)
@@ -64,18 +66,23 @@ def pictures() -> dict[str, bytes]:
     Raises:
         BenchError: MuJoCo cannot render on this machine.
     """
-    bodies = {task_picture(each): _png(_body(each)) for each in TASKS.values() if pictured(each)}
-    return bodies | {map_picture(number): _png(_map(number)) for number in MAPS}
+    frames = {task_picture(each): _body(each) for each in TASKS.values() if pictured(each)}
+    frames |= {map_picture(number): _map(number) for number in MAPS}
+    return {name: _encoded(frame, "PNG", colors=64, optimize=True) for name, frame in frames.items()}
 
 
 def _body(task: Task) -> NDArray[np.uint8]:
     env = construct_mujoco(task)
-    model, data = env.model, env.data
+    return render(env.model, env.data, _posed(task, env), SIZE)
+
+
+def _posed(task: Task, env: Any) -> Camera:
+    """The camera of a task. A body that it shows after a reset is reset."""
     has_wall = any(isinstance(variation, Wall) for variation in task.variations)
     view = WALL_CAMERA if has_wall or task.body.camera is None else task.body.camera
     if view.after_reset:
         env.reset(seed=0)
-    return render(model, data, view, SIZE)
+    return view
 
 
 def render(
@@ -116,21 +123,10 @@ def _draw_line(scene: Any, start: NDArray[np.float64], end: NDArray[np.float64],
 
 
 def _map(number: int) -> NDArray[np.uint8]:
-    from gym_extensions.envs.navigation.geometry import arena
-    from gym_extensions.envs.navigation.rendering import background
-
     frames = np.stack([background(arena(number, goal), MAP_PIXEL) for goal in GOALS])
     # Red is darker than free space in green and blue, so the minimum shows all three goals.
     darkest: NDArray[np.uint8] = frames.min(axis=0)
     return darkest
-
-
-def _png(frame: NDArray[np.uint8]) -> bytes:
-    from PIL import Image
-
-    buffer = io.BytesIO()
-    Image.fromarray(frame).quantize(64).save(buffer, "PNG", optimize=True)
-    return buffer.getvalue()
 
 
 QUALITY = 70
@@ -156,24 +152,25 @@ def large_pictures() -> dict[str, bytes]:
     for task in TASKS.values():
         if name := large_picture(task):
             shown.setdefault(name, task)
-    return {name: _webp(_frame(task)) for name, task in shown.items()}
+    frames = {name: _frame(task) for name, task in shown.items()}
+    return {name: _encoded(frame, "WEBP", quality=QUALITY, method=6) for name, frame in frames.items()}
+
+
+def _encoded(frame: NDArray[np.uint8], kind: str, colors: int = 0, **options: Any) -> bytes:
+    from PIL import Image  # the pages need it only for pictures
+
+    image, buffer = Image.fromarray(frame), io.BytesIO()
+    (image.quantize(colors) if colors else image).save(buffer, kind, **options)
+    return buffer.getvalue()
 
 
 def _frame(task: Task) -> NDArray[np.uint8]:
     env = construct_mujoco(task)
     _plain_floor(env.model)
     _color_changes(task, env.model)
-    view = _camera(task)
-    if view.after_reset:
-        env.reset(seed=0)
+    view = _posed(task, env)
     lines = [*_beams(task, env), *_goal_area(task)]
     return render(env.model, env.data, view, LARGE_SIZE, lines)
-
-
-def _camera(task: Task) -> Camera:
-    if any(isinstance(variation, Wall | RangeSensor) for variation in task.variations):
-        return WALL_CAMERA
-    return task.body.camera or WALL_CAMERA
 
 
 def _plain_floor(model: Any) -> None:
@@ -218,11 +215,3 @@ def _goal_area(task: Task) -> list[Line]:
     corners = [(low[0], low[1]), (high[0], low[1]), (high[0], high[1]), (low[0], high[1])]
     points = [np.array([*corner, TABLE]) for corner in corners]
     return [(points[index], points[index - 1], AREA) for index in range(4)]
-
-
-def _webp(frame: NDArray[np.uint8]) -> bytes:
-    from PIL import Image
-
-    buffer = io.BytesIO()
-    Image.fromarray(frame).save(buffer, "WEBP", quality=QUALITY, method=6)
-    return buffer.getvalue()

@@ -12,12 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gym_extensions.catalog.bodies import Body
-from gym_extensions.catalog.sheets import HINGE, SLIDE, Field, Joint, Link, Role, Shape, Skeleton
+from gym_extensions.catalog.sheets import HINGE, SLIDE, Field, Joint, Link, Role, Row, Shape, Skeleton
 from gym_extensions.catalog.tasks import MAPS, TASKS, Task
-from gym_extensions.catalog.variations import WALL, BaseVariation, Course, LimbScale, RangeSensor, Wall
+from gym_extensions.catalog.variations import WALL, BaseVariation, LimbScale, RangeSensor, Wall
 from gym_extensions.envs.effects.wall_and_sensor import ANGLES, REACH, fan_of
 from gym_extensions.envs.make import template
 from gym_extensions.envs.mujoco_model import base_spec, compile_model
+from gym_extensions.envs.navigation.env import course
+from gym_extensions.envs.navigation.geometry import CELL, HEIGHT, goals, load
+from gym_extensions.envs.navigation.sensors import FIELDS
 
 FREE_POSITIONS = ("quaternion w", "quaternion x", "quaternion y", "quaternion z")
 
@@ -25,7 +28,7 @@ FREE_POSITIONS = ("quaternion w", "quaternion x", "quaternion y", "quaternion z"
 def observation_fields(task: Task) -> list[Field]:
     """Returns the entries of the task's observation, in order. A picture has none."""
     if task.body.family == "navigation":
-        return _navigation(task)
+        return list(FIELDS.get(course(task).family, ()))
     fields = LAYOUTS[task.body.family](compile_model(task), task.body)
     if any(isinstance(variation, RangeSensor) for variation in task.variations):
         fields += [_beam(angle) for angle in ANGLES]
@@ -46,12 +49,13 @@ def action_fields(task: Task) -> list[Field]:
     return fields
 
 
-def indexed(fields: Iterable[Field]) -> list[tuple[str, Field]]:
-    """Returns each field with its index, or its first and last index."""
+def table(fields: Iterable[Field]) -> list[Row]:
+    """Returns the row of each field, with its index, or its first and last index."""
     rows, first = [], 0
     for field in fields:
         last = first + field.count - 1
-        rows.append((str(first) if last == first else f"{first}–{last}", field))
+        index = str(first) if last == first else f"{first}–{last}"
+        rows.append((index, field.meaning, field.unit, field.range))
         first = last + 1
     return rows
 
@@ -123,17 +127,11 @@ def _beam(angle: float) -> Field:
     return Field(f"range beam at {degrees:+d}°: distance to the wall / 10 m, 0 without a hit", "10 m", 0, 1)
 
 
-def _navigation(task: Task) -> list[Field]:
-    from gym_extensions.envs.navigation.env import course
-    from gym_extensions.envs.navigation.sensors import FIELDS
-
-    return list(FIELDS.get(course(task).family, ()))
-
-
 def differences(task: Task) -> list[str]:
     """Returns one sentence per variation of a task."""
     if task.body.family == "navigation":
-        found, (x, y) = _course_and_goal(task)
+        found = course(task)
+        x, y = goals()[found.map, found.goal]
         return [f"Map {found.map}, goal {found.goal} at ({x:g}, {y:g})."]
     return [
         variation.describe(task.body, base_spec(task.body))
@@ -141,14 +139,6 @@ def differences(task: Task) -> list[str]:
         else f"{variation!r}."
         for variation in task.variations
     ]
-
-
-def _course_and_goal(task: Task) -> tuple[Course, tuple[float, float]]:
-    from gym_extensions.envs.navigation.env import course
-    from gym_extensions.envs.navigation.geometry import arena
-
-    found = course(task)
-    return found, arena(found.map, found.goal).goal
 
 
 SIDE_VIEW = (90.0, 0.0)
@@ -163,9 +153,8 @@ def skeleton(task: Task) -> Skeleton:
     The x and y of a mocap body are coordinates after those of ``qpos``.
     """
     model = compile_model(task)
-    camera = task.body.camera
-    is_arm = task.body.family == "arm" and camera is not None
-    view = (camera.azimuth, camera.elevation) if is_arm and camera else SIDE_VIEW
+    camera = task.body.camera if task.body.family == "arm" else None
+    view = (camera.azimuth, camera.elevation) if camera else SIDE_VIEW
     links = [_link(task, model, index) for index in range(1, model.nbody)]
     links[0] = links[0]._replace(shapes=(*links[0].shapes, *_beams(task, model)))
     return Skeleton(view, tuple(links))
@@ -260,56 +249,41 @@ def _vector(values: Any) -> Any:
 
 def sheets() -> str:
     """Returns the text of ``sheets.json``: every task, and the tables, skeletons and maps they share."""
-    from gym_extensions.envs.navigation.geometry import HEIGHT
-
-    tables, skeletons = _Shared(), _Shared()
-    tasks = {}
+    tables: dict[str, int] = {}
+    skeletons: dict[str, int] = {}
+    tasks = []
     for task in TASKS.values():
         facts: dict[str, Any] = {
             "differences": differences(task),
-            "actions": tables.index(_table(action_fields(task))),
-            "observations": tables.index(_table(observation_fields(task))),
+            "actions": _index(tables, table(action_fields(task))),
+            "observations": _index(tables, table(observation_fields(task))),
         }
         if task.body.family == "navigation":
-            found, (x, y) = _course_and_goal(task)
+            found = course(task)
+            x, y = goals()[found.map, found.goal]
             facts |= {"map": found.map, "goal": [x, HEIGHT - y]}
         else:
-            facts["skeleton"] = skeletons.index(skeleton(task))
-        tasks[task.id] = facts
-    maps = [_map(number) for number in MAPS]
-    parts = {"maps": maps, "skeletons": skeletons.values, "tables": tables.values}
+            facts["skeleton"] = _index(skeletons, skeleton(task))
+        tasks.append(f"{json.dumps(task.id)}: {_compact(facts)}")
+    maps = [_compact(_map(number)) for number in MAPS]
+    parts = {"maps": maps, "skeletons": skeletons, "tables": tables}
     lines = [f'"{name}": [\n{_lines(rows)}\n]' for name, rows in parts.items()]
-    rows = ",\n".join(f"{json.dumps(key)}: {_compact(value)}" for key, value in tasks.items())
-    return "{\n" + ",\n".join([*lines, f'"tasks": {{\n{rows}\n}}']) + "\n}\n"
+    return "{\n" + ",\n".join([*lines, f'"tasks": {{\n{_lines(tasks)}\n}}']) + "\n}\n"
 
 
-class _Shared:
-    """Different values in the order of their first use."""
-
-    def __init__(self) -> None:
-        self.values: list[Any] = []
-
-    def index(self, value: Any) -> int:
-        if value not in self.values:
-            self.values.append(value)
-        return self.values.index(value)
-
-
-def _table(fields: Iterable[Field]) -> list[tuple[str, str, str, str]]:
-    return [(index, field.meaning, field.unit, field.range) for index, field in indexed(fields)]
+def _index(shared: dict[str, int], value: Any) -> int:
+    """The index of a value among different ones in the order of their first use."""
+    return shared.setdefault(_compact(value), len(shared))
 
 
 def _compact(value: Any) -> str:
     return json.dumps(value, ensure_ascii=False, separators=(",", ":"))
 
 
-def _lines(values: Iterable[Any]) -> str:
-    return ",\n".join(map(_compact, values))
+_lines = ",\n".join
 
 
 def _map(number: int) -> list[list[int]]:
-    from gym_extensions.envs.navigation.geometry import CELL, load
-
     return [[int(value * CELL) for value in row] for row in rectangles(load(number).cells[::-1])]
 
 
