@@ -58,13 +58,6 @@ def test_a_task_that_equals_a_published_one_is_the_published_one(tmp_path: Path)
     assert load_group(write(tmp_path, text)).tasks[1] == task("HopperGravityHalf")
 
 
-def test_every_kind_of_variation_can_be_named_in_a_file() -> None:
-    assert sorted(KINDS) == [
-        *("Course", "Gravity", "LimbScale", "MotorNoise", "MovingGoal", "MovingStart"),
-        *("RangeSensor", "SensorNoise", "TrackingGoal", "Wall"),
-    ]
-
-
 @pytest.mark.parametrize("name", ["hopper-gravity", "hopper-gravity-v0"])
 def test_a_name_resolves_to_the_published_group(name: str) -> None:
     assert resolve_group(name) is group("hopper-gravity")

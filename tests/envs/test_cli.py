@@ -48,23 +48,12 @@ def test_an_unknown_name_prints_an_error_without_a_traceback(capsys: pytest.Capt
     assert "'HopperGravityHalf'" in capsys.readouterr().err
 
 
-def test_show_prints_the_fingerprint(capsys: pytest.CaptureFixture[str]) -> None:
-    assert cli.main(["show", "HopperGravityHalf"]) == 0
-    assert fingerprints.published("gym_extensions/HopperGravityHalf-v0") in capsys.readouterr().out
-
-
 @pytest.mark.parametrize("name", ["Pusher", "State-Based-Navigation-2d-Map0-Goal0"])
 def test_characters_that_the_output_lacks_are_replaced(name: str) -> None:
     environment = os.environ | {"PYTHONUTF8": "0", "PYTHONIOENCODING": "cp1252"}
     command = [sys.executable, "-m", "gym_extensions", "envs", "show", name]
     process = subprocess.run(command, env=environment, capture_output=True, check=True)
     assert name.encode() in process.stdout and process.stderr == b""
-
-
-def test_python_without_docstrings_makes_environments() -> None:
-    code = "import gym_extensions.envs as envs; print(envs.make_vec('Hopper', 2).reset(seed=0)[0].shape)"
-    command = [sys.executable, "-OO", "-c", code]
-    assert subprocess.run(command, capture_output=True, check=True).stdout == b"(2, 11)\n"
 
 
 def test_output_that_nobody_reads_is_discarded() -> None:

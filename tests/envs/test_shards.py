@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gymnasium.vector import AsyncVectorEnv, SyncVectorEnv
+from gymnasium.vector import SyncVectorEnv
 
 from gym_extensions import envs
 from gym_extensions.catalog.tasks import TASKS, Task, task
@@ -138,20 +138,6 @@ def test_costs_use_the_precision_of_the_actions(body: str) -> None:
     assert_bitwise_equal([body], num_envs=2, steps=40, dtype=np.float64)
 
 
-def test_gymnasiums_processes_agree_with_the_vector_environment() -> None:
-    for tasks in (["HopperGravityHalf", "Hopper"], ["StrikerMovingStart", "Striker"]):
-        ours: Any = envs.make_vec(tasks, 2)
-        theirs: Any = AsyncVectorEnv([partial(envs.make, task) for task in tasks])
-        assert_same(ours.reset(seed=3), theirs.reset(seed=3), "reset")
-        for step, actions in enumerate(
-            np.random.default_rng(1).uniform(-1, 1, (4, *ours.action_space.shape))
-        ):
-            assert_same(
-                ours.step(actions.astype(np.float32)), theirs.step(actions.astype(np.float32)), str(step)
-            )
-        theirs.close()
-
-
 @pytest.mark.parametrize(
     "task_id", [each.id for each in TASKS.values() if each.base != "Navigation" and each.variations]
 )
@@ -168,6 +154,14 @@ def test_a_varied_task_differs_from_its_base(task_id: str) -> None:
         )
         differs = reward != base_reward or not np.array_equal(seen, base_seen)
     assert differs
+
+
+def test_tasks_of_a_wall_group_are_stepped_in_one_batch_and_other_walls_in_another() -> None:
+    env: Any = envs.make_vec(["HopperWithSensor", "HopperWall", envs.customize("HopperWithSensor")], 3)
+    assert len(env._shards) == 1
+    wide = Task("HopperWide", "Hopper", (RangeSensor(), Wall(2.0)))
+    mixed: Any = envs.make_vec(["HopperWall", wide, "HopperNoisyWall"], 3)
+    assert len(mixed._shards) == 3
 
 
 def test_stable_baselines3_vector_environments_accept_the_tasks() -> None:

@@ -48,11 +48,6 @@ def play(env: Any, actions: Any) -> list[Any]:
     return [plain(env.step(row)) for row in actions]
 
 
-def test_environment_i_has_task_i_modulo_the_number_of_tasks() -> None:
-    tasks = make_vec(HOPPERS, 5).call("task")
-    assert [task.name for task in tasks] == [*HOPPERS, *HOPPERS[:2]]
-
-
 @pytest.mark.parametrize("name", ["Hopper", MAPS[0]])
 def test_gymnasium_is_among_the_direct_base_classes(name: str) -> None:
     env = make_vec(name, 2)
@@ -249,7 +244,7 @@ MISTAKES: list[tuple[Callable[[], object], str, str]] = [
     (lambda: make_vec([], 2), "no-tasks", "Give at least 1."),
     *(
         (lambda count=count: make_vec("Hopper", count), "bad-count", f"num_envs is {count!r}")
-        for count in (0, "3", 2.0, True, 10**12)
+        for count in (0, "3", 2.0, True)
     ),
     (lambda: make_vec("Hopper", 1, num_threads=-1), "bad-count", "num_threads is -1"),
     (lambda: make_vec("Hopper", 1, autoreset_mode="never"), "bad-autoreset-mode", "SAME_STEP"),

@@ -23,8 +23,6 @@ from gym_extensions.errors import BenchError
 RENDER_MODES = ["human", "rgb_array", "depth_array", "rgbd_tuple"]
 """Those of Gymnasium's MuJoCo environments. From them Gymnasium makes others, such as ``rgb_array_list``."""
 HINT = "A task's reward, body and time limit are fixed. For another task use gym_extensions.envs.customize."
-MAX_NUM_ENVS, MAX_NUM_THREADS = 100_000, 1024
-"""Larger counts are mistakes: no machine has the memory or the processors."""
 VECTOR = ".vector"
 """The end of the names of vector entry points."""
 
@@ -75,33 +73,31 @@ def make_vec(
 
     Args:
         tasks: an id, a bare name or a Task, or a list of them; environment i has ``tasks[i % len(tasks)]``.
-        num_envs: number of environments, 1 to 100,000.
+        num_envs: number of environments, at least 1.
         num_threads: threads that step physics. Results do not depend on it. The default is 1, because
             training processes usually run in parallel, one per core.
         autoreset_mode: when an environment whose episode ended is reset, as in ``SyncVectorEnv``.
 
     Raises:
-        BenchError: a task is unknown, there is no task, a count is out of range, the mode is unknown, or the
-            tasks have different observation or action spaces.
+        BenchError: a task is unknown, there is no task, a count is not a whole number above 0, the mode is
+            unknown, or the tasks have different observation or action spaces.
     """
     requested = [tasks] if isinstance(tasks, str | Task) else list(tasks)
     if not requested:
         raise BenchError("no-tasks", "There is no task.", WHERE, "Give at least 1.")
-    count = check_count("num_envs", num_envs, MAX_NUM_ENVS)
-    threads = check_count("num_threads", num_threads, MAX_NUM_THREADS)
+    count, threads = check_count("num_envs", num_envs), check_count("num_threads", num_threads)
     mode = _autoreset_mode(autoreset_mode)
     distinct = [resolve(task) for task in requested][:count]
     copies = [distinct[index % len(distinct)] for index in range(count)]
-    if any(task.is_foreign for task in distinct):
-        _check_spaces({task: make(task) for task in distinct})
-        return SyncVectorEnv([partial(make, task) for task in copies], autoreset_mode=mode)
-    if all(task.body.family == "navigation" for task in distinct):
+    families = {task.body.family for task in distinct}
+    if families == {"navigation"}:
         from gym_extensions.envs.navigation.env import NavigationVectorEnv
 
         return NavigationVectorEnv(copies, mode)
-    if any(task.body.family == "navigation" for task in distinct):
+    if families & {"gymnasium", "navigation"}:
         _check_spaces({task: make(task) for task in distinct})
-    templates = {task: template(task) for task in distinct}
+        return SyncVectorEnv([partial(make, task) for task in copies], autoreset_mode=mode)
+    templates = {task: construct_mujoco(task).template() for task in distinct}
     _check_spaces(templates)
     return MujocoVectorEnv([templates[task] for task in copies], threads, mode)
 
@@ -123,11 +119,6 @@ def _check_spaces(environments: Mapping[Task, Template | gym.Env[Any, Any]]) -> 
             if expected != space:
                 message = f"{first.id} has the {name} {expected}, {task.id} has {space}."
                 raise BenchError("different-spaces", message, WHERE, "Give tasks with equal spaces.")
-
-
-def template(task: Task) -> Template:
-    """Builds the single environment of a MuJoCo task and returns what its copies share."""
-    return construct_mujoco(task).template()
 
 
 def build(task: Task, **rendering: Any) -> gym.Env[Any, Any]:

@@ -13,7 +13,7 @@ from gymnasium import error
 from gymnasium.spaces import Box
 from numpy.typing import NDArray
 
-from gym_extensions.catalog.bodies import Arrival, Distance, Height, Success
+from gym_extensions.catalog.bodies import Distance, Height, Success
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.errors import BenchError
 
@@ -63,14 +63,8 @@ class SuccessTest(NamedTuple):
 
 
 def success_test(rule: Success | None, model: mujoco.MjModel) -> SuccessTest | None:
-    """Returns the test of a MuJoCo body's success, or None if the body defines none.
-
-    Raises:
-        ValueError: success is the arrival at a goal, which only navigation has.
-    """
+    """Returns the test of a MuJoCo body's success, or None if the body defines none."""
     match rule:
-        case None:
-            return None
         case Distance():
             first, second = (model.body(name).id for name in rule.bodies)
             limit = rule.limit * rule.limit
@@ -91,8 +85,8 @@ def success_test(rule: Success | None, model: mujoco.MjModel) -> SuccessTest | N
                 return inside
 
             return SuccessTest("qpos", upright)
-        case Arrival():
-            raise ValueError("The bodies with a MuJoCo model have no arrival. Define a distance or a height.")
+        case _:  # the arrival at a goal is navigation's
+            return None
 
 
 def check_actions(actions: Any, shape: tuple[int, ...], where: str) -> NDArray[Any]:

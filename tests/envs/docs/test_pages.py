@@ -14,7 +14,7 @@ from gym_extensions.catalog import sheets
 from gym_extensions.catalog.sheets import summary
 from gym_extensions.catalog.tasks import TASKS, task
 from gym_extensions.envs import cli, make
-from gym_extensions.envs.docs.sheets import action_fields, differences, observation_fields, table
+from gym_extensions.envs.docs.sheets import action_fields, observation_fields, table
 from gym_extensions.envs.make import construct_mujoco
 
 DOCS = Path(__file__).parents[3] / "docs" / "environments"
@@ -75,25 +75,6 @@ def test_the_entry_at_an_index_has_the_value_that_the_table_describes() -> None:
     assert rows["253"] == "torque of the motor of abdomen_z"
     assert rows["348"].startswith("range beam at -45°")
     assert list(rows)[-1] == "357"
-
-
-@pytest.mark.parametrize(
-    ("name", "sentence"),
-    [
-        ("HopperGravityHalf", "Gravity -4.905 m/s² (0.5 × -9.81)."),
-        (
-            "HalfCheetahBigTorso",
-            "Torso: radius and mass × 1.25 (radius: torso 0.046 → 0.0575 m; mass 4.663 → 5.828 kg).",
-        ),
-        (
-            "HumanoidWall",
-            "A wall of 0.4 × 10 × 0.5 m (depth × width × height), without friction, its top at 0.375 m, "
-            "its center at x ~ U(1.8, 3.8) m, y 0, drawn at reset.",
-        ),
-    ],
-)
-def test_the_sentence_of_a_difference_has_numbers(name: str, sentence: str) -> None:
-    assert sentence in differences(task(name))
 
 
 def test_show_prints_the_summary(capsys: pytest.CaptureFixture[str]) -> None:

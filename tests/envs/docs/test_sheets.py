@@ -33,15 +33,6 @@ def test_the_part_that_differs_is_marked() -> None:
     ] * 2
 
 
-def test_a_parked_wall_is_not_drawn() -> None:
-    roles = {}
-    for name in ("HopperWall", "HopperWithSensor"):
-        facts = sheet(task(name).id)
-        assert facts is not None and facts.skeleton is not None
-        roles[name] = {shape.role for link in facts.skeleton.links for shape in link.shapes}
-    assert roles == {"HopperWall": {"body", "wall", "beam"}, "HopperWithSensor": {"body", "beam"}}
-
-
 def test_rectangles_cover_every_obstacle_once() -> None:
     cells = load(3).cells
     covered = np.zeros(cells.shape, dtype=int)

@@ -7,7 +7,6 @@ import pytest
 from numpy.typing import NDArray
 from scipy import stats
 
-from gym_extensions.envs import make
 from gym_extensions.envs.make import construct_mujoco
 
 BODIES = ("Hopper", "Walker2d", "HalfCheetah", "Humanoid")
@@ -50,8 +49,3 @@ def test_motor_noise_follows_from_the_reset_seed_and_the_step() -> None:
         first.step(action)
         second.step(-action)
         np.testing.assert_allclose(first.data.ctrl - action, second.data.ctrl + action, atol=1e-6)
-
-
-def test_a_task_with_motor_noise_starts_like_its_base() -> None:
-    for body in BODIES:
-        np.testing.assert_array_equal(make(f"{body}MotorNoise").reset(seed=3)[0], make(body).reset(seed=3)[0])

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from gym_extensions.catalog.bodies import Rectangle
-from gym_extensions.envs import make
 from gym_extensions.envs.effects.motors_and_goals import move
 from gym_extensions.envs.make import construct_mujoco
 
@@ -56,8 +55,3 @@ def test_a_tracking_goal_moves_at_its_velocity_within_its_box(
             before = after
         assert straight >= 90
     np.testing.assert_array_equal(env.data.qvel[9:], np.zeros(len(env.data.qvel) - 9))
-
-
-@pytest.mark.parametrize(("tracking", "base"), BASES.items())
-def test_a_tracking_task_starts_like_the_task_without_tracking(tracking: str, base: str) -> None:
-    np.testing.assert_array_equal(make(base).reset(seed=3)[0], make(tracking).reset(seed=3)[0])

