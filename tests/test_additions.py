@@ -49,7 +49,7 @@ np.testing.assert_array_equal(make_vec(busy, 1).reset(seed=[3])[0][0], make(busy
 VARIATION = '''
 
 @dataclass(frozen=True)
-class WeakMotors(RuntimeVariation):
+class WeakMotors(BaseVariation):
     """Multiplies every command by a factor."""
 
     factor: float = 0.5

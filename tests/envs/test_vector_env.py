@@ -251,7 +251,7 @@ MISTAKES: list[tuple[Callable[[], object], str, str]] = [
     (lambda: make_vec(["Hopper", "Walker2d"], 2), "different-spaces", "(17,)"),
     (lambda: make_vec(["Pusher", MAPS[0]], 2), "different-spaces", "observation_space"),
     (lambda: make_vec([MAPS[0], MAPS[4]], 2), "different-spaces", "image, state"),
-    (lambda: make_vec("Hopper", 2).reset(seed=[1, 2, 3]), "bad-seeds", "3 seeds for 2"),
+    (lambda: make_vec("Hopper", 2).reset(seed=[1, 2, 3]), "bad-seeds", "a list of 2"),
     (lambda: make_vec("Hopper", 2).reset(seed=1.5), "bad-seeds", "1.5"),
     (lambda: make_vec("Hopper", 2).reset(seed=[0, -1]), "bad-seeds", "-1"),
     (

@@ -16,7 +16,7 @@ import pytest
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES
 from gym_extensions.catalog.sheets import sheet
 from gym_extensions.catalog.tasks import task
-from gym_extensions.envs.effects.wall_and_sensor import fan_of
+from gym_extensions.envs.effects.wall_and_sensor import FANS
 from gym_extensions.envs.make import construct_mujoco
 from gym_extensions.envs.mujoco_model import compile_model
 from gym_extensions.scoring.poses import Clip, Poses, TaskPoses, motion_of, write
@@ -74,7 +74,7 @@ def test_beams_are_those_of_the_sensor(name: str) -> None:
     coordinates = np.append(env.data.qpos, [2.0, 0.0])[None]
     shapes = placed(facts.skeleton._replace(view=SIDE), coordinates)
     beams = [shape for shape in shapes if shape.role.endswith("beam")]
-    origin, directions = fan_of(task(name).body)(env.data.qpos, env._root_lift())
+    origin, directions = FANS[task(name).body.beams](env.data.qpos, env._root_lift())
     np.testing.assert_allclose([beam.start[0] for beam in beams], [origin[[0, 2]]] * 10, atol=2e-3)
     ends = origin + 10 * directions
     np.testing.assert_allclose([beam.end[0] for beam in beams], ends[:, [0, 2]], atol=2e-3)

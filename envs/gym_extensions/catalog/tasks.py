@@ -315,15 +315,18 @@ def label(variation: Variation) -> str:
 
 
 def _limit(max_steps: Any) -> int | None:
-    if max_steps is None:
-        return None
+    return None if max_steps is None else whole_number("max_steps", max_steps, "bad-limit")
+
+
+def whole_number(name: str, value: Any, code: str, where: str = "") -> int:
+    """Returns a count as an int. Raises ``BenchError`` if it is not a whole number above 0."""
     try:
-        limit = 0 if isinstance(max_steps, bool) else operator.index(max_steps)
+        number = operator.index(value)
     except TypeError:
-        limit = 0
-    if limit < 1:
-        raise BenchError("bad-limit", f"max_steps is {max_steps!r}.", hint="Give a whole number above 0.")
-    return limit
+        number = 0
+    if isinstance(value, bool) or number < 1:
+        raise BenchError(code, f"{name} is {value!r}.", where, "Give a whole number above 0.")
+    return number
 
 
 def _checked(variations: Any) -> tuple[Variation, ...]:

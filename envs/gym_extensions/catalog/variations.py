@@ -50,10 +50,6 @@ class BaseVariation:
         return self.sentence.format(**vars(self)) or f"{self!r}."
 
 
-class RuntimeVariation(BaseVariation):
-    """A variation that acts while the simulation runs and leaves the model of the base body unchanged."""
-
-
 def set_positive(variation: BaseVariation, *names: str) -> None:
     """Stores fields of a frozen variation as floats, so that equal numbers of any type give one task.
 
@@ -266,8 +262,8 @@ class Wall(BaseVariation):
         )
 
 
-class _OnTorso(RuntimeVariation):
-    """A run-time variation of bodies with a torso that carries range beams."""
+class _OnTorso(BaseVariation):
+    """A variation of bodies with a torso that carries range beams."""
 
     @classmethod
     def fits(cls, body: Body) -> bool:
@@ -311,7 +307,7 @@ class SensorNoise(_OnTorso):
 
 
 @dataclass(frozen=True)
-class MotorNoise(RuntimeVariation):
+class MotorNoise(BaseVariation):
     """Adds normal noise to the command of every motor and clips the sum to the motor's range.
 
     ``scale`` is the standard deviation of the noise as a fraction of the motor's range. Reward terms that
@@ -338,7 +334,7 @@ MAX_SPEED = 4.0
 
 
 @dataclass(frozen=True)
-class MovingGoal(RuntimeVariation):
+class MovingGoal(BaseVariation):
     """Draws Pusher's goal at every reset, then the object away from it (the paper's PusherMovingGoal)."""
 
     sentence: ClassVar[str] = (
@@ -352,7 +348,7 @@ class MovingGoal(RuntimeVariation):
 
 
 @dataclass(frozen=True)
-class MovingStart(RuntimeVariation):
+class MovingStart(BaseVariation):
     """Draws Striker's ball at every reset, then the goal away from it (the paper's StrikerMovingStart)."""
 
     sentence: ClassVar[str] = (
@@ -366,7 +362,7 @@ class MovingStart(RuntimeVariation):
 
 
 @dataclass(frozen=True)
-class TrackingGoal(RuntimeVariation):
+class TrackingGoal(BaseVariation):
     """Moves the goal during the episode, at a velocity drawn at reset, inside a rectangle.
 
     The goal is reflected at the edges of the rectangle from which its start is drawn. ``speed`` bounds each

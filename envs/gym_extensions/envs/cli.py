@@ -43,16 +43,12 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _list(names: list[str]) -> int:
-    for each in [group(name) for name in names] or list(GROUPS.values()):
-        print(f"{each.id} ({_tasks(len(each.tasks))})")
-        for member in each.tasks:
-            print(f"  {member.id}")
-    grouped = {member.id for each in GROUPS.values() for member in each.tasks}
-    ungrouped = [] if names else [task_id for task_id in TASKS if task_id not in grouped]
-    if ungrouped:
-        print(f"in no group ({_tasks(len(ungrouped))})")
-        for task_id in ungrouped:
-            print(f"  {task_id}")
+    listed = {each.id: each.task_ids for each in [group(name) for name in names] or GROUPS.values()}
+    if not names:
+        grouped = {task_id for ids in listed.values() for task_id in ids}
+        listed["in no group"] = tuple(task_id for task_id in TASKS if task_id not in grouped)
+    for title, ids in listed.items():
+        print(f"{title} ({_tasks(len(ids))})", *ids, sep="\n  ")
     return 0
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import hashlib
 import json
+import math
 import warnings
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -228,10 +229,9 @@ def compare(where: str, published: Any, current: Any) -> Iterator[tuple[str, Any
 
 
 def _same(published: Any, current: Any) -> bool:
-    numbers = all(type(value) in (int, float) for value in (published, current))
-    if not numbers:
-        return bool(published == current)
-    return bool(abs(published - current) <= TOLERANCE * max(1.0, abs(published)))
+    if all(type(value) in (int, float) for value in (published, current)):
+        return math.isclose(published, current, rel_tol=TOLERANCE, abs_tol=TOLERANCE)
+    return bool(published == current)
 
 
 def updated(replace: bool = False) -> tuple[dict[str, Any], list[str]]:

@@ -11,13 +11,21 @@ from gymnasium.envs.registration import EnvSpec
 from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 
 from gym_extensions.catalog.bodies import IS_SUCCESS
-from gym_extensions.catalog.tasks import TASKS, Task, customize, definition, from_definition, is_definable
+from gym_extensions.catalog.tasks import (
+    TASKS,
+    Task,
+    customize,
+    definition,
+    from_definition,
+    is_definable,
+    whole_number,
+)
 from gym_extensions.catalog.tasks import task as published_task
 from gym_extensions.catalog.variations import Variation
 from gym_extensions.envs.mujoco_env import TaskEnv
 from gym_extensions.envs.protocols import Template
 from gym_extensions.envs.shards import MujocoVectorEnv
-from gym_extensions.envs.vector_env import WHERE, check_count
+from gym_extensions.envs.vector_env import WHERE
 from gym_extensions.errors import BenchError
 
 RENDER_MODES = ["human", "rgb_array", "depth_array", "rgbd_tuple"]
@@ -85,7 +93,8 @@ def make_vec(
     requested = [tasks] if isinstance(tasks, str | Task) else list(tasks)
     if not requested:
         raise BenchError("no-tasks", "There is no task.", WHERE, "Give at least 1.")
-    count, threads = check_count("num_envs", num_envs), check_count("num_threads", num_threads)
+    count = whole_number("num_envs", num_envs, "bad-count", WHERE)
+    threads = whole_number("num_threads", num_threads, "bad-count", WHERE)
     mode = _autoreset_mode(autoreset_mode)
     distinct = [resolve(task) for task in requested][:count]
     copies = [distinct[index % len(distinct)] for index in range(count)]

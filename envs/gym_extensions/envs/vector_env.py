@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import operator
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
@@ -30,17 +29,6 @@ WHERE = "make_vec"
 """Where errors of vector environments are located."""
 
 
-def check_count(name: str, count: Any) -> int:
-    """Returns a count as an int. Raises ``BenchError`` if it is not a whole number above 0."""
-    try:
-        number = operator.index(count)
-    except TypeError:
-        number = 0
-    if isinstance(count, bool) or number < 1:
-        raise BenchError("bad-count", f"{name} is {count!r}.", WHERE, "Give a whole number above 0.")
-    return number
-
-
 def seed_of_each(seed: Any, num_envs: int) -> Sequence[int | None]:
     """Returns the seed of every environment.
 
@@ -55,16 +43,12 @@ def seed_of_each(seed: Any, num_envs: int) -> Sequence[int | None]:
         return [None] * num_envs
     if isinstance(seed, int | np.integer) and not isinstance(seed, bool):
         seeds: list[Any] = [int(seed) + index for index in range(num_envs)]
-    elif isinstance(seed, Sequence | np.ndarray) and not isinstance(seed, str):
-        seeds = list(seed)
     else:
-        raise BenchError("bad-seeds", f"seed is {seed!r}.", WHERE, "Give an int or one seed per environment.")
-    if len(seeds) != num_envs:
-        message = f"There are {len(seeds)} seeds for {num_envs} environments."
-        raise BenchError("bad-seeds", message, WHERE, "Give one seed per environment, or one int.")
-    for value in seeds:
-        if value is not None and not (isinstance(value, int | np.integer) and value >= 0):
-            raise BenchError("bad-seeds", f"A seed is {value!r}.", WHERE, "Give whole numbers of at least 0.")
+        seeds = list(seed) if isinstance(seed, Sequence | np.ndarray) else []
+    is_seed = [value is None or (isinstance(value, int | np.integer) and value >= 0) for value in seeds]
+    if len(seeds) != num_envs or not all(is_seed):
+        hint = f"Give an int of at least 0, or a list of {num_envs}."
+        raise BenchError("bad-seeds", f"seed is {seed!r}.", WHERE, hint)
     return [None if value is None else int(value) for value in seeds]
 
 

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from gym_extensions.catalog.variations import RangeSensor, RuntimeVariation, SensorNoise, Variation, Wall
+from gym_extensions.catalog.variations import RangeSensor, SensorNoise, Variation, Wall
 from gym_extensions.envs import customize, make, make_vec
 from gym_extensions.envs.make import construct_mujoco
 from gym_extensions.errors import BenchError
@@ -111,17 +111,12 @@ def test_humanoids_observation_and_contact_cost_leave_the_wall_out() -> None:
     np.testing.assert_array_equal(seen[:-10], expected)
 
 
-class Whim(RuntimeVariation):
-    """Something at run time that nothing implements."""
-
-
 @pytest.mark.parametrize(
     ("base", "variations", "code"),
     [
         ("Pusher", [RangeSensor()], "misplaced-variation"),
         ("HopperWall", [Wall()], "repeated-variation"),
         ("Hopper", [SensorNoise()], "missing-variation"),
-        ("Hopper", [Whim()], "no-effect"),
     ],
 )
 def test_a_variation_that_does_not_fit_raises_an_error(

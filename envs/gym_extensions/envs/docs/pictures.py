@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_extensions.catalog.bodies import Camera, Rectangle
+from gym_extensions.catalog.bodies import Camera
 from gym_extensions.catalog.sheets import large_picture
 from gym_extensions.catalog.tasks import GOALS, MAPS, TASKS, Task
 from gym_extensions.catalog.variations import (
@@ -21,7 +21,8 @@ from gym_extensions.catalog.variations import (
     TrackingGoal,
     Wall,
 )
-from gym_extensions.envs.effects.wall_and_sensor import fan_of, readings
+from gym_extensions.envs.effects.motors_and_goals import goal_area
+from gym_extensions.envs.effects.wall_and_sensor import FANS, readings
 from gym_extensions.envs.make import construct_mujoco
 from gym_extensions.envs.navigation.geometry import arena
 from gym_extensions.envs.navigation.rendering import background
@@ -194,7 +195,7 @@ def _beams(task: Task, env: Any) -> list[Line]:
     if not any(isinstance(variation, RangeSensor) for variation in task.variations):
         return []
     mujoco.mj_forward(env.model, env.data)
-    origin, directions = fan_of(task.body)(env.data.qpos, env.template().root_lift)
+    origin, directions = FANS[task.body.beams](env.data.qpos, env.template().root_lift)
     wall = next(variation for variation in task.variations if isinstance(variation, Wall))
     hits = readings(origin, directions, env.data.mocap_pos[0], np.array(wall.half_sizes)) * 10
     to_floor = np.where(directions[:, 2] < 0, origin[2] / -np.minimum(directions[:, 2], -1e-9), np.inf)
@@ -207,7 +208,7 @@ def _beams(task: Task, env: Any) -> list[Line]:
 def _goal_area(task: Task) -> list[Line]:
     if not any(isinstance(variation, MovingGoal | TrackingGoal) for variation in task.variations):
         return []
-    area = task.body.goal_area or Rectangle((0.0, 0.0), (0.0, 0.0))
+    area = goal_area(task.body)
     low, high = area.low, area.high
     if task.base == "Pusher":  # slide offsets (y, x)
         low = (PUSHER_GOAL[0] + area.low[1], PUSHER_GOAL[1] + area.low[0])

@@ -15,7 +15,7 @@ from gym_extensions.catalog.bodies import Body
 from gym_extensions.catalog.sheets import HINGE, SLIDE, Field, Joint, Link, Role, Row, Shape, Skeleton
 from gym_extensions.catalog.tasks import MAPS, TASKS, Task
 from gym_extensions.catalog.variations import WALL, BaseVariation, LimbScale, RangeSensor, Wall
-from gym_extensions.envs.effects.wall_and_sensor import ANGLES, REACH, fan_of
+from gym_extensions.envs.effects.wall_and_sensor import ANGLES, FANS, REACH
 from gym_extensions.envs.make import construct_mujoco
 from gym_extensions.envs.mujoco_model import base_spec, compile_model
 from gym_extensions.envs.navigation.env import course
@@ -166,7 +166,7 @@ def _beams(task: Task, model: Any) -> Iterator[Shape]:
         return
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
-    origin, directions = fan_of(task.body)(data.qpos, construct_mujoco(task).template().root_lift)
+    origin, directions = FANS[task.body.beams](data.qpos, construct_mujoco(task).template().root_lift)
     role: Role = "world-beam" if task.body.beams == "world" else "beam"
     turn = np.eye(3) if role == "world-beam" else data.xmat[1].reshape(3, 3).T
     start = turn @ (origin - data.xpos[1])

@@ -44,11 +44,9 @@ class MotorNoiseEffect(SeededNoise):
         self._noise = np.zeros((len(templates), self._max_steps, len(self._ranges)))
 
     def fill_noise(self, index: int, seed: int) -> None:
-        """Computes the noise of an environment's episode."""
         self._noise[index] = motor_noise(seed, self._max_steps, len(self._ranges))
 
     def control(self, ctrl: NDArray[Any], steps: Steps) -> NDArray[Any]:
-        """The commands plus the noise of the step."""
         noise = self._noise[np.arange(len(ctrl)), steps % self._max_steps]
         return noisy_control(ctrl, noise, self._ranges, self._scale)
 
@@ -58,11 +56,6 @@ def goal_area(body: Body) -> Rectangle:
     if body.goal_area is None:
         raise ValueError(f"{body.name} has no goal")
     return body.goal_area
-
-
-def draw_velocity(generator: np.random.Generator, speed: float) -> Array:
-    """Draws a goal's velocity, (2,), each component in [−speed, speed], m/s."""
-    return generator.uniform(-speed, speed, 2)
 
 
 def move(position: Array, velocity: Array, area: Rectangle, seconds: float) -> tuple[Array, Array]:
@@ -88,8 +81,8 @@ class TrackingGoalEffect(Effect):
         self._position = fields.field("mocap_pos")[:, 0, :2] if mocap else fields.field("qpos")[:, -2:]
 
     def draw(self, indices: Indices, generators: Generators, starts: dict[str, Array]) -> None:
-        """Draws the velocities."""
-        self._velocity[indices] = [draw_velocity(generator, self._speed) for generator in generators]
+        speed = self._speed
+        self._velocity[indices] = [generator.uniform(-speed, speed, 2) for generator in generators]
 
     def pre_step(self, steps: Steps) -> None:
         """Moves the goals to their positions at the end of the step."""

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 
 from gym_extensions.catalog.bodies import BODIES
 from gym_extensions.catalog.tasks import Task
-from gym_extensions.catalog.variations import MovingGoal, MovingStart, RuntimeVariation
 from gym_extensions.envs.effects import motors_and_goals, wall_and_sensor
 from gym_extensions.envs.effects.base import Effect, EffectKind, variation_of
 from gym_extensions.envs.protocols import Fields, Template
@@ -17,9 +16,6 @@ KINDS: tuple[EffectKind, ...] = tuple(
     sorted((*wall_and_sensor.KINDS, *motors_and_goals.KINDS), key=lambda kind: kind.draw_order)
 )
 """Every kind of effect, in the order in which effects draw at reset."""
-
-RUNTIME_VARIATIONS = (*(kind.variation for kind in KINDS), MovingGoal, MovingStart)
-"""Variations that act at run time; the last two act in the arms' own resets."""
 
 
 def kinds_of(task: Task) -> list[EffectKind]:
@@ -44,13 +40,9 @@ def check_variations(task: Task) -> None:
     """Checks that the variations fit the base body and each other.
 
     Raises:
-        BenchError: a variation does not fit the base body, has no effect, appears twice, or lacks the one it
-            replaces.
+        BenchError: a variation does not fit the base body, appears twice, or lacks the one it replaces.
     """
     for variation in task.variations:
-        if isinstance(variation, RuntimeVariation) and not isinstance(variation, RUNTIME_VARIATIONS):
-            hint = "Add its effect to gym_extensions.envs.effects.registry.KINDS."
-            raise BenchError("no-effect", f"{type(variation).__name__} has no effect.", task.id, hint)
         fits = getattr(variation, "fits", None)
         if fits is not None and not fits(task.body):
             message = f"{type(variation).__name__} does not fit {task.base}."

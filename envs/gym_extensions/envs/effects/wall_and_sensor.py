@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from gym_extensions.catalog.bodies import Body
+from gym_extensions.catalog.bodies import Frame
 from gym_extensions.catalog.variations import RangeSensor, SensorNoise, Wall
 from gym_extensions.envs.effects.base import (
     CACHED_EPISODES,
@@ -80,15 +80,8 @@ def _lifted(qpos: Array, lift: float) -> Array:
     return np.stack([qpos[..., 0], qpos[..., 1], lift + qpos[..., 2]], axis=-1)
 
 
-FANS: dict[str, Fan] = {"pitch": planar_fan, "torso": torso_fan, "world": world_fan}
+FANS: dict[Frame | None, Fan] = {"pitch": planar_fan, "torso": torso_fan, "world": world_fan}
 """The fan of every frame in which a body's beams can be fixed."""
-
-
-def fan_of(body: Body) -> Fan:
-    """Returns the fan of a body that has beams. Raises ``ValueError`` for another body."""
-    if body.beams is None:
-        raise ValueError(f"{body.name} carries no range beams")
-    return FANS[body.beams]
 
 
 def _slab(offset: Array, along: Array, half_size: float) -> tuple[Array, Array]:
@@ -137,7 +130,7 @@ class RangeSensorEffect(Effect):
 
     def __init__(self, fields: Fields, templates: Sequence[Template]) -> None:
         self._num_envs = len(templates)
-        self._fan = fan_of(templates[0].task.body)
+        self._fan = FANS[templates[0].task.body.beams]
         self._lift = templates[0].root_lift
         self._qpos = fields.field("qpos")
         wall = variation_of(templates[0].task, Wall)
@@ -152,7 +145,6 @@ class RangeSensorEffect(Effect):
         return readings(origins, directions, self._center, self._half_sizes)
 
     def observation(self) -> Array:
-        """The present readings."""
         return self.reading()
 
 
@@ -188,7 +180,6 @@ class SensorNoiseEffect(SeededNoise, RangeSensorEffect):
         self._latched = np.zeros((len(templates), BEAMS))
 
     def fill_noise(self, index: int, seed: int) -> None:
-        """Computes the noise of an environment's episode."""
         noise = beam_noise(seed, self._max_steps, self._noise.dropout, self._noise.noise)
         self._working[index], self._shift[index] = noise
 
@@ -203,7 +194,6 @@ class SensorNoiseEffect(SeededNoise, RangeSensorEffect):
         self._latched = disturb(self.reading(), self._working[row], self._shift[row])
 
     def observation(self) -> Array:
-        """The latched readings."""
         return self._latched
 
 

@@ -181,7 +181,6 @@ class Oracle:
         self.steps: NDArray[np.int16] = steps_to_go(arena.grid.solid, arena.goal[0], arena.goal[1])
 
     @classmethod
-    @functools.cache
     def of(cls, task: Task) -> Oracle:
         """Returns the oracle of a navigation task. All families of one map and goal share it."""
         found = course(task)
