@@ -6,13 +6,14 @@ import json
 import os
 import platform
 import statistics
-import time
 from collections.abc import Callable, Mapping
-from importlib import metadata
 from pathlib import Path
 from typing import Any
 
 import pytest
+
+from gym_extensions.files import write_text
+from gym_extensions.versions import version_or_none
 
 Turn = Callable[[], tuple[int, float]]
 """One turn of a contestant: the number of steps, and the seconds they took."""
@@ -34,23 +35,6 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def pytest_configure(config: pytest.Config) -> None:
     """Starts with no ratios."""
     config.stash[ROWS] = []
-
-
-def timed(steps: int, work: Callable[[], object]) -> Turn:
-    """Returns a turn that makes ``steps`` steps by calling ``work``."""
-
-    def turn() -> tuple[int, float]:
-        start = time.perf_counter()
-        work()
-        return steps, time.perf_counter() - start
-
-    return turn
-
-
-@pytest.fixture(name="timed")
-def timed_fixture() -> Callable[..., Turn]:
-    """``timed(steps, work)``: a turn that makes ``steps`` steps by calling ``work``."""
-    return timed
 
 
 @pytest.fixture
@@ -107,10 +91,7 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
     """Writes the ratios and the machine on which they were measured."""
     rows, path = session.config.stash[ROWS], session.config.getoption("--ratios")
     if rows:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        partial = path.with_name(f".{path.name}.partial")
-        partial.write_text(json.dumps({"format": 1, "machine": machine(), "rows": rows}, indent=1) + "\n")
-        partial.replace(path)
+        write_text(path, json.dumps({"format": 1, "machine": machine(), "rows": rows}, indent=1) + "\n")
 
 
 def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:
@@ -131,7 +112,7 @@ def machine() -> dict[str, Any]:
         "cores": os.cpu_count(),
         "system": platform.platform(terse=True),
         "python": platform.python_version(),
-        "packages": {name: version for name in PACKAGES if (version := installed(name))},
+        "packages": {name: version for name in PACKAGES if (version := version_or_none(name))},
     }
 
 
@@ -143,11 +124,3 @@ def processor() -> str:
         (line.partition(":")[2].strip() for line in names if line.startswith("model name")),
         platform.machine(),
     )
-
-
-def installed(package: str) -> str | None:
-    """The version of a package, or None if it is not installed."""
-    try:
-        return metadata.version(package)
-    except metadata.PackageNotFoundError:
-        return None

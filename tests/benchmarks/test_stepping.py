@@ -1,9 +1,11 @@
-"""Stepping: the batch against the engine with nothing around it, and against what else a user would take."""
+"""Stepping: against the engine with nothing around it, and what else a user would take; peak memory."""
 
 from __future__ import annotations
 
 import importlib
 import importlib.util
+import subprocess
+import sys
 import time
 from collections.abc import Callable
 from typing import Any
@@ -27,6 +29,22 @@ ENVPOOL_BAR = {"Hopper": 0.95}
 SYNC_BAR = {"Walker2d": 2.6, "Humanoid": 2.3}
 ONE_ENVIRONMENT_BAR = {"Hopper": 2.0, "HalfCheetah": 2.0, "Humanoid": 1.2}
 """Bars of the speed of 64 environments over that of one, per environment step."""
+NAVIGATION = {
+    "Limited-Range-Based": (2000, 20, 8.0),
+    "State-Based": (2000, 20, 12.0),
+    "Image-Based": (40, 10, 5.0),
+}
+"""Vector steps per turn, ours and Gymnasium's, and the bar of the ratio of our speed to Gymnasium's."""
+MEMORY = """
+import resource
+import numpy as np
+from gym_extensions.envs import make_vec
+env = make_vec("Humanoid", 512, num_threads=2)
+env.reset(seed=0)
+for _ in range(20):
+    env.step(np.full((512, 17), 0.3, np.float32))
+print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+"""
 
 
 def drawn(space: Any, steps: int, *num_envs: int) -> Any:
@@ -176,3 +194,30 @@ def test_a_wall_and_sensor_cost_little(side_by_side: Any, body: str) -> None:
     about = {"task": f"{body}Wall", "lanes": LANES, "threads": THREADS}
     ratios = side_by_side("wall and sensor", contestants, bars={body: 0.85}, **about)
     assert ratios[body] > 0.5
+
+
+@pytest.mark.parametrize("family", NAVIGATION)
+def test_navigation_is_faster_than_gymnasiums_sync_vector_env(side_by_side: Any, family: str) -> None:
+    steps, peer_steps, bar = NAVIGATION[family]
+    name, peer = f"{family}-Navigation-2d-Map0-Goal0", f"SyncVectorEnv({LANES})"
+    ours, sync = envs.make_vec(name, LANES), gym.vector.SyncVectorEnv([lambda: envs.make(name)] * LANES)
+    space: Any = ours.single_action_space
+    contestants = {
+        "make_vec": stepping(ours, drawn(space, steps, LANES)),
+        peer: stepping(sync, drawn(space, peer_steps, LANES)),
+    }
+    about = {"task": family, "lanes": LANES, "threads": 1}
+    ratios = side_by_side("navigation", contestants, bars={peer: bar}, **about)
+    assert ratios[peer] > 1.0
+
+
+def test_512_humanoid_environments_need_at_most_1_5_gb(side_by_side: Any) -> None:
+    """The ratio is 1.5 GB / peak memory of the whole process, so above 1 is good."""
+
+    def turn() -> tuple[int, float]:
+        done = subprocess.run([sys.executable, "-c", MEMORY], check=True, capture_output=True, text=True)
+        return 1, int(done.stdout) * 1024 / 1.5e9
+
+    contestants = {"512 Humanoid lanes": turn, "1.5 GB": lambda: (1, 1.0)}
+    ratios = side_by_side("memory", contestants, bars={"1.5 GB": 1.0}, rounds=1)
+    assert ratios["1.5 GB"] >= 1.0
