@@ -16,6 +16,7 @@ from gymnasium.utils.env_checker import check_env
 
 from gym_extensions import envs
 from gym_extensions.catalog.tasks import TASKS, Task, customize, task
+from gym_extensions.catalog.variations import Course
 from gym_extensions.envs import Gravity, MovingGoal, RangeSensor, Wall, make, make_vec
 from gym_extensions.envs.make import construct
 from gym_extensions.errors import BenchError
@@ -152,6 +153,8 @@ MISTAKES: list[tuple[Callable[[], object], str, str]] = [
     (lambda: make("Hopper", ["Gravity"]), "no-variation", "'Gravity'"),  # type: ignore[list-item]
     (lambda: make("Pusher", [Gravity(0.5)]), "misplaced-variation", "It fits Hopper, Walker2d"),
     (lambda: make("Hopper", [MovingGoal()]), "misplaced-variation", "It fits Pusher."),
+    (lambda: make(MAP, [Gravity(0.5)]), "bad-course", "its variations also include Gravity(factor=0.5)."),
+    (lambda: make("Hopper", [Course("state", 0, 0)]), "misplaced-variation", "It fits Navigation."),
     *(
         (lambda steps=steps: make("Hopper", max_steps=steps), "bad-limit", repr(steps))
         for steps in (0, -3, 2.5, True, "10")

@@ -13,6 +13,7 @@ from gymnasium.vector import SyncVectorEnv
 from gym_extensions import envs
 from gym_extensions.catalog.tasks import TASKS, Task, task
 from gym_extensions.catalog.variations import (
+    Course,
     Gravity,
     LimbScale,
     MotorNoise,
@@ -78,9 +79,9 @@ def side_by_side() -> dict[str, list[str]]:
     kinds: dict[str, list[str]] = {}
     for each in TASKS.values():
         sensor = any(isinstance(variation, RangeSensor) for variation in each.variations)
-        kind = f"{each.base} with sensor" if sensor else each.base
-        if each.base != "Navigation":
-            kinds.setdefault(kind, []).append(each.id)
+        families = [variation.family for variation in each.variations if isinstance(variation, Course)]
+        kind = " ".join([each.base, *families, *(["with sensor"] if sensor else [])])
+        kinds.setdefault(kind, []).append(each.id)
     return kinds
 
 

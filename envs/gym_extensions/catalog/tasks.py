@@ -221,10 +221,7 @@ def make_variation(table: Any, where: str) -> Variation:
     names = [field.name for field in fields(kind)]
     required = [field.name for field in fields(kind) if field.default is MISSING]
     check_keys(parameters, names, required, f"{where}, {table['kind']}")
-    try:
-        variation: Variation = kind(**parameters)
-    except TypeError as error:
-        raise BenchError("bad-variation", f"{error}.", f"{where}, {table['kind']}") from error
+    variation: Variation = kind(**parameters)
     return variation
 
 

@@ -113,7 +113,10 @@ def clip_actions(
     shape = (env.num_envs, *(space.shape or ()))
     array = _to_array(actions)
     if array is None or array.dtype.kind not in "biuf" or array.shape != shape:
-        message = f"The agent returned {_describe(actions, array)} as actions."
+        found = (
+            type(actions).__name__ if array is None else f"an array of shape {array.shape} and {array.dtype}"
+        )
+        message = f"The agent returned {found} as actions."
         hint = f"Return an array of numbers of shape {shape}, one row per environment."
         raise BenchError("bad-actions", message, where, hint)
     is_finite = np.isfinite(array)
@@ -135,9 +138,3 @@ def _to_array(actions: Any) -> NDArray[Any] | None:
         return np.asarray(actions)
     except (TypeError, ValueError, RuntimeError):  # a ragged list, or a tensor on another device
         return None
-
-
-def _describe(actions: object, array: NDArray[Any] | None) -> str:
-    if array is not None and array.shape:
-        return f"an array of shape {array.shape} and dtype {array.dtype}"
-    return f"a value of type {type(actions).__name__}"

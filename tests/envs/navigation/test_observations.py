@@ -8,6 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from gym_extensions.catalog.groups import group
+from gym_extensions.catalog.tasks import FAMILIES
+from gym_extensions.envs import make_vec
 from gym_extensions.envs.navigation.geometry import (
     Arena,
     Grid,
@@ -182,3 +185,19 @@ def test_the_agents_disc_leaves_no_trace_and_is_drawn_over_the_goal() -> None:
     row, column = int((480 - y - 1) // 4), int((x + 1) // 4)
     assert shown[row, column].tolist() == [0, 0, 0]
     assert (shown == (255, 0, 0)).all(axis=2).sum() > 50
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_observations_of_30000_random_steps_are_in_the_space(family: str) -> None:
+    batch: Any = make_vec(group(f"nav-{family}").tasks, 60)
+    space, rewards = batch.single_observation_space, set()
+    observations, _ = batch.reset(seed=0)
+    # Runs of one action press against walls and corners, which single random steps hardly do.
+    for action in np.random.default_rng(3).uniform(-5, 5, (50, 60, 2)).astype(np.float32):
+        for _ in range(10):
+            assert observations.dtype == space.dtype
+            assert (observations >= space.low).all()
+            assert (observations <= space.high).all()
+            observations, reward, *_ = batch.step(action)
+            rewards |= set(reward.tolist())
+    assert {-1.0, -6.0} < rewards <= {-1.0, -6.0, 9.0, 0.0}
