@@ -39,6 +39,25 @@ class BaseVariation:
 
     sentence: ClassVar[str] = ""
     """The documentation's sentence, with the variation's values in braces."""
+    signed: ClassVar[tuple[str, ...]] = ()
+    """The numbers that may be 0 or negative."""
+
+    def __post_init__(self) -> None:
+        """Stores all numbers as floats, so that equal numbers of any type give one task.
+
+        Raises:
+            BenchError: a value is not a finite number, or not above 0 where it must be.
+        """
+        for name, kind in type(self).__annotations__.items():
+            if kind != "float":
+                continue
+            value = getattr(self, name)
+            number = finite(value)
+            if number is None or (number <= 0 and name not in self.signed):
+                message = f"{type(self).__name__}'s {name} is {value!r}."
+                hint = "Give a finite number." if name in self.signed else "Give a finite number above 0."
+                raise BenchError("bad-factor", message, hint=hint)
+            object.__setattr__(self, name, number)
 
     def describe(self, body: Body, spec: mujoco.MjSpec) -> str:
         """Returns the documentation's sentence about the variation.
@@ -48,21 +67,6 @@ class BaseVariation:
             spec: the body's specification without variations; the method may edit it.
         """
         return self.sentence.format(**vars(self)) or f"{self!r}."
-
-
-def set_positive(variation: BaseVariation, *names: str) -> None:
-    """Stores fields of a frozen variation as floats, so that equal numbers of any type give one task.
-
-    Raises:
-        BenchError: a value is not a finite number above 0.
-    """
-    for name in names:
-        value = getattr(variation, name)
-        number = finite(value)
-        if number is None or number <= 0:
-            message = f"{type(variation).__name__}'s {name} is {value!r}."
-            raise BenchError("bad-factor", message, hint="Give a finite number above 0.")
-        object.__setattr__(variation, name, number)
 
 
 def finite(value: object) -> float | None:
@@ -76,9 +80,6 @@ class Gravity(BaseVariation):
     """Multiplies gravity, 9.81 m/s² straight down, by a factor (the paper's gravity tasks)."""
 
     factor: float
-
-    def __post_init__(self) -> None:
-        set_positive(self, "factor")
 
     @classmethod
     def fits(cls, body: Body) -> bool:
@@ -108,9 +109,6 @@ class LimbScale(BaseVariation):
 
     part: str
     factor: float
-
-    def __post_init__(self) -> None:
-        set_positive(self, "factor")
 
     @classmethod
     def fits(cls, body: Body) -> bool:
@@ -199,14 +197,10 @@ class Wall(BaseVariation):
     nearest: float = 1.8
     farthest: float = 3.8
     parked: bool = False
+    signed: ClassVar[tuple[str, ...]] = ("centre_height",)
 
     def __post_init__(self) -> None:
-        set_positive(self, "width", "depth", "height", "nearest", "farthest")
-        height = finite(self.centre_height)
-        if height is None:
-            message = f"Wall's centre_height is {self.centre_height!r}."
-            raise BenchError("bad-height", message, hint="Give a finite number.")
-        object.__setattr__(self, "centre_height", height)
+        super().__post_init__()
         if not isinstance(self.parked, bool):
             raise BenchError("bad-value", f"Wall's parked is {self.parked!r}.", hint="Give true or false.")
         if not self.farthest >= self.nearest:
@@ -299,7 +293,7 @@ class SensorNoise(_OnTorso):
     noise: float = 0.02
 
     def __post_init__(self) -> None:
-        set_positive(self, "dropout", "noise")
+        super().__post_init__()
         if self.dropout > 1:
             raise BenchError(
                 "bad-factor", f"SensorNoise's dropout is {self.dropout!r}.", hint="Give at most 1."
@@ -320,9 +314,6 @@ class MotorNoise(BaseVariation):
     )
 
     scale: float = 0.1
-
-    def __post_init__(self) -> None:
-        set_positive(self, "scale")
 
     @classmethod
     def fits(cls, body: Body) -> bool:
@@ -378,7 +369,7 @@ class TrackingGoal(BaseVariation):
     speed: float = 0.2
 
     def __post_init__(self) -> None:
-        set_positive(self, "speed")
+        super().__post_init__()
         if self.speed > MAX_SPEED:
             hint = f"Give at most {MAX_SPEED:g}, with which a goal crosses its rectangle in one step."
             raise BenchError("bad-factor", f"TrackingGoal's speed is {self.speed!r}.", hint=hint)

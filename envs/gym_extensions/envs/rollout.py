@@ -113,10 +113,10 @@ def clip_actions(
     shape = (env.num_envs, *(space.shape or ()))
     array = _to_array(actions)
     if array is None or array.dtype.kind not in "biuf" or array.shape != shape:
-        found = (
-            type(actions).__name__ if array is None else f"an array of shape {array.shape} and {array.dtype}"
-        )
-        message = f"The agent returned {found} as actions."
+        shown = f"a value of type {type(actions).__name__}"
+        if array is not None and array.shape:
+            shown = f"an array of shape {array.shape} and dtype {array.dtype}"
+        message = f"The agent returned {shown} as actions."
         hint = f"Return an array of numbers of shape {shape}, one row per environment."
         raise BenchError("bad-actions", message, where, hint)
     is_finite = np.isfinite(array)
