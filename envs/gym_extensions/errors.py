@@ -9,7 +9,6 @@ import os
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from pathlib import Path
 
 
 class BenchError(Exception):
@@ -48,16 +47,18 @@ Command = Callable[..., int]
 def reports_mistakes(main: Command) -> Command:
     """Wraps a command so that a ``BenchError`` is printed to standard error, with exit status 2.
 
-    If the reader of the output is gone (``| head``), the rest is discarded and the exit status is 1. Output
-    to a closed stream (``>&-``) is discarded. A character that the output's encoding lacks becomes ``?``.
+    If the reader of the output is gone (``| head``), the rest is discarded and the exit status is 1. A
+    character that the output's encoding lacks becomes ``?``.
     """
 
     @functools.wraps(main)
     def command(argv: list[str] | None = None) -> int:
-        _prepare_streams()
+        for stream in (sys.stdout, sys.stderr):
+            if isinstance(stream, io.TextIOWrapper) and stream.errors == "strict":
+                stream.reconfigure(errors="replace")
         try:
             status = main(argv)
-            sys.stdout.flush()
+            print(end="", flush=True)  # noqa: T201
             return status
         except BrokenPipeError:
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -67,16 +68,6 @@ def reports_mistakes(main: Command) -> Command:
             return 2
 
     return command
-
-
-def _prepare_streams() -> None:
-    """Opens the null device for streams that were closed (``>&-``), and replaces what cannot be encoded."""
-    for name in ("stdout", "stderr"):
-        stream = getattr(sys, name)
-        if stream is None:
-            setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115
-        elif isinstance(stream, io.TextIOWrapper) and stream.errors == "strict":
-            stream.reconfigure(errors="replace")
 
 
 @contextmanager
