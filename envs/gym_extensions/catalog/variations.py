@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass
 from decimal import Decimal
 from typing import TYPE_CHECKING, ClassVar, Protocol, SupportsFloat
 
@@ -48,9 +48,8 @@ class BaseVariation:
         Raises:
             BenchError: a value is not a finite number, or not above 0 where it must be.
         """
-        for name, kind in type(self).__annotations__.items():
-            if kind != "float":
-                continue
+        names = [each.name for each in fields(self) if each.type == "float"]  # type: ignore[arg-type]
+        for name in names:
             value = getattr(self, name)
             number = finite(value)
             if number is None or (number <= 0 and name not in self.signed):
