@@ -87,7 +87,6 @@ class ArmRules(Rules):
         return reward
 
     def step_infos(self) -> dict[str, NDArray[Any]]:
-        """The terms of the reward."""
         return self._terms
 
     def observe(self) -> Array:

@@ -114,7 +114,6 @@ class HumanoidRules(HumanoidStandupRules):
         self._velocity = np.zeros((2, len(templates)))
 
     def pre_step(self) -> None:
-        """Stores the center of mass."""
         self._before = self._center()
 
     def _center(self) -> Array:

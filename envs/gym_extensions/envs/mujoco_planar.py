@@ -49,7 +49,6 @@ class PlanarRules(Rules):
         return uniform_state(generators, self.noise, nq, nv)
 
     def pre_step(self) -> None:
-        """Stores the root's x."""
         self._x_before[:] = self._x
 
     def reward_and_termination(self, actions: NDArray[Any], ctrl: NDArray[Any]) -> tuple[Array, Flags]:

@@ -67,13 +67,8 @@ class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], IndependentCopies):
     units that show what is at their center, the first row at the top: free (255, 255, 255), obstacle
     (204, 153, 102), goal disc (255, 0, 0) of radius 20, and over it the agent disc (0, 0, 0) of radius 5.
 
-    **Reward**: −1 per step, −5 more for a collision, +10 more for reaching the goal.
-
-    **Start**: uniform over free space at least 100 units from the goal; ``reset(options={"start": (x, y)})``
-    starts at any free point.
-
-    **End**: terminated, with ``info["is_success"]``, when the new position is within 20 units of the goal;
-    truncated by the time limit.
+    **Reward, start and end**: see ``catalog.bodies``. ``reset(options={"start": (x, y)})`` starts at any free
+    point.
 
     **Versions**: v0 follows the paper's text. The 2017 code differs from the paper: polar actions, obstacles
     without effect, a start outside the map, +20 at the goal.
