@@ -1,9 +1,13 @@
-"""make_vec: seeds, ends of episodes, threads, copies, and mistakes."""
+"""make_vec: seeds, ends of episodes, threads and forks, copies, and mistakes."""
 
 from __future__ import annotations
 
 import copy
+import os
 import pickle
+import signal
+import time
+import warnings
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -130,6 +134,43 @@ def test_results_do_not_depend_on_the_number_of_threads(names: list[str]) -> Non
         results.append(play(env, actions(env, 60)))
         env.close()
     assert results[0] == results[1] == results[2]
+
+
+@pytest.mark.parametrize("name", ["Hopper", "Humanoid", "PusherTrackingGoal"])
+@pytest.mark.parametrize("use", ["step", "reset", "states", "close", "nothing"])
+def test_a_forked_process_continues_exactly_and_ends(name: str, use: str) -> None:
+    env = make_vec(name, 4, num_threads=2)
+    env.reset(seed=0)
+    first, second = actions(env, 2)
+    env.step(first)
+    expected: Any = env.step(second)[0] if use == "step" else None
+    if use == "step":
+        env.reset(seed=0)
+        env.step(first)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # Python's own, about forks with threads
+        child = os.fork()
+    if child == 0:
+        status = 1
+        try:
+            if use == "step":
+                status = int(not np.array_equal(env.step(second)[0], expected))
+            elif use != "nothing":
+                getattr(env, use)()
+                status = 0
+            del env
+        finally:
+            os._exit(status if use != "nothing" else 0)
+    deadline = time.monotonic() + 20
+    while (ended := os.waitpid(child, os.WNOHANG)) == (0, 0):
+        if time.monotonic() > deadline:
+            os.kill(child, signal.SIGKILL)
+            os.waitpid(child, 0)
+            pytest.fail("the child hangs")
+        time.sleep(0.01)
+    assert ended[1] == 0
+    env.step(first)
+    env.close()
 
 
 def test_an_episode_is_truncated_at_its_limit_and_restarts_in_the_next_step() -> None:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import ctypes
+import os
+import weakref
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -14,6 +17,24 @@ from numpy.typing import NDArray
 
 from gym_extensions.envs.protocols import MOCAP, Array, Indices, Starts
 
+_THREADED: weakref.WeakSet[BatchPhysics | PooledPhysics] = weakref.WeakSet()
+"""All simulations with threads of their own."""
+
+
+def _lose_threads() -> None:
+    """Marks simulations in a forked process, where their threads do not exist.
+
+    The engine would wait for its threads for ever when it steps and when it is freed, so it is never freed.
+    """
+    for physics in _THREADED:
+        physics.lost_threads = True
+        if isinstance(physics, BatchPhysics):
+            ctypes.pythonapi.Py_IncRef(ctypes.py_object(physics.batch))
+
+
+if hasattr(os, "register_at_fork"):  # not on Windows, which does not fork
+    os.register_at_fork(after_in_child=_lose_threads)
+
 
 def _state_fields(model: mujoco.MjModel) -> tuple[str, ...]:
     return ("qpos", "qvel", "time", *(MOCAP if model.nmocap else ()))
@@ -22,12 +43,17 @@ def _state_fields(model: mujoco.MjModel) -> tuple[str, ...]:
 class BatchPhysics:
     """Simulations in mujoco.batch. Derived fields are bit for bit those that mj_step leaves."""
 
+    lost_threads = False
+    """Whether the process was forked, so that copies can be made and nothing else."""
+
     def __init__(
         self, models: Sequence[mujoco.MjModel], frame_skip: int, num_threads: int, fields: Sequence[str]
     ) -> None:
         self.batch = Batch(models[0], len(models), num_threads)
         if any(model is not models[0] for model in models):
             self.batch.set_models(models)
+        if num_threads > 1:
+            _THREADED.add(self)
         self._frame_skip = frame_skip
         self._state_fields = _state_fields(models[0])
         self._fields: dict[str, Array] = {name: self.batch.bind(name) for name in self._state_fields}
@@ -96,6 +122,9 @@ class PooledPhysics:
     evaluates at a different stage than Gymnasium does (ADR 25).
     """
 
+    lost_threads = False
+    """Whether the process was forked, so that copies can be made and nothing else."""
+
     def __init__(
         self, models: Sequence[mujoco.MjModel], frame_skip: int, num_threads: int, fields: Sequence[str]
     ) -> None:
@@ -104,6 +133,8 @@ class PooledPhysics:
         self._frame_skip = frame_skip
         self._threads = min(num_threads, len(self._data))
         self._executor = ThreadPoolExecutor(self._threads - 1) if self._threads > 1 else None
+        if self._executor is not None:
+            _THREADED.add(self)
         self._state_fields = _state_fields(models[0])
         gathered = dict.fromkeys(("qpos", "qvel", *(MOCAP if models[0].nmocap else ()), *fields))
         self._fields: dict[str, Array] = {

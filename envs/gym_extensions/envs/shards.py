@@ -71,11 +71,17 @@ class Shard:
         self._physics.undump(state["physics"])
         self._steps[:] = state["steps"]
 
+    def _renew_threads(self) -> None:
+        """In a forked process, which has no threads but this one, goes on with new ones."""
+        if self._physics.lost_threads:
+            self.__setstate__(self.__getstate__())
+
     def reset(self, indices: Indices, generators: Generators) -> None:
         """Starts episodes in some environments.
 
         Each one draws from its own generator, the body before the effects.
         """
+        self._renew_threads()
         rows = self._rules.draw(indices, generators)
         for effect in self._effects:
             effect.draw(indices, generators, rows)
@@ -87,6 +93,7 @@ class Shard:
 
     def step(self, actions: NDArray[Any], indices: Indices | None) -> tuple[Array, Flags]:
         """Returns rewards and terminations of one step in some environments, or in all."""
+        self._renew_threads()
         self._rules.pre_step()
         ctrl = actions
         for effect in self._effects:
