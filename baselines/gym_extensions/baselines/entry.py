@@ -230,8 +230,8 @@ def write_run_files(
 ) -> None:
     """Writes a finished run, creates the manifest if there is none, and deletes the folders of the jobs.
 
-    All files are written to a temporary folder and then renamed, the log last, so that a full disk leaves the
-    submission as it was and an interrupted call can be repeated.
+    All files are written to a temporary folder and then put in place, the log last, so that a full disk
+    leaves the submission as it was and an interrupted call can be repeated.
 
     Args:
         out: the submission's folder.
@@ -296,9 +296,8 @@ def write_run_files(
         if not existing:
             write_text(out / MANIFEST, tomli_w.dumps(tables))
         for name in names.values():
-            (out / name).parent.mkdir(parents=True, exist_ok=True)
-            if (staged / name).exists():
-                (staged / name).replace(out / name)
+            if (staged / name).exists():  # .progress may be on another file system
+                write_bytes(out / name, (staged / name).read_bytes())
             else:  # policies of an earlier attempt
                 (out / name).unlink(missing_ok=True)
     finally:

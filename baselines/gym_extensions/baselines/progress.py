@@ -143,6 +143,23 @@ class Lines:
         self._write(line(event, self._time_left()))
 
 
+class NotebookDisplay:
+    """Shows the last line in one display of a notebook, which is updated in place."""
+
+    def __init__(self) -> None:
+        self._handle: Any = None
+
+    def __call__(self, text: str) -> None:
+        """Replaces the line."""
+        from IPython.display import display  # a notebook has it
+
+        content = {"text/plain": text}
+        if self._handle is None:
+            self._handle = display(content, raw=True, display_id=True)
+        else:
+            self._handle.update(content, raw=True)
+
+
 def line(event: Event, time_left: str) -> str:
     """One line about an event."""
     if isinstance(event, TrainingStarted):
@@ -286,7 +303,10 @@ def check_callback(callback: object) -> None:
 
 @contextmanager
 def open_bars(*, is_shown: bool = True) -> Iterator[tuple[Bars, Listener]]:
-    """Bars, which are shown in a terminal, and a listener that moves them; it prints lines elsewhere."""
+    """Bars, which are shown in a terminal, and a listener that moves them; it prints lines elsewhere.
+
+    In a notebook, each line takes the place of the one before.
+    """
     console = Console()
     columns = (
         TextColumn("{task.description}"),
@@ -300,7 +320,10 @@ def open_bars(*, is_shown: bool = True) -> Iterator[tuple[Bars, Listener]]:
     progress = Progress(*columns, console=console, disable=not is_live, speed_estimate_period=SPEED_SECONDS)
     with progress if is_live else nullcontext():
         bars = Bars(progress)
-        lines = Lines(print, bars.time_left)
+        if console.is_jupyter:
+            lines = Lines(NotebookDisplay(), bars.time_left, longest=FIRST_INTERVAL)
+        else:
+            lines = Lines(print, bars.time_left)
 
         def show(event: Event) -> None:
             bars.show(event)
