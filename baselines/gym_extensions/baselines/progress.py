@@ -286,7 +286,7 @@ def parse_logs(log: str | Iterable[str] | None) -> tuple[str, ...]:
     chosen = () if log is None else tuple(dict.fromkeys(listed(log, str, "log", "a name")))
     for name in chosen:
         if name not in LOGS:
-            raise BenchError("unknown-log", f"There is no log {name!r}.", "log", did_you_mean(name, LOGS))
+            raise BenchError("unknown-log", f"Unknown log {name!r}.", "log", did_you_mean(name, LOGS))
     if "tensorboard" in chosen and find_spec("tensorboard") is None:
         hint = "Install it with: pip install 'gym-extensions[log]'"
         raise BenchError("missing-extra", "The log 'tensorboard' needs tensorboard.", "log", hint)

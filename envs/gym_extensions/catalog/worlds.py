@@ -67,7 +67,7 @@ class Axis:
     def nearest(self, value: float) -> int:
         """The index of the task with the nearest trained value; of two, the one trained first.
 
-        An agent that is told the task is told this one.
+        An agent that observes the task observes this one.
         """
         return min(self.trained, key=lambda each: max(each.low - value, value - each.high, 0.0)).task
 

@@ -87,7 +87,7 @@ def make_vec(
         autoreset_mode: when an environment whose episode ended is reset, as in ``SyncVectorEnv``.
 
     Raises:
-        BenchError: a task is unknown, there is no task, a count is not a whole number above 0, the mode is
+        BenchError: a task is unknown, no task is given, a count is not a positive integer, the mode is
             unknown, or the tasks have different observation or action spaces.
     """
     requested = [tasks] if isinstance(tasks, str | Task) else list(tasks)

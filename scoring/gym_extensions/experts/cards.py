@@ -255,7 +255,7 @@ def read_card(path: Path, task: str, kind: type[AnyCard]) -> AnyCard:
 
 
 def described_policy(path: Path, card: PolicyCard) -> Policy:
-    """The policy of a file. Raises ``BenchError`` if it is no policy, or not the one of the card."""
+    """The policy of a file. Raises ``BenchError`` if it is not a policy, or not that of the card."""
     policy = read_policy(path)
     if digest(policy) != card.policy:
         raise BenchError("other-policy", "The file is not the policy of its card.", str(path))

@@ -76,7 +76,7 @@ def write_dataset(folder: Path, entry: Path, wanted: Wanted, count: int = 20) ->
     stage = known[-1] if wanted.stage is None else wanted.stage
     if stage not in known:
         hint = f"Choose {known[0]} to {known[-1]}."
-        raise BenchError("unknown-stage", f"There is no stage {stage}.", "--stage", hint)
+        raise BenchError("unknown-stage", f"Stage {stage} does not exist.", "--stage", hint)
     manifest = _verified(entry, wanted)
     trained = name if wanted.protocol == "single" else None
     policy = policies.load(

@@ -311,7 +311,7 @@ class Sb3Agent:
         is True.
 
         Raises:
-            BenchError: the policy is recurrent, and there is no context.
+            BenchError: the policy is recurrent and ``context`` is None.
         """
         starts = None if context is None else context.episode_starts
         if starts is None or starts.all():

@@ -160,7 +160,7 @@ def exported(
 
 
 def _plain_parts(model: BaseAlgorithm) -> Parts:
-    """Arguments of a ``Policy``. Raises ``NOT_PLAIN`` if the policy is no multilayer perceptron."""
+    """Arguments of a ``Policy``. Raises ``NOT_PLAIN`` if the policy is not a multilayer perceptron."""
     policy: Any = model.policy
     if hasattr(policy, "actor_state"):
         parts = _flax(model)
