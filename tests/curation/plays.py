@@ -47,7 +47,6 @@ PLAYS: dict[str, tuple[str, str, Play]] = {
     "a review of another entry": file("written-by-the-base", "submissions/old/review.toml"),
     "two new entries": file("several-entries", "submissions/another/submission.toml", where="submissions"),
     "a file beside the entries": file("stray-file", "submissions/conftest.py", "import os\n"),
-    "policies of the old form": file("stray-file", f"{NEW}/hopper-gravity/policies/run0.npz"),
     "a folder of submissions in capitals": file("stray-file", "Submissions/new/submission.toml"),
     "a symbolic link": file("symbolic-link", f"{NEW}/README.md", "../../scoring/rank.py", "120000"),
     "a submodule": file("submodule", f"{NEW}/code", "1" * 40, "160000"),

@@ -207,15 +207,13 @@ def written_by_the_base(pull_request: PullRequest) -> Iterator[Finding]:
 
 @rule
 def stray_file(pull_request: PullRequest) -> Iterator[Finding]:
-    """Every file belongs to an entry or a record, and every file of policies to a run."""
+    """Every file belongs to an entry or a record."""
     allowed = {file for record in pull_request.records for file in record_files(record)}
     for path in pull_request.paths:
         names = path.split("/")
         if is_data(path) and not (names[0] == SUBMISSIONS and len(names) > 2) and path not in allowed:
             hint = "Move it into the folder of the entry, or leave it out."
             yield Finding(path, "The file belongs to no entry or record.", hint)
-        elif layout.is_of_old_form("/".join(names[2:])):
-            yield Finding(path, "The file belongs to no run.", "Put a run's policies into run<N>.npz.")
 
 
 @rule

@@ -94,12 +94,6 @@ def max_bytes(path: str) -> int:
     return MAX_FILE_BYTES.get(path[path.rfind(".") :], MEBIBYTE)
 
 
-def is_of_old_form(path: str) -> bool:
-    """Whether a path belongs to policies that were not repacked yet (``run_policies.old_policy_files``)."""
-    parts = path.split("/")
-    return len(parts) in (2, 3) and parts[1] == "policies"
-
-
 @dataclass(frozen=True)
 class FolderItem:
     """A path inside the submission (with ``/``), its kind, and its size in bytes.

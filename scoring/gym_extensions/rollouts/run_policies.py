@@ -120,24 +120,10 @@ def network_files(folder: Path, group_name: str, protocol: str, run: int) -> lis
     return sorted(path.parent.glob(f"{path.name}.*{layout.NETWORK}"))
 
 
-def old_policy_files(folder: Path, group: TaskGroup, protocol: str, run: int) -> dict[Path, Key]:
-    """TRANSITIONAL: the files of a run in the folder ``policies`` of its group, with the keys of them.
-
-    Some entries have them until ``scoring/migrate_format_1.py`` repacks them. Remove this function then.
-    """
-    start = folder / group.name / "policies" / f"{protocol}-run{run}-stage"
-    paths = {
-        start.with_name(f"{start.name}{stage}{'' if task is None else f'-{task}'}.npz"): (stage, task)
-        for stage, task in policy_keys(protocol, group)
-    }
-    return {path: key for path, key in paths.items() if path.is_file()}
-
-
 def has_policies(folder: Path, group: TaskGroup, protocol: str, run: int) -> bool:
     """Whether the policies of a run lie in the submission."""
     path = folder / layout.run_file(group.name, protocol, run, layout.POLICIES)
-    networks = network_files(folder, group.name, protocol, run)
-    return path.is_file() or bool(networks or old_policy_files(folder, group, protocol, run))
+    return path.is_file() or bool(network_files(folder, group.name, protocol, run))
 
 
 def read_arrays(folder: Path, group: TaskGroup, protocol: str, run: int) -> dict[str, Array]:
@@ -148,14 +134,8 @@ def read_arrays(folder: Path, group: TaskGroup, protocol: str, run: int) -> dict
     """
     path = folder / layout.run_file(group.name, protocol, run, layout.POLICIES)
     networks = network_files(folder, group.name, protocol, run)
-    old = {} if networks or path.is_file() else old_policy_files(folder, group, protocol, run)
-    files = {file: prefix(key) for file, key in old.items()}
-    if path.is_file() or not (networks or old):
-        files[path] = ""
-    arrays: dict[str, Array] = {}
-    for file, start in files.items():
-        content = npz_arrays(_bytes_of_file(file, layout.POLICIES), str(file))
-        arrays |= {f"{start}{name}": values for name, values in content.items()}
+    is_plain = path.is_file() or not networks
+    arrays = npz_arrays(_bytes_of_file(path, layout.POLICIES), str(path)) if is_plain else {}
     for file in networks:  # run3.stage5.onnx as stage5/onnx
         stage, _, task = file.stem.partition(".")[2].partition(".")  # a task's name may have dots
         name = "/".join(part for part in (stage, task, ONNX) if part)

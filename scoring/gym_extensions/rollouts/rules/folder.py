@@ -115,8 +115,7 @@ def unexpected_name(folder: Folder) -> Iterator[Finding]:
 
 
 def _is_expected_folder(parts: list[str]) -> bool:
-    is_known = parts[-1] in PROTOCOLS or layout.is_of_old_form("/".join(parts))
-    return len(parts) == 1 or (parts[0] not in layout.WRITTEN and len(parts) == 2 and is_known)
+    return len(parts) == 1 or (len(parts) == 2 and parts[0] not in layout.WRITTEN and parts[1] in PROTOCOLS)
 
 
 def _is_expected_file(parts: list[str]) -> bool:
@@ -124,8 +123,7 @@ def _is_expected_file(parts: list[str]) -> bool:
         return parts[0] in (MANIFEST, layout.README, layout.REVIEW)
     if parts[0] in layout.WRITTEN:
         return len(parts) == 2 and layout.WRITTEN_FILE.fullmatch(parts[1]) is not None
-    is_of_run = parts[1] in PROTOCOLS and layout.RUN_FILE.fullmatch(parts[-1]) is not None
-    return len(parts) == 3 and (is_of_run or layout.is_of_old_form("/".join(parts)))
+    return len(parts) == 3 and parts[1] in PROTOCOLS and layout.RUN_FILE.fullmatch(parts[2]) is not None
 
 
 @rule("folder")
