@@ -17,7 +17,7 @@ from gym_extensions.__main__ import main
 from gym_extensions.baselines import Factory, references, train
 from gym_extensions.baselines import cli as train_cli
 from gym_extensions.baselines.algorithms.floors import Random
-from gym_extensions.baselines.execution.workers import ThisProcess
+from gym_extensions.baselines.workers import ThisProcess
 from gym_extensions.catalog.groups import with_custom
 from gym_extensions.envs import Gravity, TaskGroup, Wall, customize, load_group, make
 from gym_extensions.envs.fingerprint import fingerprint_of

@@ -12,7 +12,6 @@ import pytest
 
 from gym_extensions import experts
 from gym_extensions.baselines import references
-from gym_extensions.baselines.execution.workers import ThisProcess
 from gym_extensions.baselines.experts.measuring import QUICK
 from gym_extensions.baselines.references import (
     CURRENT_FILE,
@@ -27,6 +26,7 @@ from gym_extensions.baselines.references import (
     with_runs,
 )
 from gym_extensions.baselines.training.runner import PendingJob
+from gym_extensions.baselines.workers import ThisProcess
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.tasks import task
 from gym_extensions.envs.fingerprint import fingerprint_of

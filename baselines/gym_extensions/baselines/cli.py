@@ -12,10 +12,10 @@ from pathlib import Path
 from gym_extensions.baselines import algorithms
 from gym_extensions.baselines.algorithms import missing_extra
 from gym_extensions.baselines.entry import missing_runs
-from gym_extensions.baselines.execution.workers import DISK_FULL, JOBS_FAILED
 from gym_extensions.baselines.progress import LOGS
 from gym_extensions.baselines.training.checkpoints import CONTINUES
 from gym_extensions.baselines.training.request import parse_groups, parse_names, parse_runs, require_positive
+from gym_extensions.baselines.workers import DISK_FULL, JOBS_FAILED
 from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS, STANDARD_BUDGET
 from gym_extensions.errors import BenchError, reports_mistakes
 
@@ -49,11 +49,6 @@ def parser() -> argparse.ArgumentParser:
     command.add_argument("--runs", default="0", help="training seeds, such as 0,1 or 0-4 (default: 0)")
     command.add_argument("--out", required=True, type=Path, help="the submission's folder")
     command.add_argument("--jobs", type=int, default=1, help="worker processes (default: 1)")
-    command.add_argument(
-        "--ray",
-        metavar="ADDRESS",
-        help="run the jobs on an existing Ray cluster: auto, or its address host:port (docs/cluster.md)",
-    )
     command.add_argument(
         "--num-envs", type=int, help="parallel training environments (default: those of the budget)"
     )
@@ -98,7 +93,6 @@ def main(argv: list[str] | None = None) -> int:
             parse_runs(options.runs),
             out=options.out,
             jobs=options.jobs,
-            ray=options.ray,
             num_envs=options.num_envs,
             num_threads=options.num_threads,
             progress=not options.quiet,

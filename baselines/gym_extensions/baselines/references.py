@@ -22,7 +22,6 @@ import msgspec
 from gym_extensions import experts
 from gym_extensions.baselines import algorithms
 from gym_extensions.baselines.entry import prepare
-from gym_extensions.baselines.execution.workers import Failure, Runnable, Workers, jobs_failed
 from gym_extensions.baselines.experts.checking import measured_again, shape_problem
 from gym_extensions.baselines.experts.measuring import QUICK
 from gym_extensions.baselines.progress import open_bars
@@ -39,6 +38,7 @@ from gym_extensions.baselines.training.events import (
 from gym_extensions.baselines.training.jobs import Settings, TrainingJob, training_seed
 from gym_extensions.baselines.training.request import parse_groups, parse_names, parse_runs, require_positive
 from gym_extensions.baselines.training.runner import PendingJob
+from gym_extensions.baselines.workers import Failure, Runnable, Workers, jobs_failed
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import (
     BUDGETS,

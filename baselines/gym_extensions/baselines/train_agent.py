@@ -5,8 +5,7 @@ from __future__ import annotations
 import shlex
 import shutil
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,15 +13,6 @@ from typing import Any
 from gym_extensions.baselines import algorithms, entry
 from gym_extensions.baselines.agent import Card, Factory, TaskLabel
 from gym_extensions.baselines.agent_checks import card_of, create_agent, observes_of
-from gym_extensions.baselines.execution.ray_cluster import Remote, ray_cluster
-from gym_extensions.baselines.execution.workers import (
-    Failure,
-    ThisProcess,
-    Workers,
-    failure_of,
-    jobs_failed,
-    require_sendable,
-)
 from gym_extensions.baselines.progress import TRAIN_LOG, check_callback, open_listeners, parse_logs
 from gym_extensions.baselines.training.checkpoints import CONTINUES, FinishedStage
 from gym_extensions.baselines.training.evaluation import first_actions, policy_of, require_agreement
@@ -38,6 +28,14 @@ from gym_extensions.baselines.training.request import (
 )
 from gym_extensions.baselines.training.runner import PendingJob
 from gym_extensions.baselines.training.usage import commit_of
+from gym_extensions.baselines.workers import (
+    Failure,
+    ThisProcess,
+    Workers,
+    failure_of,
+    jobs_failed,
+    require_sendable,
+)
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import evaluation_seed
 from gym_extensions.envs import make_vec
@@ -60,7 +58,6 @@ def train(
     *,
     out: str | Path,
     jobs: int = 0,
-    ray: str | None = None,
     num_envs: int | None = None,
     num_threads: int = 1,
     progress: bool = True,
@@ -86,8 +83,6 @@ def train(
         out: the submission's folder.
         jobs: number of worker processes with one thread each; the factory must pickle. 0 trains in this
             process with its number of threads.
-        ray: runs the jobs on an existing Ray cluster instead: ``"auto"`` or its address, such as
-            ``"10.0.0.5:6379"``. Needs the extra ``cluster`` (docs/cluster.md).
         num_envs: number of training environments; the budget's if None.
         num_threads: threads that step the training environments of one job, for one long job on several
             processors. Results do not depend on it.
@@ -111,8 +106,8 @@ def train(
     Raises:
         BenchError: an unknown name, a number out of range, a folder that cannot become the submission or
             belongs to another one or is being written by another process, an agent without a required method,
-            actions of a wrong shape, an exceeded budget, a missing extra, an unreachable Ray cluster,
-            or a callback that raised an exception. Finished stages stay. ``jobs-failed`` names the jobs that
+            actions of a wrong shape, an exceeded budget, a missing extra, or a callback that
+            raised an exception. Finished stages stay. ``jobs-failed`` names the jobs that
             failed, after the others have finished; if there is one job and it runs in this process, its own
             exception is raised.
 
@@ -124,7 +119,7 @@ def train(
     interim, logs = parse_interim(evaluate_every, evaluate_episodes), parse_logs(log)
     check_callback(callback)
     path = Path(out)
-    if jobs and ray is None:
+    if jobs:
         require_sendable(agent)
     settings = Settings(algorithms.name_of(agent), request.budget.name, num_envs)
     settings = _checked(algorithms.factory(agent), settings, path, request)
@@ -132,7 +127,8 @@ def train(
     if titles:
         entry.prepare(path)
     listeners = open_listeners(path, progress=progress, logs=logs, callback=callback)
-    with _open_executor(ray, jobs) as executor, entry.lock_runs(path, titles), listeners as listen:
+    executor = Workers(jobs) if jobs else ThisProcess()
+    with entry.lock_runs(path, titles), listeners as listen:
         # Another process may have finished a run before the locks were held.
         pending = [
             PendingJob(job, agent, settings, path, interim, num_threads) for job in _plan(path, request)
@@ -235,18 +231,8 @@ def _recorded_protocol(folder: Path) -> dict[str, Any]:
     return table
 
 
-@contextmanager
-def _open_executor(ray: str | None, processes: int) -> Iterator[Remote | Workers | ThisProcess]:
-    """Ray's cluster at an address, worker processes, or this process if there are 0."""
-    if ray is not None:
-        with ray_cluster(ray) as cluster:
-            yield cluster
-    else:
-        yield Workers(processes) if processes else ThisProcess()
-
-
 def _run(
-    pending: Sequence[PendingJob], executor: Remote | Workers | ThisProcess, listen: Listener, by: str
+    pending: Sequence[PendingJob], executor: Workers | ThisProcess, listen: Listener, by: str
 ) -> dict[str, Failure]:
     """Runs the jobs and writes each run when its last job has finished. Returns failures by title."""
     unfinished = Counter(each.job.run_title for each in pending)

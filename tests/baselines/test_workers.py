@@ -12,8 +12,8 @@ from typing import Any
 
 import pytest
 
-from gym_extensions.baselines.execution.workers import ThisProcess, Workers
 from gym_extensions.baselines.training.events import Event, JobFinished, Listener
+from gym_extensions.baselines.workers import ThisProcess, Workers
 
 JOBS = '''
 import os

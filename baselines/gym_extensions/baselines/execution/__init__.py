@@ -1,1 +1,0 @@
-"""Runs jobs in this process, in worker processes or on a cluster."""
