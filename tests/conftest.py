@@ -22,7 +22,9 @@ from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import TaskGroup, group
 from gym_extensions.catalog.protocol import BUDGETS, EVALUATION_EPISODES, FULL_ENTRY_RUNS, evaluation_seed
 from gym_extensions.rollouts.layout import DOCUMENT, LOG, POLICIES, run_file, run_key
-from gym_extensions.rollouts.policy import Policy
+from gym_extensions.rollouts.log import Episode, write_log
+from gym_extensions.rollouts.policies.files import content_sha256, npz_bytes, policy_keys, run_arrays
+from gym_extensions.rollouts.policies.mlp import Policy
 from gym_extensions.rollouts.review import Review, Verification, write_review
 from gym_extensions.rollouts.run import (
     Curve,
@@ -33,8 +35,6 @@ from gym_extensions.rollouts.run import (
     file_sha256,
     write_run,
 )
-from gym_extensions.rollouts.run_policies import content_sha256, npz_bytes, policy_keys, run_arrays
-from gym_extensions.rollouts.tables import Episode, write_log
 from gym_extensions.scoring.references import Reference, References
 
 

@@ -26,9 +26,9 @@ from gym_extensions.experts.references import CURRENT
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.run import read_run, write_run
 from gym_extensions.scoring import cli as score_cli
-from gym_extensions.scoring.boards import BoardKey
-from gym_extensions.scoring.leaderboard import board
 from gym_extensions.scoring.pipeline import score_folder
+from gym_extensions.scoring.ranking.boards import BoardKey
+from gym_extensions.scoring.ranking.group_board import board
 from gym_extensions.scoring.references import load_references, read_references
 
 LIGHT = """

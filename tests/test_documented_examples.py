@@ -18,12 +18,12 @@ import pytest
 from gym_extensions.__main__ import main
 from gym_extensions.catalog.protocol import BUDGETS
 from gym_extensions.rollouts.layout import MAX_FILE_BYTES
-from gym_extensions.rollouts.policy_arrays import KEYS
+from gym_extensions.rollouts.log import LOG_COLUMNS
+from gym_extensions.rollouts.policies.arrays import KEYS
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.review import Decision, Verification, review_of
 from gym_extensions.rollouts.rules.__main__ import with_table
 from gym_extensions.rollouts.run import Machine, Memory, PolicyFile, RunDocument, Versions
-from gym_extensions.rollouts.tables import LOG_COLUMNS
 from gym_extensions.scoring.output.schema import tables, updated
 
 ROOT = Path(__file__).resolve().parents[1]

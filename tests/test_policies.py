@@ -11,7 +11,7 @@ import pytest
 
 from gym_extensions import policies
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.policy import Policy
+from gym_extensions.rollouts.policies.mlp import Policy
 from gym_extensions.rollouts.run import read_run, write_run
 
 RUN = "hopper-gravity/sequential/run0.json"

@@ -16,7 +16,7 @@ from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS, STANDARD_BUDGET
 from gym_extensions.scoring.landscapes import EXTRAPOLATION, INTERPOLATION, best, landscapes_of
 from gym_extensions.scoring.landscapes import summary as summary_of
 from gym_extensions.scoring.metrics import BY_NAME, MetricValue
-from gym_extensions.scoring.ranking.core import IN_OTHER_WAYS
+from gym_extensions.scoring.ranking.core_board import IN_OTHER_WAYS
 from gym_extensions.scoring.references import load_references
 from gym_extensions.scoring.statistics import difference, holm, summary, two_sided_p, welch, zero_mean_p
 from gym_extensions.site.text import fixed, interval

@@ -17,9 +17,9 @@ import numpy as np
 import pytest
 
 from gym_extensions.catalog.groups import group
-from gym_extensions.rollouts.policy import Policy
+from gym_extensions.rollouts.policies.files import AnyPolicy, Key, read_policies
+from gym_extensions.rollouts.policies.mlp import Policy
 from gym_extensions.rollouts.run import PolicyFile, read_run
-from gym_extensions.rollouts.run_policies import AnyPolicy, Key, read_policies
 from gym_extensions.verification.episodes import Store
 from gym_extensions.verification.fetch import Fetcher
 from gym_extensions.verification.verify import verify

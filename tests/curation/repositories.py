@@ -14,9 +14,9 @@ from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.curation.gate import Request, check_pull_request
 from gym_extensions.curation.git import Repository
 from gym_extensions.curation.report import GateReport
-from gym_extensions.rollouts.policy import Policy
+from gym_extensions.rollouts.policies.files import content_sha256, npz_bytes, policy_keys, run_arrays
+from gym_extensions.rollouts.policies.mlp import Policy
 from gym_extensions.rollouts.run import PolicyFile, read_run, write_run
-from gym_extensions.rollouts.run_policies import content_sha256, npz_bytes, policy_keys, run_arrays
 
 from ..conftest import MANIFEST, write_submission
 

@@ -12,7 +12,7 @@ from gym_extensions.curation import gate
 from gym_extensions.curation.cli import maintain
 from gym_extensions.curation.report import comment
 from gym_extensions.scoring.records import Record, read_review
-from gym_extensions.verification import records
+from gym_extensions.verification import record_runs
 
 from ..verification.made_records import change_card, claim_more, lower_the_bar, make_record, record_path
 from .repositories import checked, commit, git, make_repository, rules
@@ -27,7 +27,7 @@ def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A repository whose branch ``request``, which is checked out, adds a record. It runs in this process."""
     lower_the_bar(monkeypatch)
     monkeypatch.setattr(gate, "answers", lambda job, call, limits: gate.judge(call))
-    monkeypatch.setattr(records, "answers", lambda job, call, limits: records.play(call))
+    monkeypatch.setattr(record_runs, "answers", lambda job, call, limits: record_runs.play(call))
     folder = make_repository(tmp_path / "project")
     commit(folder, {"records/README.md": "Records.\n", "scoring/rank.py": "rank = 1\n"})
     git(folder, "switch", "--quiet", "-c", "request")

@@ -17,12 +17,12 @@ from gym_extensions.curation.cli import maintain
 from gym_extensions.curation.gate import Request, check_pull_request
 from gym_extensions.curation.git import Repository
 from gym_extensions.curation.report import GateReport
-from gym_extensions.rollouts import run_policies
+from gym_extensions.rollouts.policies.files import policy_keys
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.review import level, read_review
 from gym_extensions.rollouts.run import Memory, read_run
 from gym_extensions.scoring.entry.scorer import score
-from gym_extensions.scoring.leaderboard import boards
+from gym_extensions.scoring.ranking.group_board import boards
 from gym_extensions.scoring.references import Reference, References
 
 from ..verification import entries
@@ -71,7 +71,7 @@ class Project:
         git(self.fork, "fetch", "--quiet", "origin")
         git(self.fork, "switch", "--quiet", "-c", f"run{run}-{seed}", start)
         entry = self.fork / "submissions" / "new"
-        keys = run_policies.policy_keys("sequential", group(GROUP))
+        keys = policy_keys("sequential", group(GROUP))
         policies = {key: entries.network(100 * seed + number) for number, key in enumerate(keys)}
         entries.write_run_files(entry, "sequential", run, policies)
         document = entry / GROUP / "sequential" / f"run{run}.json"

@@ -11,7 +11,7 @@ from scipy import stats
 from gym_extensions.catalog.groups import CORE, CORES
 from gym_extensions.curation.cli import maintain
 from gym_extensions.curation.wanted import power_at_next_look
-from gym_extensions.scoring.boards import CorePair
+from gym_extensions.scoring.ranking.boards import CorePair
 
 from ..conftest import MANIFEST, write_submission
 

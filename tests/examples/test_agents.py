@@ -14,7 +14,7 @@ import pytest
 from gym_extensions import results
 from gym_extensions.baselines import Context, train
 from gym_extensions.envs import MotorNoise, TaskGroup, customize
-from gym_extensions.rollouts.run_policies import read_policies
+from gym_extensions.rollouts.policies.files import read_policies
 
 GROUP = TaskGroup(  # two tasks whose episodes are short
     "short-hoppers",

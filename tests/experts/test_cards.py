@@ -15,7 +15,7 @@ from gym_extensions.catalog.tasks import TASKS, task
 from gym_extensions.errors import BenchError
 from gym_extensions.experts import Card, Measurement, Step
 from gym_extensions.experts.cards import PURPOSES
-from gym_extensions.rollouts.policy import Policy
+from gym_extensions.rollouts.policies.mlp import Policy
 
 
 def make_policy() -> Policy:

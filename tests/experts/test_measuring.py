@@ -10,7 +10,7 @@ from gym_extensions.baselines.experts import measuring
 from gym_extensions.baselines.experts.measuring import fitted
 from gym_extensions.baselines.experts.recipes import meant
 from gym_extensions.catalog.tasks import task
-from gym_extensions.rollouts.policy import Policy
+from gym_extensions.rollouts.policies.mlp import Policy
 
 RNG = np.random.default_rng(0)
 

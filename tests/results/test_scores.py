@@ -13,10 +13,10 @@ import pytest
 from gym_extensions import results
 from gym_extensions.catalog.groups import CORE, CORES, groups_named
 from gym_extensions.errors import BenchError
-from gym_extensions.scoring.boards import BoardKey
-from gym_extensions.scoring.leaderboard import board
 from gym_extensions.scoring.metrics import BOARD_METRICS, METRICS
 from gym_extensions.scoring.pipeline import score_folder, score_folders
+from gym_extensions.scoring.ranking.boards import BoardKey
+from gym_extensions.scoring.ranking.group_board import board
 from gym_extensions.scoring.references import Reference, References
 
 from ..conftest import MANIFEST, write_submission

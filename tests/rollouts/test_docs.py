@@ -9,13 +9,13 @@ import msgspec
 
 from gym_extensions.catalog.protocol import BUDGETS
 from gym_extensions.rollouts import layout
+from gym_extensions.rollouts.log import LOG_COLUMNS
 from gym_extensions.rollouts.manifest import SECTIONS, Manifest
-from gym_extensions.rollouts.policy_arrays import KEYS
+from gym_extensions.rollouts.policies.arrays import KEYS
 from gym_extensions.rollouts.review import Decision, Verification
 from gym_extensions.rollouts.rules import RULES
 from gym_extensions.rollouts.rules.__main__ import BEGIN, END, rules_table, with_table
 from gym_extensions.rollouts.run import RunDocument
-from gym_extensions.rollouts.tables import LOG_COLUMNS
 
 PAGE = (Path(__file__).parents[2] / "docs" / "rollout-log.md").read_text(encoding="utf-8")
 

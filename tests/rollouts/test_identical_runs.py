@@ -11,9 +11,9 @@ import pytest
 
 from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, stages
+from gym_extensions.rollouts.log import Log
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.submission import SubmittedGroup, first_identical_runs, scored_runs, select_runs
-from gym_extensions.rollouts.tables import Log
 
 HOPPER = group("hopper-gravity")
 

@@ -21,7 +21,7 @@ from scipy.special import stdtr, stdtrit
 
 from gym_extensions.catalog.groups import CORE, CORES
 from gym_extensions.scoring.pipeline import find_submissions, make_scorer
-from gym_extensions.scoring.ranking.core import LOOK_LEVELS, LOOKS
+from gym_extensions.scoring.ranking.core_board import LOOK_LEVELS, LOOKS
 from gym_extensions.scoring.statistics import ALPHA
 
 Array = NDArray[np.float64]

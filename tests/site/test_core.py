@@ -10,8 +10,8 @@ import pytest
 
 from gym_extensions.catalog.groups import CORE, CORES, SUITES, group
 from gym_extensions.catalog.groups import GROUPS as GROUP_IDS
-from gym_extensions.scoring.boards import CoreBoard, CoreCost
-from gym_extensions.scoring.leaderboard import core as core_board
+from gym_extensions.scoring.ranking.boards import CoreBoard, CoreCost
+from gym_extensions.scoring.ranking.core_board import core as core_board
 from gym_extensions.site import core
 from gym_extensions.site.text import split_version
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from gym_extensions.scoring.output.frames import csv_text
+from gym_extensions.scoring.output.tables import csv_text
 from gym_extensions.site.exports import bibtex, commands, software_bibtex
 
 from .browser import Reader, files, typed

@@ -17,8 +17,8 @@ from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.tasks import TASKS, task
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.layout import run_file
-from gym_extensions.rollouts.policy import Policy
-from gym_extensions.rollouts.run_policies import write_policies
+from gym_extensions.rollouts.policies.files import write_policies
+from gym_extensions.rollouts.policies.mlp import Policy
 from gym_extensions.site import mujoco_wasm, play
 from gym_extensions.site.build import Site
 from gym_extensions.site.mujoco_wasm import Simulator

@@ -15,7 +15,17 @@ from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import group as group_of
 from gym_extensions.catalog.protocol import BUDGETS, EVALUATION_EPISODES, evaluation_seed, stages
 from gym_extensions.rollouts.layout import DOCUMENT, LOG, POLICIES, run_file
-from gym_extensions.rollouts.policy import Policy
+from gym_extensions.rollouts.log import Episode, read_log, write_log
+from gym_extensions.rollouts.policies.files import (
+    AnyPolicy,
+    Key,
+    content_sha256,
+    policy_keys,
+    read_policies,
+    run_arrays,
+    write_policies,
+)
+from gym_extensions.rollouts.policies.mlp import Policy
 from gym_extensions.rollouts.run import (
     Memory,
     PolicyFile,
@@ -25,16 +35,6 @@ from gym_extensions.rollouts.run import (
     read_run,
     write_run,
 )
-from gym_extensions.rollouts.run_policies import (
-    AnyPolicy,
-    Key,
-    content_sha256,
-    policy_keys,
-    read_policies,
-    run_arrays,
-    write_policies,
-)
-from gym_extensions.rollouts.tables import Episode, read_log, write_log
 from gym_extensions.verification.episodes import Cell, Player
 from gym_extensions.verification.verify import this_machine
 from gym_extensions.versions import version

@@ -17,16 +17,16 @@ pytest.importorskip("onnxruntime", reason="needs the extra onnx")
 from gym_extensions.catalog.groups import group
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.layout import RUN_FILE
+from gym_extensions.rollouts.policies.files import content_sha256, network_files, read_arrays
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.review import read_review
 from gym_extensions.rollouts.run import PolicyFile, read_run
-from gym_extensions.rollouts.run_policies import content_sha256, network_files, read_arrays
 from gym_extensions.verification import episodes
 from gym_extensions.verification.cli import main
 from gym_extensions.verification.verify import repetition, runs_of
 from gym_extensions.versions import version
 
-from ..rollouts.networks import endless
+from ..rollouts.policies.networks import endless
 from .entries import change_document
 
 PAGE = Path(__file__).parents[2] / "docs" / "policies.md"

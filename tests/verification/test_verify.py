@@ -8,10 +8,10 @@ import msgspec
 import pytest
 
 from gym_extensions.catalog.groups import group
+from gym_extensions.rollouts.policies.files import policy_keys, read_policies
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.review import level, read_review
 from gym_extensions.rollouts.run import PolicyFile, read_run
-from gym_extensions.rollouts.run_policies import policy_keys, read_policies
 from gym_extensions.scoring.poses import load_entry
 from gym_extensions.verification import episodes
 from gym_extensions.verification.cli import main

@@ -41,8 +41,10 @@ from gym_extensions.rollouts.layout import (
     RUN_FILE,
     run_file,
 )
+from gym_extensions.rollouts.log import write_log
 from gym_extensions.rollouts.manifest import RECORDED
-from gym_extensions.rollouts.onnx_policy import RUNTIME
+from gym_extensions.rollouts.policies.files import content_sha256, npz_bytes, policy_files
+from gym_extensions.rollouts.policies.onnx import RUNTIME
 from gym_extensions.rollouts.run import (
     Machine,
     Memory,
@@ -53,8 +55,6 @@ from gym_extensions.rollouts.run import (
     read_run,
     write_run,
 )
-from gym_extensions.rollouts.run_policies import content_sha256, npz_bytes, policy_files
-from gym_extensions.rollouts.tables import write_log
 from gym_extensions.versions import version
 
 MANIFEST_KEYS = (

@@ -25,6 +25,7 @@ from gym_extensions.catalog.tasks import Task
 from gym_extensions.envs import mujoco_arms, mujoco_humanoid, mujoco_planar
 from gym_extensions.envs.effects.base import Effect
 from gym_extensions.envs.effects.registry import check_variations, effects_of
+from gym_extensions.envs.mujoco_base import Rules
 from gym_extensions.envs.mujoco_model import asset, compile_model
 from gym_extensions.envs.protocols import (
     Array,
@@ -34,7 +35,6 @@ from gym_extensions.envs.protocols import (
     require_reset,
     success_test,
 )
-from gym_extensions.envs.rules import Rules
 
 
 class Implementation(NamedTuple):

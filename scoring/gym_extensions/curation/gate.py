@@ -32,7 +32,7 @@ from gym_extensions.scoring.references import load_references
 from gym_extensions.verification.episodes import Cell, Player, played
 from gym_extensions.verification.limits import Limits, answers
 from gym_extensions.verification.new_seeds import files_digest
-from gym_extensions.verification.records import sample
+from gym_extensions.verification.record_runs import sample
 from gym_extensions.verification.verify import SAMPLED, Run, repetition, runs_of
 
 CODEOWNERS = ".github/CODEOWNERS"

@@ -13,10 +13,9 @@ from gym_extensions.baselines import algorithms
 from gym_extensions.baselines.entry import finished_runs
 from gym_extensions.catalog.groups import CORE, CORES, group
 from gym_extensions.rollouts.manifest import RECORDED
-from gym_extensions.scoring.boards import CoreBoard, CoreEntry, CorePair
-from gym_extensions.scoring.leaderboard import core
 from gym_extensions.scoring.pipeline import Scorer, make_scorer, scorecards
-from gym_extensions.scoring.ranking.core import LOOK_LEVELS
+from gym_extensions.scoring.ranking.boards import CoreBoard, CoreEntry, CorePair
+from gym_extensions.scoring.ranking.core_board import LOOK_LEVELS, core
 from gym_extensions.scoring.scorecard import Scorecard
 
 NORMAL = NormalDist()

@@ -20,9 +20,9 @@ from gym_extensions.envs.fingerprint import require_published_engine
 from gym_extensions.errors import BenchError, did_you_mean
 from gym_extensions.rollouts.layout import run_key
 from gym_extensions.rollouts.manifest import Manifest
+from gym_extensions.rollouts.policies.files import AnyPolicy
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.review import CLAIMED, level
-from gym_extensions.rollouts.run_policies import AnyPolicy
 from gym_extensions.scoring.pipeline import refuse_problems
 from gym_extensions.versions import version
 

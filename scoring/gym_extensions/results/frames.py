@@ -13,10 +13,10 @@ from gym_extensions.catalog.protocol import PROTOCOLS, Budget
 from gym_extensions.catalog.protocol import budget as budget_named
 from gym_extensions.errors import BenchError, did_you_mean
 from gym_extensions.rollouts.layout import PROGRESS, UNFINISHED_CURVES
+from gym_extensions.rollouts.log import CURVE_COLUMNS, stage_steps
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.submission import Submission, SubmittedGroup
-from gym_extensions.rollouts.tables import CURVE_COLUMNS, stage_steps
-from gym_extensions.scoring.output.frames import typed
+from gym_extensions.scoring.output.tables import typed
 from gym_extensions.scoring.pipeline import Paths, find_submissions, refuse_problems
 
 CustomGroups = Iterable[str | Path | TaskGroup]

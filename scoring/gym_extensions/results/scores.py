@@ -17,11 +17,8 @@ from gym_extensions.errors import BenchError, did_you_mean
 from gym_extensions.metrics import compute
 from gym_extensions.results.frames import CustomGroups, chosen_columns
 from gym_extensions.rollouts.reader import read
-from gym_extensions.scoring.boards import BoardKey, CoreBoard
 from gym_extensions.scoring.entry.returns import results as raw_results
-from gym_extensions.scoring.leaderboard import board as board_of
-from gym_extensions.scoring.leaderboard import core as core_of
-from gym_extensions.scoring.output.frames import (
+from gym_extensions.scoring.output.tables import (
     CORE_DTYPES,
     METRIC_DTYPES,
     PAIR_DTYPES,
@@ -41,6 +38,9 @@ from gym_extensions.scoring.pipeline import (
     scorecard_document,
     valid_scorecards,
 )
+from gym_extensions.scoring.ranking.boards import BoardKey, CoreBoard
+from gym_extensions.scoring.ranking.core_board import core as core_of
+from gym_extensions.scoring.ranking.group_board import board as board_of
 from gym_extensions.scoring.references import Reference
 
 

@@ -12,7 +12,9 @@ from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts import layout, rules
 from gym_extensions.rollouts.layout import DOCUMENT, LOG, POLICIES, Folder, run_file, run_key, scan
+from gym_extensions.rollouts.log import TableError, log_frame, log_of
 from gym_extensions.rollouts.manifest import Manifest, manifest_of, parse
+from gym_extensions.rollouts.policies.files import AnyPolicy, has_policies, read_arrays
 from gym_extensions.rollouts.problem import Problem, Scope, summarize
 from gym_extensions.rollouts.review import Review, review_of
 from gym_extensions.rollouts.rules.document import SubmittedRun
@@ -21,9 +23,7 @@ from gym_extensions.rollouts.rules.log import GroupLogs, LogRows
 from gym_extensions.rollouts.rules.manifest import ManifestInFolder
 from gym_extensions.rollouts.rules.policies import RunPolicies
 from gym_extensions.rollouts.run import RunDocument, run_of
-from gym_extensions.rollouts.run_policies import AnyPolicy, has_policies, read_arrays
 from gym_extensions.rollouts.submission import Submission, SubmittedGroup, scored_runs
-from gym_extensions.rollouts.tables import TableError, log_frame, log_of
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -81,7 +81,7 @@ class InterimEvaluation(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
 class PolicyFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The policies of the run: the digest of their arrays, the bytes of the file, and where it lies.
 
-    ``sha256`` is that of the content (:func:`gym_extensions.rollouts.run_policies.content_sha256`). ``url``
+    ``sha256`` is that of the content (:func:`gym_extensions.rollouts.policies.files.content_sha256`). ``url``
     is empty if the files lie beside the document; ``size`` is their sum.
     """
 

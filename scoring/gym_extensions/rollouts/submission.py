@@ -10,11 +10,11 @@ import numpy as np
 
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.rollouts.layout import run_key
+from gym_extensions.rollouts.log import Floats, Log
 from gym_extensions.rollouts.manifest import Manifest
 from gym_extensions.rollouts.problem import Problem
 from gym_extensions.rollouts.review import Review
 from gym_extensions.rollouts.run import Memory, RunDocument
-from gym_extensions.rollouts.tables import Floats, Log
 
 TOLERANCE = 1e-5
 """Largest difference of identical returns, absolute and relative: a copy with noise is the same run."""

@@ -76,9 +76,9 @@ def _print(text: str) -> None:
 
 
 def _compare(paths: list[Path], scorer: Scorer, as_json: bool) -> int:
-    from gym_extensions.scoring.leaderboard import compare
     from gym_extensions.scoring.output import screen
     from gym_extensions.scoring.pipeline import find_submissions
+    from gym_extensions.scoring.ranking.comparison import compare
 
     cards = []
     for path in paths:
@@ -130,7 +130,7 @@ def _score(options: argparse.Namespace, scorer: Scorer) -> int:
 def _as_text(document: ScorecardDocument, options: argparse.Namespace) -> str:
     if options.json:
         return document.to_json()
-    from gym_extensions.scoring.output.frames import csv_text, markdown_text  # loads pandas
+    from gym_extensions.scoring.output.tables import csv_text, markdown_text  # loads pandas
 
     return csv_text(document) if options.csv else markdown_text(document)
 

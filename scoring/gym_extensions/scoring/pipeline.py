@@ -17,7 +17,7 @@ from gym_extensions.rollouts.problem import Problem, escape
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.submission import Submission
 from gym_extensions.scoring.entry.scorer import score
-from gym_extensions.scoring.leaderboard import boards
+from gym_extensions.scoring.ranking.group_board import boards
 from gym_extensions.scoring.references import (
     RULERS,
     References,

@@ -21,9 +21,16 @@ from gym_extensions.envs.fingerprint import engine, require_published_engine
 from gym_extensions.envs.rollout import Outcome, run_episodes
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes
-from gym_extensions.rollouts import run_policies
 from gym_extensions.rollouts.layout import run_key
-from gym_extensions.rollouts.onnx_policy import MISSING, RUNTIME, OnnxPolicy
+from gym_extensions.rollouts.policies.files import (
+    AnyPolicy,
+    Key,
+    content_sha256,
+    npz_arrays,
+    policies_of,
+    read_arrays,
+)
+from gym_extensions.rollouts.policies.onnx import MISSING, RUNTIME, OnnxPolicy
 from gym_extensions.verification.limits import Limits, answers, end_all
 from gym_extensions.versions import blas_kernels, version, version_or_none
 
@@ -69,7 +76,7 @@ class RunRequest:
         """The name of the run, ``group/protocol/runN``."""
         return run_key(self.group, self.protocol, self.run)
 
-    def key(self, group: TaskGroup, cell: Cell) -> run_policies.Key:
+    def key(self, group: TaskGroup, cell: Cell) -> Key:
         """The key of the policy of a cell."""
         return cell.stage, group.tasks[cell.task].name if self.protocol == "single" else None
 
@@ -112,7 +119,7 @@ class Player:
         return self._envs[task, count]
 
     def outcomes(
-        self, policy: run_policies.AnyPolicy, cell: Cell, watch: Callable[[Any, Any], None] | None = None
+        self, policy: AnyPolicy, cell: Cell, watch: Callable[[Any, Any], None] | None = None
     ) -> list[Outcome]:
         """The outcomes of a cell, an episode per seed.
 
@@ -146,7 +153,7 @@ class Player:
             self._envs.popitem()[1].close()
 
 
-def stored_policies(request: RunRequest, group: TaskGroup) -> dict[run_policies.Key, run_policies.AnyPolicy]:
+def stored_policies(request: RunRequest, group: TaskGroup) -> dict[Key, AnyPolicy]:
     """The policies of a run.
 
     Raises:
@@ -154,13 +161,13 @@ def stored_policies(request: RunRequest, group: TaskGroup) -> dict[run_policies.
             task although the agent does not observe it.
     """
     if request.file:
-        arrays = run_policies.npz_arrays(Path(request.file).read_bytes())
+        arrays = npz_arrays(Path(request.file).read_bytes())
     else:
-        arrays = run_policies.read_arrays(Path(request.folder), group, request.protocol, request.run)
-    if (digest := run_policies.content_sha256(arrays)) != request.policies:
+        arrays = read_arrays(Path(request.folder), group, request.protocol, request.run)
+    if (digest := content_sha256(arrays)) != request.policies:
         message = f"The policies have the digest {digest[:12]}…; the run states {request.policies[:12]}…."
         raise BenchError(BAD_POLICIES, message)
-    policies = run_policies.policies_of(arrays, group, request.protocol)
+    policies = policies_of(arrays, group, request.protocol)
     rows = max((policy.num_tasks for policy in policies.values()), default=0)
     if rows and not request.observes_task:
         raise BenchError(BAD_POLICIES, "A policy depends on the task, which the agent does not observe.")

@@ -23,9 +23,9 @@ from gym_extensions.baselines.train_agent import reference_agent, retrain
 from gym_extensions.baselines.training.usage import commit_of, processor
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.envs.rollout import Outcome
+from gym_extensions.rollouts.log import log_of, read_log
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.run import RunDocument
-from gym_extensions.rollouts.tables import log_of, read_log
 from gym_extensions.scoring.statistics import holm, summary, two_sided_p, welch
 from gym_extensions.verification.verify import Report, Run, differing, logged_cells, runs_of
 from gym_extensions.versions import blas_kernels, version_or_none

@@ -18,13 +18,13 @@ from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, evaluation_seed
 from gym_extensions.envs.rollout import Outcome
 from gym_extensions.rollouts.layout import run_key
-from gym_extensions.rollouts.onnx_policy import RUNTIME
+from gym_extensions.rollouts.log import Log
+from gym_extensions.rollouts.policies.onnx import RUNTIME
 from gym_extensions.rollouts.problem import Problem
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.review import Review, Verification, read_review, write_review
 from gym_extensions.rollouts.run import RunDocument
 from gym_extensions.rollouts.submission import Submission
-from gym_extensions.rollouts.tables import Log
 from gym_extensions.verification import new_seeds
 from gym_extensions.verification.episodes import Cell, Played, RunRequest, Store, run_all
 from gym_extensions.verification.fetch import Fetcher

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 from markupsafe import Markup, escape
 
-from gym_extensions.scoring.boards import CoreBoard, CoreCost, CoreEntry, CoreReference
-from gym_extensions.scoring.leaderboard import core
 from gym_extensions.scoring.metrics import MetricValue
+from gym_extensions.scoring.ranking.boards import CoreBoard, CoreCost, CoreEntry, CoreReference
+from gym_extensions.scoring.ranking.core_board import core
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.site.boards import value_of
 from gym_extensions.site.charts.strips import MARGIN, WIDTH

@@ -18,10 +18,10 @@ from gym_extensions.catalog.protocol import BUDGETS, FULL_ENTRY_RUNS
 from gym_extensions.catalog.sheets import sheet
 from gym_extensions.catalog.tasks import TASKS
 from gym_extensions.rollouts.review import REPORTED
-from gym_extensions.scoring.boards import BoardsDocument
-from gym_extensions.scoring.output.frames import board_frame, csv_text, to_csv
 from gym_extensions.scoring.output.schema import schema_texts
+from gym_extensions.scoring.output.tables import board_frame, csv_text, to_csv
 from gym_extensions.scoring.poses import load_entry
+from gym_extensions.scoring.ranking.boards import BoardsDocument
 from gym_extensions.scoring.scorecard import ReferenceValue, Scorecard, ScorecardDocument
 from gym_extensions.site import api, exports, speed
 from gym_extensions.site.boards import Frame, Leaderboard

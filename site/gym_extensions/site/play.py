@@ -22,8 +22,8 @@ from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.catalog.tasks import TASKS, Task
 from gym_extensions.catalog.variations import Gravity, LimbScale, RangeSensor, Wall
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.policy import Policy
-from gym_extensions.rollouts.run_policies import has_policies, read_policies
+from gym_extensions.rollouts.policies.files import has_policies, read_policies
+from gym_extensions.rollouts.policies.mlp import Policy
 from gym_extensions.site.api import entry_path, slug
 from gym_extensions.site.boards import Board, Leaderboard, Row
 from gym_extensions.site.mujoco_wasm import Simulator, license_of

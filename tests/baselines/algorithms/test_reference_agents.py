@@ -15,7 +15,7 @@ from gym_extensions.baselines.agent_checks import card_of
 from gym_extensions.baselines.training.recorder import Recorder
 from gym_extensions.envs import make_vec
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.policy import Policy
+from gym_extensions.rollouts.policies.mlp import Policy
 
 NAMES = (
     "cloning",

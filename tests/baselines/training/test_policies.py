@@ -12,9 +12,9 @@ from gym_extensions.baselines import entry, train
 from gym_extensions.baselines.training.evaluation import policy_of
 from gym_extensions.catalog.groups import with_custom
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.policy import Policy
+from gym_extensions.rollouts.policies.files import policy_keys, read_policies
+from gym_extensions.rollouts.policies.mlp import Policy
 from gym_extensions.rollouts.reader import read
-from gym_extensions.rollouts.run_policies import policy_keys, read_policies
 
 from ..conftest import QUICK_GROUP
 

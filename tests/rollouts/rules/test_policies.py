@@ -8,9 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from gym_extensions.catalog.groups import group
-from gym_extensions.rollouts.policy import Policy
-from gym_extensions.rollouts.reader import read
-from gym_extensions.rollouts.run_policies import (
+from gym_extensions.rollouts.policies.files import (
     Key,
     content_sha256,
     npz_arrays,
@@ -18,6 +16,8 @@ from gym_extensions.rollouts.run_policies import (
     run_arrays,
     write_policies,
 )
+from gym_extensions.rollouts.policies.mlp import Policy
+from gym_extensions.rollouts.reader import read
 
 from ..examples import (
     POLICIES,

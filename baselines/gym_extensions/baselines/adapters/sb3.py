@@ -36,7 +36,7 @@ from gym_extensions.baselines.agent import (
 )
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.manifest import LONG, hyperparameter_error
-from gym_extensions.rollouts.run_policies import AnyPolicy
+from gym_extensions.rollouts.policies.files import AnyPolicy
 
 Callback = BaseCallback | list[BaseCallback] | Callable[[dict[str, Any], dict[str, Any]], bool] | None
 """What SB3's ``learn(callback=…)`` accepts."""

@@ -17,10 +17,10 @@ from stable_baselines3.common.torch_layers import FlattenExtractor
 
 from gym_extensions.baselines.agent import Array
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.onnx_policy import OnnxPolicy
-from gym_extensions.rollouts.policy import Policy
-from gym_extensions.rollouts.policy_conversion import from_torch
-from gym_extensions.rollouts.run_policies import AnyPolicy
+from gym_extensions.rollouts.policies.conversion import from_torch
+from gym_extensions.rollouts.policies.files import AnyPolicy
+from gym_extensions.rollouts.policies.mlp import Policy
+from gym_extensions.rollouts.policies.onnx import OnnxPolicy
 
 ACTIVATIONS: dict[type[torch.nn.Module], str] = {
     torch.nn.Tanh: "tanh",
@@ -34,7 +34,7 @@ SUPPORTED = ", ".join(["Linear", *(kind.__name__ for kind in ACTIVATIONS)])
 
 
 class Layers(TypedDict):
-    """Arguments of :class:`gym_extensions.rollouts.policy.Policy`."""
+    """Arguments of :class:`gym_extensions.rollouts.policies.mlp.Policy`."""
 
     weights: tuple[Array, ...]
     biases: tuple[Array, ...]

@@ -17,7 +17,7 @@ from gym_extensions.baselines.agent import (
     save_arrays,
     saved_generator,
 )
-from gym_extensions.rollouts.policy import Policy
+from gym_extensions.rollouts.policies.mlp import Policy
 
 
 class Random:

@@ -20,7 +20,7 @@ from gym_extensions.baselines.trpo.policy import (
     scale,
 )
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.policy import Policy
+from gym_extensions.rollouts.policies.mlp import Policy
 
 
 @dataclass(frozen=True)

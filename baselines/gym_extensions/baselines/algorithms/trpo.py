@@ -36,7 +36,7 @@ from gym_extensions.baselines.trpo.policy import (
 )
 from gym_extensions.baselines.trpo.update import Penalty, TrustRegion, updated
 from gym_extensions.baselines.trpo.values import Collector, Transitions, ValueFit, ValueFunction, advantages
-from gym_extensions.rollouts.policy import Policy
+from gym_extensions.rollouts.policies.mlp import Policy
 
 
 @dataclass(frozen=True)

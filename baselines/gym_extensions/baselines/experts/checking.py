@@ -14,7 +14,7 @@ from gym_extensions.catalog.tasks import Task
 from gym_extensions.catalog.tasks import task as published_task
 from gym_extensions.experts import seed
 from gym_extensions.experts.references import CURRENT, REFERENCES, parse_file
-from gym_extensions.rollouts.policy import Policy
+from gym_extensions.rollouts.policies.mlp import Policy
 
 THRESHOLD = 1.05
 """Normalized return of a cell's log from which it is evaluated."""

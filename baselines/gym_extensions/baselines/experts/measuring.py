@@ -25,9 +25,9 @@ from gym_extensions.envs.rollout import run_episodes
 from gym_extensions.experts import Card, Measurement, Step, seed
 from gym_extensions.experts.references import CURRENT, REFERENCES, parse_file
 from gym_extensions.files import write_text
-from gym_extensions.rollouts.policy import Policy
-from gym_extensions.rollouts.run_policies import has_policies, read_policies
-from gym_extensions.rollouts.tables import read_log
+from gym_extensions.rollouts.log import read_log
+from gym_extensions.rollouts.policies.files import has_policies, read_policies
+from gym_extensions.rollouts.policies.mlp import Policy
 
 LANES = 100
 """Episodes that are stepped together. A matrix product may depend on it in the last bit, so it is fixed."""

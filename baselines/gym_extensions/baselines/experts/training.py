@@ -21,7 +21,7 @@ from gym_extensions.catalog.tasks import task as published_task
 from gym_extensions.envs import make_vec
 from gym_extensions.experts import seed as seed_of
 from gym_extensions.experts import write_policy
-from gym_extensions.rollouts.policy import Policy
+from gym_extensions.rollouts.policies.mlp import Policy
 
 MOMENTS_COUNT = 1e6
 """Observations that the moments of a policy count as when it is trained further."""

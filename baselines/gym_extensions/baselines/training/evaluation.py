@@ -19,10 +19,10 @@ from gym_extensions.catalog.tasks import Task
 from gym_extensions.envs import make_vec
 from gym_extensions.envs.rollout import Outcome, Watch, clip_actions, run_episodes
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.onnx_policy import OnnxPolicy
-from gym_extensions.rollouts.policy import mean_and_log_sigma, to_action
-from gym_extensions.rollouts.run_policies import AnyPolicy
-from gym_extensions.rollouts.tables import Episode
+from gym_extensions.rollouts.log import Episode
+from gym_extensions.rollouts.policies.files import AnyPolicy
+from gym_extensions.rollouts.policies.mlp import mean_and_log_sigma, to_action
+from gym_extensions.rollouts.policies.onnx import OnnxPolicy
 
 MeanReturns = Callable[[Agent, Sequence[Task], int], Iterator[float]]
 """The mean return of an agent on each task, over a number of episodes per task."""

@@ -22,8 +22,8 @@ from gym_extensions.baselines.training.jobs import Interim, Stage, TrainingJob, 
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.envs.rollout import clip_actions
 from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.log import CurvePoint, append_curves
 from gym_extensions.rollouts.run import Curve, InterimEvaluation
-from gym_extensions.rollouts.tables import CurvePoint, append_curves
 
 SPACES = ("single_observation_space", "single_action_space", "observation_space", "action_space")
 EXCESS = 0.02

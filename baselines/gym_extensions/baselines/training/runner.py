@@ -35,7 +35,7 @@ from gym_extensions.catalog.protocol import budget
 from gym_extensions.envs import make_vec
 from gym_extensions.envs.fingerprint import fingerprint_of
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.tables import Episode
+from gym_extensions.rollouts.log import Episode
 
 
 @dataclass(frozen=True)

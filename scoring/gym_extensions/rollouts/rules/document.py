@@ -14,10 +14,10 @@ from gym_extensions.catalog.protocol import EVALUATION_EPISODES, Budget, stages
 from gym_extensions.catalog.tasks import TASKS
 from gym_extensions.errors import BenchError, did_you_mean
 from gym_extensions.rollouts.layout import DOCUMENT, LOG, POLICIES, run_file
+from gym_extensions.rollouts.log import WHOLE_BUDGET, stage_steps
 from gym_extensions.rollouts.problem import MAX_QUOTE, Finding, quote, rule
 from gym_extensions.rollouts.rules.manifest import first_invisible
 from gym_extensions.rollouts.run import Curve, InterimEvaluation, RunDocument, Versions
-from gym_extensions.rollouts.tables import WHOLE_BUDGET, stage_steps
 
 BUDGET_TOLERANCE = 1.02
 """A run may exceed the budget by 2 %, for an agent whose last batch exceeds it."""

@@ -210,7 +210,7 @@ BROKEN_FILES = {
         "stage,task,episode,seed,length,return,terminated,success and at least one row; cells have letters, "
         r"digits and . / _ + - only, and are of their column's kind; lines end with \n. A file that breaks "
         "this rule is reported once, with its first wrong line.",
-        "Restore the file; gym_extensions.rollouts.tables.write_log writes it.",
+        "Restore the file; gym_extensions.rollouts.log.write_log writes it.",
     ),
     "malformed-review": (
         "review.toml, which the base branch writes, has the tables of gym_extensions.rollouts.review.",
@@ -219,7 +219,7 @@ BROKEN_FILES = {
     "malformed-policies": (
         "The policies of a run are an .npz file as numpy writes it, without pickles, of at most 64 MiB and "
         "unpacked 256 MiB, or an ONNX file of at most 64 MiB per stage.",
-        "Write the file with gym_extensions.rollouts.run_policies.write_policies.",
+        "Write the file with gym_extensions.rollouts.policies.files.write_policies.",
     ),
 }
 """Text and hint of the rules about files that cannot be read, by name."""

@@ -16,9 +16,9 @@ from gym_extensions.catalog.bodies import UNBOUNDED, Arrival
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, evaluation_seed, stages
 from gym_extensions.errors import did_you_mean
 from gym_extensions.rollouts.layout import LOG, run_file
+from gym_extensions.rollouts.log import FLAGS, Integers, Log
 from gym_extensions.rollouts.problem import MAX_QUOTE, Finding, add_rule, rule
 from gym_extensions.rollouts.submission import first_identical_runs
-from gym_extensions.rollouts.tables import FLAGS, Integers, Log
 
 Mask = NDArray[np.bool_]
 ROWS_LISTED = 3

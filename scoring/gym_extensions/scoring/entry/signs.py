@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES
+from gym_extensions.rollouts.log import Log
 from gym_extensions.rollouts.submission import SubmittedGroup
-from gym_extensions.rollouts.tables import Log
 
 SIZE = 16
 """Digests per run: the smallest of those of all its last episodes (a bottom-k sketch)."""

@@ -1,1 +1,1 @@
-"""What readers get: the screen, frames, CSV and Markdown, sentences, and the schemas of the documents."""
+"""What readers get: the screen, tables, CSV and Markdown, sentences, and the schemas of the documents."""

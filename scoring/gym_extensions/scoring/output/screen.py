@@ -13,9 +13,9 @@ from rich.table import Table
 from rich.text import Text
 
 from gym_extensions.errors import working
-from gym_extensions.scoring.boards import Comparison, Difference
 from gym_extensions.scoring.metrics import METRICS, MetricValue
 from gym_extensions.scoring.output.highlights import highlights, task_name
+from gym_extensions.scoring.ranking.boards import Comparison, Difference
 from gym_extensions.scoring.scorecard import PAPER_COLUMNS, GroupScore, PaperCell, Scorecard, SuiteScore
 
 MAX_ROWS, MAX_NOTES = 16, 3

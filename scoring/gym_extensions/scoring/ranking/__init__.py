@@ -1,1 +1,1 @@
-"""Entries side by side: copies, the core board, and rows that follow from the references."""
+"""Entries side by side: boards and comparisons, copies, and rows that follow from the references."""

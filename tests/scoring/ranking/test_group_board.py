@@ -13,7 +13,9 @@ import pytest
 from scipy import stats
 
 from gym_extensions.catalog.groups import group
-from gym_extensions.scoring.boards import (
+from gym_extensions.scoring.metrics import BOARD_METRICS, BY_NAME, MetricValue
+from gym_extensions.scoring.pipeline import score_folder, score_folders
+from gym_extensions.scoring.ranking.boards import (
     Board,
     BoardEntry,
     BoardKey,
@@ -21,14 +23,12 @@ from gym_extensions.scoring.boards import (
     VersusNext,
     board_keys,
 )
-from gym_extensions.scoring.leaderboard import board, boards
-from gym_extensions.scoring.metrics import BOARD_METRICS, BY_NAME, MetricValue
-from gym_extensions.scoring.pipeline import score_folder, score_folders
+from gym_extensions.scoring.ranking.group_board import board, boards
 from gym_extensions.scoring.references import Reference, References, trained_alone
 from gym_extensions.scoring.scorecard import DecisionSummary, Scorecard
 
-from ..conftest import MANIFEST
-from .entries import GROUP, KEY, Enter, at_level, final_ranks, names, on_gravity
+from ...conftest import MANIFEST
+from ..entries import GROUP, KEY, Enter, at_level, final_ranks, names, on_gravity
 
 
 def test_scores_are_those_of_the_scorecards_and_do_not_move_when_an_entry_joins(enter: Enter) -> None:
@@ -59,7 +59,7 @@ def test_agents_that_observe_the_task_have_a_board_of_their_own(enter: Enter) ->
 
 
 def test_a_reported_entry_is_on_a_board_without_a_rank() -> None:
-    card = score_folder(Path(__file__).parents[2] / "submissions" / "henderson2017-trpo")
+    card = score_folder(Path(__file__).parents[3] / "submissions" / "henderson2017-trpo")
     made = board([card], BoardKey("hopper-gravity-v0", "sequential", "paper", False))
     assert (made.ranked, made.rows[0].why) == (0, "Reported from a publication: no logs.")
     assert made.rows[0].metrics["final_performance"].mean is None

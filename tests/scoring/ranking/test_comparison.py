@@ -9,8 +9,8 @@ import pytest
 
 from gym_extensions.errors import BenchError
 from gym_extensions.scoring import cli
-from gym_extensions.scoring.leaderboard import compare
 from gym_extensions.scoring.pipeline import score_folder
+from gym_extensions.scoring.ranking.comparison import compare
 from gym_extensions.scoring.references import References
 
 Write = Callable[..., Path]

@@ -20,17 +20,17 @@ from gym_extensions.errors import BenchError
 from gym_extensions.experts import Measurement, RecordCard, Step
 from gym_extensions.experts.cards import described_policy, read_policy, write_described
 from gym_extensions.files import write_text
-from gym_extensions.rollouts.policy import Policy
+from gym_extensions.rollouts.policies.mlp import Policy
 from gym_extensions.scoring import records
 from gym_extensions.scoring.poses import FOLDER as POSES
 from gym_extensions.scoring.poses import Clip, PolicyPoses, TaskPoses
 from gym_extensions.verification.episodes import Cell, Player
 from gym_extensions.verification.limits import Limits, answers
 from gym_extensions.verification.new_seeds import Draw
-from gym_extensions.verification.poses import coordinates, motion, shown_episode, timing_of
+from gym_extensions.verification.pose_recorder import coordinates, motion, shown_episode, timing_of
 from gym_extensions.versions import version
 
-JOB = "gym_extensions.verification.records:play"
+JOB = "gym_extensions.verification.record_runs:play"
 LIMITS = Limits(cpu_seconds=1800, wall_seconds=7200)
 """Of the process that runs a record: 100 episodes take a few seconds, those of the Humanoid half a minute."""
 T = TypeVar("T")

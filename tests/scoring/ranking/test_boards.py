@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 from gym_extensions.catalog.groups import SUITES
-from gym_extensions.scoring.boards import (
+from gym_extensions.scoring.metrics import MetricValue
+from gym_extensions.scoring.ranking.boards import (
     BoardKey,
     board_keys,
     lookup,
 )
-from gym_extensions.scoring.metrics import MetricValue
 from gym_extensions.scoring.scorecard import GroupScore, Scorecard, SuiteScore
 
 METRICS = {"final_performance": MetricValue(mean=0.5, runs=(0.5,))}

@@ -14,15 +14,15 @@ from scipy import stats
 
 from gym_extensions.catalog.groups import CORE, CORES
 from gym_extensions.rollouts.run import Memory
-from gym_extensions.scoring.boards import CoreBoard, CoreEntry, CorePair
-from gym_extensions.scoring.leaderboard import core
 from gym_extensions.scoring.metrics import METRICS, MetricValue
-from gym_extensions.scoring.ranking.core import (
+from gym_extensions.scoring.ranking.boards import CoreBoard, CoreEntry, CorePair
+from gym_extensions.scoring.ranking.core_board import (
     LOOK_LEVELS,
     LOOKS,
     MARGIN,
     Method,
     consecutive,
+    core,
     decided,
     family,
     last_look,
@@ -33,7 +33,7 @@ from gym_extensions.scoring.ranking.core import (
 from gym_extensions.scoring.scorecard import GroupScore, RunProvenance, Scorecard
 from gym_extensions.scoring.statistics import ALPHA
 
-from .entries import Enter, at_level
+from ..entries import Enter, at_level
 
 GROUPS = CORES[CORE]
 FINAL = "final_performance"

@@ -10,7 +10,7 @@ import pytest
 from gym_extensions.rollouts.reader import read
 from gym_extensions.scoring.entry.signs import signs
 
-from .entries import rewrite
+from ..entries import rewrite
 
 Value = Callable[[str, int, int, int, int], float]
 

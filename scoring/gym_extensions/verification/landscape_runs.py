@@ -21,8 +21,8 @@ from gym_extensions.envs.fingerprint import engine
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.layout import MANIFEST, run_key
 from gym_extensions.rollouts.manifest import manifest_of, parse
+from gym_extensions.rollouts.policies.files import AnyPolicy
 from gym_extensions.rollouts.run import RunDocument
-from gym_extensions.rollouts.run_policies import AnyPolicy
 from gym_extensions.scoring.landscapes import (
     EPISODES,
     NO_POLICIES,
@@ -38,7 +38,7 @@ from gym_extensions.verification.fetch import Fetcher
 from gym_extensions.verification.limits import Limits, answers
 from gym_extensions.versions import blas_kernels, version
 
-JOB = "gym_extensions.verification.landscapes:measure"
+JOB = "gym_extensions.verification.landscape_runs:measure"
 LIMITS = Limits(cpu_seconds=3600, wall_seconds=4 * 3600)
 """Of the process that measures one run."""
 DIGITS = 1

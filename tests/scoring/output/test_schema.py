@@ -12,12 +12,12 @@ from typing import Any
 import pytest
 from jsonschema import Draft202012Validator, ValidationError
 
-from gym_extensions.scoring.leaderboard import boards
 from gym_extensions.scoring.output.schema import schema_texts, schemas, tables, updated
 from gym_extensions.scoring.pipeline import score_folders
+from gym_extensions.scoring.ranking.group_board import boards
 from gym_extensions.scoring.scorecard import ScorecardDocument
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 SUBMISSIONS = sorted(path.parent for path in ROOT.glob("submissions/*/submission.toml"))
 Json = dict[str, Any]
 
@@ -109,7 +109,7 @@ def test_a_broken_scorecard_is_refused(scorecards: Json, key: str) -> None:
         check("scorecard.json", broken)
 
 
-DOCS = Path(__file__).parents[2] / "docs"
+DOCS = Path(__file__).parents[3] / "docs"
 PAGES = ("metrics.md", "scorecard.md")
 MANIFEST = {"keys Code", "keys Memory", "keys Observes", "keys Protocol", "keys Tuning"}
 """Sections of submission.toml, which docs/rollout-log.md documents."""

@@ -24,7 +24,7 @@ from gym_extensions.verification.limits import answers
 from gym_extensions.verification.new_seeds import tested_cells
 from gym_extensions.verification.verify import SAMPLED, Run
 
-JOB = "gym_extensions.verification.poses:record"
+JOB = "gym_extensions.verification.pose_recorder:record"
 Array = NDArray[np.float64]
 
 

@@ -9,9 +9,9 @@ import pytest
 
 from gym_extensions.errors import BenchError
 from gym_extensions.scoring.records import Record
-from gym_extensions.verification import records
+from gym_extensions.verification import record_runs
 from gym_extensions.verification.cli import main
-from gym_extensions.verification.records import sample, verify_record, write_record
+from gym_extensions.verification.record_runs import sample, verify_record, write_record
 
 from .made_records import HISTORY, change_card, claim_more, lower_the_bar, make_policy, make_record
 
@@ -22,7 +22,7 @@ VALUE = "3f" * 20
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty folder of records; records run in this process."""
     lower_the_bar(monkeypatch)
-    monkeypatch.setattr(records, "answers", lambda job, call, limits: records.play(call))
+    monkeypatch.setattr(record_runs, "answers", lambda job, call, limits: record_runs.play(call))
     return tmp_path / "records"
 
 

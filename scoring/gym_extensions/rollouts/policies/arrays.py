@@ -51,7 +51,7 @@ FLOATS = ("float32", "float64")
 LAYER = re.compile(r"(weight|bias|mask)_(0|[1-9][0-9]?)")
 """The name of an array of a layer; its groups are the kind of array and the layer, from 0."""
 LAYER_FIELDS = {"weights": "weight", "biases": "bias", "masks": "mask"}
-"""The prefix of the arrays that a field of :class:`~gym_extensions.rollouts.policy.Policy` becomes."""
+"""The prefix of the arrays that a field of :class:`~gym_extensions.rollouts.policies.mlp.Policy` becomes."""
 
 Kind = Literal["format", "name", "float", "mask"]
 

@@ -13,11 +13,11 @@ from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.run import PolicyFile
 from gym_extensions.scoring.entry.signs import SIZE, Sketch, is_common, run_sketches
-from gym_extensions.scoring.leaderboard import board
-from gym_extensions.scoring.ranking.relations import duplicate_entries
+from gym_extensions.scoring.ranking.copies import duplicate_entries
+from gym_extensions.scoring.ranking.group_board import board
 from gym_extensions.scoring.scorecard import DecisionSummary, Scorecard
 
-from .entries import GROUP, KEY, Enter, at_level
+from ..entries import GROUP, KEY, Enter, at_level
 
 RUNS = (0, 1, 2)
 

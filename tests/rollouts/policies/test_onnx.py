@@ -15,8 +15,8 @@ pytest.importorskip("onnxruntime", reason="needs the extra onnx")
 import onnx
 
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts import layout, onnx_policy
-from gym_extensions.rollouts.onnx_policy import OnnxPolicy, network_errors
+from gym_extensions.rollouts import layout
+from gym_extensions.rollouts.policies.onnx import MISSING, OnnxPolicy, network_errors
 
 from .networks import FLOAT, endless, graph, model, value
 
@@ -152,7 +152,7 @@ def test_a_file_beyond_the_limit_is_not_parsed(monkeypatch: pytest.MonkeyPatch) 
 
 
 def test_a_network_that_never_ends_is_stopped(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(onnx_policy, "MAX_STEP_SECONDS", 0.2)
+    monkeypatch.setattr("gym_extensions.rollouts.policies.onnx.MAX_STEP_SECONDS", 0.2)
     with pytest.raises(BenchError, match=r"took more than 0\.2 seconds"):
         OnnxPolicy(endless(3, 3)).act(np.zeros((1, 3)))
 
@@ -169,4 +169,4 @@ def test_without_the_extra_the_error_says_what_to_install(monkeypatch: pytest.Mo
     monkeypatch.setitem(sys.modules, "onnx", None)
     with pytest.raises(BenchError, match=r"pip install 'gym-extensions\[onnx\]'") as error:
         OnnxPolicy(data)
-    assert error.value.code == onnx_policy.MISSING
+    assert error.value.code == MISSING

@@ -17,15 +17,6 @@ import numpy as np
 from gym_extensions.catalog.groups import CORE, CORES
 from gym_extensions.catalog.protocol import STANDARD_BUDGET
 from gym_extensions.rollouts.review import Level
-from gym_extensions.scoring.boards import (
-    BoardMetric,
-    CoreBoard,
-    CoreCost,
-    CoreEntry,
-    CoreGroup,
-    CorePair,
-    CoreReference,
-)
 from gym_extensions.scoring.entry.scorer import suite_anchors
 from gym_extensions.scoring.metrics import (
     BY_NAME,
@@ -35,6 +26,19 @@ from gym_extensions.scoring.metrics import (
     MetricValue,
     learned_nothing,
 )
+from gym_extensions.scoring.ranking.boards import (
+    BoardKey,
+    BoardMetric,
+    CoreBoard,
+    CoreCost,
+    CoreEntry,
+    CoreGroup,
+    CorePair,
+    CoreReference,
+    board_level,
+    is_verified,
+)
+from gym_extensions.scoring.ranking.copies import copy_of, duplicates
 from gym_extensions.scoring.scorecard import GroupScore, Scorecard
 from gym_extensions.scoring.statistics import (
     ALPHA,
@@ -421,3 +425,19 @@ def _with_ranks(entry: CoreEntry, found: Mapping[str, Mapping[str, tuple[int, in
         note = NOTHING_LEARNED if metric == FORGETTING and entry.ranked and _learned_nothing(entry) else ""
         metrics[metric] = replace(metrics[metric], rank=ranks.get(entry.name), rank_note=note)
     return replace(entry, metrics=metrics)
+
+
+def core(cards: Sequence[Scorecard]) -> CoreBoard | None:
+    """The core board of the scorecards; None without an entry on it. Agents that observe the task are on it.
+
+    Args:
+        cards: scorecards; those without runs on the core, or with another budget, are left out.
+    """
+    on_core = [card for card in cards if not card.problems and is_on_core(card)]
+    key = BoardKey(CORE, "sequential", STANDARD_BUDGET, False)
+    barred = {name: copy_of(other) for name, other in duplicates(on_core, key).items()}
+    for card in on_core:
+        logs = [log for name in key.groups if (log := card.groups.get(name, {}).get(key.protocol))]
+        if claimed := [log for log in logs if not is_verified(log.level)]:
+            barred.setdefault(card.name, f"Claimed: {claimed[0].why_claimed or 'not verified.'}")
+    return core_board(on_core, {card.name: board_level(card, key) for card in on_core}, barred)

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.onnx_policy import MISSING, OnnxPolicy, required
-from gym_extensions.rollouts.policy_arrays import LEAK, Arrays, key_of, text_of
+from gym_extensions.rollouts.policies.arrays import LEAK, Arrays, key_of, text_of
+from gym_extensions.rollouts.policies.onnx import MISSING, OnnxPolicy, required
 
 if TYPE_CHECKING:
     import torch
@@ -44,7 +44,7 @@ def _of_task(arrays: Arrays, task: int) -> dict[str, Any]:
 
 
 def torch_module(arrays: Arrays, task: int) -> torch.nn.Module:
-    """See :meth:`gym_extensions.rollouts.policy.Policy.to_torch`."""
+    """See :meth:`gym_extensions.rollouts.policies.mlp.Policy.to_torch`."""
     try:
         import torch
     except ImportError as error:
@@ -101,7 +101,7 @@ def torch_module(arrays: Arrays, task: int) -> torch.nn.Module:
 
 
 def onnx_network(arrays: Arrays, task: int) -> OnnxPolicy:
-    """See :meth:`gym_extensions.rollouts.policy.Policy.to_onnx`."""
+    """See :meth:`gym_extensions.rollouts.policies.mlp.Policy.to_onnx`."""
     module, parts = torch_module(arrays, task), _of_task(arrays, task)
     return from_torch(
         module,

@@ -12,16 +12,26 @@ from hypothesis import strategies as st
 
 from gym_extensions.catalog.groups import group
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts import tables
+from gym_extensions.rollouts.log import (
+    CurvePoint,
+    Episode,
+    TableError,
+    append_curves,
+    log_frame,
+    log_of,
+    log_text,
+    read_log,
+    write_log,
+)
 from gym_extensions.rollouts.rules.log import LogRows
 
 from .examples import HALF, LOG
 
 TASKS = (HALF, "gym_extensions/Hopper-v0")
 EPISODES = [
-    tables.Episode(1, TASKS[1], 0, 7, 1000, 1.5, False, None),
-    tables.Episode(0, TASKS[1], 0, 7, 12, -0.1, True, True),
-    tables.Episode(0, TASKS[0], 1, 9, 1000, 1e-300, False, False),
+    Episode(1, TASKS[1], 0, 7, 1000, 1.5, False, None),
+    Episode(0, TASKS[1], 0, 7, 12, -0.1, True, True),
+    Episode(0, TASKS[0], 1, 9, 1000, 1e-300, False, False),
 ]
 TEXT = f"""stage,task,episode,seed,length,return,terminated,success
 0,{TASKS[0]},1,9,1000,1e-300,false,false
@@ -31,12 +41,12 @@ TEXT = f"""stage,task,episode,seed,length,return,terminated,success
 
 
 def test_rows_are_sorted_by_stage_task_in_training_order_and_episode() -> None:
-    assert tables.log_text(EPISODES, TASKS) == TEXT
+    assert log_text(EPISODES, TASKS) == TEXT
 
 
 def test_a_log_is_read_as_it_was_written(tmp_path: Path) -> None:
-    tables.write_log(tmp_path / "run0.csv", EPISODES, TASKS)
-    frame = tables.read_log(tmp_path / "run0.csv")
+    write_log(tmp_path / "run0.csv", EPISODES, TASKS)
+    frame = read_log(tmp_path / "run0.csv")
     assert frame["return"].tolist() == [1e-300, -0.1, 1.5]
     assert frame["terminated"].tolist() == [False, True, False]
     assert frame["success"].tolist() == [0, 1, -1]
@@ -45,16 +55,16 @@ def test_a_log_is_read_as_it_was_written(tmp_path: Path) -> None:
 
 @given(st.floats(allow_nan=False, allow_infinity=False))
 def test_every_return_is_read_to_the_last_bit(value: float) -> None:
-    text = tables.log_text([tables.Episode(1, HALF, 0, 1, 1, value, False, None)], TASKS)
-    assert tables.log_frame(text.encode())["return"].item() == value
+    text = log_text([Episode(1, HALF, 0, 1, 1, value, False, None)], TASKS)
+    assert log_frame(text.encode())["return"].item() == value
 
 
 @given(st.integers(0, len(TEXT) - 1), st.binary(max_size=3))
 def test_a_damaged_log_gives_a_line_and_nothing_else(position: int, damage: bytes) -> None:
     data = TEXT.encode()
     try:
-        frame = tables.log_frame(data[:position] + damage + data[position + 1 :])
-    except tables.TableError as error:
+        frame = log_frame(data[:position] + damage + data[position + 1 :])
+    except TableError as error:
         assert 1 <= error.line <= 8
     else:
         assert len(frame) <= 4
@@ -83,18 +93,18 @@ def test_the_first_wrong_line_is_named(
     path = tmp_path / "run0.csv"
     path.write_text(change(TEXT), encoding="utf-8", newline="\n")
     with pytest.raises(BenchError, match=fact) as error:
-        tables.read_log(path)
+        read_log(path)
     assert error.value.where == f"{path}, line {line}"
 
 
 def test_a_file_that_cannot_be_read_is_an_error_too(tmp_path: Path) -> None:
     with pytest.raises(BenchError, match="No such file"):
-        tables.read_log(tmp_path / "run0.csv")
+        read_log(tmp_path / "run0.csv")
 
 
 def test_runs_follow_each_other_in_the_columns_and_rows_keep_their_lines() -> None:
-    frame = tables.log_frame(TEXT.encode())
-    log = tables.log_of({3: frame, 0: frame.iloc[:2]}, "sequential", group("hopper-gravity"))
+    frame = log_frame(TEXT.encode())
+    log = log_of({3: frame, 0: frame.iloc[:2]}, "sequential", group("hopper-gravity"))
     assert log.runs == (0, 3)
     assert log.run.tolist() == [0, 0, 3, 3, 3]
     assert log.position.tolist() == [0, 2, 0, 2, 2]
@@ -106,6 +116,6 @@ def test_runs_follow_each_other_in_the_columns_and_rows_keep_their_lines() -> No
 def test_points_of_an_unfinished_curve_are_appended(tmp_path: Path) -> None:
     path = tmp_path / "curve-stage1.csv"
     for step in (10, 20):
-        tables.append_curves(path, [tables.CurvePoint("joint", 3, HALF, step, step / 4)])
+        append_curves(path, [CurvePoint("joint", 3, HALF, step, step / 4)])
     expected = f"protocol,run,task,step,return\njoint,3,{HALF},10,2.5\njoint,3,{HALF},20,5.0\n"
     assert path.read_text() == expected

@@ -6,8 +6,8 @@ import re
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 
-from gym_extensions.scoring.boards import BoardKey, board_level, is_verified
 from gym_extensions.scoring.entry.signs import SHARE, Sketch, is_common
+from gym_extensions.scoring.ranking.boards import BoardKey, board_level, is_verified
 from gym_extensions.scoring.scorecard import Scorecard
 
 LAST_DATE = "9999"
@@ -63,6 +63,11 @@ def duplicate_entries(entries: Mapping[str, Sequence[Sketch]]) -> dict[str, str]
         for digest in digests:
             holders[digest].append(name)
     return copies
+
+
+def copy_of(original: str) -> str:
+    """Why a copy has no rank."""
+    return f"Has most episodes of {original}."
 
 
 def _share(first: Sequence[Sketch], second: Sequence[Sketch]) -> bool:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.policy_arrays import (
+from gym_extensions.rollouts.policies.arrays import (
     ACTIVATIONS,
     FORMAT,
     KEYS,
@@ -197,7 +197,7 @@ class Policy:
         Raises:
             BenchError: the policy has no layers or is uniform, or torch is not installed.
         """
-        from gym_extensions.rollouts.policy_conversion import torch_module
+        from gym_extensions.rollouts.policies.conversion import torch_module
 
         return torch_module(self.arrays(), task)
 
@@ -211,7 +211,7 @@ class Policy:
         Raises:
             BenchError: the policy has no layers or is uniform, or torch or onnx is not installed.
         """
-        from gym_extensions.rollouts.policy_conversion import onnx_network
+        from gym_extensions.rollouts.policies.conversion import onnx_network
 
         return onnx_network(self.arrays(), task).to_onnx(path)
 

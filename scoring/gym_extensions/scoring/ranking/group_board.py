@@ -1,4 +1,4 @@
-"""Builds boards, which rank the entries of one group or suite, protocol and budget, and compares two entries.
+"""Builds boards, which rank the entries of one group or suite, protocol and budget.
 
 A board is made from scorecards and the references alone. What it adds (ranks, differences, runs to separate)
 belongs to the board and may change when an entry joins; the scores are copied and never move.
@@ -11,21 +11,24 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
-from gym_extensions.catalog.groups import CORE, GROUPS, SUITES
-from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS, PROTOCOLS, STANDARD_BUDGET
-from gym_extensions.errors import BenchError
+from gym_extensions.catalog.groups import GROUPS, SUITES
+from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS, PROTOCOLS
 from gym_extensions.rollouts.review import REPORTED, Level
-from gym_extensions.scoring.boards import (
+from gym_extensions.scoring.entry.returns import NEEDS
+from gym_extensions.scoring.entry.scorer import estimate
+from gym_extensions.scoring.metrics import (
+    BOARD_METRICS,
+    NOTHING_LEARNED,
+    Metric,
+    MetricValue,
+    learned_nothing,
+)
+from gym_extensions.scoring.ranking.boards import (
     Board,
     BoardEntry,
     BoardKey,
     BoardMetric,
     BoardsDocument,
-    ComparedMetric,
-    ComparedScore,
-    ComparedScores,
-    Comparison,
-    CoreBoard,
     Difference,
     Pair,
     VersusLeader,
@@ -35,19 +38,9 @@ from gym_extensions.scoring.boards import (
     is_verified,
     lookup,
 )
-from gym_extensions.scoring.entry.returns import NEEDS
-from gym_extensions.scoring.entry.scorer import estimate
-from gym_extensions.scoring.metrics import (
-    BOARD_METRICS,
-    METRICS,
-    NOTHING_LEARNED,
-    Metric,
-    MetricValue,
-    learned_nothing,
-)
-from gym_extensions.scoring.ranking.computed import computed_rows
-from gym_extensions.scoring.ranking.core import core_board, is_on_core
-from gym_extensions.scoring.ranking.relations import duplicates, related_entries
+from gym_extensions.scoring.ranking.computed_rows import computed_rows
+from gym_extensions.scoring.ranking.copies import copy_of, duplicates, related_entries
+from gym_extensions.scoring.ranking.core_board import core
 from gym_extensions.scoring.references import References, load_references
 from gym_extensions.scoring.scorecard import GroupScore, Scorecard, SuiteScore
 from gym_extensions.scoring.statistics import Mask, Summary, rank_intervals, significant_pairs
@@ -70,22 +63,6 @@ def boards(cards: Sequence[Scorecard], references: References | None = None) -> 
     return BoardsDocument(
         core=core(shown), boards=tuple(board(shown, key, references) for key in board_keys(shown))
     )
-
-
-def core(cards: Sequence[Scorecard]) -> CoreBoard | None:
-    """The core board of the scorecards; None without an entry on it. Agents that observe the task are on it.
-
-    Args:
-        cards: scorecards; those without runs on the core, or with another budget, are left out.
-    """
-    on_core = [card for card in cards if not card.problems and is_on_core(card)]
-    key = BoardKey(CORE, "sequential", STANDARD_BUDGET, False)
-    barred = {name: _copy_of(other) for name, other in duplicates(on_core, key).items()}
-    for card in on_core:
-        logs = [log for name in key.groups if (log := card.groups.get(name, {}).get(key.protocol))]
-        if claimed := [log for log in logs if not is_verified(log.level)]:
-            barred.setdefault(card.name, f"Claimed: {claimed[0].why_claimed or 'not verified.'}")
-    return core_board(on_core, {card.name: board_level(card, key) for card in on_core}, barred)
 
 
 def board(cards: Sequence[Scorecard], key: BoardKey, references: References | None = None) -> Board:
@@ -198,15 +175,11 @@ def _pairs(entries: Sequence[BoardEntry], summaries: Summaries) -> tuple[Pair, .
     return tuple(pairs)
 
 
-def _copy_of(original: str) -> str:
-    return f"Has most episodes of {original}."
-
-
 def _why_not_ranked(logs: Sequence[GroupScore], level: Level, first: MetricValue, copied: str | None) -> str:
     if level == REPORTED:
         return "Reported from a publication: no logs."
     if copied:
-        return _copy_of(copied)
+        return copy_of(copied)
     if not is_verified(level):
         return f"Claimed: {next(filter(None, (log.why_claimed for log in logs)), 'not verified.')}"
     if min(len(log.runs) for log in logs) < FULL_ENTRY_RUNS:
@@ -271,46 +244,3 @@ def _sorted(entries: Sequence[BoardEntry], metric: str) -> list[BoardEntry]:
     for entry in sorted(entries, key=order):
         identical.setdefault(entry.duplicate_of, []).append(entry)
     return [row for entry in identical.get(None, ()) for row in (entry, *identical.get(entry.name, ()))]
-
-
-Scores = Mapping[str, Mapping[str, GroupScore]] | Mapping[str, Mapping[str, SuiteScore]]
-
-
-def compare(first: Scorecard, second: Scorecard) -> Comparison:
-    """The comparison of two scorecards.
-
-    Intervals are Welch's for this one pair, 95 %, not corrected for multiple comparisons.
-
-    Raises:
-        BenchError: a submission has problems, or the two have no group with the same protocol and budget.
-    """
-    for card in (first, second):
-        if card.problems:
-            hint = f"Run: score {card.name}."
-            raise BenchError("not-scored", "The submission has problems.", card.name, hint)
-
-    def metrics(names: Sequence[str], protocol: str) -> dict[str, ComparedMetric]:
-        found = {}
-        for metric in METRICS[protocol]:
-            a, b = (estimate(card.groups, names, protocol, metric) for card in (first, second))
-            if a is not None and b is not None:
-                found[metric.name] = ComparedMetric(a.mean, b.mean, Difference.of(a, b))
-        return found
-
-    def common(scores: Scores, others: Scores) -> ComparedScores:
-        """What both entries have, by group or suite and protocol, with the same budget."""
-        both: ComparedScores = {}
-        for name, protocols in scores.items():
-            for protocol, score in protocols.items():
-                other = others.get(name, {}).get(protocol)
-                if other is not None and other.budget == score.budget:
-                    values = metrics(SUITES.get(name, (name,)), protocol)
-                    both.setdefault(name, {})[protocol] = ComparedScore(score.budget, values)
-        return both
-
-    groups = common(first.groups, second.groups)
-    if not groups:
-        message = f"{first.name} and {second.name} have no group with the same protocol and budget."
-        raise BenchError("nothing-to-compare", message, hint="Compare entries of one board.")
-    suites = common(first.suites, second.suites)
-    return Comparison(first=first.name, second=second.name, groups=groups, suites=suites)

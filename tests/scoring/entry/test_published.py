@@ -18,7 +18,7 @@ from gym_extensions.scoring.scorecard import (
     Scorecard,
 )
 
-from .consistency import (
+from ..consistency import (
     Printed,
     PrintedGroup,
     contradictions,
@@ -27,7 +27,7 @@ from .consistency import (
     row_mean,
 )
 
-ENTRY = Path(__file__).parents[2] / "submissions" / "henderson2017-trpo"
+ENTRY = Path(__file__).parents[3] / "submissions" / "henderson2017-trpo"
 PAPER = printed_groups("henderson2017")
 TOTALS = [(group, column) for group in PAPER.values() for column in group.total]
 

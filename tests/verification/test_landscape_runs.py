@@ -14,8 +14,8 @@ from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.worlds import axes
 from gym_extensions.curation.cli import maintain
 from gym_extensions.rollouts.layout import DOCUMENT, LANDSCAPES, run_file
-from gym_extensions.rollouts.run_policies import policies_of, read_arrays
-from gym_extensions.rollouts.tables import read_log
+from gym_extensions.rollouts.log import read_log
+from gym_extensions.rollouts.policies.files import policies_of, read_arrays
 from gym_extensions.scoring.landscapes import (
     NOT_MEASURED,
     OTHER_RUNS,
@@ -24,7 +24,7 @@ from gym_extensions.scoring.landscapes import (
     load,
     path_of,
 )
-from gym_extensions.verification.landscapes import Worlds
+from gym_extensions.verification.landscape_runs import Worlds
 from gym_extensions.versions import blas_kernels
 
 from .entries import GROUP, change_document, copy, honest, network
