@@ -14,9 +14,11 @@ from gymnasium.spaces import Box
 
 from gym_extensions import results
 from gym_extensions.__main__ import main
-from gym_extensions.baselines import Factory, references, train
+from gym_extensions.baselines import Factory, train
 from gym_extensions.baselines import cli as train_cli
 from gym_extensions.baselines.algorithms.floors import Random
+from gym_extensions.baselines.references import cli as references_cli
+from gym_extensions.baselines.references import measuring
 from gym_extensions.baselines.workers import ThisProcess
 from gym_extensions.catalog.groups import with_custom
 from gym_extensions.envs import Gravity, TaskGroup, Wall, customize, load_group, make
@@ -56,9 +58,9 @@ class OtherRandom(Random):
 
 def make_quick(patch: pytest.MonkeyPatch) -> None:
     """Measures floors with 20 episodes, in this process."""
-    measurements = references.floor_measurements
-    patch.setattr(references, "floor_measurements", lambda task, episodes=20: measurements(task, 20))
-    patch.setattr(references, "Workers", lambda _: ThisProcess())
+    measurements = measuring.floor_measurements
+    patch.setattr(measuring, "floor_measurements", lambda task, episodes=20: measurements(task, 20))
+    patch.setattr(measuring, "Workers", lambda _: ThisProcess())
 
 
 @pytest.fixture(scope="module")
@@ -74,7 +76,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     with pytest.MonkeyPatch.context() as patch:
         make_quick(patch)
         options = ["--groups", str(group), "--budget", "smoke", "--runs", "1000", "--agent", "random"]
-        assert references.main([*options, "--out", str(root / "light-references.json")]) == 0
+        assert references_cli.main([*options, "--out", str(root / "light-references.json")]) == 0
     return root
 
 
@@ -224,7 +226,7 @@ def test_a_group_of_any_gymnasium_environment_is_trained_and_scored_with_its_own
     train("random", file, ["sequential", "single"], "smoke", [0, 1], out=out)
     make_quick(monkeypatch)
     options = ["--groups", str(file), "--budget", "smoke", "--runs", "1000", "--agent", "random"]
-    assert references.main([*options, "--out", str(known)]) == 0
+    assert references_cli.main([*options, "--out", str(known)]) == 0
     frame = results.metrics(out, groups=[file], references=known)
     assert set(frame["group"]) == {"pendulum-v0"}
     scored = results.scores(out, load_group(file), groups=[file], references=known)

@@ -149,7 +149,7 @@ def maintain(argv: Sequence[str] | None = None) -> int:
     """Runs a command of maintainers and returns the exit status."""
     arguments = list(sys.argv[1:] if argv is None else argv)
     if arguments[:1] == ["references"]:
-        from gym_extensions.baselines.references import main as references  # loads the agents
+        from gym_extensions.baselines.references.cli import main as references  # loads the agents
 
         return references(arguments[1:])
     command = maintain_parser()

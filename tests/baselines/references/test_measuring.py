@@ -1,4 +1,4 @@
-"""References: their seeds, the formulas, the command, and published floors again."""
+"""References: their seeds, the formulas, and published floors again."""
 
 from __future__ import annotations
 
@@ -11,10 +11,9 @@ import msgspec
 import pytest
 
 from gym_extensions import experts
-from gym_extensions.baselines import references
 from gym_extensions.baselines.experts.measuring import QUICK
-from gym_extensions.baselines.references import (
-    CURRENT_FILE,
+from gym_extensions.baselines.references.cli import CURRENT_FILE
+from gym_extensions.baselines.references.measuring import (
     Measurement,
     differences,
     floor_of,
@@ -25,9 +24,6 @@ from gym_extensions.baselines.references import (
     with_expert,
     with_runs,
 )
-from gym_extensions.baselines.training.runner import PendingJob
-from gym_extensions.baselines.workers import ThisProcess
-from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.tasks import task
 from gym_extensions.envs.fingerprint import fingerprint_of
 from gym_extensions.errors import BenchError
@@ -39,42 +35,8 @@ HOPPER = task("Hopper")
 NAVIGATION = task("State-Based-Navigation-2d-Map0-Goal0")
 
 
-@pytest.fixture(autouse=True)
-def in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(references, "Workers", lambda _: ThisProcess())
-
-
-@pytest.fixture
-def quick(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Few episodes."""
-    measurements = references.floor_measurements
-    monkeypatch.setattr(references, "floor_measurements", lambda task, episodes=4: measurements(task, 4))
-
-
 def test_the_published_floors_and_experts_of_three_tasks_follow_from_seeds_and_files() -> None:
     assert differences([PUSHER, task("PusherMovingGoal"), NAVIGATION], CURRENT_FILE, 1, QUICK) == []
-
-
-@pytest.mark.usefixtures("quick")
-def test_a_floor_and_an_expert_of_other_episodes_are_named(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    document = json.loads(CURRENT_FILE.read_bytes())
-    for agent in document["tasks"][PUSHER.id]["floor"]["agents"].values():
-        agent["mean"] = -1.0
-    document["tasks"][PUSHER.id]["expert"]["mean"] = -3.0
-    path = tmp_path / "2.json"
-    path.write_text(json.dumps(document))
-    monkeypatch.setattr(references, "measured_again", lambda *_: (-32.0, -31.0, True))
-    monkeypatch.setattr(references, "parse_groups", lambda _: [TaskGroup("mine", (PUSHER,))])
-    assert references.main(["--groups", "pusher", "--check", str(path), "--quick"]) == 1
-    sentences = capsys.readouterr().out.splitlines()[-4:]
-    for told, sentence in zip(
-        ("random returns", "zero returns", "not the one of its card", "the expert returns -32, not -31"),
-        sentences,
-        strict=True,
-    ):
-        assert told in sentence
 
 
 def test_each_agent_and_task_has_its_own_seed() -> None:
@@ -176,44 +138,6 @@ def test_an_expert_of_another_task_is_refused_and_nothing_is_written(
     assert not out.exists()
 
 
-@pytest.mark.usefixtures("quick")
-def test_an_interrupted_measurement_of_custom_groups_trains_nothing_twice(
-    quick_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    out = tmp_path / "mine.json"
-    command = ["--groups", str(quick_file), "--budget", "smoke", "--runs", "1000", "--out", str(out)]
-    with monkeypatch.context() as patch, pytest.raises(TypeError):
-        patch.setattr(references, "with_runs", None)
-        references.main(command)
-    assert len(list((tmp_path / ".progress/mine").rglob("stage1.json"))) == 2
-    monkeypatch.setattr(PendingJob, "_train", None)
-    assert references.main(command) == 0
-    assert not (tmp_path / ".progress/mine").exists()
-    rows = parse_file(out.read_bytes()).tasks.values()
-    found = [(best.agent, best.budget) for row in rows if (best := row.expert or row.attempts)]
-    assert found == [("trpo", "smoke")] * 2
-
-
-def test_a_custom_group_needs_a_file_of_its_own(capsys: pytest.CaptureFixture[str]) -> None:
-    before = CURRENT_FILE.read_bytes()
-    assert references.main(["--groups", "pusher"]) == 2
-    assert "Custom groups have a file of their own." in capsys.readouterr().err
-    assert CURRENT_FILE.read_bytes() == before
-
-
-@pytest.mark.usefixtures("quick")
-def test_tasks_of_an_existing_file_stay(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    out = tmp_path / "mine.json"
-    options = ["--budget", "smoke", "--runs", "1000", "--agent", "random", "--out", str(out)]
-    assert references.main(["--groups", "pusher", *options]) == 0
-    before = json.loads(out.read_text())["tasks"]
-    capsys.readouterr()
-    assert references.main(["--groups", "pusher,pusher-tracking", *options]) == 0
-    after = json.loads(out.read_text())["tasks"]
-    assert {name: after[name] for name in before} == before
-    assert len(after) > len(before)
-
-
 def test_a_floor_of_another_definition_of_the_task_is_refused(tmp_path: Path) -> None:
     out = tmp_path / "1.json"
     stated = {"floor": {"mean": 0.0, "fingerprint": "0" * 16}, "expert": None}
@@ -221,11 +145,3 @@ def test_a_floor_of_another_definition_of_the_task_is_refused(tmp_path: Path) ->
     with pytest.raises(BenchError, match=PUSHER.id) as error:
         read_file(out, [PUSHER])
     assert error.value.code == "foreign-fingerprint"
-
-
-@pytest.mark.parametrize("text", ["{", "[]", '{"format": 3, "version": "1", "tasks": {}}'])
-def test_a_file_that_does_not_hold_references_is_not_replaced(text: str, tmp_path: Path) -> None:
-    out = tmp_path / "1.json"
-    out.write_text(text)
-    assert references.main(["--groups", "pusher", "--out", str(out)]) == 2
-    assert out.read_text() == text

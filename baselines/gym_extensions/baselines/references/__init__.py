@@ -1,0 +1,1 @@
+"""Writes and checks the references that normalize scores: their measurement, and the command."""

@@ -1,0 +1,116 @@
+"""``gym-extensions maintain references``: writes the references file, or measures one again."""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+from pathlib import Path
+
+import msgspec
+
+from gym_extensions.baselines import algorithms
+from gym_extensions.baselines.entry import prepare
+from gym_extensions.baselines.experts.measuring import QUICK
+from gym_extensions.baselines.references.measuring import custom, differences, published
+from gym_extensions.baselines.training.request import parse_groups, parse_names, parse_runs, require_positive
+from gym_extensions.catalog.protocol import BUDGETS, FIRST_REFERENCE_RUN, STANDARD_BUDGET
+from gym_extensions.catalog.tasks import TASKS
+from gym_extensions.envs.fingerprint import require_published_engine
+from gym_extensions.errors import BenchError, reports_mistakes
+from gym_extensions.experts import EPISODES
+from gym_extensions.experts.references import CURRENT, REFERENCES
+from gym_extensions.files import write_bytes
+from gym_extensions.rollouts.layout import PROGRESS
+
+CURRENT_FILE = REFERENCES / f"{CURRENT}.json"
+TRAINED_AGENT = "trpo"
+"""The expert of a task of a custom group."""
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command's options."""
+    command = argparse.ArgumentParser(
+        prog="gym-extensions maintain references",
+        description="Write the published references from floors and experts, measure those of custom groups, "
+        "or measure references again.",
+    )
+    command.add_argument(
+        "--groups",
+        help="comma-separated: TOML files of custom groups to measure (with --out), or groups to check; "
+        "all published tasks by default",
+    )
+    command.add_argument(
+        "--budget",
+        default=STANDARD_BUDGET,
+        choices=list(BUDGETS),
+        help=f"of custom groups, training steps per task (default: {STANDARD_BUDGET})",
+    )
+    command.add_argument(
+        "--runs",
+        default="1000-1004",
+        help="of custom groups, training seeds, at least 1000 (default: 1000-1004)",
+    )
+    command.add_argument(
+        "--agent",
+        default=TRAINED_AGENT,
+        choices=algorithms.names(),
+        help=f"of custom groups, the agent that is trained on each task (default: {TRAINED_AGENT})",
+    )
+    target = command.add_mutually_exclusive_group()
+    target.add_argument(
+        "--out",
+        type=Path,
+        help="the file; its stem is the version's name; floors, and tasks of custom groups, stay as they are "
+        "in an existing file (default: the installed references)",
+    )
+    target.add_argument(
+        "--check",
+        type=Path,
+        metavar="FILE",
+        nargs="?",
+        const=CURRENT_FILE,
+        help="measure the floors and experts in this file again and compare (default: the installed one)",
+    )
+    command.add_argument("--quick", action="store_true", help=f"check on the first {QUICK} episodes")
+    command.add_argument("--jobs", type=int, default=1, help="worker processes (default: 1)")
+    return command
+
+
+@reports_mistakes
+def main(argv: list[str] | None = None) -> int:
+    """Writes the references file, or checks one; returns the exit status."""
+    options = parser().parse_args(argv)
+    runs = parse_runs(options.runs)
+    for run in runs:
+        if run < FIRST_REFERENCE_RUN:
+            hint = f"Use numbers from {FIRST_REFERENCE_RUN}; smaller ones are reserved for submissions."
+            raise BenchError("bad-run", f"Run {run} is out of range.", "--runs", hint)
+    require_positive(options.jobs, "--jobs")
+    groups = parse_groups(parse_names(options.groups)) if options.groups else ()
+    chosen = list(dict.fromkeys(task for group in groups for task in group.tasks))
+    require_published_engine()
+    if options.check:
+        tasks = chosen or list(TASKS.values())
+        different = differences(tasks, options.check, options.jobs, QUICK if options.quick else EPISODES)
+        print(f"{len(tasks)} tasks were measured again; {len(different)} numbers differ.")
+        for sentence in different:
+            print(f"  {sentence}")
+        return 1 if different else 0
+    out = options.out or CURRENT_FILE
+    if out.is_dir():
+        raise BenchError("bad-out", "It is a folder.", str(out), "Name a file, such as references.json.")
+    if chosen and not options.out:
+        hint = "Name a file, such as references.json."
+        raise BenchError("bad-out", "Custom groups have a file of their own.", "--out", hint)
+    prepare(out.parent)
+    if chosen:
+        content = custom(groups, (options.agent, options.budget, runs), out, options.jobs)
+    else:
+        content = published(out, options.jobs)
+    write_bytes(out, msgspec.json.format(msgspec.json.encode(content), indent=1) + b"\n")
+    shutil.rmtree(out.parent / PROGRESS / out.stem, ignore_errors=True)
+    open_tasks = sum(each.expert is None for each in content.tasks.values())
+    provisional = sum(bool(each.expert and each.expert.provisional) for each in content.tasks.values())
+    counts = f"{len(content.tasks)} tasks, {open_tasks} of them open, {provisional} provisional"
+    print(f"The references are in {out}: {counts}.")
+    return 0
