@@ -75,6 +75,7 @@ PUBLIC = {
         "evaluations",
         "foreign_board",
         "foreign_runs",
+        "landscapes",
         "metrics",
         "metrics_of",
         "plot_board",

@@ -106,7 +106,7 @@ def main(submissions: Path = ROOT / "submissions") -> None:
         transfer_titles=tables.transfer_titles(),
         transfers=tables.transfers(metrics),
         replay=tables.replay({name: forgetting_of_runs(submissions / name) for name in REPLAY}),
-        landscapes=tables.between_and_beyond([submissions / name for name in names]),
+        landscapes=tables.between_and_beyond(results.landscapes([submissions / name for name in names])),
         missing={
             group.name: core[core[group.id].isna() & core["name"].isin(names)]["name"] for group in CORE
         },

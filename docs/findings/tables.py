@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -13,9 +12,8 @@ import pandas as pd
 
 from gym_extensions.catalog.groups import CORES, GROUPS, TaskGroup
 from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS, STANDARD_BUDGET
-from gym_extensions.scoring.landscapes import EXTRAPOLATION, INTERPOLATION, best, landscapes_of
-from gym_extensions.scoring.landscapes import summary as summary_of
-from gym_extensions.scoring.metrics import BY_NAME, MetricValue
+from gym_extensions.scoring.landscapes import SHARES
+from gym_extensions.scoring.metrics import BY_NAME
 from gym_extensions.scoring.ranking.core_board import IN_OTHER_WAYS
 from gym_extensions.scoring.references import load_references
 from gym_extensions.scoring.statistics import difference, holm, summary, two_sided_p, welch, zero_mean_p
@@ -189,22 +187,23 @@ def replay(runs: dict[str, dict[str, Sequence[float]]]) -> list[tuple[str, Value
     return rows
 
 
-def between_and_beyond(folders: Sequence[Path]) -> list[tuple[str, str, Value, Value]]:
-    """Interpolation and extrapolation of entries on the groups of the core: group, entry, both values."""
-    found = {folder.name: landscapes_of(folder) for folder in folders}
-    top = best(each for landscapes in found.values() for each in landscapes.values())
+def between_and_beyond(shares: pd.DataFrame) -> list[tuple[str, str, Value, Value]]:
+    """Interpolation and extrapolation on the groups of the core: group, entry, both values.
+
+    Args:
+        shares: from ``results.landscapes``.
+    """
     rows = []
     for group in CORE:
-        for name, landscapes in found.items():
-            if landscape := landscapes.get(group.id):
-                shares = summary_of(landscape, group, top)
-                first, second = (shares[each] for each in (INTERPOLATION, EXTRAPOLATION))
-                rows.append((group.name, name, _value(first), _value(second)))
-    return sorted(rows, key=lambda row: ([group.name for group in CORE].index(row[0]), -row[2].mean))
-
-
-def _value(each: MetricValue) -> Value:
-    return Value(*(math.nan if end is None else end for end in (each.mean, each.low, each.high)))
+        found = shares[shares["group"] == group.id].pivot(index="submission", columns="share")
+        if not found.empty:
+            ends = found[["mean", "low", "high"]].swaplevel(axis=1)
+            values = [
+                (group.name, str(name), *(Value(*ends.loc[name, each]) for each in SHARES))
+                for name in found.index
+            ]
+            rows += sorted(values, key=lambda row: -row[2].mean)
+    return rows
 
 
 def open_tasks() -> dict[str, list[str]]:

@@ -230,3 +230,16 @@ def test_frames_load_no_simulator_and_no_torch(submission: Write) -> None:
     )
     shown = subprocess.run([sys.executable, "-c", code, submission()], capture_output=True, check=True)
     assert shown.stdout == b"[]\n"
+
+
+def test_landscapes_are_shares_of_the_best_of_the_given_submissions() -> None:
+    entries = [ROOT / "submissions" / name for name in ("cloning", "trpo")]
+    both = results.landscapes(entries)
+    assert set(both["share"]) == {"interpolation", "extrapolation"}
+    assert not both.duplicated(["submission", "group", "share"]).any()
+    assert ((both["low"] < both["mean"]) & (both["mean"] < both["high"]) & (both["runs"] == 5)).all()
+    alone = results.landscapes(entries[0]).set_index(["group", "share"])["mean"]
+    beside = both[both["submission"] == "cloning"].set_index(["group", "share"])["mean"]
+    assert (alone >= beside).all()  # another entry can only raise the best
+    assert (alone > beside).any()
+    assert results.landscapes(ROOT / "submissions" / "ppo").empty

@@ -11,13 +11,14 @@ from pathlib import Path
 import numpy.typing as npt
 import pandas as pd
 
-from gym_extensions.catalog.groups import SUITES, TaskGroup
+from gym_extensions.catalog.groups import GROUPS, SUITES, TaskGroup
 from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS, STANDARD_BUDGET, stages
 from gym_extensions.errors import BenchError, did_you_mean
 from gym_extensions.metrics import compute
 from gym_extensions.results.frames import CustomGroups, chosen_columns
 from gym_extensions.rollouts.reader import read
 from gym_extensions.scoring.entry.returns import results as raw_results
+from gym_extensions.scoring.landscapes import best, landscapes_of, summary
 from gym_extensions.scoring.output.tables import (
     CORE_DTYPES,
     METRIC_DTYPES,
@@ -223,6 +224,51 @@ def core_pairs(submissions: Paths = "submissions", *, columns: Sequence[str] | N
     """
     chosen = chosen_columns(columns, PAIR_DTYPES)
     return core_pairs_frame(_core_board(submissions))[chosen]
+
+
+LANDSCAPE_DTYPES = {
+    "submission": "str",
+    "group": "str",
+    "share": "str",
+    "runs": "int64",
+    "mean": "float64",
+    "low": "float64",
+    "high": "float64",
+}
+
+
+def landscapes(submissions: Paths = "submissions") -> pd.DataFrame:
+    """Returns between and beyond the tasks, where no agent was trained (docs/metrics.md, "Landscapes").
+
+    One row per submission, group and share, from the landscapes that lie in the folders of the submissions.
+
+    =========  =======  ========================================================================
+    column     dtype    value
+    =========  =======  ========================================================================
+    group      str      group id
+    share      str      ``interpolation`` (between trained values) or ``extrapolation`` (beyond)
+    runs       int64    number of runs
+    mean       float64  share of the best return that any of these submissions has in a world
+    low, high  float64  ends of the 95 % interval over runs; missing with one run
+    =========  =======  ========================================================================
+
+    Args:
+        submissions: a submission, a folder of submissions, or a list of these. The best return depends on
+            which are given.
+
+    Raises:
+        BenchError: a path is unknown, or a landscape cannot be read.
+    """
+    found = {folder.name: landscapes_of(folder) for folder in find_submissions(submissions)}
+    top = best(each for of_entry in found.values() for each in of_entry.values())
+    rows = [
+        (name, group.id, share, len(value.runs), value.mean, value.low, value.high)
+        for name, of_entry in found.items()
+        for group in GROUPS.values()
+        if group.id in of_entry
+        for share, value in summary(of_entry[group.id], group, top).items()
+    ]
+    return typed(rows, LANDSCAPE_DTYPES)
 
 
 def _core_board(submissions: Paths) -> CoreBoard | None:
