@@ -26,9 +26,8 @@ browser: .venv/everything.installed site-assets  ## run the tests of the pages i
 
 extras: .venv/everything.installed  ## run the tests of the extras onnx, sbx, examples, minari and parquet (needs EGL and OSMesa); none may be skipped
 	$(PIP) -e '.[dev,onnx,sbx,examples,minari,parquet]' mlcroissant
-	.venv/bin/pytest --no-skips tests/baselines/algorithms/test_ppo_and_sac.py \
-	  tests/envs/test_videos.py tests/export tests/results/test_frames.py tests/rollouts/policies/test_onnx.py \
-	  tests/verification/test_networks.py tests/baselines/adapters/test_sb3_networks.py tests/test_policies.py
+	.venv/bin/pytest --no-skips tests/baselines/algorithms/test_ppo_and_sac.py tests/baselines/adapters tests/envs/test_wrappers.py \
+	  tests/export tests/results/test_frames.py tests/rollouts/policies tests/verification/test_networks.py tests/test_policies.py
 
 slow: .venv/everything.installed  ## run the tests that train for minutes
 	.venv/bin/pytest -m slow

@@ -120,3 +120,10 @@ def test_every_make_target_has_a_line_of_help() -> None:
     text = (ROOT / "Makefile").read_text("utf-8")
     phony = re.findall(r"^\.PHONY: (.*)$", text, flags=re.MULTILINE)[0].split()
     assert sorted(phony) == sorted(re.findall(r"^([a-z-]+):.*  ## \S", text, flags=re.MULTILINE))
+
+
+def test_the_tests_that_jobs_name_exist() -> None:
+    texts = [path.read_text("utf-8") for path in (ROOT / "Makefile", *WORKFLOWS)]
+    named = {path for text in texts for path in re.findall(r"tests/[\w/]+(?:\.py)?", text)}
+    assert len(named) > 5
+    assert [path for path in sorted(named) if not (ROOT / path).exists()] == []
