@@ -35,7 +35,7 @@ ROW = """
     ),
 )
 """
-ENTRY = '    "Monopod": Implementation(mujoco_planar.HopperRules, 4, hopper_v5.DEFAULT_CAMERA_CONFIG),\n'
+ENTRY = '    "Monopod": Implementation(planar.HopperRules, 4, hopper_v5.DEFAULT_CAMERA_CONFIG),\n'
 USE_BODY = """
 import numpy as np
 from gym_extensions.catalog.tasks import TASKS
@@ -187,7 +187,7 @@ def listed(addition: str, name: str = "") -> list[str]:
 def test_a_base_body_is_data_and_an_entry_in_the_registry_of_classes(copy: Path) -> None:
     catalog, envs = (copy / "envs" / "gym_extensions" / name for name in ("catalog", "envs"))
     edit(catalog / "bodies.py", "\n)\n\n\nBODIES", f"{ROW}\n\nBODIES")
-    edit(envs / "mujoco_env.py", '    "Pusher"', ENTRY + '    "Pusher"')
+    edit(envs / "mujoco" / "env.py", '    "Pusher"', ENTRY + '    "Pusher"')
     run(copy, USE_BODY)
     assert changed(copy) == listed("Base body")
 

@@ -6,8 +6,8 @@ import pytest
 
 from gym_extensions.catalog.bodies import BODIES, body, body_of_model
 from gym_extensions.catalog.tasks import TASKS
-from gym_extensions.envs.mujoco_env import IMPLEMENTATIONS
-from gym_extensions.envs.mujoco_model import base_spec
+from gym_extensions.envs.mujoco.env import IMPLEMENTATIONS
+from gym_extensions.envs.mujoco.model import base_spec
 from gym_extensions.errors import BenchError
 
 MUJOCO = [row for row in BODIES.values() if row.asset]

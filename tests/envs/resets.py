@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from gym_extensions.envs.make import construct_mujoco
-from gym_extensions.envs.mujoco_env import TaskEnv
+from gym_extensions.envs.mujoco.env import TaskEnv
 
 
 def assert_uniform(values: NDArray[np.float64], low: float, high: float) -> None:

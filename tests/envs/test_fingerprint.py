@@ -14,7 +14,7 @@ from gym_extensions.catalog.bodies import body
 from gym_extensions.catalog.tasks import task
 from gym_extensions.catalog.variations import Gravity
 from gym_extensions.envs import fingerprint
-from gym_extensions.envs import mujoco_model as models
+from gym_extensions.envs.mujoco import model as models
 from gym_extensions.errors import BenchError
 
 HALF = "gym_extensions/HopperGravityHalf-v0"

@@ -18,7 +18,7 @@ from gym_extensions.catalog.sheets import sheet
 from gym_extensions.catalog.tasks import task
 from gym_extensions.envs.effects.wall_and_sensor import FANS
 from gym_extensions.envs.make import construct_mujoco
-from gym_extensions.envs.mujoco_model import compile_model
+from gym_extensions.envs.mujoco.model import compile_model
 from gym_extensions.scoring.poses import Clip, Poses, TaskPoses, motion_of, write
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.site.motion import (

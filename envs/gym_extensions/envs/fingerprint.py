@@ -19,7 +19,7 @@ from gym_extensions.catalog import fingerprints
 from gym_extensions.catalog.fingerprints import digest
 from gym_extensions.catalog.tasks import TASKS, Task, definition
 from gym_extensions.envs.make import build
-from gym_extensions.envs.mujoco_model import asset
+from gym_extensions.envs.mujoco.model import asset
 from gym_extensions.errors import BenchError
 from gym_extensions.versions import version
 

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from gym_extensions.envs.make import construct_mujoco
-from gym_extensions.envs.mujoco_arms import facing
-from gym_extensions.envs.mujoco_env import TaskEnv
+from gym_extensions.envs.mujoco.arms import facing
+from gym_extensions.envs.mujoco.env import TaskEnv
 
 from ..resets import assert_uniform, states_after_reset
 

@@ -12,7 +12,7 @@ import pytest
 
 from gym_extensions.envs import make
 from gym_extensions.envs.make import construct_mujoco
-from gym_extensions.envs.mujoco_env import TaskEnv
+from gym_extensions.envs.mujoco.env import TaskEnv
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])

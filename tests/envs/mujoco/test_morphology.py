@@ -12,7 +12,7 @@ from gym_extensions.catalog.tasks import Task
 from gym_extensions.catalog.variations import LimbScale
 from gym_extensions.envs import Gravity, make
 from gym_extensions.envs.make import construct_mujoco
-from gym_extensions.envs.mujoco_model import compile_model
+from gym_extensions.envs.mujoco.model import compile_model
 from gym_extensions.errors import BenchError
 
 # kg. Mass of a capsule: 1000·π·r²·(L + 4r/3), of a sphere: 1000·4/3·π·r³; HalfCheetah's are scaled to 14.

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from gym_extensions import experts
 from gym_extensions.catalog.tasks import task
 from gym_extensions.catalog.variations import Wall
-from gym_extensions.envs.mujoco_env import TaskEnv
+from gym_extensions.envs.mujoco.env import TaskEnv
 from gym_extensions.site.play import policy_file
 
 from ..test_play import hopper_policy

@@ -17,7 +17,7 @@ from gym_extensions.catalog.tasks import MAPS, TASKS, Task
 from gym_extensions.catalog.variations import WALL, BaseVariation, LimbScale, RangeSensor, Wall
 from gym_extensions.envs.effects.wall_and_sensor import ANGLES, FANS, REACH
 from gym_extensions.envs.make import construct_mujoco
-from gym_extensions.envs.mujoco_model import base_spec, compile_model
+from gym_extensions.envs.mujoco.model import base_spec, compile_model
 from gym_extensions.envs.navigation.env import course
 from gym_extensions.envs.navigation.geometry import CELL, HEIGHT, goals, load
 from gym_extensions.envs.navigation.sensors import FIELDS

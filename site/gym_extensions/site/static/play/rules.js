@@ -1,4 +1,4 @@
-// Observation, reward, end and start of each body, as in gym_extensions.envs (mujoco_planar, mujoco_humanoid).
+// Observation, reward, end and start of each body, as in gym_extensions.envs.mujoco (planar, humanoid).
 const sumOfSquares = (values) => values.reduce((total, x) => total + x * x, 0);
 const within = (value, [low, high]) => value > low && value < high;
 const uniform = (size) => () => size * (2 * Math.random() - 1);

@@ -14,7 +14,7 @@ from gym_extensions.catalog.bodies import Rectangle, body
 from gym_extensions.catalog.variations import MovingGoal, MovingStart
 from gym_extensions.envs.effects.base import variation_of
 from gym_extensions.envs.effects.motors_and_goals import goal_area
-from gym_extensions.envs.mujoco_base import Rules
+from gym_extensions.envs.mujoco.base import Rules
 from gym_extensions.envs.protocols import Array, Fields, Flags, Generators, Indices, Template
 
 APART = 0.17

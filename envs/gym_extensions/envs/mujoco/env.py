@@ -22,11 +22,11 @@ from numpy.typing import NDArray
 
 from gym_extensions.catalog.bodies import IS_SUCCESS
 from gym_extensions.catalog.tasks import Task
-from gym_extensions.envs import mujoco_arms, mujoco_humanoid, mujoco_planar
 from gym_extensions.envs.effects.base import Effect
 from gym_extensions.envs.effects.registry import check_variations, effects_of
-from gym_extensions.envs.mujoco_base import Rules
-from gym_extensions.envs.mujoco_model import asset, compile_model
+from gym_extensions.envs.mujoco import arms, humanoid, planar
+from gym_extensions.envs.mujoco.base import Rules
+from gym_extensions.envs.mujoco.model import asset, compile_model
 from gym_extensions.envs.protocols import (
     Array,
     IndependentCopies,
@@ -48,14 +48,14 @@ class Implementation(NamedTuple):
 _LYING = humanoidstandup_v5.DEFAULT_CAMERA_CONFIG
 _ARM = pusher_v5.DEFAULT_CAMERA_CONFIG
 IMPLEMENTATIONS: dict[str, Implementation] = {
-    "Hopper": Implementation(mujoco_planar.HopperRules, 4, hopper_v5.DEFAULT_CAMERA_CONFIG),
-    "Walker2d": Implementation(mujoco_planar.Walker2dRules, 4, walker2d_v5.DEFAULT_CAMERA_CONFIG),
-    "HalfCheetah": Implementation(mujoco_planar.HalfCheetahRules, 5, half_cheetah_v5.DEFAULT_CAMERA_CONFIG),
-    "Humanoid": Implementation(mujoco_humanoid.HumanoidRules, 5, humanoid_v5.DEFAULT_CAMERA_CONFIG),
-    "HumanoidStandup": Implementation(mujoco_humanoid.HumanoidStandupRules, 5, _LYING),
-    "HumanoidStandupAndRun": Implementation(mujoco_humanoid.HumanoidStandupAndRunRules, 5, _LYING),
-    "Pusher": Implementation(mujoco_arms.PusherRules, 5, _ARM),
-    "Striker": Implementation(mujoco_arms.StrikerRules, 5, _ARM),
+    "Hopper": Implementation(planar.HopperRules, 4, hopper_v5.DEFAULT_CAMERA_CONFIG),
+    "Walker2d": Implementation(planar.Walker2dRules, 4, walker2d_v5.DEFAULT_CAMERA_CONFIG),
+    "HalfCheetah": Implementation(planar.HalfCheetahRules, 5, half_cheetah_v5.DEFAULT_CAMERA_CONFIG),
+    "Humanoid": Implementation(humanoid.HumanoidRules, 5, humanoid_v5.DEFAULT_CAMERA_CONFIG),
+    "HumanoidStandup": Implementation(humanoid.HumanoidStandupRules, 5, _LYING),
+    "HumanoidStandupAndRun": Implementation(humanoid.HumanoidStandupAndRunRules, 5, _LYING),
+    "Pusher": Implementation(arms.PusherRules, 5, _ARM),
+    "Striker": Implementation(arms.StrikerRules, 5, _ARM),
 }
 """One entry per body of the catalog that has a MuJoCo model."""
 
