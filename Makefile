@@ -13,7 +13,7 @@ help:  ## list the commands
 	@awk -F ':.*  ## ' '/^[a-z-]+:.*  ## / { printf "make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 site-assets: .venv/scoring.installed  ## fetch MuJoCo for the browser, 3 MB, for the page Play (needs npm)
-	.venv/bin/python -m gym_extensions.site.mujoco_wasm
+	.venv/bin/python -m gym_extensions.site.play.mujoco_wasm
 
 leaderboard: .venv/scoring.installed  ## check and score every submission, build _site/
 	@.venv/bin/gym-extensions site submissions --out _site

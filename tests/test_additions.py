@@ -225,7 +225,7 @@ def test_a_page_is_a_function_and_its_template(
     copy: Path, tmp_path: Path, writer: Callable[..., Path]
 ) -> None:
     site = copy / "site" / "gym_extensions" / "site"
-    edit(site / "pages.py", "\n)\n", PAGE)
+    edit(site / "pages" / "__init__.py", "\n)\n", PAGE)
     (site / "templates" / "hello.html").write_text(TEMPLATE, encoding="utf-8")
     writer(tmp_path / "submissions")
     run(copy, USE_PAGE, tmp_path / "submissions", tmp_path / "_site")

@@ -12,7 +12,8 @@ import msgspec
 
 from gym_extensions.scoring.scorecard import ScorecardDocument
 from gym_extensions.site.build import files as site_files
-from gym_extensions.site.pages import PAGES, TASK_PAGES
+from gym_extensions.site.pages import PAGES
+from gym_extensions.site.pages.page import TASK_LIST
 
 VOID = {"meta", "link", "br", "col", "wbr", "img", "input", "hr"}
 SELF_CLOSING = {"line", "circle", "polygon", "polyline", "rect", "path"}
@@ -88,7 +89,7 @@ def typed(document: dict[str, Any]) -> ScorecardDocument:
 
 def files(document: dict[str, Any], **folders: Path) -> Iterator[tuple[str, str]]:
     """Every file of the site that shows these JSON values, except the pages of tasks, which are many."""
-    kinds = tuple(page for page in PAGES if page != TASK_PAGES)
+    kinds = tuple(page for page in PAGES if page.path != TASK_LIST)
     return site_files(typed(document), kinds, folders)
 
 

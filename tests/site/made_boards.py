@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from gym_extensions.site.boards import Board, Leaderboard, entrant
+from gym_extensions.site.board_views import BoardView, Leaderboard, shortened
 
 from .browser import typed
 
@@ -19,7 +19,7 @@ def around(mean: float, runs: int = 5, wide: float = 1.0) -> list[float]:
     return [mean + wide * spread for spread in FIVE[:runs]]
 
 
-def boards_of(*cards: Card) -> tuple[Board, ...]:
+def boards_of(*cards: Card) -> tuple[BoardView, ...]:
     """The boards of these cards."""
     references = {"version": "made-up", "sha256": ""}
     return leaderboard({"format": 1, "references": references, "submissions": list(cards)}).boards
@@ -28,15 +28,15 @@ def boards_of(*cards: Card) -> tuple[Board, ...]:
 def leaderboard(document: Card) -> Leaderboard:
     """The leaderboard of these JSON values."""
     whole = typed(document)
-    return Leaderboard(whole.references, tuple(map(entrant, whole.submissions)))
+    return Leaderboard(whole.references, tuple(map(shortened, whole.submissions)))
 
 
-def only(*cards: Card) -> Board:
+def only(*cards: Card) -> BoardView:
     """The only board of these cards."""
     (board,) = boards_of(*cards)
     return board
 
 
-def names(board: Board) -> list[str]:
+def names(board: BoardView) -> list[str]:
     """Its entries from top to bottom."""
     return [row.entry.name for row in board.rows]

@@ -10,7 +10,7 @@ from urllib.parse import urlsplit
 
 import pytest
 
-from gym_extensions.site.tasks import pictures
+from gym_extensions.site.charts.tasks import pictures
 
 from .browser import files, read
 

@@ -1,53 +1,40 @@
-"""Boards with many entries: the first rows with drawings, all of them in pages of a lean table."""
+"""Tints of the tables of returns."""
 
 from __future__ import annotations
 
-from typing import Any
-
 import pytest
 
-from gym_extensions.site import pages as site_pages
+from gym_extensions.scoring.scorecard import ReferenceValue
+from gym_extensions.site.entry_results import Retention
+from gym_extensions.site.tables import change_tint, tint
 
-from .browser import Pages, read
-from .conftest import everything, learner, sequential, submission
-
-BOARD = "boards/hopper-gravity-v0-sequential-100k"
-
-
-def thirty() -> dict[str, Any]:
-    """A document of thirty entries with one run and different scores."""
-    scores = sequential("hopper-gravity", learner(0.9, 0.75, 1))
-    final = scores["metrics"]["final_performance"]
-    entries = []
-    for number in range(30):
-        value = {**final, "runs": [number / 100], "mean": number / 100}
-        metrics = {**scores["metrics"], "final_performance": value}
-        groups = {"hopper-gravity-v0": {"sequential": {**scores, "metrics": metrics}}}
-        entries.append(submission(f"e{number:02d}", groups, f"Entry {number}"))
-    return {**everything(), "submissions": entries}
+from .test_entry_results import score
 
 
-def listed(pages: Pages, path: str) -> int:
-    """The number of rows of a lean table."""
-    return sum(tag == "i" for tag, _ in pages[path].elements)
+@pytest.mark.parametrize(
+    ("runs", "classes"),
+    [
+        ([(80, 20), (80, 20.1)], "lost3"),
+        ([(80, 20)], "lost3 unsure"),
+        ([(20, 99), (20, 99.1)], "won4"),
+        ([(10, 0), (10, 50)], "won1 unsure"),
+        ([(50, 50), (50, 50)], "kept unsure"),
+        ([(900, 0), (900, 1)], "lost5"),
+    ],
+)
+def test_a_change_is_tinted_around_zero_and_hatched_where_it_is_uncertain(
+    runs: list[tuple[float, float]], classes: str
+) -> None:
+    (change,) = Retention(score(*runs)).changes
+    assert change_tint(change) == classes
 
 
-def test_a_group_draws_twenty_rows_and_its_board_lists_all() -> None:
-    pages = read(thirty())
-    group = pages["groups/hopper-gravity-v0.html"]
-    drawn = [attributes["data-entry"] for _, attributes in group.elements if "data-entry" in attributes]
-    assert drawn == [f"e{number}" for number in range(29, 9, -1)]
-    assert "the first 20 of 30" in group.text
-    assert "All 30 entries: sort, search, filter, compare" in group.text
-    assert listed(pages, f"{BOARD}.html") == 30
-    assert any("data-table" in a for tag, a in pages[f"{BOARD}.html"].elements if tag == "table")
-
-
-def test_a_long_table_has_pages_that_lead_to_each_other(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(site_pages, "PAGE_ROWS", 12)
-    pages = read(thirty())
-    paths = [f"{BOARD}{part}.html" for part in ("", "-2", "-3")]
-    assert [listed(pages, path) for path in paths] == [12, 12, 6]
-    links = {a.get("rel"): a["href"] for tag, a in pages[paths[1]].elements if tag == "a"}
-    assert (links["prev"], links["next"]) == (f"../{paths[0]}", f"../{paths[2]}")
-    assert not any("data-table" in a for tag, a in pages[paths[0]].elements if tag == "table")
+def test_tints_of_a_matrix_reach_its_highest_score() -> None:
+    reference = ReferenceValue(0.0, 100.0, False)
+    assert [tint(value, reference, top=4.0) for value in (-50, 0, 100, 200, 400)] == [
+        "below",
+        "h0",
+        "h3",
+        "h5",
+        "h10",
+    ]

@@ -6,7 +6,7 @@ import re
 from typing import Any
 from urllib.parse import urlsplit
 
-from gym_extensions.site.api import entry_path
+from gym_extensions.site.paths import entry_path
 
 from .browser import read
 

@@ -1,7 +1,7 @@
 """Builds the site from scorecards. The same scorecards give the same bytes.
 
 Scorecards are read one after another: the files of an entry are written from its whole scorecard, and the
-pages that show many entries are written at the end, from what ``entrant`` keeps of each.
+pages that show many entries are written at the end, from what ``shortened`` keeps of each.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ from pathlib import Path
 
 from gym_extensions.errors import BenchError
 from gym_extensions.scoring.scorecard import ReferencesInfo, Scorecard, ScorecardDocument
-from gym_extensions.site.boards import Entrant, Frame, Leaderboard, entrant
-from gym_extensions.site.landscapes import Landscapes
-from gym_extensions.site.mujoco_wasm import Simulator
+from gym_extensions.site.board_views import Leaderboard, shortened
 from gym_extensions.site.output import Output, digest, encoded, kept, kept_path
-from gym_extensions.site.pages import PAGES, Draft, File, Page, Render
-from gym_extensions.site.records import Records
+from gym_extensions.site.pages import PAGES
+from gym_extensions.site.pages.page import Draft, File, Page, Render
+from gym_extensions.site.pages.tasks import Records
+from gym_extensions.site.play.mujoco_wasm import Simulator
 from gym_extensions.site.templating import FOLDER, source_digest
 
 COLLECTED_FILES = 500
@@ -36,7 +36,8 @@ class Site:
     records: Records = field(default_factory=dict)
     keys: Mapping[str, str] = field(default_factory=dict)
     simulator: Simulator | None = None
-    entrants: dict[str, Entrant] = field(default_factory=dict)
+    cards: dict[str, Scorecard] = field(default_factory=dict)
+    inputs: dict[str, bytes] = field(default_factory=dict)
 
     def entry_files(self, card: Scorecard) -> Iterator[File]:
         """The files of one entry.
@@ -44,39 +45,30 @@ class Site:
         Raises:
             BenchError: an entry before it has the same name.
         """
-        if card.name in self.entrants:
+        if card.name in self.cards:
             hint = "Rename one of the folders."
             raise BenchError("same-name", f"Two submissions have the name {card.name!r}.", hint=hint)
-        inputs = digest(encoded(card)).encode()
-        frame, folder = Frame(self.references), self.folders.get(card.name)
-        render = Render(frame, self.pages, inputs, folder, landscapes=self.landscapes)
+        self.inputs[card.name] = digest(encoded(card)).encode()
         for page in self.pages:
-            yield from page.publish_entry(card, render) if page.publish_entry else ()
+            yield from page.publish_entry(card, self.render) if page.publish_entry else ()
         yield kept_path(card.name), kept(self.keys.get(card.name, ""), card)
-        self.entrants[card.name] = entrant(card, inputs)
+        self.cards[card.name] = shortened(card)
 
     @cached_property
-    def landscapes(self) -> Landscapes:
-        """The landscapes of all entries whose folders are known."""
-        return Landscapes(self.folders)
+    def render(self) -> Render:
+        """Fills the templates."""
+        return Render(self.references, self.pages, self.inputs, self.folders, self.simulator)
 
     @cached_property
     def leaderboard(self) -> Leaderboard:
         """All entries and their boards. No entry may follow."""
-        entrants = tuple(self.entrants[name] for name in sorted(self.entrants))
-        return Leaderboard(self.references, entrants, self.records)
+        cards = tuple(self.cards[name] for name in sorted(self.cards))
+        return Leaderboard(self.references, cards, self.inputs, self.records)
 
     def shared_files(self) -> Iterator[File]:
         """The files that are made from all entries."""
-        render = Render(
-            self.leaderboard,
-            self.pages,
-            folders=self.folders,
-            simulator=self.simulator,
-            landscapes=self.landscapes,
-        )
         for page in self.pages:
-            yield from page.publish(self.leaderboard, render) if page.publish else ()
+            yield from page.publish(self.leaderboard, self.render) if page.publish else ()
         for file in sorted((FOLDER / "static").rglob("*.*")):
             yield file.relative_to(FOLDER).as_posix(), file.read_bytes()
 

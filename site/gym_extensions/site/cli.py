@@ -20,10 +20,10 @@ from gym_extensions.scoring.pipeline import Scorer, find_submissions, references
 from gym_extensions.scoring.records import RECORDS, verified_records
 from gym_extensions.scoring.references import load_references
 from gym_extensions.scoring.scorecard import Scorecard
-from gym_extensions.site.boards import Board
+from gym_extensions.site.board_views import BoardView
 from gym_extensions.site.build import base_digest, build_site
-from gym_extensions.site.mujoco_wasm import FOLDER, load
 from gym_extensions.site.output import folder_key, scorecards_since
+from gym_extensions.site.play.mujoco_wasm import FOLDER, load
 from gym_extensions.site.text import ends, mean
 
 PIPE_WIDTH = 160
@@ -71,12 +71,12 @@ def is_empty(folder: Path) -> bool:
     return all(name.startswith(".") or name == "README.md" for name in names)
 
 
-def chapter(board: Board) -> str:
+def chapter(board: BoardView) -> str:
     """The title of a board's table: protocol, budget, and whether agents observe the task."""
     return f"{board.protocol}, budget {board.budget}{', task-conditioned' if board.task_conditioned else ''}"
 
 
-def table(title: str, boards: Sequence[Board]) -> Table:
+def table(title: str, boards: Sequence[BoardView]) -> Table:
     """A line per board: its first entry with score, interval and forgetting, and how many are ranked."""
     lines = Table(
         title=title, title_justify="left", box=box.SIMPLE_HEAD, show_edge=False, padding=(0, 1, 0, 0)
@@ -91,12 +91,12 @@ def table(title: str, boards: Sequence[Board]) -> Table:
     return lines
 
 
-def _first(board: Board) -> tuple[str, str, str, str]:
+def _first(board: BoardView) -> tuple[str, str, str, str]:
     leader = board.leader
     if leader is None:
         return ("no score yet", "–", "–", "–")
     row = leader.row
-    forgetting = "nothing" if row.trial.learned_nothing else mean(row.trial.metric("forgetting"))
+    forgetting = "nothing" if row.result.learned_nothing else mean(row.result.metric("forgetting"))
     return (row.entry.title, mean(row.score), ends(row.score), forgetting)
 
 

@@ -24,7 +24,7 @@ import msgspec
 from gym_extensions.errors import BenchError
 from gym_extensions.scoring.pipeline import Scorer, scorecards
 from gym_extensions.scoring.scorecard import Scorecard
-from gym_extensions.site.api import slug
+from gym_extensions.site.paths import slug
 
 MARK = ".gym-extensions-site"
 SCRATCH = ".gym-extensions-new-"

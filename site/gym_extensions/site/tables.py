@@ -9,11 +9,9 @@ from typing import Any
 
 from markupsafe import Markup
 
-from gym_extensions.rollouts.review import REPORTED
-from gym_extensions.scoring.scorecard import ReferenceValue, Scorecard
-from gym_extensions.site.boards import Board
+from gym_extensions.scoring.scorecard import ReferenceValue
+from gym_extensions.site.entry_results import Change, EntryResult
 from gym_extensions.site.text import fixed, variation
-from gym_extensions.site.trial import Change, Trial
 
 STEPS = 10
 MAX_CELLS = 3_000
@@ -38,9 +36,9 @@ def tint(value: float, reference: ReferenceValue | None, top: float = 1.0) -> st
     return "below" if level < 0 else f"h{min(level, STEPS)}"
 
 
-def tinted(rows: Sequence[Sequence[float]], trial: Trial) -> list[list[tuple[str, str]]]:
+def tinted(rows: Sequence[Sequence[float]], result: EntryResult) -> list[list[tuple[str, str]]]:
     """The cells of a matrix ``[row][task]`` of raw returns: tint and text of each."""
-    columns = [(trial.reference(task), trial.top_score, trial.matrix_digits) for task in trial.tasks]
+    columns = [(result.reference(task), result.top_score, result.matrix_digits) for task in result.tasks]
     return [
         [
             (tint(value, reference, top), fixed(value, digits))
@@ -50,14 +48,14 @@ def tinted(rows: Sequence[Sequence[float]], trial: Trial) -> list[list[tuple[str
     ]
 
 
-def stage_rows(cells: Sequence[Sequence[float]], trial: Trial) -> Markup:
+def stage_rows(cells: Sequence[Sequence[float]], result: EntryResult) -> Markup:
     """The rows of a matrix ``[stage][task]``, each with the task that was trained last; that cell is marked.
 
     They are written here, because a large site has millions of cells and a template needs longer for each.
     """
-    titles = [variation(task, trial.tasks) for task in trial.tasks]
+    titles = [variation(task, result.tasks) for task in result.tasks]
     rows = []
-    for stage, row in enumerate(tinted(cells, trial)):
+    for stage, row in enumerate(tinted(cells, result)):
         title = f"{stage} {titles[stage - 1]}" if stage else "no training"
         body = "".join(
             f'<td class="{kind}{" trained" if at == stage else ""}">{text}'
@@ -67,9 +65,9 @@ def stage_rows(cells: Sequence[Sequence[float]], trial: Trial) -> Markup:
     return Markup("".join(rows))
 
 
-def shows_each_run(trial: Trial) -> bool:
+def shows_each_run(result: EntryResult) -> bool:
     """Whether the page has the matrix of every run: at most some thousand cells, or it would be too large."""
-    return len(trial.runs) * len(trial.tasks) ** 2 <= MAX_CELLS
+    return len(result.runs) * len(result.tasks) ** 2 <= MAX_CELLS
 
 
 def change_tint(change: Change) -> str:
@@ -84,12 +82,6 @@ def change_tint(change: Change) -> str:
     level = min(CHANGE_STEPS, math.floor(abs(mean) / LARGEST_CHANGE * CHANGE_STEPS + 0.5))
     kind = "kept" if level == 0 else f"{'lost' if mean < 0 else 'won'}{level}"
     return kind + unsure
-
-
-SHOWN_ROWS = 20
-"""Rows of a board on the page of its group, with drawings; all are in the board's own table."""
-PAGE_ROWS = 1000
-"""Rows of a page of that table, of at most 300 bytes each."""
 
 
 @dataclass(frozen=True)
@@ -114,32 +106,3 @@ def parts(rows: Sequence[Any], size: int, path: Callable[[int], str]) -> Iterato
     starts = range(0, max(len(rows), 1), size)
     for number, start in enumerate(starts, 1):
         yield Part(rows[start : start + size], number, len(starts), path)
-
-
-ENTRIES_PER_PAGE = 200
-ON_A_BOARD = "On a board"
-OFF_BOARDS = "Not on a board: a budget that is only for tests, or no scored group"
-PUBLISHED = "Reported elsewhere: published results without logs, shown as printed and not ranked"
-REFUSED = "Refused: they break a rule, and are on no board until all problems are fixed"
-STATUS = (ON_A_BOARD, OFF_BOARDS, PUBLISHED, REFUSED)
-
-
-def list_path(number: int) -> str:
-    """The path of a page of the list of all entries."""
-    return f"entries{f'-{number}' if number > 1 else ''}.html"
-
-
-def entry_pages(entries: Sequence[Scorecard], boards: Sequence[Board]) -> Iterator[Part]:
-    """Every page of the list: pairs of a status and an entry, sorted by status and name."""
-    on_boards = {row.entry.name for board in boards for row in board.rows}
-    pairs = [(_status(entry, on_boards), entry) for entry in entries]
-    pairs.sort(key=lambda pair: (STATUS.index(pair[0]), pair[1].name))
-    return parts(pairs, ENTRIES_PER_PAGE, list_path)
-
-
-def _status(entry: Scorecard, on_boards: set[str]) -> str:
-    if entry.problems:
-        return REFUSED
-    if entry.level == REPORTED:
-        return PUBLISHED
-    return ON_A_BOARD if entry.name in on_boards else OFF_BOARDS

@@ -13,25 +13,13 @@ from gym_extensions.rollouts.review import REPORTED
 from gym_extensions.scoring.metrics import BY_NAME
 from gym_extensions.scoring.output import highlights
 from gym_extensions.scoring.scorecard import PAPER_COLUMNS
-from gym_extensions.site import (
-    api,
-    changes,
-    core,
-    exports,
-    landscapes,
-    motion,
-    play,
-    records,
-    speed,
-    tables,
-    tasks,
-    text,
-    trial,
-)
-from gym_extensions.site.boards import missing_reasons
+from gym_extensions.site import entry_results, paths, tables, text
+from gym_extensions.site.board_views import missing_reasons
 from gym_extensions.site.charts import landscapes as landscape_charts
 from gym_extensions.site.charts import lines, strips
+from gym_extensions.site.charts import tasks as task_charts
 from gym_extensions.site.output import digest
+from gym_extensions.site.play import stroboscopes
 
 FOLDER = Path(__file__).parent
 LIBRARIES = ("jinja2", "markupsafe", "msgspec", "numpy", "scipy")
@@ -58,23 +46,16 @@ def environment() -> Environment:
         task=text.task,
     )
     templates.globals.update(
-        api=api,
-        changes=changes,
-        core=core,
-        exports=exports,
-        landscape_charts=landscape_charts,
-        landscape_titles=landscapes.TITLES,
-        line_charts=lines,
-        records=records,
-        motion=motion,
-        play_link=play.play_link,
-        speed=speed,
-        strips=strips,
-        tables=tables,
-        tasks=tasks,
+        paths=paths,
         text=text,
-        trials=trial,
-        board_columns=trial.COLUMNS,
+        tables=tables,
+        results=entry_results,
+        landscape_charts=landscape_charts,
+        line_charts=lines,
+        strips=strips,
+        task_charts=task_charts,
+        stroboscopes=stroboscopes,
+        board_columns=entry_results.COLUMNS,
         forgetting=highlights.FORGETTING,
         largest_change=highlights.largest_change,
         metrics=BY_NAME,

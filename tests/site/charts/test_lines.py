@@ -8,11 +8,11 @@ from xml.etree import ElementTree
 
 import pytest
 
-from gym_extensions.site.boards import Leaderboard, entrant
+from gym_extensions.site.board_views import Leaderboard, shortened
 from gym_extensions.site.charts import lines as line_charts
 from gym_extensions.site.charts.lines import line_chart
 from gym_extensions.site.charts.svg import Scale
-from gym_extensions.site.trial import group_trials
+from gym_extensions.site.entry_results import group_results
 
 from ..browser import files, typed
 
@@ -64,8 +64,8 @@ def of_profile(document: dict[str, Any], profile: tuple[tuple[float, float], ...
     """The drawing of an entry with this profile."""
     taus, shares = (list(side) for side in zip(*profile, strict=True))
     scores(document).update(profile={"tau": taus, "fraction": shares}, iqm=0.4)
-    (trial, *_) = group_trials(typed(document).submissions[0])
-    return ElementTree.fromstring(line_charts.of_trial(trial))
+    (result, *_) = group_results(typed(document).submissions[0])
+    return ElementTree.fromstring(line_charts.of_result(result))
 
 
 def test_a_profile_goes_through_the_points_of_the_document(document: dict[str, Any]) -> None:
@@ -91,7 +91,7 @@ def test_the_first_entry_is_drawn_last_and_six_lines_are_drawn(
 ) -> None:
     profiled(document, 0, 1)
     whole = typed(document)
-    boards = Leaderboard(whole.references, tuple(map(entrant, whole.submissions))).boards
+    boards = Leaderboard(whole.references, tuple(map(shortened, whole.submissions))).boards
     (row, *_) = next(board for board in boards if board.group == "hopper-gravity-v0").rows
     lines = line_charts.profiles([row] * 8)
     assert [line.kind for line in lines] == ["p1", "p2", "p3", "p4", "p5", "p6"]

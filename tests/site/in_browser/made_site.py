@@ -11,14 +11,14 @@ from gym_extensions.scoring.pipeline import references_info
 from gym_extensions.scoring.poses import write
 from gym_extensions.scoring.references import load_references
 from gym_extensions.site.build import Site
-from gym_extensions.site.mujoco_wasm import FOLDER, load
-from gym_extensions.site.pages import Draft
+from gym_extensions.site.pages.page import Draft
+from gym_extensions.site.play.mujoco_wasm import FOLDER, load
 
 from ..browser import typed
 from ..conftest import everything, learner, sequential, submission
-from ..test_core import GROUPS, method
-from ..test_motion import poses_of
-from ..test_play import write_run
+from ..pages.test_core import GROUPS, method
+from ..play.test_offer import write_run
+from ..play.test_watch import poses_of
 
 ASSETS = Path(__file__).parents[3] / FOLDER
 """The simulator of Play, where ``make site-assets`` has fetched it."""

@@ -15,7 +15,7 @@ from operator import sub
 
 from markupsafe import Markup, escape
 
-from gym_extensions.site.boards import Row
+from gym_extensions.site.board_views import Row
 from gym_extensions.site.charts.svg import (
     Scale,
     apart,
@@ -27,8 +27,8 @@ from gym_extensions.site.charts.svg import (
     text,
     tick_label,
 )
+from gym_extensions.site.entry_results import EntryResult, Points
 from gym_extensions.site.text import fixed, grouped, short, variation
-from gym_extensions.site.trial import Points, Trial
 
 X, Y = (34.0, 200.0), (100.0, 10.0)
 """Left and right, bottom and top of a panel."""
@@ -114,56 +114,56 @@ class Panel:
     drawing: Markup
 
 
-def histories(trial: Trial) -> list[Panel]:
+def histories(result: EntryResult) -> list[Panel]:
     """Per task, its score after every stage: a line per run, the mean bold, the trained stage marked.
 
     Tasks with an expert share one scale of normalized returns. An open task has a scale of raw returns.
     """
-    normalized = [_normalized(trial, task) for task in range(len(trial.tasks))]
+    normalized = [_normalized(result, task) for task in range(len(result.tasks))]
     shared = scale_around((score for scores in normalized if scores for score in scores), *Y)
-    return [_history(trial, task, scores, shared) for task, scores in enumerate(normalized)]
+    return [_history(result, task, scores, shared) for task, scores in enumerate(normalized)]
 
 
-def _raw(trial: Trial, task: int) -> list[float]:
+def _raw(result: EntryResult, task: int) -> list[float]:
     """Mean returns of a task by run and stage, flattened."""
-    return [stage[task] for run in trial.stage_matrices for stage in run]
+    return [stage[task] for run in result.stage_matrices for stage in run]
 
 
-def _normalized(trial: Trial, task: int) -> list[float] | None:
+def _normalized(result: EntryResult, task: int) -> list[float] | None:
     """Scores of a task by run and stage, flattened; None without an expert."""
-    reference = trial.reference(trial.tasks[task])
-    scores = [reference.normalize(value) for value in _raw(trial, task)] if reference else [None]
+    reference = result.reference(result.tasks[task])
+    scores = [reference.normalize(value) for value in _raw(result, task)] if reference else [None]
     present = [score for score in scores if score is not None]
     return present if len(present) == len(scores) else None
 
 
-def _history(trial: Trial, task: int, normalized: list[float] | None, shared: Scale) -> Panel:
-    raw = _raw(trial, task)
+def _history(result: EntryResult, task: int, normalized: list[float] | None, shared: Scale) -> Panel:
+    raw = _raw(result, task)
     values = raw if normalized is None else normalized
     y = scale_around(raw, *Y, always=()) if normalized is None else shared
-    stages = len(trial.tasks) + 1
+    stages = len(result.tasks) + 1
     x = Scale(0, stages - 1, *X)
     lines = [
         [(float(stage), values[run * stages + stage]) for stage in range(stages)]
-        for run in range(len(trial.stage_matrices))
+        for run in range(len(result.stage_matrices))
     ]
     mean = [(at, math.fsum(line[int(at)][1] for line in lines) / len(lines)) for at, _ in lines[0]]
     trained = task + 1
     shown = [fixed(mean[stage][1], 0 if normalized is None else 2) for stage in (0, trained, -1)]
     label = (
-        f"{trial.tasks[task]}: {shown[0]} untrained, {shown[1]} right after its training, "
+        f"{result.tasks[task]}: {shown[0]} untrained, {shown[1]} right after its training, "
         f"{shown[2]} at the end"
     )
     levels = (min(raw), max(raw)) if normalized is None else (0.0, 1.0, max(y.ticks(4)))
     drawing = line_chart(lines, x, y, label, bold=mean, since=float(trained), levels=levels)
-    unit = f"raw return{' (open)' if trial.tasks[task] in trial.open_tasks else ''}"
+    unit = f"raw return{' (open)' if result.tasks[task] in result.open_tasks else ''}"
     unit = unit if normalized is None else ""
-    return Panel(variation(trial.tasks[task], trial.tasks), unit, drawing)
+    return Panel(variation(result.tasks[task], result.tasks), unit, drawing)
 
 
-def curves(trial: Trial) -> list[Panel]:
+def curves(result: EntryResult) -> list[Panel]:
     """Per task with training curves, its raw returns over steps; one scale per group."""
-    group_curves = trial.detail.curves if trial.detail else ()
+    group_curves = result.detail.curves if result.detail else ()
     points = [point for curve in group_curves for point in curve.points]
     if not points:
         return []
@@ -173,13 +173,13 @@ def curves(trial: Trial) -> list[Panel]:
     x = Scale(0, last or 1.0, *X)
     levels = (min(values), max(values))
     panels = []
-    for task in trial.tasks:
+    for task in result.tasks:
         lines = [curve.points for curve in group_curves if curve.task == task]
         if lines:
             final = ", ".join(fixed(line[-1][1], 0) for line in lines if line)
             label = f"{task}: training returns, at the end {final}"
             drawing = line_chart(lines, x, y, label, levels=levels)
-            panels.append(Panel(variation(task, trial.tasks), f"{grouped(int(last))} steps", drawing))
+            panels.append(Panel(variation(task, result.tasks), f"{grouped(int(last))} steps", drawing))
     return panels
 
 
@@ -213,19 +213,19 @@ def describe(profile: Points) -> str:
     return ", ".join(f"above {tick_label(at)}: {_percent(shares[at])}" for at in DESCRIBED if at in shares)
 
 
-def of_trial(trial: Trial) -> Markup:
+def of_result(result: EntryResult) -> Markup:
     """The profile of one entry on one group; empty without a profile."""
-    return _chart([("p1", "", trial.profile)], describe(trial.profile)) if trial.profile else Markup("")
+    return _chart([("p1", "", result.profile)], describe(result.profile)) if result.profile else Markup("")
 
 
 def profiles(rows: Sequence[Row]) -> list[Line]:
     """The lines of the first entries that have a profile, from top to bottom."""
-    return _lines(row for row in rows if row.trial.profile)
+    return _lines(row for row in rows if row.result.profile)
 
 
 def of_board(lines: Sequence[Line]) -> Markup:
     """All lines on one scale; the board's first entry is drawn last, above the others."""
-    titled = [(line.kind, line.row.entry.title, line.row.trial.profile) for line in lines]
+    titled = [(line.kind, line.row.entry.title, line.row.result.profile) for line in lines]
     return _chart(titled, "; ".join(f"{title}: {describe(profile)}" for _, title, profile in titled))
 
 

@@ -8,8 +8,8 @@ from markupsafe import Markup
 
 from gym_extensions.scoring.metrics import MetricValue
 from gym_extensions.site.charts.svg import Scale, picture, px, scale_around, stroke, tick_label
+from gym_extensions.site.entry_results import COLUMNS, EntryResult
 from gym_extensions.site.text import fixed, interval
-from gym_extensions.site.trial import COLUMNS, Trial
 
 WIDTH, MARGIN = 280, 12
 ROW_HEIGHT = 22
@@ -29,10 +29,10 @@ def metric_scale(values: Iterable[MetricValue]) -> Scale:
     return scale_around(numbers, MARGIN, WIDTH - MARGIN)
 
 
-def board_scale(trials: Sequence[Trial]) -> Scale:
-    """One scale for the drawn metrics of trials of one protocol: the sorting one and learning performance."""
-    drawn = [COLUMNS[trial.protocol][0] for trial in trials[:1]] + ["learning_performance"]
-    return metric_scale(trial.metric(name) for trial in trials for name in drawn)
+def board_scale(results: Sequence[EntryResult]) -> Scale:
+    """One scale for the drawn metrics of one protocol: the sorting one and learning performance."""
+    drawn = [COLUMNS[result.protocol][0] for result in results[:1]] + ["learning_performance"]
+    return metric_scale(result.metric(name) for result in results for name in drawn)
 
 
 def describe(value: MetricValue) -> str:

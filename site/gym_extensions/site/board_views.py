@@ -1,0 +1,348 @@
+"""The boards as pages show them: entries, rows, the first entry and how certain its lead is."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import NamedTuple
+
+from gym_extensions.catalog.groups import CORE, CORES, SUITES
+from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS
+from gym_extensions.rollouts.review import REPORTED
+from gym_extensions.scoring.metrics import MetricValue
+from gym_extensions.scoring.ranking import boards as model
+from gym_extensions.scoring.ranking.boards import BoardEntry, BoardMetric, BoardsDocument
+from gym_extensions.scoring.ranking.group_board import boards as scored_boards
+from gym_extensions.scoring.records import Record
+from gym_extensions.scoring.references import load_references
+from gym_extensions.scoring.scorecard import ReferencesInfo, Scorecard
+from gym_extensions.site.entry_results import COLUMNS, SEQUENTIAL, EntryResult, Retention, group_order
+from gym_extensions.site.text import count
+
+
+def shortened(card: Scorecard) -> Scorecard:
+    """The part of a scorecard that pages of many entries show, so that many fit in memory.
+
+    It lacks success rates, training curves, the README, and provenance but that of the core, which states
+    costs.
+    """
+    groups = {
+        group: {
+            protocol: replace(
+                score,
+                success_rates=(),
+                curves=(),
+                provenance=score.provenance if group in CORES[CORE] and protocol == "sequential" else (),
+            )
+            for protocol, score in scores.items()
+        }
+        for group, scores in card.groups.items()
+    }
+    return replace(card, readme="", groups=groups)
+
+
+def value_of(metric: BoardMetric) -> MetricValue:
+    """A metric of a board's document as one with an interval and without runs."""
+    return MetricValue(metric.mean, metric.low, metric.high, why=metric.why)
+
+
+RANKED_COLUMNS = ("final_performance", "single_task_performance", "forgetting")
+"""The metrics whose rank intervals the table shows; the data of a board has them all."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One entry on a board.
+
+    Args:
+        card: its shortened scorecard.
+        result: its scores on this board.
+        entry: what the scorer's board says of it.
+        ranked_on: the number of ranked entries per metric.
+    """
+
+    card: Scorecard
+    result: EntryResult
+    entry: BoardEntry
+    ranked_on: Mapping[str, int]
+
+    @cached_property
+    def retention(self) -> Retention | None:
+        """What it keeps of each task; None for a suite and without a sequential log."""
+        detail = self.result.detail
+        return Retention(detail) if detail and self.result.protocol == SEQUENTIAL else None
+
+    @property
+    def score(self) -> MetricValue:
+        """The metric that sorts the board."""
+        return self.result.metric(COLUMNS[self.result.protocol][0])
+
+    @property
+    def ranked(self) -> bool:
+        """Whether the board ranks this entry."""
+        return self.entry.ranked
+
+    @property
+    def runs(self) -> int:
+        """Its number of training runs; for a suite, the minimum over its groups."""
+        return self.entry.runs
+
+    @property
+    def duplicate_of(self) -> str | None:
+        """The name of the entry with identical results, or None."""
+        return self.entry.duplicate_of
+
+    def rank(self, metric: str) -> tuple[int, int] | None:
+        """Best and worst possible rank on a metric; None if it has none, or if no other entry is ranked."""
+        return self.entry.metrics[metric].rank if self.ranked_on[metric] > 1 else None
+
+    def shown_rank(self, metric: str) -> tuple[int, int] | None:
+        """The rank that the table shows for a metric; None for a metric without ranks in the table."""
+        return self.rank(metric) if metric in RANKED_COLUMNS else None
+
+    def tied(self, metric: str) -> int:
+        """The number of ranked entries from which the board's test does not separate this one."""
+        rank = self.rank(metric)
+        return rank[1] - rank[0] if rank else 0
+
+
+class Leader(NamedTuple):
+    """The first entry of a board, and how certain its lead is, in a sentence."""
+
+    row: Row
+    certainty: str
+
+
+def leader(rows: Sequence[Row], metric: str) -> Leader | None:
+    """The first entry and how certain its lead is; None if no entry has a score.
+
+    Ranked entries are compared by the scorer's rank intervals, others by their intervals.
+
+    Args:
+        rows: a board's rows from top to bottom.
+        metric: the name of the metric that sorts it.
+    """
+    scored = [row for row in rows if row.score.mean is not None]
+    ranked = [row for row in scored if row.ranked]
+    if not scored:
+        return None
+    return Leader(ranked[0], _ranked(ranked, metric)) if ranked else Leader(scored[0], _unranked(scored))
+
+
+def _ranked(ranked: Sequence[Row], metric: str) -> str:
+    first, *others = ranked
+    if not others:
+        return "It is the only ranked entry."
+    tied = first.tied(metric)
+    if not tied:
+        return "It is significantly better than every other ranked entry (95\u202f% confidence)."
+    return f"The test does not separate it from {count(tied, 'other ranked entry', 'other ranked entries')}."
+
+
+def _unranked(scored: Sequence[Row]) -> str:
+    first, *others = scored
+    if not others:
+        return "It is the only entry with a score."
+    if first.score.ends is None:
+        return "It has one run, so its uncertainty is unknown."
+    overlapping = sum(_top(row) >= first.score.ends[0] for row in others)
+    if overlapping:
+        names = "another entry" if overlapping == 1 else f"{overlapping} others"
+        return f"Its interval overlaps with {names}, so the order may be due to chance."
+    return "Its interval lies above those of all other entries."
+
+
+def _top(row: Row) -> float:
+    """The upper end of an entry's interval, or the value of its single run."""
+    return row.score.ends[1] if row.score.ends else row.score.mean or 0.0
+
+
+@dataclass(frozen=True)
+class Computed:
+    """A row that follows from the references: an agent without rank and page."""
+
+    entry: model.ComputedEntry
+
+    @property
+    def note(self) -> str:
+        """What the agent is."""
+        return COMPUTED_NOTES.get(self.entry.name, "")
+
+    def metric(self, name: str) -> MetricValue:
+        """The named metric; one without a value where the board's document has none."""
+        value = self.entry.metrics.get(name)
+        return value_of(value) if value else MetricValue()
+
+
+COMPUTED_NOTES = {
+    "alone": "the reference agent, trained on each task alone for as long",
+    "random": "ignores observations, learns nothing",
+    "zero": "ignores observations, learns nothing",
+}
+
+
+@dataclass(frozen=True)
+class BoardView:
+    """The entries of one group or suite, protocol and budget; task-conditioned ones are on other boards."""
+
+    group: str
+    protocol: str
+    budget: str
+    task_conditioned: bool
+    suite: bool
+    rows: tuple[Row, ...]
+    scored: model.Board
+
+    @property
+    def id(self) -> str:
+        """Its name, for example ``hopper-gravity-v0-sequential-100k``."""
+        conditioned = ("task-conditioned",) if self.task_conditioned else ()
+        return "-".join((self.group, self.protocol, self.budget, *conditioned))
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """The names of its metrics, the sorting one first."""
+        return COLUMNS[self.protocol]
+
+    @cached_property
+    def results(self) -> tuple[EntryResult, ...]:
+        """The results of its entries, from top to bottom."""
+        return tuple(row.result for row in self.rows)
+
+    @property
+    def ranked(self) -> int:
+        """The number of ranked entries."""
+        return sum(row.ranked for row in self.rows)
+
+    @cached_property
+    def computed(self) -> tuple[Computed, ...]:
+        """The rows that are computed from the references; they are no submissions."""
+        return tuple(map(Computed, self.scored.computed))
+
+    @cached_property
+    def open_tasks(self) -> tuple[str, ...]:
+        """Tasks without an expert; normalized means exclude them."""
+        return next((result.open_tasks for result in self.results if result.open_tasks), ())
+
+    @property
+    def provisional_tasks(self) -> tuple[tuple[str, str], ...]:
+        """Tasks whose expert is provisional, and why it is."""
+        return next((result.provisional_tasks for result in self.results if result.provisional_tasks), ())
+
+    @cached_property
+    def reasons(self) -> tuple[str, ...]:
+        """Why values on it are missing."""
+        return missing_reasons(self.results)
+
+    @cached_property
+    def leader(self) -> Leader | None:
+        """The first entry and how certain its lead is; None if no entry has a score."""
+        return leader(self.rows, self.columns[0])
+
+    @property
+    def best(self) -> Row | None:
+        """The first ranked entry. Without a rank, nothing proves that an entry is the best."""
+        return next((row for row in self.rows if row.ranked), None)
+
+    @cached_property
+    def least_forgetting(self) -> Row | None:
+        """The ranked entry that forgets least of those that learned something."""
+        rows = [
+            row
+            for row in self.rows
+            if self.protocol == SEQUENTIAL
+            and row.ranked
+            and row.result.metric("forgetting").mean is not None
+            and not row.result.learned_nothing
+        ]
+        return min(
+            rows, key=lambda row: (row.result.metric("forgetting").mean or 0.0, row.entry.name), default=None
+        )
+
+    @property
+    def why_no_score(self) -> str:
+        """The reason why no entry has a score."""
+        return next((row.score.why for row in self.rows if row.score.why), "No entry has a score.")
+
+
+def missing_reasons(results: Sequence[EntryResult]) -> tuple[str, ...]:
+    """Why values on the boards of results of one protocol are missing, each reason once, in order."""
+    values = (result.metric(name) for result in results for name in COLUMNS[result.protocol])
+    return tuple(dict.fromkeys(value.why for value in values if value.mean is None))
+
+
+def board_views(scored: Sequence[model.Board], cards: Sequence[Scorecard]) -> tuple[BoardView, ...]:
+    """The scorer's boards by protocol, budget (longest first), suites, groups; task-conditioned ones last.
+
+    Boards that have only published tables without logs are omitted.
+
+    Args:
+        scored: the scorer's boards.
+        cards: the scorecards of their entries.
+    """
+    by_name = {card.name: card for card in cards}
+    budgets = list(BUDGETS)
+    return tuple(
+        sorted(
+            (
+                _board(board, by_name)
+                for board in scored
+                if any(entry.level != REPORTED for entry in board.rows)
+            ),
+            key=lambda board: (
+                board.task_conditioned,
+                PROTOCOLS.index(board.protocol),
+                budgets.index(board.budget),
+                not board.suite,
+                group_order(board.group),
+            ),
+        )
+    )
+
+
+def _board(board: model.Board, cards: Mapping[str, Scorecard]) -> BoardView:
+    ranked_on = Counter(
+        name for entry in board.rows for name, metric in entry.metrics.items() if metric.rank is not None
+    )
+    suite = board.group in SUITES
+    rows = []
+    for entry in board.rows:
+        card = cards[entry.name]
+        scores = card.suites if suite else card.groups
+        result = EntryResult(board.group, board.protocol, scores[board.group][board.protocol])
+        rows.append(Row(card, result, entry, ranked_on))
+    return BoardView(
+        board.group, board.protocol, board.budget, board.task_conditioned, suite, tuple(rows), board
+    )
+
+
+@dataclass(frozen=True)
+class Leaderboard:
+    """All entries and their boards.
+
+    Args:
+        references: the references that normalize all scores.
+        entries: the shortened scorecard of every submission, sorted by name.
+        inputs: the digest of each whole scorecard, by name.
+        records: the verified records by task id.
+    """
+
+    references: ReferencesInfo
+    entries: tuple[Scorecard, ...]
+    inputs: Mapping[str, bytes] = field(default_factory=dict)
+    records: Mapping[str, tuple[Record, ...]] = field(default_factory=dict)
+
+    @cached_property
+    def boards(self) -> tuple[BoardView, ...]:
+        """Every board, in the order of the overview."""
+        return board_views(self.scored.boards, self.entries)
+
+    @cached_property
+    def scored(self) -> BoardsDocument:
+        """The scorer's boards of all submissions without problems; computed rows only of known references."""
+        document = scored_boards([card for card in self.entries if not card.problems])
+        if load_references().digest == self.references.sha256:
+            return document
+        return replace(document, boards=tuple(replace(board, computed=()) for board in document.boards))

@@ -1,0 +1,105 @@
+"""Pictures of tasks: those of the package, drawn maps, and drawings of gravity and of the references."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+from markupsafe import Markup
+
+from gym_extensions.catalog.groups import GROUPS, SUITES
+from gym_extensions.catalog.sheets import Sheet, large_picture
+from gym_extensions.catalog.tasks import TASKS, Task
+from gym_extensions.catalog.variations import Course
+from gym_extensions.experts.references import Task as Reference
+from gym_extensions.site.charts.svg import picture, px, scale_around, stroke, text, tick_label
+from gym_extensions.site.text import digits_for, fixed
+
+FOLDER = Path(__file__).parents[1] / "pictures"
+
+
+@cache
+def pictures() -> dict[str, Path]:
+    """The picture files of the package by their names; empty without the folder."""
+    return {file.name: file for file in sorted(FOLDER.iterdir())} if FOLDER.is_dir() else {}
+
+
+def map_picture(task: Task) -> str:
+    """The file name of the drawn map with its goal; empty for a task without a map."""
+    courses = [variation for variation in task.variations if isinstance(variation, Course)]
+    return f"map{courses[0].map}-goal{courses[0].goal}.svg" if courses else ""
+
+
+def task_picture(task_id: str) -> str:
+    """The path of a task's picture on the site; empty without one."""
+    task = TASKS.get(task_id)
+    if task is None:
+        return ""
+    name = large_picture(task)
+    name = name if name in pictures() else map_picture(task)
+    return f"pictures/{name}" if name else ""
+
+
+def group_picture(group_id: str) -> str:
+    """The path of the picture that stands for a group or suite; empty without one."""
+    member = next(
+        (group for group in GROUPS.values() if group.id == SUITES.get(group_id, (group_id,))[0]), None
+    )
+    tasks = member.task_ids if member else ()
+    return next((path for task in tasks if (path := task_picture(task))), "")
+
+
+WALL, GOAL = "#9a7b5b", "#c62828"
+SIZE = (640, 480)
+"""Width and height of a map in units; y points down in pictures and up in coordinates."""
+
+
+def map_file(sheet: Sheet) -> str:
+    """The map with its goal as an SVG file."""
+    obstacles = "".join(f"M{x} {y}h{width}v{height}h-{width}" for x, y, width, height in sheet.obstacles)
+    x, y = sheet.goal or (0.0, 0.0)
+    width, height = SIZE
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" '
+        f'height="{height}"><rect width="{width}" height="{height}" fill="#fff"/>'
+        f'<path d="{obstacles}" fill="{WALL}"/><circle cx="{x:g}" cy="{y:g}" r="20" fill="{GOAL}"/></svg>\n'
+    )
+
+
+LENGTH, TOP = 80.0, 20
+"""Length of the base body's arrow, and where arrows begin."""
+
+
+def gravity_arrows(factor: float) -> Markup:
+    """A picture of both arrows; their lengths are proportional to gravity."""
+    arrows = _arrow(40, 1.0, "base", "× 1") + _arrow(120, factor, "changed", f"× {factor:g}")
+    return picture("gravity", "160", "160", f"gravity {factor:g} times that of the base body", arrows)
+
+
+def _arrow(x: int, factor: float, kind: str, label: str) -> str:
+    tip = TOP + LENGTH * factor
+    head = f"M{x} {TOP}V{tip:g}M{x - 7} {tip - 9:g}L{x} {tip:g}L{x + 7} {tip - 9:g}"
+    return f'<path class="{kind}" d="{head}"/><text class="tick" x="{x}" y="12">{label}</text>'
+
+
+WIDTH, MARGIN, LINE = 480, 24, 34
+
+
+def reference_dots(reference: Reference, runs: tuple[float, ...]) -> Markup:
+    """The floor as a line marked 0, the expert as one marked 1, and the runs on the task alone as dots."""
+    floor, agent = reference.floor.mean, reference.expert.agent if reference.expert else ""
+    one = (reference.expert.mean,) if reference.expert else ()
+    values = [floor, *runs, *one]
+    scale = scale_around(values, MARGIN, WIDTH - MARGIN, always=())
+    y, digits = LINE / 2 + 8, digits_for(values)
+    parts = [stroke(scale.start, y, scale.end, y, "level")]
+    parts += [text("tick", scale.at(mark), y + 24, tick_label(mark)) for mark in scale.ticks()]
+    marks = [(floor, "0", "reference-floor"), *((each, "1", "cell-mean") for each in one)]
+    for value, mark, kind in marks:
+        parts.append(stroke(scale.at(value), y - 9, scale.at(value), y + 9, kind))
+        parts.append(text("tick key", scale.at(value), y - 13, mark))
+    parts += [f'<circle class="run" cx="{px(scale.at(run))}" cy="{px(y)}" r="4"/>' for run in runs]
+    label = [f"floor {fixed(floor, digits)}", *(f"{agent} {fixed(each, digits)}" for each in one)]
+    if runs:
+        label.append(f"trained alone {', '.join(fixed(run, digits) for run in runs)}")
+    return picture("references dots", str(WIDTH), px(y + 28), "; ".join(label), "".join(parts))

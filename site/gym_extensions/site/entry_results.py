@@ -1,0 +1,302 @@
+"""The results of an entry: its scores on one group under one protocol, and what it retains of each task."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from itertools import groupby
+
+from gym_extensions import experts
+from gym_extensions.catalog.groups import GROUPS
+from gym_extensions.catalog.protocol import PROTOCOLS
+from gym_extensions.experts import Origin
+from gym_extensions.scoring.metrics import LEAST_LEARNED, NOTHING_LEARNED, MetricValue, learned_nothing
+from gym_extensions.scoring.scorecard import (
+    GroupScore,
+    ReferenceValue,
+    RunProvenance,
+    Scorecard,
+    SuiteScore,
+)
+from gym_extensions.scoring.statistics import interval
+from gym_extensions.site.text import count, digits_for
+
+SEQUENTIAL = "sequential"
+COLUMNS: dict[str, tuple[str, ...]] = {
+    "sequential": (
+        "final_performance",
+        "learning_performance",
+        "forgetting",
+        "asymptotic_transfer",
+        "zero_shot_transfer",
+    ),
+    "single": ("single_task_performance",),
+    "joint": ("final_performance", "cvar_10"),
+    "cumulative": ("last_task_performance",),
+}
+"""The metrics on a protocol's board. The first sorts it; forgetting follows learning performance."""
+NO_METRIC = MetricValue(why="not part of this protocol")
+Points = tuple[tuple[float, float], ...]
+Matrix = tuple[tuple[float, ...], ...]
+
+
+@dataclass(frozen=True)
+class EntryResult:
+    """The scores of a scorecard with their group or suite and protocol; a suite has only metrics."""
+
+    group: str
+    protocol: str
+    score: GroupScore | SuiteScore
+
+    @property
+    def id(self) -> str:
+        """Its anchor on the page of the submission."""
+        return f"{self.group}-{self.protocol}"
+
+    @cached_property
+    def detail(self) -> GroupScore | None:
+        """The scores of a group; None for a suite."""
+        return self.score if isinstance(self.score, GroupScore) else None
+
+    @property
+    def metrics(self) -> Mapping[str, MetricValue]:
+        """Every metric of the protocol by name."""
+        return self.score.metrics
+
+    def metric(self, name: str) -> MetricValue:
+        """The named metric; one without a value if the protocol does not have it."""
+        return self.score.metrics.get(name, NO_METRIC)
+
+    @property
+    def runs(self) -> tuple[int, ...]:
+        """Training seeds; empty for a suite."""
+        return self.detail.runs if self.detail else ()
+
+    @property
+    def made(self) -> tuple[tuple[RunProvenance, ...], ...]:
+        """How the runs were made; runs with the same command, commit, versions and steps together."""
+        runs = self.detail.provenance if self.detail else ()
+        same = groupby(runs, key=lambda made: (made.command, made.commit, made.versions, made.steps))
+        return tuple(tuple(members) for _, members in same)
+
+    @property
+    def tasks(self) -> tuple[str, ...]:
+        """Task ids in training order; empty for a suite."""
+        return self.detail.tasks if self.detail else ()
+
+    def reference(self, task: str) -> ReferenceValue | None:
+        """Floor and expert of a task; None for a suite or without references."""
+        return self.detail.reference.get(task) if self.detail else None
+
+    @cached_property
+    def profile(self) -> Points:
+        """Points of the performance profile, up to a score of 2; empty without one."""
+        profile = self.detail.profile if self.detail else None
+        return profile.points if profile else ()
+
+    @property
+    def iqm(self) -> float | None:
+        """Interquartile mean of the scores at the end, or None."""
+        return self.detail.iqm if self.detail else None
+
+    @cached_property
+    def stage_matrices(self) -> tuple[Matrix, ...]:
+        """Mean raw returns [run][stage][task] of a sequential log; else empty."""
+        return self.detail.return_matrix if self.detail and self.protocol == "sequential" else ()
+
+    @cached_property
+    def mean_matrix(self) -> Matrix:
+        """Mean raw returns [stage][task], averaged over runs."""
+        return tuple(
+            tuple(math.fsum(cells) / len(cells) for cells in zip(*stages, strict=True))
+            for stages in zip(*self.stage_matrices, strict=True)
+        )
+
+    @cached_property
+    def matrix_digits(self) -> int:
+        """Digits after the point in all matrices: none if returns reach the hundreds."""
+        rows = (*self.final_returns, *(stage for run in self.stage_matrices for stage in run))
+        return digits_for(10 * cell for row in rows for cell in row)
+
+    @cached_property
+    def top_score(self) -> float:
+        """The highest normalized mean return of the matrices, at least 1: the strongest tint."""
+        rows = [*self.final_returns, *(stage for run in self.stage_matrices for stage in run)]
+        scores = (
+            reference.normalize(value)
+            for row in rows
+            for task, value in zip(self.tasks, row, strict=True)
+            if (reference := self.reference(task))
+        )
+        return max(1.0, *(score for score in scores if score is not None), 1.0)
+
+    @cached_property
+    def final_returns(self) -> Matrix:
+        """Mean raw returns [run][task] of a single or joint log; else empty."""
+        staged = self.protocol == "sequential"
+        return tuple(run[-1] for run in self.detail.return_matrix) if self.detail and not staged else ()
+
+    @cached_property
+    def success_rates(self) -> tuple[tuple[float | None, ...], ...]:
+        """Success rates [stage][task], averaged over runs; empty if no task of the group defines success."""
+        runs = self.detail.success_rates if self.detail else ()
+        return tuple(
+            tuple(None if None in cells else _mean(cells) for cells in zip(*stages, strict=True))
+            for stages in zip(*runs, strict=True)
+        )
+
+    @cached_property
+    def learned_nothing(self) -> bool:
+        """Whether the agent learned nothing that it could forget."""
+        return learned_nothing(self.score.metrics)
+
+    @property
+    def why_no_metrics(self) -> str:
+        """The reason why every metric is missing; empty if one has a value or reasons differ."""
+        reasons = {value.why if value.mean is None else "" for value in self.score.metrics.values()}
+        return next(iter(reasons)) if len(reasons) == 1 else ""
+
+    @cached_property
+    def open_tasks(self) -> tuple[str, ...]:
+        """The tasks without an expert, in training order."""
+        return tuple(task for task in self.tasks if (reference := self.reference(task)) and reference.open)
+
+    @cached_property
+    def provisional_tasks(self) -> tuple[tuple[str, str], ...]:
+        """The tasks whose expert is provisional, in training order, and why it is."""
+        pairs = ((task, self.reference(task)) for task in self.tasks)
+        return tuple((task, each.provisional) for task, each in pairs if each and each.provisional)
+
+
+def _mean(cells: tuple[float | None, ...]) -> float:
+    return math.fsum(cell for cell in cells if cell is not None) / len(cells)
+
+
+@lru_cache(maxsize=1024)
+def group_order(group_id: str) -> tuple[int, str]:
+    """Sorts groups in the catalog's order, others by name after them."""
+    ids = [group.id for group in GROUPS.values()]
+    return (ids.index(group_id) if group_id in ids else len(ids), group_id)
+
+
+def _sorted(results: list[EntryResult]) -> tuple[EntryResult, ...]:
+    return tuple(
+        sorted(results, key=lambda result: (group_order(result.group), PROTOCOLS.index(result.protocol)))
+    )
+
+
+def group_results(card: Scorecard) -> tuple[EntryResult, ...]:
+    """The scores of every group and protocol."""
+    return _sorted(
+        [EntryResult(g, p, score) for g, scores in card.groups.items() for p, score in scores.items()]
+    )
+
+
+def separate_groups(card: Scorecard) -> tuple[str, ...]:
+    """The groups whose results have a page of their own: all, if there are several."""
+    groups = tuple(dict.fromkeys(result.group for result in group_results(card)))
+    return groups if len(groups) > 1 else ()
+
+
+def origins(entry: str, result: EntryResult) -> tuple[Origin, ...]:
+    """The policies of a log that are experts or their ancestors, by run and stage."""
+    group = result.group.rpartition("-v")[0]
+    return tuple(
+        sorted(experts.origins().get((entry, group, result.protocol), ()), key=lambda each: each[1:3])
+    )
+
+
+def suite_results(card: Scorecard) -> tuple[EntryResult, ...]:
+    """The scores of every suite and protocol."""
+    return _sorted(
+        [EntryResult(s, p, score) for s, scores in card.suites.items() for p, score in scores.items()]
+    )
+
+
+def nothing_to_forget(result: EntryResult) -> str:
+    """The note beside the forgetting of an agent that learned nothing that it could forget."""
+    uncertain = (result.metric("learning_performance").mean or 0.0) >= LEAST_LEARNED
+    return NOTHING_LEARNED + (f", as far as {count(len(result.runs), 'run')} can show" if uncertain else "")
+
+
+def table_digits(result: EntryResult) -> int:
+    """Digits after the point in the paper's table of a result: two for a printed table."""
+    if result.detail is None or result.detail.printed_total:
+        return 2
+    cells = [cell for row in result.detail.paper_table for cell in row.cells() if cell]
+    return digits_for(cell.mean / 10 for cell in cells)
+
+
+Stages = tuple[tuple[MetricValue, ...], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """The change of a task's score since right after its training, over runs.
+
+    Args:
+        value: mean and interval; normalized, or a raw return where the task has no expert.
+        normalized: whether it is normalized.
+    """
+
+    value: MetricValue
+    normalized: bool
+
+    @property
+    def is_certain(self) -> bool:
+        """Whether its interval excludes 0. A single run has no interval, and is not certain."""
+        ends = self.value.ends
+        return ends is not None and not ends[0] <= 0 <= ends[1]
+
+
+@dataclass(frozen=True)
+class Retention:
+    """One entry on one group, from its sequential scores."""
+
+    score: GroupScore
+
+    @property
+    def tasks(self) -> tuple[str, ...]:
+        """Task ids in training order."""
+        return self.score.tasks
+
+    @cached_property
+    def changes(self) -> tuple[Change, ...]:
+        """Per task but the last, which nothing follows; empty without a return matrix."""
+        if not self.score.return_matrix:
+            return ()
+        references = map(self.score.reference.get, self.tasks[:-1])
+        return tuple(_change(self.score, at, reference) for at, reference in enumerate(references))
+
+    @cached_property
+    def stages(self) -> Stages:
+        """``[stage][task]`` scores after every stage; without a value where the task has no expert."""
+        if not self.score.return_matrix:
+            return ()
+        references = [self.score.reference.get(task) for task in self.tasks]
+        return tuple(
+            tuple(_score(self.score, stage, at, reference) for at, reference in enumerate(references))
+            for stage in range(len(self.tasks) + 1)
+        )
+
+
+def _normalized(values: list[float], reference: ReferenceValue | None) -> list[float] | None:
+    shares = [reference.normalize(value) for value in values] if reference else [None]
+    present = [share for share in shares if share is not None]
+    return present if len(present) == len(values) else None
+
+
+def _change(score: GroupScore, at: int, reference: ReferenceValue | None) -> Change:
+    after = [run[at + 1][at] for run in score.return_matrix]
+    end = [run[-1][at] for run in score.return_matrix]
+    before, final = _normalized(after, reference), _normalized(end, reference)
+    normalized = before is not None and final is not None
+    pairs = zip(before or after, final or end, strict=True) if normalized else zip(after, end, strict=True)
+    return Change(MetricValue.of(interval([later - first for first, later in pairs])), normalized)
+
+
+def _score(score: GroupScore, stage: int, at: int, reference: ReferenceValue | None) -> MetricValue:
+    values = _normalized([run[stage][at] for run in score.return_matrix], reference)
+    return MetricValue() if values is None else MetricValue.of(interval(values))

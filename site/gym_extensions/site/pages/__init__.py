@@ -1,0 +1,94 @@
+"""All kinds of pages, one module each; those that are little more than their template are here.
+
+A page that is made from all entries has ``publish``, one per entry ``publish_entry``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from gym_extensions.catalog.groups import GROUPS
+from gym_extensions.catalog.protocol import BUDGETS, FULL_ENTRY_RUNS
+from gym_extensions.catalog.tasks import TASKS
+from gym_extensions.rollouts.review import REPORTED
+from gym_extensions.site import paths
+from gym_extensions.site.board_views import Leaderboard
+from gym_extensions.site.pages import (
+    changes,
+    compare,
+    core,
+    data,
+    entries,
+    exports,
+    groups,
+    metrics,
+    speed,
+    tasks,
+)
+from gym_extensions.site.pages.page import TASK_LIST, File, Page, Render
+from gym_extensions.site.play.mujoco_wasm import VERSION
+from gym_extensions.site.play.offer import offer
+from gym_extensions.site.text import is_verified
+
+
+def _overview(site: Leaderboard, render: Render) -> Iterator[File]:
+    """Which method is best on the core, a figure of it, and where everything else is; then every pair."""
+    scored = [entry for entry in site.entries if not entry.problems and entry.level != REPORTED]
+    values = {
+        "entries": len(scored),
+        "verified": sum(is_verified(entry) for entry in scored),
+        "reported": sum(entry.level == REPORTED for entry in site.entries),
+        "refused": sum(bool(entry.problems) for entry in site.entries),
+        "groups": groups.groups(site),
+        "tasks_published": len(TASKS),
+        "records": sum(map(len, site.records.values())),
+        "board": site.scored.core,
+        "core": core,
+    }
+    yield "index.html", render("index.html", "index.html", **values)
+    yield "core.html", render("core.html", "core.html", board=site.scored.core, core=core)
+
+
+def _play(site: Leaderboard, render: Render) -> Iterator[File]:
+    """The page on which MuJoCo runs in the browser, and its files; without the simulator it says so."""
+    leaders = [board.leader.row.card.name for board in site.boards if board.leader]
+    watch = paths.entry_path(leaders[0]) if leaders else "entries.html"
+    play = offer(site, render.folders, render.simulator) if render.simulator else None
+    size = sum(map(len, render.simulator.files().values())) / 1e6 if render.simulator else 0.0
+    values = {"play": play, "watch": watch, "size": size, "version": VERSION}
+    yield "play.html", render("play.html", "play.html", **values)
+    yield from play.files.items() if play else ()
+
+
+def _submit(_site: Leaderboard, render: Render) -> Iterator[File]:
+    """How to submit results, in short; docs/submit.md has the details."""
+    on_boards = [budget.name for budget in BUDGETS.values() if budget.on_boards]
+    yield "submit.html", render("submit.html", "submit.html", budgets=on_boards, runs=FULL_ENTRY_RUNS)
+
+
+def _about(_site: Leaderboard, render: Render) -> Iterator[File]:
+    """What gym-extensions is, why, how it differs from the paper, its licence, and how to cite it."""
+    values = {"tasks": len(TASKS), "groups": len(GROUPS), "citation": exports.software_bibtex()}
+    yield "about.html", render("about.html", "about.html", **values)
+
+
+PAGES = (
+    Page("Overview", "index.html", _overview),
+    Page("Core", "core.html"),
+    Page("Groups", "index.html#groups", groups.publish),
+    Page("Tasks", TASK_LIST, tasks.publish),
+    Page("Submissions", publish_entry=entries.publish_entry),
+    Page("Entries", "entries.html", entries.publish_list),
+    Page("Compare", "compare.html", compare.publish),
+    Page("Play", "play.html", _play),
+    Page("Metrics", "metrics.html", metrics.publish),
+    Page("Submit", "submit.html", _submit),
+    Page("References", "references.html", tasks.publish_references, in_footer=True),
+    Page("Data", "data.html", data.publish, data.publish_entry, in_footer=True),
+    Page("Changes", "changes.html", changes.publish, in_footer=True),
+    Page("About", "about.html", _about, in_footer=True),
+    Page("Speed", "speed.html", speed.publish, in_footer=True),
+    Page("Pictures", publish=tasks.publish_pictures),
+    Page("Exports", publish_entry=exports.publish_entry),
+)
+"""All kinds of pages in the order of the menu."""

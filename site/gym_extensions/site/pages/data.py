@@ -1,0 +1,142 @@
+"""The page Data, and the documents of ``api/``: those of the scorer, an index, and one per group."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from gym_extensions.rollouts.review import Level
+from gym_extensions.scoring.documents import JsonDocument, about, json_schema
+from gym_extensions.scoring.output.schema import schema_texts
+from gym_extensions.scoring.output.tables import board_frame, to_csv
+from gym_extensions.scoring.ranking.boards import BoardsDocument
+from gym_extensions.scoring.scorecard import ReferencesInfo, ReferenceValue, Scorecard, ScorecardDocument
+from gym_extensions.site import paths
+from gym_extensions.site.board_views import BoardView, Leaderboard
+from gym_extensions.site.pages.groups import Group, groups
+from gym_extensions.site.pages.page import Draft, File, Render
+
+
+@dataclass(frozen=True, slots=True)
+class IndexEntry:
+    """A submission."""
+
+    name: Annotated[str, about("name of its folder")]
+    title: Annotated[str, about("its title")]
+    level: Annotated[Level | None, about("its level; null if it was refused")]
+    path: Annotated[str, about("path of its scorecard, a document of schemas/scorecard.json")]
+    page: Annotated[str, about("path of its page")]
+
+
+@dataclass(frozen=True, slots=True)
+class IndexBoard:
+    """A board."""
+
+    id: Annotated[str, about("its name")]
+    group: Annotated[str, about("group id or suite name")]
+    protocol: Annotated[str, about("`sequential`, `single`, `joint` or `cumulative`")]
+    budget: Annotated[str, about("name of the budget")]
+    task_conditioned: Annotated[bool, about("whether its agents observe the task in evaluation")]
+    entries: Annotated[int, about("number of its entries")]
+    path: Annotated[str, about("path of the board, a document of schemas/boards.json with one board")]
+    page: Annotated[str, about("path of its page")]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Index(JsonDocument):
+    """What ``api/`` contains. Paths are relative to the root of the site."""
+
+    format: Annotated[Literal[1], about("1")] = 1
+    references: ReferencesInfo
+    entries: Annotated[tuple[IndexEntry, ...], about("submissions, sorted by name")]
+    boards: Annotated[tuple[IndexBoard, ...], about("boards")]
+    core: Annotated[str, about("path of the core board, a document of schemas/boards.json")]
+    groups: Annotated[dict[str, str], about("path of each group's or suite's document, by its id")]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GroupDocument(JsonDocument):
+    """A group or suite."""
+
+    format: Annotated[Literal[1], about("1")] = 1
+    id: Annotated[str, about("group id or suite name")]
+    references: ReferencesInfo
+    tasks: Annotated[tuple[str, ...], about("task ids in training order; empty for a suite")]
+    groups: Annotated[tuple[str, ...], about("group ids of a suite; empty for a group")]
+    reference: Annotated[dict[str, ReferenceValue], about("floor and expert by task id")]
+    boards: Annotated[tuple[IndexBoard, ...], about("its boards")]
+
+
+def schemas() -> dict[str, str]:
+    """The JSON Schemas of these documents by file name."""
+    documents = {"index.json": Index, "group.json": GroupDocument}
+    return {
+        name: json.dumps(json_schema(document), indent=1, sort_keys=True, ensure_ascii=False) + "\n"
+        for name, document in documents.items()
+    }
+
+
+def index_entry(card: Scorecard) -> IndexEntry:
+    """A submission in the index."""
+    return IndexEntry(
+        card.name, card.title, card.level, paths.entry_data(card.name), paths.entry_path(card.name)
+    )
+
+
+def index_board(board: BoardView) -> IndexBoard:
+    """A board in the index."""
+    facts = (board.group, board.protocol, board.budget, board.task_conditioned)
+    return IndexBoard(
+        board.id, *facts, len(board.rows), paths.board_data(board.id), paths.board_path(board.id)
+    )
+
+
+def publish_entry(entry: Scorecard, render: Render) -> Iterator[File]:
+    """The scorecard of a submission, as ``score --json`` prints it."""
+    document = ScorecardDocument(references=render.references, submissions=(entry,))
+    yield paths.entry_data(entry.name), Draft(render.inputs[entry.name], document.to_json)
+
+
+def publish(site: Leaderboard, render: Render) -> Iterator[File]:
+    """The page that lists the data, the index, boards, groups and schemas."""
+    members = groups(site)
+    boards = {board.id: index_board(board) for board in site.boards}
+    yield "data.html", render("data.html", "data.html")
+    index = Index(
+        references=site.references,
+        entries=tuple(map(index_entry, site.entries)),
+        boards=tuple(boards.values()),
+        core=paths.CORE_DATA,
+        groups={group.id: paths.group_data(group.id) for group in members},
+    )
+    yield "api/index.json", index.to_json()
+    yield paths.CORE_DATA, BoardsDocument(core=site.scored.core, boards=()).to_json()
+    for board in site.boards:
+        yield paths.board_data(board.id), BoardsDocument(boards=(board.scored,)).to_json()
+        yield paths.board_data(board.id, "csv"), to_csv(board_frame(board.scored))
+    for group in members:
+        yield paths.group_data(group.id), _group_document(group, site, boards).to_json()
+    for name, text in {**schema_texts(), **schemas()}.items():
+        yield f"schemas/{name}", text
+
+
+def _group_document(group: Group, site: Leaderboard, boards: dict[str, IndexBoard]) -> GroupDocument:
+    known = {}
+    for row in group.tasks:
+        if row.measured:
+            expert = row.measured.expert
+            known[row.task] = ReferenceValue(
+                row.measured.floor.mean, expert.mean if expert else None, not expert
+            )
+    details = (result.detail for board in group.boards for result in board.results)
+    used = next((detail.reference for detail in details if detail), {})
+    return GroupDocument(
+        id=group.id,
+        references=site.references,
+        tasks=group.task_ids,
+        groups=group.members,
+        reference=used or known,
+        boards=tuple(boards[board.id] for board in group.boards),
+    )

@@ -1,0 +1,205 @@
+"""The pages of groups and suites with their tasks and boards, and the table of all rows of every board."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+from gym_extensions.catalog.groups import CORE, CORES, GROUPS, SUITES, TaskGroup
+from gym_extensions.catalog.protocol import PROTOCOLS
+from gym_extensions.catalog.tasks import TASKS
+from gym_extensions.experts.references import Task as Reference
+from gym_extensions.rollouts.review import REPORTED
+from gym_extensions.scoring.scorecard import PaperRow, Scorecard
+from gym_extensions.site import paths
+from gym_extensions.site.board_views import BoardView, Leaderboard, Row
+from gym_extensions.site.charts.tasks import group_picture, task_picture
+from gym_extensions.site.entry_results import SEQUENTIAL
+from gym_extensions.site.output import encoded
+from gym_extensions.site.pages.landscapes import TITLES
+from gym_extensions.site.pages.page import Draft, File, Render
+from gym_extensions.site.pages.tasks import measured
+from gym_extensions.site.tables import parts
+from gym_extensions.site.text import fixed
+
+SHOWN_ROWS = 20
+"""Rows of a board on the page of its group, with drawings; all are in the board's own table."""
+PAGE_ROWS = 1000
+"""Rows of a page of that table, of at most 300 bytes each."""
+FIRST_ENTRIES = 2
+"""How many of the best entries are compared with the paper's numbers."""
+
+
+def publish(site: Leaderboard, render: Render) -> Iterator[File]:
+    """A page for each group and suite with its boards, and the table of all rows of every board."""
+    for group in groups(site):
+        path = paths.group_path(group.id)
+        rows = [(row.entry, site.inputs[row.entry.name]) for board in group.boards for row in board.rows]
+        shared = repr((group.tasks, group.paper, [board.id for board in group.boards])).encode()
+        landscapes = {board.id: render.landscapes.rows(board) for board in group.boards}
+        shares = [values for pairs in landscapes.values() for _, values in pairs]
+        values = {"landscapes": landscapes, "landscape_titles": TITLES, "shown_rows": SHOWN_ROWS}
+        write = partial(render, "group.html", path, group=group, **values)
+        yield path, Draft(shared + encoded((rows, shares)), write)
+    for board in site.boards:
+        for part in parts(board.rows, PAGE_ROWS, partial(paths.board_path, board.id)):
+            path = part.path(part.number)
+            yield path, render("board.html", path, board=board, part=part)
+
+
+@dataclass(frozen=True)
+class TaskRow:
+    """A task of a group, with its picture and how its floor and expert were measured."""
+
+    task: str
+    picture: str
+    measured: Reference | None
+
+    @property
+    def has_page(self) -> bool:
+        """Whether the task is published, so that it has a page."""
+        return self.task in TASKS
+
+    @property
+    def one(self) -> str:
+        """What a score of 1 means, in words."""
+        return "No reference has been measured" if self.measured is None else _one(self.measured)
+
+    @property
+    def zero(self) -> str:
+        """What a score of 0 means, in words."""
+        if self.measured is None:
+            return ""
+        floor = self.measured.floor
+        agent = {"zero": "the zero action", "random": "random actions"}.get(floor.agent, floor.agent)
+        return f"0 = {agent}: return {_number(floor.mean)}"
+
+
+@dataclass(frozen=True)
+class PaperTable:
+    """The four columns of the paper for some entries, per task.
+
+    Args:
+        entries: name and title of each, the publication first.
+        rows: per task id, the cells of each entry; None where it lacks the task.
+    """
+
+    entries: tuple[tuple[str, str], ...]
+    rows: tuple[tuple[str, tuple[PaperRow | None, ...]], ...]
+
+
+@dataclass(frozen=True)
+class Group:
+    """A group or suite.
+
+    Args:
+        id: group id or suite name.
+        tasks: in training order; empty for a suite.
+        members: the group ids of a suite; empty for a group.
+        boards: its boards by protocol, those with most entries first, task-conditioned ones after the others.
+        paper: the paper's columns; None without a publication.
+    """
+
+    id: str
+    tasks: tuple[TaskRow, ...]
+    members: tuple[str, ...]
+    boards: tuple[BoardView, ...]
+    paper: PaperTable | None
+
+    @property
+    def picture(self) -> str:
+        """The path of its picture; empty without one."""
+        return group_picture(self.id)
+
+    @property
+    def task_ids(self) -> tuple[str, ...]:
+        """Its tasks in training order."""
+        return tuple(row.task for row in self.tasks)
+
+    @property
+    def summaries(self) -> tuple[str, ...]:
+        """What its bodies are and do, one sentence per base body."""
+        bodies = [TASKS[row.task].body.prose.summary for row in self.tasks if row.has_page]
+        return tuple(dict.fromkeys(bodies))
+
+    @property
+    def entries(self) -> int:
+        """The number of different entries on its boards."""
+        return len({row.entry.name for board in self.boards for row in board.rows})
+
+    @property
+    def best(self) -> Row | None:
+        """The first ranked entry of its first board of sequential training that has one."""
+        found = (board.best for board in self.boards if board.protocol == SEQUENTIAL)
+        return next((row for row in found if row), None)
+
+
+def groups(site: Leaderboard) -> tuple[Group, ...]:
+    """The groups of the core, other published groups and those that have a board, then the suites."""
+    by_group: dict[str, list[BoardView]] = {}
+    for board in site.boards:
+        by_group.setdefault(board.group, []).append(board)
+    published = {group.id: group for group in GROUPS.values()}
+    ids = [name for name in dict.fromkeys((*CORES[CORE], *published, *by_group)) if name not in SUITES]
+    known = measured(site.references)
+    return tuple(
+        _group(name, published.get(name), by_group.get(name, []), site.entries, known)
+        for name in (*ids, *SUITES)
+    )
+
+
+def _group(
+    name: str,
+    group: TaskGroup | None,
+    boards: Sequence[BoardView],
+    entries: Sequence[Scorecard],
+    known: Mapping[str, Reference],
+) -> Group:
+    tasks = group.task_ids if group else next((board.results[0].tasks for board in boards), ())
+    return Group(
+        id=name,
+        tasks=tuple(TaskRow(task, task_picture(task), known.get(task)) for task in tasks),
+        members=SUITES.get(name, ()),
+        boards=tuple(
+            sorted(
+                boards,
+                key=lambda board: (
+                    PROTOCOLS.index(board.protocol),
+                    board.task_conditioned,
+                    -len(board.rows),
+                ),
+            )
+        ),
+        paper=_paper(name, tasks, boards, entries),
+    )
+
+
+def _paper(
+    name: str, tasks: Sequence[str], boards: Sequence[BoardView], entries: Sequence[Scorecard]
+) -> PaperTable | None:
+    """Publications of the group, and the best entries of its first board of sequential training."""
+    reported = [
+        entry for entry in entries if entry.level == REPORTED and SEQUENTIAL in entry.groups.get(name, {})
+    ]
+    if not reported:
+        return None
+    sequential = next((board for board in boards if board.protocol == SEQUENTIAL), None)
+    best = [row.card for row in sequential.rows[:FIRST_ENTRIES]] if sequential else []
+    cards = [*reported, *(card for card in best if card not in reported)]
+    tables = [{row.task: row for row in card.groups[name][SEQUENTIAL].paper_table} for card in cards]
+    rows = tuple((task, tuple(table.get(task) for table in tables)) for task in tasks)
+    return PaperTable(tuple((card.name, card.title) for card in cards), rows)
+
+
+def _one(reference: Reference) -> str:
+    expert = reference.expert
+    if expert:
+        provisional = f" (provisional: {expert.provisional})" if expert.provisional else ""
+        return f"1 = {expert.agent or 'expert'}: return {_number(expert.mean)}{provisional}"
+    tried = f"; the best attempt returns {_number(reference.attempts.mean)}" if reference.attempts else ""
+    return f"Open: no expert is known that is clearly better than 0{tried}"
+
+
+def _number(value: float) -> str:
+    return fixed(value, 0 if abs(value) >= 10 else 2)

@@ -1,0 +1,140 @@
+"""Landscapes on the pages: maps and numbers of an entry, and the entries of a group side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+
+from markupsafe import Markup
+
+from gym_extensions.catalog.groups import GROUPS, TaskGroup
+from gym_extensions.catalog.worlds import Axis, axes
+from gym_extensions.scoring.landscapes import (
+    EXTRAPOLATION,
+    INTERPOLATION,
+    NO_POLICIES,
+    NOT_MEASURED,
+    PROTOCOL,
+    Best,
+    Landscape,
+    best,
+    landscapes_of,
+    load,
+    share,
+    summary,
+)
+from gym_extensions.scoring.metrics import MetricValue
+from gym_extensions.scoring.scorecard import Scorecard
+from gym_extensions.site.board_views import BoardView, Row
+from gym_extensions.site.charts import landscapes as charts
+from gym_extensions.site.charts.svg import tick_label
+from gym_extensions.site.output import encoded
+
+Summary = Mapping[str, MetricValue]
+"""Interpolation and extrapolation, without one of which a group has no worlds."""
+TITLES = {INTERPOLATION: "Between trained values", EXTRAPOLATION: "Beyond trained values"}
+
+
+@dataclass(frozen=True)
+class AxisView:
+    """One axis of a landscape: the drawing of the mean, one per run, and the mean returns."""
+
+    axis: Axis
+    stages: tuple[str, ...]
+    large: Markup
+    runs: tuple[tuple[int, Markup], ...]
+    means: tuple[tuple[float, ...], ...]
+
+
+@dataclass(frozen=True)
+class View:
+    """The landscape of an entry on a group, or why there is none."""
+
+    group: TaskGroup
+    landscape: Landscape | None
+    best: Best
+    why: str = ""
+
+    @property
+    def inputs(self) -> bytes:
+        """All that the section depends on."""
+        best = [value for (group, _), value in self.best.items() if group == self.group.id]
+        return encoded((self.why, self.landscape, best))
+
+    @property
+    def summary(self) -> Summary:
+        """The shares of the best return."""
+        return summary(self.landscape, self.group, self.best) if self.landscape else {}
+
+    @property
+    def axes(self) -> list[AxisView]:
+        """Every axis, drawn."""
+        return [self._drawn(axis, self.landscape) for axis in axes(self.group)] if self.landscape else []
+
+    def _drawn(self, axis: Axis, landscape: Landscape) -> AxisView:
+        measured, top = landscape.axis(axis.name), self.best[landscape.group, axis.name]
+        stages = ("untrained", *(_stage(axis, self.group, task) for task in range(len(self.group.tasks))))
+        final = [run[-1] for run in measured.returns]
+        runs = [
+            (run, charts.small(axis, _shares(returns, top), f"Run {run}"))
+            for run, returns in zip(landscape.runs, measured.returns, strict=True)
+        ]
+        large = charts.large(axis, _shares(measured.means, top), stages, final, top)
+        return AxisView(axis, stages, large, tuple(runs), measured.means)
+
+
+def _shares(returns: tuple[tuple[float, ...], ...], top: tuple[float, ...]) -> list[list[float | None]]:
+    return [[share(value, highest) for value, highest in zip(row, top, strict=True)] for row in returns]
+
+
+def _stage(axis: Axis, group: TaskGroup, task: int) -> str:
+    """The name of the stage after a task: its value, or what the task is called."""
+    trained = next((each for each in axis.trained if each.task == task and each.low == each.high), None)
+    if trained is not None and axis.name == "gravity":
+        return f"at {tick_label(trained.low)} {axis.unit}"
+    return group.tasks[task].name.removeprefix(group.tasks[task].base)
+
+
+@dataclass(frozen=True)
+class Landscapes:
+    """The landscapes of all entries of a site, as far as their folders are known."""
+
+    folders: Mapping[str, Path] = field(default_factory=dict)
+
+    @cached_property
+    def _all(self) -> tuple[Best, Mapping[str, Mapping[str, Summary]]]:
+        found = {name: landscapes_of(folder) for name, folder in sorted(self.folders.items())}
+        top = best(each for landscapes in found.values() for each in landscapes.values())
+        groups = {group.id: group for group in GROUPS.values()}
+        rows: dict[str, dict[str, Summary]] = {}
+        for name, landscapes in found.items():
+            for group_id, each in landscapes.items():
+                rows.setdefault(group_id, {})[name] = summary(each, groups[group_id], top)
+        return top, rows
+
+    def views(self, entry: Scorecard) -> dict[str, View]:
+        """The landscapes of an entry by group id, for its sequential results on groups with axes."""
+        folder = self.folders.get(entry.name)
+        if folder is None:
+            return {}
+        return {
+            group.id: self._view(entry, folder, group)
+            for group in GROUPS.values()
+            if PROTOCOL in entry.groups.get(group.id, {}) and axes(group)
+        }
+
+    def _view(self, entry: Scorecard, folder: Path, group: TaskGroup) -> View:
+        found = load(folder, group)
+        if isinstance(found, Landscape):
+            return View(group, found, self._all[0])
+        has_policies = any(run.policies for run in entry.groups[group.id][PROTOCOL].provenance)
+        why = NO_POLICIES if found == NOT_MEASURED and not has_policies else found
+        return View(group, None, {}, why)
+
+    def rows(self, board: BoardView) -> list[tuple[Row, Summary]]:
+        """The entries of a sequential board that have a landscape, from the highest share to the lowest."""
+        known = self._all[1].get(board.group, {}) if board.protocol == PROTOCOL else {}
+        rows = [(row, known[row.entry.name]) for row in board.rows if row.entry.name in known]
+        return sorted(rows, key=lambda pair: [-(value.mean or 0.0) for value in pair[1].values()])

@@ -1,0 +1,277 @@
+"""The pages of tasks, with what 1 is, the best entries, the expert and the records; the page References."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cache, cached_property, partial
+
+from markupsafe import Markup, escape
+
+from gym_extensions import experts
+from gym_extensions.catalog import tasks as catalog
+from gym_extensions.catalog.fingerprints import published
+from gym_extensions.catalog.groups import GROUPS
+from gym_extensions.catalog.sheets import Sheet, sheet
+from gym_extensions.catalog.tasks import TASKS, VERSIONS, Task
+from gym_extensions.catalog.variations import Gravity
+from gym_extensions.experts import Step
+from gym_extensions.experts.references import REFERENCES, parse_file
+from gym_extensions.experts.references import Task as Reference
+from gym_extensions.scoring.poses import FOLDER as POSES
+from gym_extensions.scoring.poses import PolicyPoses, TaskPoses
+from gym_extensions.scoring.records import Record
+from gym_extensions.scoring.references import load_references, trained_alone
+from gym_extensions.scoring.scorecard import PaperRow, ReferencesInfo
+from gym_extensions.site import paths
+from gym_extensions.site.board_views import BoardView, Leaderboard, Row
+from gym_extensions.site.charts.tasks import map_file, map_picture, pictures, task_picture
+from gym_extensions.site.entry_results import SEQUENTIAL
+from gym_extensions.site.pages.page import TASK_LIST, Draft, File, Render
+from gym_extensions.site.play.offer import play_link
+from gym_extensions.site.play.watch import Episode, Watch, WatchedTask, watched_task
+from gym_extensions.site.text import is_verified, short
+
+
+def publish(site: Leaderboard, render: Render) -> Iterator[File]:
+    """The list of tasks, then a page per published task."""
+    yield TASK_LIST, render("tasks.html", TASK_LIST, bases=by_base())
+    references, best = measured(site.references), best_entries(site.boards)
+    for task in TASKS.values():
+        path = paths.task_path(task.id)
+        view = TaskView(task, references.get(task.id), best.get(task.id, ()))
+        policies = TaskPolicies(task, site.records.get(task.id, ()))
+        values = {"task": view, "policies": policies, "play": play_link(task), "origin": origin}
+        yield path, Draft(view.inputs + policies.inputs, partial(render, "task.html", path, **values))
+        if policies.watch is not None:
+            yield policies.watch.path, policies.watch.script
+
+
+def publish_references(site: Leaderboard, render: Render) -> Iterator[File]:
+    """What 0 and 1 mean: a table per base body; bodies without a reference are in one sentence."""
+    known = measured(site.references)
+    tables = {
+        base: [(task.id, known[task.id], alone(task.id)) for task in tasks if task.id in known]
+        for base, tasks in by_base().items()
+    }
+    bases = {base: rows for base, rows in tables.items() if rows}
+    missing = [base for base, rows in tables.items() if not rows]
+    yield "references.html", render("references.html", "references.html", bases=bases, missing=missing)
+
+
+def publish_pictures(_site: Leaderboard, _render: Render) -> Iterator[File]:
+    """Every picture file of the package, and a drawn map per course."""
+    for file in pictures().values():
+        yield f"pictures/{file.name}", file.read_bytes()
+    maps = {map_picture(task): task.id for task in reversed(TASKS.values())}
+    for name, task_id in sorted(maps.items()):
+        facts = sheet(task_id)
+        if name and facts is not None:
+            yield f"pictures/{name}", map_file(facts)
+
+
+@cache
+def measured(info: ReferencesInfo) -> Mapping[str, Reference]:
+    """Floor and expert by task id, of this benchmark version; empty if the digest of its file is another."""
+    if not info.sha256 or load_references(info.version).digest != info.sha256:
+        return {}
+    return parse_file((REFERENCES / f"{info.version}.json").read_bytes()).tasks
+
+
+def alone(task_id: str) -> tuple[float, ...]:
+    """The mean return of each run of the reference agent on a task alone."""
+    found = trained_alone().get(task_id)
+    return tuple(run.mean for run in found.runs) if found else ()
+
+
+BEST = 5
+"""Entries that the page of a task lists."""
+
+
+@dataclass(frozen=True)
+class BestEntry:
+    """An entry on a board, with the mean returns of one task."""
+
+    board: BoardView
+    row: Row
+    returns: PaperRow
+
+    @property
+    def end(self) -> float:
+        """The mean return at the end."""
+        return self.returns.fully_trained.mean if self.returns.fully_trained else float("-inf")
+
+
+@dataclass(frozen=True)
+class TaskView:
+    """A task as its page shows it."""
+
+    task: Task
+    measured: Reference | None
+    best: tuple[BestEntry, ...]
+
+    @property
+    def id(self) -> str:
+        """The task's id."""
+        return self.task.id
+
+    @property
+    def inputs(self) -> bytes:
+        """What its page depends on besides the code and the references."""
+        best = [(row.board.id, row.row.card.name, row.row.card.title, row.returns) for row in self.best]
+        return repr((self.task, self.measured, self.alone, best)).encode()
+
+    @property
+    def alone(self) -> tuple[float, ...]:
+        """The mean return of each run of the reference agent on it alone."""
+        return alone(self.id)
+
+    @cached_property
+    def sheet(self) -> Sheet | None:
+        """What follows from its model."""
+        return sheet(self.task.id)
+
+    @property
+    def base(self) -> Task | None:
+        """The task of the base body without variations; None for that task itself and for maps."""
+        if not self.task.variations or self.task.body.family == "navigation":
+            return None
+        return catalog.task(self.task.base)
+
+    @property
+    def picture(self) -> str:
+        """The path of its picture; empty without one."""
+        return task_picture(self.task.id)
+
+    @property
+    def base_picture(self) -> str:
+        """The path of the base body's picture; empty if it is the same."""
+        picture = task_picture(self.base.id) if self.base else ""
+        return "" if picture == self.picture else picture
+
+    @property
+    def gravity(self) -> float | None:
+        """Its gravity relative to that of the base body; None if gravity does not differ."""
+        factors = [variation.factor for variation in self.task.variations if isinstance(variation, Gravity)]
+        return factors[0] if factors else None
+
+    @property
+    def fingerprint(self) -> str:
+        """Its published fingerprint."""
+        return published(self.task.id)
+
+    @property
+    def versions(self) -> tuple[tuple[int, str], ...]:
+        """Each version and what changed with it."""
+        return tuple((number, VERSIONS[number]) for number in range(self.task.version + 1))
+
+    @property
+    def facts(self) -> tuple[tuple[str, Markup], ...]:
+        """Reward, start, end, time limit, success and source, in words."""
+        prose, success = self.task.body.prose, self.task.body.success
+        facts = (
+            ("Reward per step", prose.reward),
+            ("Start", prose.start),
+            ("End", prose.end),
+            ("Time limit", f"{self.task.max_steps} steps."),
+            ("Success", success.text if success else "Not defined."),
+            ("Source", prose.source),
+        )
+        return tuple((name, _with_code(text)) for name, text in facts)
+
+    @property
+    def groups(self) -> tuple[tuple[str, int, int], ...]:
+        """Id of each group that it belongs to, its position there, and the number of tasks."""
+        return tuple(
+            (group.id, group.task_ids.index(self.task.id) + 1, len(group.tasks))
+            for group in GROUPS.values()
+            if self.task.id in group.task_ids
+        )
+
+
+def _with_code(text: str) -> Markup:
+    """A text of the catalog, with what is between backticks as code."""
+    return Markup(re.sub(r"`([^`]*)`", r"<code>\1</code>", str(escape(text))))
+
+
+def best_entries(boards: Sequence[BoardView]) -> dict[str, tuple[BestEntry, ...]]:
+    """The verified entries with the highest return at the end of sequential training, by task id."""
+    by_task: dict[str, list[BestEntry]] = {}
+    for board in boards:
+        if board.protocol != SEQUENTIAL or board.suite:
+            continue
+        for row in board.rows:
+            detail = row.result.detail
+            if detail is None or row.duplicate_of or not is_verified(row.card):
+                continue
+            for returns in detail.paper_table:
+                if returns.fully_trained:
+                    by_task.setdefault(returns.task, []).append(BestEntry(board, row, returns))
+    return {
+        name: tuple(sorted(rows, key=lambda best: (-best.end, best.row.card.name))[:BEST])
+        for name, rows in by_task.items()
+    }
+
+
+def by_base() -> dict[str, tuple[Task, ...]]:
+    """Every published task by the name of its base body, in the order of the catalog."""
+    bases: dict[str, list[Task]] = {}
+    for row in TASKS.values():
+        bases.setdefault(row.base, []).append(row)
+    return {base: tuple(rows) for base, rows in bases.items()}
+
+
+Records = Mapping[str, tuple[Record, ...]]
+"""The verified records by task id, the best one first."""
+
+
+@dataclass(frozen=True)
+class TaskPolicies:
+    """The expert of a task and its verified records, the best one first."""
+
+    task: Task
+    records: tuple[Record, ...] = field(default=())
+
+    @cached_property
+    def shown(self) -> tuple[tuple[str, TaskPoses], ...]:
+        """The poses of the expert, if they are of its policy, and of the best record, with their titles."""
+        found = []
+        path = experts.DATA / POSES / f"{self.task.name}.json"
+        poses = PolicyPoses.load(path, "bad-poses", "gym-extensions maintain poses")
+        if poses is not None and poses.policy == experts.card(self.task).policy:
+            found.append(("The expert", poses.poses))
+        for record in self.records[:1]:
+            if record.review is not None and record.review.poses is not None:
+                authors = short(", ".join(record.card.authors))
+                found.append((f"The record by {authors}", record.review.poses))
+        return tuple(found)
+
+    @cached_property
+    def watch(self) -> Watch | None:
+        """The panel; None without poses."""
+        episodes = tuple(_episodes(self.shown))
+        if not episodes:
+            return None
+        path = paths.task_path(self.task.id).removesuffix(".html") + "-poses.js"
+        return Watch("watch-policies", path, 0, (WatchedTask(self.task.id, episodes),))
+
+    @property
+    def inputs(self) -> bytes:
+        """What the page depends on."""
+        return repr((self.shown, [(record.card, record.review) for record in self.records])).encode()
+
+
+def _episodes(shown: tuple[tuple[str, TaskPoses], ...]) -> Iterator[Episode]:
+    for title, poses in shown:
+        watched = watched_task(poses)
+        if watched is not None:
+            (episode,) = watched.episodes
+            yield Episode(episode.clip, title, poses, episode.sheet, episode.travels)
+
+
+def origin(history: tuple[Step, ...]) -> str:
+    """The agents of the training runs and their environment steps in words."""
+    agents = ", ".join(dict.fromkeys(step.agent for step in history))
+    steps = sum(step.steps or 0 for step in history)
+    return f"{short(agents)}, {steps / 1e6:.1f} million steps" if steps else short(agents)

@@ -1,0 +1,79 @@
+"""The paths of pages and data.
+
+A path depends on a name alone, so that a new entry moves no page. Paths are relative to the root of the site.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+
+MAX_SLUG = 80
+
+
+def slug(name: str) -> str:
+    """A file name without suffix, safe in file systems and URLs: ``[a-z0-9_-]``, at most 93 characters.
+
+    Different names have different slugs, even where case is ignored: a name that has to change gets its
+    digest behind an underscore, which no unchanged name contains.
+    """
+    plain = re.sub(r"[^a-z0-9-]+", "-", name.lower()).strip("-")[:MAX_SLUG]
+    if plain == name:
+        return plain
+    return f"{plain}_{hashlib.sha256(name.encode('utf-8', 'surrogatepass')).hexdigest()[:12]}"
+
+
+def entry_path(name: str) -> str:
+    """The page of a submission, by the name of its folder."""
+    return f"submissions/{slug(name)}.html"
+
+
+def results_path(name: str, group_id: str) -> str:
+    """The results of a submission on one group, where they are not on its own page."""
+    return f"submissions/{slug(name)}/{slug(group_id)}.html"
+
+
+def group_path(group_id: str) -> str:
+    """The page of a group or suite, for example ``groups/hopper-gravity-v0.html``."""
+    return f"groups/{slug(group_id)}.html"
+
+
+def task_path(task_id: str) -> str:
+    """The page of a task, for example ``tasks/hopperwall-v0.html``. The namespace is not part of it."""
+    return f"tasks/{slug(task_id.rsplit('/', maxsplit=1)[-1].lower())}.html"
+
+
+def board_path(board_id: str, page: int = 1) -> str:
+    """A page of the table of all rows of a board, from 1."""
+    return f"boards/{slug(board_id.lower())}{f'-{page}' if page > 1 else ''}.html"
+
+
+def board_tab(group_id: str, board_id: str) -> str:
+    """A board on the page of its group."""
+    return f"{group_path(group_id)}#{board_id}"
+
+
+def entry_data(name: str) -> str:
+    """The scorecard of a submission."""
+    return f"api/entries/{slug(name)}.json"
+
+
+def board_data(board_id: str, suffix: str = "json") -> str:
+    """A board as JSON, its table as ``csv``, or the differences of its entries as ``pairs.js``."""
+    return f"api/boards/{slug(board_id.lower())}.{suffix}"
+
+
+CORE_DATA = "api/core.json"
+"""The core board."""
+COMPARED = "api/compare.js"
+"""What the page Compare loads first."""
+
+
+def group_data(group_id: str) -> str:
+    """A group or suite with its tasks and boards."""
+    return f"api/groups/{slug(group_id)}.json"
+
+
+def entry_file(name: str, file: str) -> str:
+    """A file that belongs to the page of a submission, by the names of its folder and of the file."""
+    return f"submissions/{slug(name)}/{file}"

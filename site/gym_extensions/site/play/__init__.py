@@ -1,0 +1,1 @@
+"""Bodies that move: Watch shows recorded episodes, Play runs published policies in the browser."""

@@ -1,0 +1,221 @@
+"""What the page Play offers: bodies, tasks, and policies that a script in the browser evaluates.
+
+There is no room for every policy. The site publishes the experts of the tasks, then of each group the first
+run of the entries that trained in sequence, the best entries first, until ``MAX_BYTES`` are reached. Policies
+of more than ``MAX_FILE_BYTES`` are left out.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import zip_longest
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gym_extensions import experts
+from gym_extensions.catalog.bodies import BODIES, Body
+from gym_extensions.catalog.groups import GROUPS, TaskGroup
+from gym_extensions.catalog.tasks import TASKS, Task
+from gym_extensions.catalog.variations import Gravity, LimbScale, RangeSensor, Wall
+from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.policies.files import has_policies, read_policies
+from gym_extensions.rollouts.policies.mlp import Policy
+from gym_extensions.site.board_views import BoardView, Leaderboard, Row
+from gym_extensions.site.entry_results import SEQUENTIAL
+from gym_extensions.site.paths import entry_path, slug
+from gym_extensions.site.play.mujoco_wasm import Simulator, license_of
+
+FORMAT = 1
+"""Of the index and of policy files."""
+MAX_BYTES, MAX_FILE_BYTES = 15_000_000, 1_000_000
+"""Bytes of all policies that a site publishes for Play, and of those of one entry on one group."""
+FAMILIES = ("planar", "humanoid")
+"""Families of bodies whose rules the script has."""
+VARIATIONS = (Gravity, LimbScale, RangeSensor, Wall)
+"""Variations that the script applies."""
+TYPES = {"float32": "f4", "float64": "f8", "bool": "u1"}
+UNUSED = ("format", "log_sigma", "log_sigma_weight", "log_sigma_clip")
+"""Arrays that a deterministic policy does not use."""
+NO_POLICIES = "No policies are published"
+NOT_ARRAYS = "The policies are not plain arrays, which the script needs"
+TOO_LARGE = f"The policies take more than {MAX_FILE_BYTES // 10**6} MB"
+NO_ROOM = f"This site offers {MAX_BYTES // 10**6} MB of policies, the best entries first"
+
+
+def is_playable(task: Task) -> bool:
+    """Whether the script has the rules of the task's body and of its variations."""
+    return task.body.family in FAMILIES and all(isinstance(each, VARIATIONS) for each in task.variations)
+
+
+def playable_groups() -> list[TaskGroup]:
+    """The published groups whose tasks can all be played."""
+    return [group for group in GROUPS.values() if all(map(is_playable, group.tasks))]
+
+
+def play_link(task: Task) -> str:
+    """The path of the page with this task chosen; empty for a task that cannot be played."""
+    return f"play.html#?task={task.name}" if is_playable(task) and task.version == 0 else ""
+
+
+class Offer(NamedTuple):
+    """The files of Play by path, and the results that are not offered (title and group) by the reason."""
+
+    files: dict[str, bytes]
+    absent: dict[str, list[tuple[str, str]]]
+
+
+def offer(site: Leaderboard, folders: Mapping[str, Path], simulator: Simulator) -> Offer:
+    """The index, models, policies and the simulator.
+
+    Args:
+        site: the boards, whose order decides which entries come first.
+        folders: the folder of each entry.
+        simulator: MuJoCo for the browser.
+    """
+    files = _models()
+    tasks = {task.name: _task(task) for task in TASKS.values() if is_playable(task)}
+    room = MAX_BYTES
+    for name in experts.names():
+        if name in tasks:
+            path = f"play/experts/{slug(name.lower())}.bin"
+            files[path] = policy_file([experts.load(name)])
+            tasks[name] |= {"expert": path, "provisional": bool(experts.card(name).provisional)}
+            room -= len(files[path])
+    groups = {group.id: _group(group) for group in playable_groups()}
+    boards = [board for board in site.boards if board.protocol == SEQUENTIAL and board.group in groups]
+    absent: dict[str, list[tuple[str, str]]] = {}
+    for board, row in _in_turn(boards):
+        content, why = b"", NO_ROOM
+        if NO_ROOM not in absent:  # of many entries, most are not read
+            content, why = _entry_file(row, board.group, folders)
+        if len(content) > room:
+            why = NO_ROOM
+        if why:
+            absent.setdefault(why, []).append((row.card.title, board.group))
+            continue
+        path = f"play/{slug(row.card.name)}/{slug(board.group)}.bin"
+        files[path] = content
+        room -= len(content)
+        facts = {"name": row.card.name, "title": row.card.title, "page": entry_path(row.card.name)}
+        groups[board.group]["entries"].append({**facts, "file": path, "run": row.result.runs[0]})
+    index = {
+        "format": FORMAT,
+        "mujoco": simulator.facts(),
+        "bodies": {body.name: _body(body) for body in BODIES.values() if body.family in FAMILIES},
+        "tasks": tasks,
+        "groups": list(groups.values()),
+    }
+    files["play/index.json"] = json.dumps(index, ensure_ascii=False, separators=(",", ":")).encode()
+    return Offer(files | simulator.files(), absent)
+
+
+def _in_turn(boards: Sequence[BoardView]) -> Iterator[tuple[BoardView, Row]]:
+    """The first entry of every board, then the second, and so on."""
+    for rows in zip_longest(*(board.rows for board in boards)):
+        yield from ((board, row) for board, row in zip(boards, rows, strict=True) if row is not None)
+
+
+def _entry_file(row: Row, group_id: str, folders: Mapping[str, Path]) -> tuple[bytes, str]:
+    """The policies of an entry's first run on a group, and why there are none."""
+    folder = folders.get(row.card.name)
+    group = next(group for group in GROUPS.values() if group.id == group_id)
+    if folder is None or not row.result.runs:
+        return b"", NO_POLICIES
+    run = row.result.runs[0]
+    try:
+        if not has_policies(folder, group, SEQUENTIAL, run):
+            return b"", NO_POLICIES
+        policies = read_policies(folder, group, SEQUENTIAL, run)
+    except BenchError:
+        return b"", NOT_ARRAYS
+    stages = (policies[key] for key in sorted(policies))
+    arrays = [policy for policy in stages if isinstance(policy, Policy)]
+    if len(arrays) < len(policies):
+        return b"", NOT_ARRAYS
+    content = policy_file(arrays)
+    return (content, "") if len(content) <= MAX_FILE_BYTES else (b"", TOO_LARGE)
+
+
+def policy_file(policies: Sequence[Policy]) -> bytes:
+    """Policies in one file, as static/play/policy.js reads it.
+
+    A little-endian uint32 has the length of the header, JSON padded with spaces, then the arrays follow. The
+    header names the type (f4, f8 or u1), the shape and the offset of each, in bytes behind the header.
+    Arrays begin at multiples of 8 bytes, counted from the start of the file.
+    """
+    data = bytearray()
+    rows = []
+    for policy in policies:
+        facts: dict[str, Any] = {
+            "head": policy.head,
+            "activation": policy.activation,
+            "output_activation": policy.output_activation,
+            "squash": policy.squash,
+            "observation_dtype": policy.observation_dtype,
+            "observation_clip": policy.observation_clip,
+        }
+        arrays: dict[str, tuple[str, tuple[int, ...], int]] = {}
+        for name, values in policy.arrays().items():
+            if name in facts or (policy.head == "deterministic" and name in UNUSED) or name == "format":
+                continue
+            arrays[name] = (TYPES[values.dtype.name], values.shape, len(data))
+            little = np.ascontiguousarray(values, values.dtype.newbyteorder("<"))
+            data += little.tobytes() + bytes(-little.nbytes % 8)
+        rows.append(facts | {"arrays": arrays})
+    header = json.dumps({"format": FORMAT, "policies": rows}, separators=(",", ":")).encode()
+    header += b" " * (-(len(header) + 4) % 8)
+    return len(header).to_bytes(4, "little") + header + bytes(data)
+
+
+def _models() -> dict[str, bytes]:
+    """The base bodies' model files, as Gymnasium publishes them, and Gymnasium's licence."""
+    found = importlib.util.find_spec("gymnasium")
+    if found is None or not found.submodule_search_locations:
+        raise BenchError("no-models", "Gymnasium, which has the models of the bodies, is not installed.")
+    assets = Path(found.submodule_search_locations[0]) / "envs" / "mujoco" / "assets"
+    bodies = [body for body in BODIES.values() if body.family in FAMILIES]
+    files = {_model(body): (assets / body.asset).read_bytes() for body in bodies}
+    return files | {"play/models/LICENSE-gymnasium.txt": license_of("gymnasium")}
+
+
+def _model(body: Body) -> str:
+    return f"play/models/{body.asset}"
+
+
+def _body(body: Body) -> dict[str, Any]:
+    wall = Wall(width=body.wall_width or 0.8)
+    return {
+        "name": body.name,
+        "model": _model(body),
+        "is_planar": body.family == "planar",
+        "max_steps": body.max_steps,
+        "parts": body.parts,
+        "feet": {"names": body.feet.names, "distance": body.feet.distance} if body.feet else None,
+        "beams": body.beams,
+        "wall": {
+            "half": wall.half_sizes,
+            "height": wall.centre_height,
+            "range": (wall.nearest, wall.farthest),
+        },
+    }
+
+
+def _task(task: Task) -> dict[str, Any]:
+    """The world of a task: factors of gravity and parts, and whether a wall is in the way."""
+    facts: dict[str, Any] = {"body": task.base, "gravity": 1.0, "limbs": {}, "wall": False}
+    for variation in task.variations:
+        if isinstance(variation, Gravity):
+            facts["gravity"] = variation.factor
+        elif isinstance(variation, LimbScale):
+            facts["limbs"][variation.part] = variation.factor
+        elif isinstance(variation, Wall):
+            facts["wall"] = not variation.parked
+    return facts
+
+
+def _group(group: TaskGroup) -> dict[str, Any]:
+    return {"id": group.id, "tasks": [task.name for task in group.tasks], "entries": []}

@@ -1,0 +1,215 @@
+"""Drawings of episodes for the Watch panel: about twelve poses each, and the returns beside them."""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from markupsafe import Markup, escape
+
+from gym_extensions.site.charts.svg import Scale, picture, px, scale_around, stroke, text, tick_label
+from gym_extensions.site.charts.tasks import SIZE, task_picture
+from gym_extensions.site.play.kinematics import Array, Placed, placed
+from gym_extensions.site.play.watch import Episode, WatchedTask
+from gym_extensions.site.text import digits_for, fixed
+
+GHOSTS, MANY_LIMBS = 12, 12
+"""Poses of an episode; two fewer if a body has more limbs than this."""
+WIDTH, HEIGHT = 640, 150
+"""Largest picture, in pixels."""
+SHORT_TRACK = 3.0
+"""Where all episodes of a task are shorter, in m, and there is no wall, the poses are moved apart."""
+APART, LEAST_APART = 0.6, 0.55
+"""Distance of poses that are moved apart: relative to the width of a body, and at least in m."""
+NEAR = 0.35
+"""A shape without length that is closer to the one before it, in m, is joined to it."""
+SMALL = 0.055
+"""Such a shape with a smaller radius, in m, is left out: a hand at the end of its arm."""
+MARGIN = 0.15
+"""Space around the track, in m."""
+FAINTEST = 0.2
+"""Opacity of the first pose; that of the last is 1."""
+
+
+@dataclass(frozen=True)
+class View:
+    """The part of the view that all episodes of a task share, in m, and its scale in units per m."""
+
+    left: float
+    bottom: float
+    right: float
+    top: float
+
+    @property
+    def scale(self) -> float:
+        """Pixels per m."""
+        return min(WIDTH / (self.right - self.left), HEIGHT / (self.top - self.bottom))
+
+    def at(self, point: Sequence[float]) -> tuple[int, int]:
+        """The coordinates of a point in the picture."""
+        return round((point[0] - self.left) * self.scale), round((self.top - point[1]) * self.scale)
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height in pixels."""
+        return self.at((self.right, self.bottom))
+
+
+def stroboscopes(task: WatchedTask, root: str = "") -> list[Markup]:
+    """A picture per episode of the task, all on one scale; ``root`` leads from the page to the index."""
+    if task.sheet.skeleton is None:
+        return [_path(f"{root}{task_picture(task.task)}", episode) for episode in task.episodes]
+    bodies = [
+        [shape for shape in placed(task.sheet.skeleton, _ghosts(episode)) if not shape.role.endswith("beam")]
+        for episode in task.episodes
+    ]
+    has_wall = any(shape.role == "wall" for shape in bodies[0])
+    is_short = all(abs(episode.distance) < SHORT_TRACK for episode in task.episodes)
+    is_moved_apart = task.travels and is_short and not has_wall
+    if is_moved_apart:
+        bodies = _moved_apart(bodies, task.episodes)
+    frame = frame_of([shape for shapes in bodies for shape in shapes], task.travels)
+    return [
+        _picture(shapes, frame, episode, (task.travels, not is_moved_apart))
+        for shapes, episode in zip(bodies, task.episodes, strict=True)
+    ]
+
+
+def _moved_apart(bodies: Sequence[Sequence[Placed]], episodes: Sequence[Episode]) -> list[list[Placed]]:
+    """The poses of each episode side by side, the body's own motion along x taken out."""
+    widths = []
+    for shapes in bodies:
+        ends = np.stack([point[:, 0] for shape in shapes for point in (shape.start, shape.end)])
+        widths.append(np.median(np.ptp(ends, axis=0)))
+    apart = max(APART * float(max(widths)), LEAST_APART)
+    moved = []
+    for shapes, episode in zip(bodies, episodes, strict=True):
+        root = _ghosts(episode)[:, 0]
+        shift = np.stack([apart * np.arange(len(root)) - root, np.zeros(len(root))], axis=1)
+        moved.append([replace(row, start=row.start + shift, end=row.end + shift) for row in shapes])
+    return moved
+
+
+def frame_of(shapes: Sequence[Placed], travels: bool) -> View:
+    """The smallest part of the view that contains all shapes, and the floor of a body that travels."""
+    ends = [
+        point + sign * shape.radius
+        for shape in shapes
+        for point in (shape.start, shape.end)
+        for sign in (-1, 1)
+    ]
+    points = np.concatenate(ends)
+    low, high = points.min(axis=0) - MARGIN, points.max(axis=0) + MARGIN
+    if travels:
+        low[1] = min(low[1], -MARGIN)
+    return View(float(low[0]), float(low[1]), float(high[0]), float(high[1]))
+
+
+def _ghosts(episode: Episode) -> Array:
+    rows, skeleton = episode.coordinates, episode.sheet.skeleton
+    limbs = sum(len(link.shapes) for link in skeleton.links) if skeleton else 0
+    ghosts = GHOSTS - 2 * (limbs > MANY_LIMBS)
+    shown: Array = rows[np.unique(np.rint(np.linspace(0, len(rows) - 1, ghosts)).astype(int))]
+    return shown
+
+
+def _picture(shapes: Sequence[Placed], frame: View, episode: Episode, floor: tuple[bool, bool]) -> Markup:
+    """The picture of one episode; ``floor`` says whether it has a floor, and whether that has ticks."""
+    width, height = frame.size
+    parts = [_floor(frame, floor[1])] if floor[0] else []
+    limbs = [shape for shape in shapes if shape.role in ("body", "far", "changed")]
+    thickness = round(2 * float(np.median([shape.radius for shape in limbs])) * frame.scale)
+    for shape in shapes:
+        if shape.role == "wall":
+            (left, bottom), (right, top) = frame.at(shape.start[-1]), frame.at(shape.end[-1])
+            parts.append(f'<path class="wall" d="M{left} {top}H{right}V{bottom}H{left}"/>')
+        elif shape.role in ("goal", "object"):
+            (x, y), radius = frame.at(shape.start[-1]), max(round(shape.radius * frame.scale), 2)
+            parts.append(f'<circle class="{shape.role}" cx="{x}" cy="{y}" r="{radius}"/>')
+    count = len(limbs[0].start)
+    for ghost in range(count):
+        opacity = FAINTEST + (1 - FAINTEST) * (ghost + 1) / count
+        shown = "" if ghost == count - 1 else f' opacity="{opacity:.1f}"'.replace("0.", ".")
+        parts.append(f'<path{shown} d="{_limbs(limbs, ghost, frame)}"/>')
+    label = f"{episode.title}: {episode.facts}"
+    return Markup(
+        f'<svg class="strobe" viewBox="0 0 {width} {height}" width="{width}" role="img" '
+        f'aria-label="{escape(label)}" stroke-width="{max(thickness, 2)}">{"".join(parts)}</svg>'
+    )
+
+
+def _limbs(limbs: Sequence[Placed], ghost: int, frame: View) -> str:
+    """The limbs of one pose as a path; a limb continues the one before where it begins at its end."""
+    path, pen, last = "", (-1, -1), np.full(2, np.inf)
+    for limb in limbs:
+        ends = [limb.start[ghost], limb.end[ghost]]
+        is_point = float(np.ptp(ends, axis=0).max()) < NEAR / 10
+        if not is_point and math.dist(ends[1], last) < math.dist(ends[0], last):
+            ends.reverse()
+        start, end = frame.at(ends[0]), frame.at(ends[1])
+        if is_point and math.dist(ends[0], last) < NEAR:
+            if limb.radius < SMALL:
+                continue
+            start = pen
+        elif start != pen:
+            path += f"M{start[0]} {start[1]}"
+        if start != end or (is_point and start != pen):
+            path += f"l{end[0] - start[0]} {end[1] - start[1]}".replace(" -", "-")
+        pen, last = end, ends[1]
+    return path
+
+
+def _floor(frame: View, has_ticks: bool) -> str:
+    """The floor, with a tick per m where poses are at their true distance."""
+    ticks = range(math.ceil(frame.left), math.floor(frame.right) + 1) if has_ticks else ()
+    marks = "".join("M{} {}v5".format(*frame.at((tick, 0.0))) for tick in ticks)
+    return f'<path class="floor" d="M0 {frame.at((0.0, 0.0))[1]}h{frame.size[0]}{marks}"/>'
+
+
+def _path(picture: str, episode: Episode) -> Markup:
+    """The path of an episode of 2-D navigation over the picture of its map."""
+    width, height = SIZE
+    rows = np.rint(episode.coordinates).astype(int)
+    rows[:, 1] = height - rows[:, 1]
+    line = f"M{rows[0, 0]} {rows[0, 1]}l" + " ".join(
+        f"{x} {y}" for x, y in np.diff(rows, axis=0).tolist()
+    ).replace(" -", "-")
+    label = f"{episode.title}: {episode.facts}"
+    return Markup(
+        f'<svg class="strobe map" viewBox="0 0 {width} {height}" width="320" role="img" '
+        f'aria-label="{escape(label)}" stroke-width="4"><image href="{picture}" width="{width}" '
+        f'height="{height}"/><path d="{line}"/>'
+        f'<circle class="object" cx="{rows[-1, 0]}" cy="{rows[-1, 1]}" r="8"/></svg>'
+    )
+
+
+DOTS_WIDTH, DOTS_MARGIN, LINE = 280, 12, 26
+TICKS = 4
+
+
+def episode_dots(episodes: Sequence[Episode]) -> list[Markup]:
+    """A picture per episode: the dots of its cell on the scale that all of them share."""
+    returns = [value for episode in episodes for value in episode.clip.returns]
+    scale = scale_around(returns, DOTS_MARGIN, DOTS_WIDTH - DOTS_MARGIN, always=(0.0,))
+    return [_dots(episode, scale) for episode in episodes]
+
+
+def _dots(episode: Episode, scale: Scale) -> Markup:
+    returns, digits = episode.clip.returns, digits_for(episode.clip.returns)
+    y = LINE / 2
+    parts = [stroke(scale.at(scale.low), y, scale.at(scale.high), y, "level")]
+    parts += [text("tick", scale.at(mark), LINE + 8, tick_label(mark)) for mark in scale.ticks(TICKS)]
+    dots = "".join(f"M{scale.at(value):.0f} {y:.0f}h0" for value in returns)
+    parts.append(f'<path class="episodes" d="{dots}"/>')
+    mean = statistics.fmean(returns)
+    parts.append(stroke(scale.at(mean), y - 9, scale.at(mean), y + 9, "cell-mean"))
+    parts.append(f'<circle class="shown" cx="{px(scale.at(episode.return_))}" cy="{px(y)}" r="5.5"/>')
+    label = (
+        f"Returns of the {len(returns)} episodes: mean {fixed(mean, digits)}, "
+        f"from {fixed(min(returns), digits)} to {fixed(max(returns), digits)}; "
+        f"the episode shown has {fixed(episode.return_, digits)}"
+    )
+    return picture("dots", str(DOTS_WIDTH), str(LINE + 12), label, "".join(parts))

@@ -1,0 +1,165 @@
+"""The Watch panel: episodes of entries and of experts, and the script that hands them to the player.
+
+Poses are those of ``gym_extensions.scoring.poses``.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from gym_extensions.catalog.sheets import Sheet, sheet
+from gym_extensions.catalog.tasks import TASKS
+from gym_extensions.scoring.poses import MAX_SECONDS, Clip, Poses, TaskPoses
+from gym_extensions.scoring.scorecard import Scorecard
+from gym_extensions.site.entry_results import EntryResult, group_results
+from gym_extensions.site.paths import entry_file
+from gym_extensions.site.play.kinematics import Array
+from gym_extensions.site.text import count, digits_for, fixed
+
+TRAVELLING = ("planar", "humanoid")
+"""Families whose bodies move along x, so that the view follows them."""
+
+
+@dataclass(frozen=True)
+class Episode:
+    """An episode: its clip, its cell in words, and the facts of its task.
+
+    ``travels`` says whether its body moves along x, so that the view follows it.
+    """
+
+    clip: Clip
+    title: str
+    poses: TaskPoses
+    sheet: Sheet
+    travels: bool
+
+    @cached_property
+    def coordinates(self) -> Array:
+        """The coordinates, (frames, n)."""
+        return self.clip.coordinates(self.poses.unit)
+
+    @property
+    def return_(self) -> float:
+        """Its return."""
+        return self.clip.returns[self.clip.episode]
+
+    @property
+    def distance(self) -> float:
+        """How far a travelling body comes in the part that is shown, m."""
+        return float(self.coordinates[-1, 0] - self.coordinates[0, 0])
+
+    @property
+    def facts(self) -> str:
+        """Return, length, distance and success in words."""
+        facts = [f"return {fixed(self.return_, digits_for(self.clip.returns))}"]
+        facts.append(count(self.clip.steps, "step"))
+        if self.poses.steps_per_second:
+            seconds = self.clip.steps / self.poses.steps_per_second
+            facts[-1] += f" ({fixed(seconds, 1)} s)"
+            if seconds > MAX_SECONDS:
+                facts.append(f"the first {fixed(MAX_SECONDS, 0)} s are shown")
+        if self.travels:
+            facts.append(
+                f"{fixed(abs(self.distance), 1)} m {'backward' if self.distance < -0.05 else 'forward'}"
+            )
+        if self.clip.success is not None:
+            facts.append("success" if self.clip.success else "no success")
+        return ", ".join(facts)
+
+
+@dataclass(frozen=True)
+class WatchedTask:
+    """A task of the panel with its episodes: two, or one for the task that was trained last."""
+
+    task: str
+    episodes: tuple[Episode, ...]
+
+    @property
+    def sheet(self) -> Sheet:
+        """The facts of the task."""
+        return self.episodes[0].sheet
+
+    @property
+    def travels(self) -> bool:
+        """Whether the body moves along x."""
+        return self.episodes[0].travels
+
+
+@dataclass(frozen=True)
+class Watch:
+    """The panel of one group. ``path`` is that of the script with its poses."""
+
+    id: str
+    path: str
+    run: int
+    tasks: tuple[WatchedTask, ...]
+
+    @property
+    def script(self) -> str:
+        """The script that hands the poses to the player, which loads it when Play is pressed."""
+        skeletons: list[Any] = []
+        maps: list[Any] = []
+        rows = []
+        for task in self.tasks:
+            facts = task.sheet
+            row: dict[str, Any] = {
+                "unit": task.episodes[0].poses.unit,
+                "rate": task.episodes[0].poses.steps_per_second / task.episodes[0].poses.steps_per_frame
+                or 15.0,
+                "clips": [[episode.clip.frames, episode.clip.motion] for episode in task.episodes],
+            }
+            if facts.skeleton is not None:
+                row |= {"skeleton": _index(skeletons, facts.skeleton), "travels": task.travels}
+            else:
+                row |= {"map": _index(maps, facts.obstacles), "goal": facts.goal}
+            rows.append(row)
+        text = json.dumps({"tasks": rows, "skeletons": skeletons, "maps": maps}, separators=(",", ":"))
+        return f"watchPoses({json.dumps(self.id)},{text});\n"
+
+
+def _index(values: list[Any], value: Any) -> int:
+    if value not in values:
+        values.append(value)
+    return values.index(value)
+
+
+def watches(entry: Scorecard, poses: Mapping[str, Poses]) -> dict[str, Watch]:
+    """The panels of an entry by group id, for the groups with poses of the entry's present results.
+
+    Args:
+        entry: the scorecard.
+        poses: the poses of the entry by group id.
+    """
+    panels = {
+        result.group: _watch(entry.name, result, poses.get(result.group))
+        for result in group_results(entry)
+        if result.stage_matrices
+    }
+    return {group: panel for group, panel in panels.items() if panel is not None}
+
+
+def _watch(name: str, result: EntryResult, poses: Poses | None) -> Watch | None:
+    if poses is None or not result.stage_matrices or tuple(row.task for row in poses.tasks) != result.tasks:
+        return None
+    if not poses.shows(result.runs, result.stage_matrices):
+        return None
+    tasks = [watched_task(row) for row in poses.tasks]
+    path = entry_file(name, f"poses-{result.group}.js")
+    return Watch(f"watch-{result.id}", path, poses.run, tuple(task for task in tasks if task is not None))
+
+
+def watched_task(row: TaskPoses) -> WatchedTask | None:
+    """A task with its episodes; None for a task that is not published."""
+    facts, task = sheet(row.task), TASKS.get(row.task)
+    if facts is None or task is None:
+        return None
+    travels = task.body.family in TRAVELLING
+    cells = [(row.after, "Right after its training"), (row.end, "At the end")]
+    if row.end is None:
+        cells = [(row.after, "At the end, right after its training")]
+    episodes = tuple(Episode(clip, title, row, facts, travels) for clip, title in cells if clip is not None)
+    return WatchedTask(row.task, episodes)

@@ -1,0 +1,42 @@
+"""The map of a landscape: cells, dots and its label."""
+
+from __future__ import annotations
+
+import re
+from xml.etree import ElementTree
+
+from gym_extensions.catalog.groups import group
+from gym_extensions.catalog.worlds import axes
+from gym_extensions.site.charts.landscapes import large, small
+
+(AXIS,) = axes(group("hopper-gravity"))
+POINTS = len(AXIS.points)
+
+
+def test_a_map_has_cells_where_the_tint_changes_and_a_dot_per_trained_value() -> None:
+    shares = [[stage / 5, *[0.1, stage / 5] * 7] for stage in range(6)]
+    parts = {
+        part.get("class"): part.get("d", "")
+        for part in ElementTree.fromstring(small(AXIS, shares, "")).iter()
+    }
+    assert [parts[f"t{2 * stage}"].count("M") for stage in range(6)] == [8] * 6
+    assert parts["t1"].count("M") == 6 * 7
+    assert parts["t10"].startswith("M0.0 50.0H5.2v10.0H0.0z")
+    drawing = str(small(AXIS, shares, "Run 0"))
+    dots = re.findall(r'class="seen" stroke-width="(\S+)" d="(\S[^"]*)"', drawing)
+    assert [(width, way.count("M")) for width, way in dots] == [("2", 10), ("5", 5)]
+
+
+def test_a_world_without_a_share_is_hatched_and_shares_are_cut_at_zero_and_one() -> None:
+    drawing = str(small(AXIS, [[None, -0.5, 1.5, *[0.5] * (POINTS - 3)]], ""))
+    assert [drawing.count(f'class="{kind}"') for kind in ("unknown", "t0", "t10", "t5")] == [1, 1, 1, 1]
+
+
+def test_the_label_of_a_map_has_the_main_numbers() -> None:
+    returns = [tuple(100.0 * at for at in range(POINTS))]
+    stages = ["untrained", *"12345"]
+    drawing = ElementTree.fromstring(large(AXIS, [[0.5] * POINTS] * 6, stages, returns, returns[0]))
+    label = drawing.get("aria-label", "")
+    assert label.startswith("Mean return after the last stage by gravity: 0 at 0.3 g, best of all entries 0;")
+    assert "700 at 1 g (trained)" in label
+    assert label.count("(trained)") == 5

@@ -1,0 +1,90 @@
+"""The data of the site: one document per entry, board and group, an index, and their schemas."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from typing import Any
+
+import pytest
+from jsonschema import Draft202012Validator
+
+from gym_extensions.scoring.ranking.boards import BoardsDocument
+from gym_extensions.scoring.references import load_references
+from gym_extensions.scoring.scorecard import ScorecardDocument
+
+from ..browser import files, typed
+
+BOARD = "hopper-gravity-v0-sequential-100k"
+
+
+@pytest.fixture
+def written(document: dict[str, Any]) -> dict[str, str]:
+    """Every file of the site."""
+    return dict(files(document))
+
+
+def test_the_document_of_an_entry_is_its_scorecard(document: dict[str, Any], written: dict[str, str]) -> None:
+    whole = typed(document)
+    for card in whole.submissions:
+        entry = ScorecardDocument.from_json(written[f"api/entries/{card.name}.json"])
+        assert entry == ScorecardDocument(references=whole.references, submissions=(card,))
+
+
+def test_the_index_leads_to_every_document_and_page(written: dict[str, str]) -> None:
+    index = json.loads(written["api/index.json"])
+    paths = [row[key] for part in ("entries", "boards") for row in index[part] for key in ("path", "page")]
+    assert {*paths, index["core"], *index["groups"].values()} <= set(written)
+    assert len(paths) > 15
+    assert len(index["groups"]) > 30
+
+
+def test_every_document_satisfies_its_published_schema(written: dict[str, str]) -> None:
+    kinds = {"entries": "scorecard", "boards": "boards", "groups": "group"}
+    validators = {
+        folder: Draft202012Validator(json.loads(written[f"schemas/{name}.json"]))
+        for folder, name in kinds.items()
+    }
+    Draft202012Validator(json.loads(written["schemas/index.json"])).validate(
+        json.loads(written["api/index.json"])
+    )
+    for path, text in written.items():
+        parts = path.split("/")
+        if parts[0] == "api" and len(parts) == 3 and path.endswith(".json"):
+            validators[parts[1]].validate(json.loads(text))
+
+
+def test_a_document_of_a_board_has_that_board_alone(written: dict[str, str]) -> None:
+    (board,) = BoardsDocument.from_json(written[f"api/boards/{BOARD}.json"]).boards
+    assert (board.group, board.protocol, board.budget) == ("hopper-gravity-v0", "sequential", "100k")
+    assert [entry.name for entry in board.rows] == ["agile", "keeper", "zero"]
+
+
+def test_no_document_but_the_index_holds_every_entry(written: dict[str, str]) -> None:
+    names = ("agile", "broken", "keeper", "oracle", "trial", "zero")
+    holding = [path for path, text in written.items() if all(f'"{name}"' in text for name in names)]
+    assert holding == ["api/index.json"]
+
+
+def test_the_csv_of_a_board_has_a_row_per_entry(document: dict[str, Any]) -> None:
+    document["submissions"][0]["title"] = "=HYPERLINK(1)"
+    rows = list(csv.DictReader(io.StringIO(dict(files(document))[f"api/boards/{BOARD}.csv"])))
+    assert [row["name"] for row in rows] == ["agile", "keeper", "zero"]
+    metrics = document["submissions"][0]["groups"]["hopper-gravity-v0"]["sequential"]["metrics"]
+    assert float(rows[0]["forgetting"]) == metrics["forgetting"]["mean"]
+    assert (rows[0]["title"], rows[0]["ranked"], rows[1]["ranked"]) == ("'=HYPERLINK(1)", "True", "False")
+
+
+@pytest.mark.parametrize(
+    ("group", "task", "is_open"), [("striker-v0", "Striker", True), ("pusher-v0", "Pusher", False)]
+)
+def test_the_document_of_a_group_has_floors_and_experts(
+    document: dict[str, Any], group: str, task: str, is_open: bool
+) -> None:
+    current = load_references()
+    document["references"] = {"version": current.version, "sha256": current.digest}
+    written = json.loads(dict(files(document))[f"api/groups/{group}.json"])
+    reference = written["reference"][f"gym_extensions/{task}-v0"]
+    assert reference["floor"] is not None
+    assert (reference["open"], reference["expert"] is None) == (is_open, is_open)

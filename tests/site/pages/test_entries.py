@@ -1,0 +1,194 @@
+"""Pages of entries, the overview, and the pages that explain."""
+
+from __future__ import annotations
+
+import copy
+import re
+from typing import Any
+
+import pytest
+
+from ..browser import files, read
+
+GROUP = "groups/hopper-gravity-v0.html"
+
+
+def test_the_dash_of_a_missing_value_links_to_its_reason(document: dict[str, Any]) -> None:
+    page = dict(files(document))[GROUP]
+    cell = page.split('data-label="Asymptotic transfer"')[1].split("</td>")[0]
+    (note,) = re.findall(r'– <a class="see" href="#([a-z0-9-]+)" title="[^"]+">note 1</a>', cell)
+    assert f'<li id="{note}">there is no single.csv to pair with</li>' in page
+
+
+def test_the_readme_of_a_submission_has_its_paragraphs_and_line_breaks(document: dict[str, Any]) -> None:
+    document["submissions"][0]["readme"] = "\n# Agile & quick\n\n\tlearns\n  *fast*\n"
+    page = dict(files(document))["submissions/agile.html"]
+    assert '<pre class="readme"># Agile &amp; quick\n\n\tlearns\n  *fast*</pre>' in page
+
+
+def test_a_refused_submission_is_listed_with_its_problems_and_hints(document: dict[str, Any]) -> None:
+    pages = read(document)
+    text = pages["submissions/broken.html"].text
+    assert "missing-cell hopper-gravity/sequential.csv, row 7" in text
+    assert "Run 0, stage 2 has no episode of gym_extensions/Hopper-v0." in text
+    assert "Evaluate every task after every stage." in text
+    assert "Broken broken refused 1 problem: missing-cell" in pages["entries.html"].text
+    assert "1 refused" in pages["index.html"].text
+
+
+@pytest.mark.parametrize(
+    ("code", "shown"),
+    [
+        (
+            {"url": "https://example.org/agent", "commit": "abc1"},
+            "Code https://example.org/agent commit abc1",
+        ),
+        ({"url": "https://example.org/agent", "commit": ""}, "Code https://example.org/agent"),
+        ({"url": "", "commit": "abc1"}, "Code commit abc1"),
+    ],
+)
+def test_the_commit_of_the_code_is_shown_with_and_without_a_url(
+    document: dict[str, Any], code: dict[str, str], shown: str
+) -> None:
+    document["submissions"][0]["manifest"]["code"] = code
+    assert shown in read(document)["submissions/agile.html"].text
+    document["submissions"][0]["manifest"]["code"] = {"url": "", "commit": ""}
+    assert " Code " not in read(document)["submissions/agile.html"].text
+
+
+def test_an_agent_that_learned_nothing_is_marked_next_to_its_forgetting(
+    document: dict[str, Any],
+) -> None:
+    assert "nothing learned to forget" in read(document)["submissions/zero.html"].text
+    assert "nothing learned to forget" not in read(document)["submissions/agile.html"].text
+
+
+def test_training_curves_of_the_document_are_drawn(document: dict[str, Any]) -> None:
+    scores = document["submissions"][0]["groups"]["hopper-gravity-v0"]["sequential"]
+    assert "Learning curves" not in read(document)["submissions/agile.html"].text
+    points = [[2000 * step, 10.0 * step] for step in range(1, 11)]
+    scores["curves"] = [{"run": 0, "task": "gym_extensions/Hopper-v0", "points": points}]
+    page = read(document)["submissions/agile.html"]
+    assert "Learning curves" in page.text
+    assert "gym_extensions/Hopper-v0: training returns, at the end 100" in str(page.elements)
+
+
+def test_a_copy_stands_below_the_other_entry_without_a_rank(document: dict[str, Any]) -> None:
+    assert "Has most episodes" not in read(document)[GROUP].text
+    for protocols in document["submissions"][0]["groups"].values():
+        for scores in protocols.values():
+            scores["episode_sketches"] = [["00c0ffee"]]
+    copied = copy.deepcopy(document["submissions"][0])
+    copied.update(name="copied", title="Something new")
+    document["submissions"].insert(1, copied)
+    board = dict(files(document))[GROUP]
+    assert re.findall(r'data-entry="(\w+)"', board)[:2] == ["agile", "copied"]
+    assert "Not ranked: Has most episodes of agile." in board
+
+
+FOUND = {
+    "date": "2026-11-24",
+    "version": "1.0.0",
+    "value": "ab" * 32,
+    "logs": ["hopper-gravity/sequential"],
+    "runs": 5,
+    "current": 5,
+    "episodes": 3000,
+    "repeated": 2999,
+    "difference": "run 1, stage 2, episode 7: 1e-12",
+    "kernels": "openblas Haswell",
+    "cells": 45,
+    "p_value": 0.31,
+    "second_p_value": None,
+    "passed": True,
+    "retrained": [],
+}
+
+
+def text_of(document: dict[str, Any], path: str = "submissions/agile.html") -> str:
+    return read(document)[path].text
+
+
+def test_an_entry_shows_what_its_verification_found(document: dict[str, Any]) -> None:
+    document["submissions"][0]["verifications"] = [FOUND]
+    text = text_of(document)
+    for fact in (
+        "2026-11-24",
+        "run 1, stage 2, episode 7: 1e-12",
+        "0.310",
+        "the policies of 5 runs were run",
+    ):
+        assert fact in text
+    assert text.count("2 999 of 3 000") == 2, "in the head and in the table"
+    assert "gym-extensions verify submissions/agile" in text
+    assert "changed since" not in text
+
+
+def test_runs_that_changed_since_their_verification_are_counted(document: dict[str, Any]) -> None:
+    document["submissions"][0]["verifications"] = [{**FOUND, "current": 3, "second_p_value": 0.0001}]
+    text = text_of(document)
+    assert "2 changed since" in text
+    assert "second draw < 0.001" in text
+
+
+@pytest.mark.parametrize("level", ["claimed", "verified", "reproduced"])
+def test_the_level_of_an_entry_is_shown_and_verified_ones_are_counted(
+    document: dict[str, Any], level: str
+) -> None:
+    for entry in document["submissions"]:
+        entry["level"] = entry["level"] and "claimed"
+        for protocols in entry["groups"].values():
+            for scores in protocols.values():
+                scores["level"] = "claimed"
+    first = document["submissions"][0]
+    first["level"] = first["groups"]["hopper-gravity-v0"]["sequential"]["level"] = level
+    pages = read(document)
+    assert f"agile {level}" in pages["submissions/agile.html"].text
+    count = "0 of 5 entries are" if level == "claimed" else "1 of 5 entries is"
+    assert f"{count} verified" in pages["index.html"].text
+
+
+def test_decisions_are_shown_as_they_are_and_escaped(document: dict[str, Any]) -> None:
+    decisions = [
+        {"action": "accepted", "by": "one", "date": "2026-11-22", "reason": "Verified."},
+        {"action": "challenged", "by": "two", "date": "2026-11-23", "reason": "<script>x</script> doubt"},
+    ]
+    document["submissions"][0] |= {"decisions": decisions, "signs": ["Every return is a multiple of 10."]}
+    page = read(document)["submissions/agile.html"]
+    assert "for a reader to judge: Every return is a multiple of 10." in page.text
+    assert "Challenged on 2026-11-23 by two: <script>x</script> doubt" in page.text
+    assert page.errors == []
+    assert "challenged" in text_of(document, GROUP)
+    decisions.append({"action": "withdrawn", "by": "one", "date": "2026-11-24", "reason": "An error."})
+    assert "withdrawn" in text_of(document, "entries.html")
+
+
+def test_how_the_runs_were_made_is_a_folded_table(document: dict[str, Any]) -> None:
+    made = {
+        "run": 3,
+        "command": "gym-extensions train trpo --runs 3",
+        "commit": "0123456789abcdef",
+        "by": "",
+        "date": None,
+        "versions": {"mujoco": "4.0.0", "python": "3.11.7", "blas": ""},
+        "processor": "",
+        "steps": 1_500_000,
+        "cpu_seconds": 1234.5,
+        "peak_memory_mb": None,
+        "memory": {"stored_steps": 2000, "parameters_first": 10, "parameters_last": 10},
+        "policies": True,
+    }
+    scores = document["submissions"][0]["groups"]["hopper-gravity-v0"]["sequential"]
+    scores.update(provenance=[made], why_claimed="Nobody has verified it.")
+    page = dict(files(document))["submissions/agile.html"]
+    table = page.split("How the runs were made</summary>")[1].split("</details>")[0]
+    for fact in ("gym-extensions train trpo --runs 3", "0123456789<", "mujoco 4.0.0, python 3.11.7"):
+        assert fact in table
+    assert "1\u202f500\u202f000" in table
+    assert "Nobody has verified it." in page
+
+
+def test_related_entries_are_counted_on_the_row(document: dict[str, Any]) -> None:
+    for entry in document["submissions"][:2]:
+        entry["manifest"]["protocol"]["algorithm"] = "trpo"
+    assert "1 related entry on this board" in text_of(document, GROUP)

@@ -1,0 +1,108 @@
+"""Citations, badge and CSV of an entry."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from gym_extensions.scoring.output.tables import csv_text
+from gym_extensions.site.pages.exports import bibtex, commands, software_bibtex
+
+from ..browser import Reader, files, typed
+
+
+def test_the_commands_check_and_repeat_an_entry(document: dict[str, Any]) -> None:
+    card = document["submissions"][0]
+    card["name"] = "a b; rm"
+    assert commands(typed(document).submissions[0]) == "gym-extensions verify 'submissions/a b; rm'"
+    made = {
+        "run": 0, "command": "gym-extensions train mine", "commit": "", "by": "", "date": None,
+        "versions": {}, "processor": "", "steps": 1, "cpu_seconds": None,
+        "peak_memory_mb": None, "policies": True,
+        "memory": {"stored_steps": 1, "parameters_first": 1, "parameters_last": 1},
+    }  # fmt: skip
+    card["groups"]["hopper-gravity-v0"]["sequential"]["provenance"] = [made]
+    text = commands(typed(document).submissions[0])
+    assert "# what trained run 0 on hopper-gravity-v0\ngym-extensions train mine\n" in text
+    assert "policies.load('submissions/a b; rm', 'hopper-gravity', run=0, stage=5)" in text
+
+
+def test_the_csv_has_the_rows_of_score(document: dict[str, Any]) -> None:
+    rows = [line for line in csv_text(typed(document)).splitlines() if line.startswith(("name,", "agile,"))]
+    assert dict(files(document))["submissions/agile/metrics.csv"].splitlines() == rows
+
+
+def test_the_citation_has_title_authors_and_code(document: dict[str, Any]) -> None:
+    assert bibtex(typed(document).submissions[0]) == (
+        "@misc{gym-extensions-agile,\n"
+        "  title = {{Agile}},\n"
+        "  author = {{A. Researcher}},\n"
+        "  howpublished = {Entry of the gym-extensions leaderboard},\n"
+        "  note = {Submission agile, code at commit 0123abc},\n"
+        "  url = {https://example.org/agent},\n"
+        "}\n"
+    )
+
+
+def test_the_citation_and_the_page_have_the_date_of_acceptance(document: dict[str, Any]) -> None:
+    accepted = {"action": "accepted", "by": "maintainer", "date": "2026-11-22", "reason": "Verified."}
+    document["submissions"][0]["decisions"] = [accepted]
+    citation = bibtex(typed(document).submissions[0])
+    assert "  year = {2026},\n" in citation
+    assert ", accepted on 2026-11-22}," in citation
+    texts = dict(files(document))
+    assert "by A. Researcher, accepted on 2026-11-22" in Reader(texts["submissions/agile.html"]).text
+    board = json.loads(texts["api/boards/hopper-gravity-v0-sequential-100k.json"])["boards"][0]
+    dates = {row["name"]: (row["authors"], row["accepted"]) for row in board["rows"]}
+    assert dates["agile"] == (["A. Researcher"], "2026-11-22")
+    assert dates["keeper"] == (["A. Researcher"], "")
+
+
+@pytest.mark.parametrize(
+    ("title", "escaped"),
+    [
+        ("50 % & more_", r"50 \% \& more\_"),
+        (r"\input{secret}", r"\textbackslash{}input\textbraceleft{}secret\textbraceright{}"),
+        ("Half {open", r"Half \textbraceleft{}open"),
+        ("two\nlines", "two lines"),
+        ("Ünïcode 智能", "Ünïcode 智能"),
+    ],
+)
+def test_a_title_cannot_become_a_command(document: dict[str, Any], title: str, escaped: str) -> None:
+    document["submissions"][0]["title"] = title
+    citation = bibtex(typed(document).submissions[0])
+    assert f"  title = {{{{{escaped}}}}}," in citation
+    assert citation.count("{") == citation.count("}")
+
+
+def test_an_address_that_would_end_its_field_is_left_out(document: dict[str, Any]) -> None:
+    document["submissions"][0]["manifest"]["code"]["url"] = "https://example.org/},evil={"
+    assert "url" not in bibtex(typed(document).submissions[0])
+
+
+def test_the_page_of_an_entry_links_to_its_files(document: dict[str, Any]) -> None:
+    texts = dict(files(document))
+    page = Reader(texts["submissions/agile.html"])
+    links = {attributes.get("href") for _, attributes in page.elements}
+    for name in ("metrics.csv", "citation.bib"):
+        assert f"../submissions/agile/{name}" in links
+        assert f"submissions/agile/{name}" in texts
+    assert "gym-extensions verify submissions/agile" in page.text
+    assert "repeat, download, cite" not in Reader(texts["submissions/broken.html"]).text
+
+
+CITATION = (Path(__file__).parents[3] / "CITATION.cff").read_text("utf-8")
+
+
+def test_the_citation_names_what_citation_cff_names() -> None:
+    text = software_bibtex()
+    for key in ("title", "url"):
+        assert all(value in text for value in re.findall(rf"^ *{key}: (.+)$", CITATION, re.MULTILINE))
+    names = re.findall(r"family-names: (.+)\n +given-names: (.+)", CITATION)
+    assert len(names) == 6
+    assert all(f"{family}, {given}" in " ".join(text.split()) for family, given in names)
+    assert "The gym-extensions authors" in text

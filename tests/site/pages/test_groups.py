@@ -1,0 +1,190 @@
+"""Pages of groups and suites: tasks, references, printed tables and what a score of 1 means."""
+
+from __future__ import annotations
+
+import copy
+import re
+from typing import Any
+
+import pytest
+
+from gym_extensions.scoring.references import load_references
+from gym_extensions.site.pages import groups
+
+from ..browser import Pages, read
+from ..conftest import everything, learner, sequential, submission
+
+
+def test_an_open_task_is_named_and_has_raw_returns(document: dict[str, Any]) -> None:
+    scores = document["submissions"][0]["groups"]["hopper-gravity-v0"]["sequential"]
+    scores["reference"]["gym_extensions/Hopper-v0"] = {"floor": 0.0, "expert": None, "open": True}
+    page = read(document)["submissions/agile.html"]
+    assert "Open, not scored: Hopper. No expert is known that is clearly better than the floor" in page.text
+    assert "raw return (open)" in page.text
+    assert any(
+        attributes.get("class", "").startswith("open") for tag, attributes in page.elements if tag == "td"
+    )
+
+
+def test_a_group_without_references_has_raw_returns(document: dict[str, Any]) -> None:
+    scores = document["submissions"][0]["groups"]["hopper-gravity-v0"]["sequential"]
+    for task in scores["tasks"]:
+        scores["reference"][task] = {"floor": None, "expert": None, "open": None}
+    for name in scores["metrics"]:
+        scores["metrics"][name] = {
+            "mean": None,
+            "low": None,
+            "high": None,
+            "runs": [],
+            "why": "There is no reference.",
+        }
+    page = read(document)["submissions/agile.html"]
+    assert "No metrics. There is no reference." in page.text
+    assert "900" in page.text
+
+
+def test_a_published_table_shows_what_it_has_and_lists_what_is_missing(document: dict[str, Any]) -> None:
+    table = document["submissions"][1]
+    table.update(level="reported", groups={"hopper-gravity-v0": table["groups"]["hopper-gravity-v0"]})
+    scores = table["groups"]["hopper-gravity-v0"]["sequential"]
+    null: dict[str, Any] = {"mean": None, "low": None, "high": None, "runs": [], "why": "Reported: no floor."}
+    scores.update(
+        level="reported",
+        budget="paper",
+        runs=[],
+        return_matrix=[],
+        metrics=dict.fromkeys(scores["metrics"], null),
+        missing_for_full_entry=["logs", "5 runs"],
+        printed_total={**scores["paper_total"], "fully_trained": {"mean": 990.95, "std": 1022.32}},
+        notes=["The printed total is not the mean of its rows."],
+    )
+    pages = read(document)
+    text = pages["submissions/keeper.html"].text
+    for sentence in (
+        "Missing: logs, 5 runs.",
+        "No metrics. Reported: no floor.",
+        "Group, as printed 990.95 ± 1022.32",
+        "The printed total is not the mean of its rows.",
+    ):
+        assert sentence in text
+    assert "Evaluation matrix" not in text
+    assert "Reported elsewhere" in pages["entries.html"].text
+    assert "boards/hopper-gravity-v0-sequential-paper.html" not in pages
+
+
+def test_a_suite_has_a_page_a_board_and_a_row_on_the_page_of_the_entry(
+    document: dict[str, Any],
+) -> None:
+    card = document["submissions"][0]
+    scores = card["groups"]["hopper-gravity-v0"]["sequential"]
+    bodies = ("hopper", "walker2d", "halfcheetah", "humanoid")
+    card["groups"] = {f"{body}-gravity-v0": {"sequential": scores} for body in bodies}
+    metrics = {name: {**value, "runs": []} for name, value in scores["metrics"].items()}
+    card["suites"] = {
+        "gravity": {"sequential": {"budget": "100k", "groups": list(card["groups"]), "metrics": metrics}}
+    }
+    pages = read(document)
+    assert "gravity suite Agile" in pages["index.html"].text
+    for path in ("groups/gravity.html", "boards/gravity-sequential-100k.html", "submissions/agile.html"):
+        assert "gravity suite, mean of 4 groups" in pages[path].text
+
+
+def test_an_entry_on_several_groups_has_a_page_of_results_per_group(document: dict[str, Any]) -> None:
+    built = read(document)
+    paths = [f"submissions/keeper/{body}-gravity-v0.html" for body in ("hopper", "walker2d")]
+    links = {a.get("href", "") for _, a in built["submissions/keeper.html"].elements}
+    for path in paths:
+        assert "Evaluation matrix" in built[path].text
+        assert any(link.startswith(f"../{path}#") for link in links)
+    assert "Evaluation matrix" not in built["submissions/keeper.html"].text
+    assert "Evaluation matrix" in built["submissions/agile.html"].text
+    assert not [path for path in built if path.startswith("submissions/agile/")]
+
+
+def test_a_page_has_a_tab_per_board_and_one_of_its_tasks(document: dict[str, Any]) -> None:
+    page = read(document)["groups/hopper-gravity-v0.html"]
+    tabs = [a["href"] for tag, a in page.elements if a.get("class", "").startswith("to-")]
+    panels = [f"#{a['id']}" for tag, a in page.elements if a.get("class", "").startswith("panel-")]
+    boards = (
+        "sequential-100k",
+        "sequential-100k-task-conditioned",
+        "single-100k",
+        "single-100k-task-conditioned",
+    )
+    assert tabs == panels == [*(f"#hopper-gravity-v0-{board}" for board in boards), "#tasks"]
+
+
+def test_a_group_page_spells_out_what_one_means(document: dict[str, Any]) -> None:
+    current = load_references()
+    document["references"] = {"version": current.version, "sha256": current.digest}
+    text = read(document)["groups/halfcheetah-gravity-v0.html"].text
+    assert re.search(r"1 = expert: return \d+\. 0 = the zero action: return −?\d", text)
+    document["references"]["sha256"] = "00" * 32
+    text = read(document)["groups/halfcheetah-gravity-v0.html"].text
+    assert "No reference has been measured." in text
+    assert "measured.." not in text
+
+
+def test_a_group_page_names_provisional_experts_and_open_tasks(document: dict[str, Any]) -> None:
+    current = load_references()
+    document["references"] = {"version": current.version, "sha256": current.digest}
+    pages = read(document)
+    assert "(provisional: it rarely passes the wall)" in pages["groups/hopper-wall-v0.html"].text
+    assert "Open: no expert is known that is clearly better than 0" in pages["groups/striker-v0.html"].text
+
+
+def test_a_group_page_has_the_numbers_of_a_publication_beside_those_of_the_first_entries(
+    document: dict[str, Any],
+) -> None:
+    printed = copy.deepcopy(document["submissions"][0])
+    printed.update(name="printed", title="Printed", level="reported")
+    printed["groups"]["hopper-gravity-v0"].pop("single")
+    printed["groups"]["hopper-gravity-v0"]["sequential"]["level"] = "reported"
+    document["submissions"].append(printed)
+    page = read(document)["groups/hopper-gravity-v0.html"]
+    assert "The paper’s four columns" in page.text
+    assert "Gravity Half Printed printed" in page.text
+    assert "Agile agile" in page.text.split("four columns")[1]
+    assert "four columns" not in read(document)["groups/walker2d-gravity-v0.html"].text
+
+
+BOARD = "boards/hopper-gravity-v0-sequential-100k"
+
+
+def thirty() -> dict[str, Any]:
+    """A document of thirty entries with one run and different scores."""
+    scores = sequential("hopper-gravity", learner(0.9, 0.75, 1))
+    final = scores["metrics"]["final_performance"]
+    entries = []
+    for number in range(30):
+        value = {**final, "runs": [number / 100], "mean": number / 100}
+        metrics = {**scores["metrics"], "final_performance": value}
+        groups = {"hopper-gravity-v0": {"sequential": {**scores, "metrics": metrics}}}
+        entries.append(submission(f"e{number:02d}", groups, f"Entry {number}"))
+    return {**everything(), "submissions": entries}
+
+
+def listed(pages: Pages, path: str) -> int:
+    """The number of rows of a lean table."""
+    return sum(tag == "i" for tag, _ in pages[path].elements)
+
+
+def test_a_group_draws_twenty_rows_and_its_board_lists_all() -> None:
+    pages = read(thirty())
+    group = pages["groups/hopper-gravity-v0.html"]
+    drawn = [attributes["data-entry"] for _, attributes in group.elements if "data-entry" in attributes]
+    assert drawn == [f"e{number}" for number in range(29, 9, -1)]
+    assert "the first 20 of 30" in group.text
+    assert "All 30 entries: sort, search, filter, compare" in group.text
+    assert listed(pages, f"{BOARD}.html") == 30
+    assert any("data-table" in a for tag, a in pages[f"{BOARD}.html"].elements if tag == "table")
+
+
+def test_a_long_table_has_pages_that_lead_to_each_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(groups, "PAGE_ROWS", 12)
+    pages = read(thirty())
+    paths = [f"{BOARD}{part}.html" for part in ("", "-2", "-3")]
+    assert [listed(pages, path) for path in paths] == [12, 12, 6]
+    links = {a.get("rel"): a["href"] for tag, a in pages[paths[1]].elements if tag == "a"}
+    assert (links["prev"], links["next"]) == (f"../{paths[0]}", f"../{paths[2]}")
+    assert not any("data-table" in a for tag, a in pages[paths[0]].elements if tag == "table")

@@ -1,0 +1,89 @@
+"""Landscapes on the pages: the map of an entry, its numbers in words, and the table of a board."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from gym_extensions.catalog.groups import group
+from gym_extensions.catalog.worlds import axes
+from gym_extensions.scoring import landscapes as scored
+from gym_extensions.scoring.landscapes import Landscape, MeasuredAxis
+
+from ..browser import Reader, files
+
+GROUP = group("hopper-gravity")
+(AXIS,) = axes(GROUP)
+POINTS = len(AXIS.points)
+PAGE, BOARD = "submissions/agile.html", "groups/hopper-gravity-v0.html"
+
+
+def landscape(last: float) -> Landscape:
+    """Two runs whose returns rise from stage to stage, the same at every value."""
+    run = tuple((last * stage / 5,) * POINTS for stage in range(6))
+    returns = (run, tuple(tuple(value + 100 for value in row) for row in run))
+    axis = MeasuredAxis(name="gravity", points=AXIS.points, returns=returns, deviations=returns)
+    return Landscape(group=GROUP.id, episodes=10, policies={"0": "a", "1": "b"}, versions={}, axes=(axis,))
+
+
+@pytest.fixture
+def folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Path]:
+    """The folders of two entries with landscapes that belong to their runs."""
+    runs = {run: SimpleNamespace(policies=SimpleNamespace(sha256=name)) for run, name in enumerate("ab")}
+    monkeypatch.setattr(scored, "measured_runs", lambda entry, members: runs)
+    found = {name: tmp_path / name for name in ("agile", "keeper")}
+    for last, folder in zip((900.0, 1900.0), found.values(), strict=True):
+        folder.mkdir()
+        scored.write(folder, landscape(last))
+    return found
+
+
+def test_the_page_of_an_entry_shows_its_landscape_and_publishes_it(
+    document: dict[str, Any], folders: dict[str, Path]
+) -> None:
+    texts = dict(files(document, **folders))
+    page = Reader(texts[PAGE])
+    assert page.errors == []
+    # over two runs agile ends at 900 and 1000 where the best mean is 1950
+    assert "between trained values 0.49" in page.text
+    assert "Run 1" in page.text
+    assert "at 1.25 g" in page.text
+    published = Landscape.from_json(texts[f"submissions/agile/landscape-{GROUP.id}.json"])
+    assert published == landscape(900.0)
+
+
+def test_a_board_shows_both_numbers_as_never_trained_on(
+    document: dict[str, Any], folders: dict[str, Path]
+) -> None:
+    page = Reader(dict(files(document, **folders))[BOARD])
+    assert page.errors == []
+    assert "Never trained on, and not ranked" in page.text
+    table = page.text[page.text.index("Share of the best return: mean over the runs") :]
+    assert table.index("keeper") < table.index("agile")
+
+
+@pytest.mark.parametrize("policies", [True, False])
+def test_an_entry_without_a_landscape_says_why(
+    document: dict[str, Any], tmp_path: Path, policies: bool
+) -> None:
+    texts: dict[str, Any] = dict.fromkeys(("command", "commit", "by", "processor"), "") | {
+        "date": None,
+        "versions": {},
+    }
+    memory = {"stored_steps": 0, "parameters_first": 1, "parameters_last": 1}
+    costs = {"run": 0, "steps": 1, "cpu_seconds": None, "peak_memory_mb": None, "memory": memory}
+    scores = document["submissions"][0]["groups"][GROUP.id]["sequential"]
+    scores["provenance"] = [{**texts, **costs, "policies": policies}]
+    text = Reader(dict(files(document, agile=tmp_path))[PAGE]).text
+    assert ("Not measured yet." in text) == policies
+    assert ("they are not published" in text) != policies
+
+
+def test_a_landscape_of_other_policies_is_not_drawn(document: dict[str, Any], tmp_path: Path) -> None:
+    scored.write(tmp_path, landscape(900.0))
+    texts = dict(files(document, agile=tmp_path))
+    assert "The policies of its runs have changed" in Reader(texts[PAGE]).text
+    assert f"submissions/agile/landscape-{GROUP.id}.json" not in texts

@@ -1,0 +1,169 @@
+"""A page per task: what differs, references, best entries, the expert and the records."""
+
+from __future__ import annotations
+
+import posixpath
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import pytest
+
+from gym_extensions.catalog.tasks import TASKS, task
+from gym_extensions.experts import Measurement, RecordCard, Step
+from gym_extensions.experts.cards import DATA
+from gym_extensions.scoring.poses import PolicyPoses
+from gym_extensions.scoring.records import Record, RecordReview
+from gym_extensions.scoring.references import load_references
+from gym_extensions.site.build import files as site_files
+from gym_extensions.site.pages import PAGES
+from gym_extensions.site.pages.page import TASK_LIST
+from gym_extensions.site.pages.tasks import TaskPolicies, TaskView, best_entries, origin
+from gym_extensions.site.paths import task_path
+
+from ..browser import Reader, typed
+from ..conftest import everything
+
+
+@pytest.fixture(scope="module")
+def pages() -> dict[str, str]:
+    """Every text file of the site, with the references. All entries but *Zero action* were replayed."""
+    document, current = everything(), load_references()
+    document["references"] = {"version": current.version, "sha256": current.digest}
+    for card in document["submissions"]:
+        if card["level"] and card["title"] == "Zero action":
+            card["level"] = "claimed"
+    return dict(site_files(typed(document)))
+
+
+def page(pages: dict[str, str], name: str) -> Reader:
+    return Reader(pages[task_path(task(name).id)])
+
+
+def test_every_published_task_has_a_page_that_the_list_links_to(pages: dict[str, str]) -> None:
+    links = {attributes.get("href") for _, attributes in Reader(pages["tasks.html"]).elements}
+    assert {task_path(task_id) for task_id in TASKS} <= links
+    assert all(task_path(task_id) in pages for task_id in TASKS)
+
+
+def test_pages_are_valid_and_their_links_lead_somewhere(pages: dict[str, str]) -> None:
+    for name in ("HopperBigFoot", "Humanoid", "PusherMovingGoal", "Image-Based-Navigation-2d-Map1-Goal2"):
+        path = task_path(task(name).id)
+        reader = Reader(pages[path])
+        assert reader.errors == []
+        for _, attributes in reader.elements:
+            address = urlsplit(attributes.get("href") or attributes.get("src") or "data:,")
+            if address.scheme or not address.path or "pictures/" in address.path:
+                continue
+            assert posixpath.normpath(posixpath.join("tasks", address.path)) in pages, address.path
+
+
+def test_a_page_says_what_differs_and_by_how_much(pages: dict[str, str]) -> None:
+    text = page(pages, "HopperBigFoot").text
+    assert "radius and mass × 1.25 (radius: foot_geom 0.06 → 0.075 m; mass 5.316 → 6.644 kg)" in text
+    assert "Nothing: it is the base body." in page(pages, "Hopper").text
+
+
+def test_gravity_is_shown_as_two_arrows(pages: dict[str, str]) -> None:
+    labels = [attributes.get("aria-label") for _, attributes in page(pages, "HopperGravityHalf").elements]
+    assert "gravity 0.5 times that of the base body" in labels
+
+
+def test_a_page_has_definition_spaces_fingerprint_versions_and_groups(pages: dict[str, str]) -> None:
+    text = page(pages, "HopperGravityHalf").text
+    for part in ("motor of thigh_joint", "velocity of rootx", "1000 steps.", "v0: first published version"):
+        assert part in text
+    assert TaskView(task("HopperGravityHalf"), None, ()).fingerprint in text
+    assert "hopper-gravity-v0 (task 1 of 5)" in text
+
+
+def test_the_best_entries_are_sorted_by_the_return_at_the_end(pages: dict[str, str]) -> None:
+    text = page(pages, "HopperGravityHalf").text
+    assert text.index("Keeper") < text.index("Agile")
+    assert "Zero action" not in text
+    assert "No verified entry has trained on this task in sequence yet." in page(pages, "Striker").text
+    assert best_entries(()) == {}
+
+
+def test_a_page_says_what_1_is(pages: dict[str, str]) -> None:
+    text = page(pages, "State-Based-Navigation-2d-Map0-Goal0").text
+    assert "1 is the mean return of a planner that knows the map and takes the fewest steps, −43.0." in text
+    assert "Each dot is" not in text
+    text = page(pages, "Pusher").text
+    assert "1 is the mean return of the expert, −3" in text
+    assert 'experts.load("Pusher")' in text
+    assert "Each dot is the mean return of one run of trpo after 300,000 steps" in text
+    assert "Provisional: it rarely passes the wall." in page(pages, "HopperWall").text
+    assert "The task is open: no policy is known" in page(pages, "Striker").text
+
+
+TASK_PAGES = tuple(page for page in PAGES if page.path == TASK_LIST)
+HOPPER = task("Hopper").id
+NAME = '<b title="'
+
+
+def made_record(name: str, mean: float) -> Record:
+    """A verified record on Hopper that moves as the expert does."""
+    poses = PolicyPoses.load(DATA / "poses" / "Hopper.json", "", "")
+    assert poses is not None
+    record = Record(Path("records/Hopper") / f"{name}.json")
+    claim = Measurement(100, 4000.0, 10.0)
+    # The cached properties are what the files would give.
+    record.__dict__["card"] = RecordCard(HOPPER, "", "", (Step("a", "sac", 2_000_000),), claim, (NAME, "B"))
+    record.__dict__["review"] = RecordReview(
+        card="0" * 64,
+        date="2026-12-01",
+        version="1",
+        value="3f" * 20,
+        episodes=100,
+        mean=mean,
+        deviation=25.0,
+        least=3900.0,
+        problem="",
+        poses=poses.poses,
+    )
+    return record
+
+
+@pytest.fixture(scope="module")
+def recorded() -> dict[str, str]:
+    """The pages of tasks, with two records on Hopper."""
+    records = {HOPPER: (made_record("best", 4001.5), made_record("second", 3990.0))}
+    return dict(site_files(typed(everything()), TASK_PAGES, records=records))
+
+
+def test_a_page_shows_the_records_with_authors_and_returns(recorded: dict[str, str]) -> None:
+    reader = Reader(recorded[task_path(HOPPER)])
+    assert reader.errors == []
+    assert "best" in reader.text
+    assert f"{NAME}, B" in reader.text, "the name of an author is text"
+    assert "4001.5 ± 2.5" in reader.text
+    assert reader.text.index("4001.5") < reader.text.index("3990.0")
+
+
+def test_the_expert_and_the_best_record_play_side_by_side(recorded: dict[str, str]) -> None:
+    text, script = (
+        recorded[task_path(HOPPER)],
+        recorded[task_path(HOPPER).replace(".html", "-poses.js")],
+    )
+    assert text.count('<div class="stage">') == 2
+    assert script.startswith('watchPoses("watch-policies",')
+    assert script.count("ACMM") == 2, "two clips"
+
+
+def test_a_page_without_records_says_so_and_maps_have_none(recorded: dict[str, str]) -> None:
+    assert "Nobody holds a record yet." in Reader(recorded[task_path(task("Walker2d").id)]).text
+    assert (
+        "Nobody holds a record"
+        not in recorded[task_path("gym_extensions/Image-Based-Navigation-2d-Map1-Goal2-v0")]
+    )
+
+
+def test_poses_of_another_policy_are_not_shown(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert TaskPolicies(task("Hopper")).watch is not None
+    monkeypatch.setattr("gym_extensions.experts.DATA", Path("nowhere"))
+    assert TaskPolicies(task("Hopper")).watch is None
+
+
+def test_an_origin_names_agents_and_steps() -> None:
+    assert origin((Step("a", "trpo", 300_000), Step("b", "trpo", 1_000_000))) == "trpo, 1.3 million steps"
+    assert origin((Step("a", "sac"),)) == "sac"

@@ -1,0 +1,193 @@
+"""Which policies Play offers, and the file in which the browser gets them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gym_extensions import experts
+from gym_extensions.catalog.groups import group
+from gym_extensions.catalog.tasks import TASKS, task
+from gym_extensions.rollouts.layout import run_file
+from gym_extensions.rollouts.policies.files import write_policies
+from gym_extensions.rollouts.policies.mlp import Policy
+from gym_extensions.site.build import Site
+from gym_extensions.site.pages import PAGES
+from gym_extensions.site.play import offer
+from gym_extensions.site.play.mujoco_wasm import Simulator
+
+from ..browser import typed
+from ..conftest import learner, sequential, submission
+
+SIMULATOR = Simulator(b"script", b"packed", b"licence")
+GROUP = "hopper-gravity-v0"
+PLAY = tuple(page for page in PAGES if page.path == "play.html")
+
+
+def hopper_policy(seed: int) -> Policy:
+    rng = np.random.default_rng(seed)
+    first, second = rng.normal(size=(11, 4)).astype("f4"), rng.normal(size=(4, 3)).astype("f4")
+    return Policy(
+        action_offset=np.zeros(3, "f4"),
+        action_scale=np.ones(3, "f4"),
+        weights=(first, second),
+        biases=(np.zeros(4, "f4"), np.zeros(3, "f4")),
+        activation="tanh",
+        observation_mean=np.arange(11.0),
+        observation_scale=np.ones(11),
+    )
+
+
+def write_run(folder: Path, run: int = 0) -> Path:
+    """A submission that has nothing but the policies of a run on hopper-gravity."""
+    path = folder / run_file("hopper-gravity", "sequential", run, ".npz")
+    path.parent.mkdir(parents=True)
+    write_policies(path, {(stage, None): hopper_policy(stage) for stage in range(6)})
+    return folder
+
+
+def read(content: bytes) -> tuple[dict[str, Any], dict[str, np.ndarray[Any, Any]]]:
+    """The header and the arrays of the first policy of a file."""
+    size = int.from_bytes(content[:4], "little")
+    header = json.loads(content[4 : 4 + size])
+    arrays = {
+        name: np.frombuffer(content, f"<{kind}", int(np.prod(shape)), 4 + size + offset).reshape(shape)
+        for name, (kind, shape, offset) in header["policies"][0]["arrays"].items()
+    }
+    return header, arrays
+
+
+@pytest.fixture
+def built(monkeypatch: pytest.MonkeyPatch) -> Callable[..., dict[str, bytes | str]]:
+    """The files of Play for a site in which two entries trained on hopper-gravity, with one expert."""
+    monkeypatch.setattr(experts, "names", lambda: ["Hopper", "Pusher"])
+
+    def build(folders: dict[str, Path], simulator: Simulator | None = SIMULATOR) -> dict[str, bytes | str]:
+        scores = {
+            name: submission(
+                name, {GROUP: {"sequential": sequential("hopper-gravity", learner(strength, 0.9, 5))}}
+            )
+            for name, strength in (("better", 0.9), ("worse", 0.3))
+        }
+        document = {
+            "format": 1,
+            "references": {"version": "provisional", "sha256": "0f" * 32},
+            "submissions": list(scores.values()),
+        }
+        cards = typed(document)
+        site = Site(cards.references, PLAY, folders, simulator=simulator)
+        return {
+            path: content
+            for path, content in site.files(cards.submissions)
+            if isinstance(content, bytes | str) and path.startswith("play")
+        }
+
+    return build
+
+
+def index_of(files: dict[str, bytes | str]) -> dict[str, Any]:
+    index: dict[str, Any] = json.loads(files["play/index.json"])
+    return index
+
+
+def test_a_policy_file_has_every_array_that_the_policy_uses() -> None:
+    policy = hopper_policy(0)
+    header, arrays = read(offer.policy_file([policy, hopper_policy(1)]))
+    assert (header["format"], len(header["policies"])) == (1, 2)
+    assert header["policies"][0]["activation"] == "tanh"
+    assert {name: arrays[name].dtype for name in ("weight_0", "observation_mean")} == {
+        "weight_0": np.dtype("<f4"),
+        "observation_mean": np.dtype("<f8"),
+    }
+    for name, values in arrays.items():
+        np.testing.assert_array_equal(values, policy.arrays()[name])
+
+
+def test_play_offers_bodies_whose_rules_the_script_has() -> None:
+    assert offer.is_playable(task("HopperBigFoot"))
+    assert [
+        name for name in ("HopperMotorNoise", "HopperNoisyWall", "Pusher") if offer.is_playable(task(name))
+    ] == []
+    groups = {each.name for each in offer.playable_groups()}
+    assert {"hopper-gravity", "humanoid-wall", "humanoid-standup-run"} <= groups
+    assert not {"pusher", "nav-state", "hopper-noisy-wall"} & groups
+    assert offer.play_link(task("HopperWall")) == "play.html#?task=HopperWall"
+    assert offer.play_link(task("Pusher")) == ""
+
+
+def test_the_index_says_how_the_world_of_a_task_differs(built: Callable[..., dict[str, bytes | str]]) -> None:
+    tasks = index_of(built({}))["tasks"]
+    assert set(tasks) == {each.name for each in TASKS.values() if offer.is_playable(each)}
+    wall, foot = tasks["HopperWall"], tasks["HopperBigFoot"]
+    assert (wall["gravity"], wall["limbs"], wall["wall"]) == (1.0, {}, True)
+    assert (foot["limbs"], foot["wall"]) == ({"Foot": 1.25}, False)
+    assert tasks["HopperWithSensor"]["wall"] is False
+    assert (tasks["Hopper"]["expert"], tasks["HopperWall"].get("expert")) == ("play/experts/hopper.bin", None)
+    assert tasks["HopperGravityHalf"]["gravity"] == 0.5
+
+
+def test_an_entry_is_offered_with_its_first_run(
+    built: Callable[..., dict[str, bytes | str]], tmp_path: Path
+) -> None:
+    files = built({name: write_run(tmp_path / name) for name in ("better", "worse")})
+    [hopper] = [row for row in index_of(files)["groups"] if row["id"] == GROUP]
+    assert hopper["tasks"] == [each.name for each in group("hopper-gravity").tasks]
+    assert [(row["name"], row["run"]) for row in hopper["entries"]] == [("better", 0), ("worse", 0)]
+    header, _ = read(files[hopper["entries"][0]["file"]])  # type: ignore[arg-type]
+    assert len(header["policies"]) == 6
+
+
+def test_the_best_entry_comes_first_where_there_is_no_room_for_all(
+    built: Callable[..., dict[str, bytes | str]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folders = {name: write_run(tmp_path / name) for name in ("better", "worse")}
+    used = sum(len(content) for path, content in built(folders).items() if path.endswith(".bin"))
+    monkeypatch.setattr(offer, "MAX_BYTES", used - 1)
+    files = built(folders)
+    assert "play/better/hopper-gravity-v0.bin" in files
+    assert "play/worse/hopper-gravity-v0.bin" not in files
+    assert f"<dt>{offer.NO_ROOM}</dt>\n<dd><bdi>worse</bdi> on {GROUP}</dd>" in str(files["play.html"])
+
+
+@pytest.mark.parametrize(
+    ("damage", "why"),
+    [
+        (lambda path: path.unlink(), offer.NO_POLICIES),
+        (lambda path: path.write_bytes(b"ONNX"), offer.NOT_ARRAYS),
+    ],
+    ids=["none", "another format"],
+)
+def test_an_entry_that_cannot_be_played_is_named_with_the_reason(
+    built: Callable[..., dict[str, bytes | str]],
+    tmp_path: Path,
+    damage: Callable[[Path], object],
+    why: str,
+) -> None:
+    folder = write_run(tmp_path / "better")
+    damage(next(folder.rglob("*.npz")))
+    files = built({"better": folder, "worse": write_run(tmp_path / "worse")})
+    assert "play/better/hopper-gravity-v0.bin" not in files
+    assert why in str(files["play.html"])
+
+
+def test_a_site_without_the_simulator_says_how_to_get_it(
+    built: Callable[..., dict[str, bytes | str]],
+) -> None:
+    files = built({}, None)
+    assert set(files) == {"play.html"}
+    assert "make site-assets" in str(files["play.html"])
+    assert "unsafe-eval" not in str(files["play.html"])
+    assert '<script src="static/play.js"' not in str(files["play.html"])
+
+
+def test_only_play_allows_functions_that_are_made_from_text(
+    built: Callable[..., dict[str, bytes | str]],
+) -> None:
+    page = str(built({})["play.html"])
+    assert "script-src 'self' 'unsafe-eval'; connect-src 'self';" in page
+    assert "A window, not evidence." in page

@@ -1,0 +1,52 @@
+"""Drawings of the episodes of the Watch panel."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gym_extensions.catalog.sheets import sheet
+from gym_extensions.scoring.poses import motion_of
+from gym_extensions.site.play.stroboscopes import stroboscopes
+from gym_extensions.site.play.watch import Episode, WatchedTask
+
+from .test_watch import panel_of, poses_of
+
+
+def test_a_picture_has_twelve_poses_the_last_one_opaque(document: dict[str, Any]) -> None:
+    [drawing, _] = stroboscopes(panel_of(document, poses_of(document)).tasks[0])
+    opacities = re.findall(r'<path( opacity="\.\d")? d="', drawing)
+    assert len(opacities) == 12
+    assert opacities[-1] == ""
+
+
+@pytest.mark.parametrize(
+    ("speed", "ticks"), [(0.1, 7), (0.02, 0)], ids=["6 m along the track", "1.2 m moved apart"]
+)
+def test_the_floor_has_a_tick_per_metre_where_distances_are_true(
+    document: dict[str, Any], speed: float, ticks: int
+) -> None:
+    [drawing, _] = stroboscopes(panel_of(document, poses_of(document, speed)).tasks[0])
+    [floor] = re.findall(r'class="floor" d="([^"]*)"', drawing)
+    assert floor.count("v5") == ticks
+
+
+def test_a_path_is_drawn_over_its_map_with_the_goal(document: dict[str, Any]) -> None:
+    name = "gym_extensions/State-Based-Navigation-2d-Map0-Goal0-v0"
+    facts = sheet(name)
+    assert facts is not None
+    poses = poses_of(document)
+    row = poses.tasks[4]
+    clip = row.after
+    track = np.array([[100.0, 80.0], [103.0, 84.0]])
+    walk = replace(clip, frames=2, motion=motion_of(track, 0.1))
+    mapped = replace(row, task=name, after=walk, unit=0.1, steps_per_second=0.0, steps_per_frame=4.0)
+    episode = Episode(walk, "At the end", mapped, facts, False)
+    [drawing] = stroboscopes(WatchedTask(name, (episode,)), "../")
+    assert 'd="M100 400l3-4"' in drawing
+    assert 'href="../pictures/map0-goal0.svg"' in drawing
+    assert episode.facts.endswith("500 steps")

@@ -1,0 +1,132 @@
+"""The first entry of a board, and the sentence on how certain its lead is."""
+
+from __future__ import annotations
+
+import pytest
+
+from gym_extensions.site.entry_results import nothing_to_forget
+from gym_extensions.site.text import rank
+
+from .conftest import Make, estimate
+from .made_boards import around, boards_of, names, only
+
+
+def test_a_board_is_sorted_by_final_performance_then_name(entry: Make) -> None:
+    board = only(entry("b", around(0.3)), entry("c", around(0.9)), entry("a", around(0.3)))
+    assert names(board) == ["c", "a", "b"]
+
+
+def test_an_entry_without_a_value_is_last_and_not_at_zero(entry: Make) -> None:
+    board = only(entry("unscored", None), entry("worse", around(-0.5)))
+    assert names(board) == ["worse", "unscored"]
+    assert [row.entry.why for row in board.rows] == ["", "Every task is open."]
+
+
+def test_each_entry_without_a_rank_has_its_own_reason(entry: Make) -> None:
+    cards = [entry("lucky", around(0.9, runs=4)), entry("full", around(0.4)), entry("open", None)]
+    assert [(row.entry.name, row.entry.why) for row in only(*cards).rows] == [
+        ("full", ""),
+        ("lucky", "Fewer than 5 runs."),
+        ("open", "Every task is open."),
+    ]
+
+
+def test_task_conditioned_entries_have_a_separate_board(entry: Make) -> None:
+    conditioned = {"task_in_training": True, "task_in_evaluation": True, "boundaries": True}
+    first, second = boards_of(entry("a", around(0.5)), entry("b", around(0.9), observes=conditioned))
+    assert (names(first), first.task_conditioned) == (["a"], False)
+    assert (names(second), second.task_conditioned) == (["b"], True)
+    assert second.id == "hopper-gravity-v0-sequential-100k-task-conditioned"
+
+
+def test_every_budget_has_its_board_except_smoke(entry: Make) -> None:
+    boards = boards_of(
+        *(entry(f"at-{name}", around(0.5), budget=name) for name in ("smoke", "100k", "1M", "paper"))
+    )
+    assert [(board.budget, names(board)) for board in boards] == [
+        ("paper", ["at-paper"]),
+        ("1M", ["at-1M"]),
+        ("100k", ["at-100k"]),
+    ]
+
+
+def test_ranks_are_intervals_and_a_single_entry_has_none(entry: Make) -> None:
+    tied = only(entry("a", around(0.9)), entry("b", around(0.899)), entry("c", around(0.1)))
+    ranks = [rank(row.rank("final_performance")) for row in tied.rows]
+    assert ranks == ["rank 1–2", "rank 1–2", "rank 3"]
+    assert [row.rank("final_performance") for row in only(entry("a", around(0.9))).rows] == [None]
+
+
+def test_the_least_forgetting_is_among_those_that_learned(entry: Make) -> None:
+    cards = [entry("blind", around(0.0), around(0.0)), entry("a", around(0.5)), entry("b", around(0.4))]
+    scores = [card["groups"]["hopper-gravity-v0"]["sequential"]["metrics"] for card in cards]
+    for metrics, lost in zip(scores, (-0.5, 0.2, 0.1), strict=True):
+        metrics["forgetting"] = estimate(around(lost))
+    least = only(*cards).least_forgetting
+    assert least is not None
+    assert least.entry.name == "b"
+
+
+def test_an_entry_without_a_rank_is_not_called_the_best(entry: Make) -> None:
+    board = only(entry("lucky", around(0.9, runs=4)), entry("one", around(0.4, runs=1)))
+    assert (board.best, board.least_forgetting) == (None, None)
+    assert board.leader is not None
+    assert board.leader.row.entry.name == "lucky"
+    ranked = only(entry("lucky", around(0.9, runs=4)), entry("full", around(0.4)))
+    assert [row.entry.name for row in (ranked.best, ranked.least_forgetting) if row] == ["full", "full"]
+
+
+@pytest.mark.parametrize(
+    ("learning", "note"),
+    [
+        ([0.4, 0.5, 0.6, 0.5, 0.5], ""),
+        ([0.05, 0.05, 0.051, 0.05, 0.05], ""),
+        ([-0.1, 0.1, 0.0, 0.05, -0.05], "nothing learned to forget"),
+        ([0.9, 0.1], "nothing learned to forget, as far as 2 runs can show"),
+        ([0.0999], "nothing learned to forget"),
+        ([0.1], ""),
+    ],
+)
+def test_an_agent_that_learned_nothing_has_nothing_to_forget(
+    entry: Make, learning: list[float], note: str
+) -> None:
+    (row,) = only(entry("a", around(0.5, runs=len(learning)), learning)).rows
+    assert (nothing_to_forget(row.result) if row.result.learned_nothing else "") == note
+    assert bool(row.entry.metrics["forgetting"].rank_note) is bool(note), "the scorer disagrees"
+
+
+@pytest.mark.parametrize(
+    ("runs", "sentence"),
+    [
+        ({"a": around(0.9)}, "It is the only ranked entry."),
+        (
+            {"a": around(0.9), "b": around(0.5), "c": around(0.4)},
+            "It is significantly better than every other ranked entry (95\u202f% confidence).",
+        ),
+        ({"a": around(0.9, runs=2)}, "It is the only entry with a score."),
+        (
+            {"a": around(0.9, runs=4), "b": around(0.5, runs=4)},
+            "Its interval lies above those of all other entries.",
+        ),
+        (
+            {"a": around(0.9, runs=2), **{name: around(0.88, runs=2) for name in "bcde"}},
+            "Its interval overlaps with 4 others, so the order may be due to chance.",
+        ),
+        ({"a": [0.9], "b": around(0.1, runs=2)}, "It has one run, so its uncertainty is unknown."),
+        ({"a": around(0.9, runs=2), "b": [0.1]}, "Its interval lies above those of all other entries."),
+        (
+            {"a": around(0.9, runs=2), "b": [0.87]},
+            "Its interval overlaps with another entry, so the order may be due to chance.",
+        ),
+        (
+            {"a": around(0.92, wide=3), "b": around(0.9, wide=3)},
+            "The test does not separate it from 1 other ranked entry.",
+        ),
+    ],
+)
+def test_the_certainty_of_a_lead_follows_from_its_runs(
+    entry: Make, runs: dict[str, list[float]], sentence: str
+) -> None:
+    leader = only(*(entry(name, values) for name, values in runs.items())).leader
+    assert leader is not None
+    assert (leader.row.entry.name, leader.certainty) == ("a", sentence)
