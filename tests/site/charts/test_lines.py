@@ -23,11 +23,12 @@ Y = Scale(0.0, 1.0, 100.0, 0.0)
 def test_lines_levels_and_shading_have_the_coordinates_of_their_values() -> None:
     mean = [(0.0, 0.0), (0.5, 1.0)]
     svg = ElementTree.fromstring(line_chart([mean, mean], X, Y, "", bold=mean, since=0.5, levels=[1.0]))
-    assert [line.get("points") for line in svg.iter("polyline")] == ["0.0,100.0 50.0,0.0"]
     assert [(line.get("class"), line.get("d")) for line in svg.iter("path")] == [
+        ("level", "M0.0 0.0H100.0"),
         ("thin", "M0 200l100-200"),
         ("thin", "M0 200l100-200"),
-        ("stops", "M0.0 100.0h0"),
+        ("bold", "M0 200l100-200"),
+        ("stops", "M0 200h0m100-200h0"),
     ]
     assert [(dot.get("cx"), dot.get("cy")) for dot in svg.iter("circle")] == [("50.0", "0.0")]
     assert [area.get("width") for area in svg.iter("rect")] == ["50.0"]
@@ -139,3 +140,15 @@ def test_without_a_profile_the_page_says_why(document: dict[str, Any]) -> None:
     scores(document)["metrics"] = dict.fromkeys(scores(document)["metrics"], null)
     page = dict(files(document))["submissions/agile.html"]
     assert f"No metrics. {OPEN} There is no performance profile either." in text(page)
+
+
+@pytest.mark.parametrize(("points", "drawn"), [(80, 80), (81, 41), (700, 78)])
+def test_a_long_curve_is_drawn_as_means_of_neighbours(
+    document: dict[str, Any], points: int, drawn: int
+) -> None:
+    line = [[at, float(at % 2)] for at in range(points)]
+    scores(document)["curves"] = [{"run": 0, "task": "gym_extensions/Hopper-v0", "points": line}]
+    (result, *_) = group_results(typed(document).submissions[0])
+    (panel,) = line_charts.curves(result)
+    (way,) = re.findall(r'class="thin" d="M\d+ -?\d+l([^"]*)"', panel.drawing)
+    assert len(re.findall(r"-?\d+", way)) == 2 * (drawn - 1)

@@ -11,7 +11,7 @@ import pytest
 
 from gym_extensions.catalog.sheets import sheet
 from gym_extensions.scoring.poses import motion_of
-from gym_extensions.site.play.stroboscopes import stroboscopes
+from gym_extensions.site.play.stroboscopes import episode_dots, stroboscopes
 from gym_extensions.site.play.watch import Episode, WatchedTask
 
 from .test_watch import panel_of, poses_of
@@ -42,11 +42,18 @@ def test_a_path_is_drawn_over_its_map_with_the_goal(document: dict[str, Any]) ->
     poses = poses_of(document)
     row = poses.tasks[4]
     clip = row.after
-    track = np.array([[100.0, 80.0], [103.0, 84.0]])
-    walk = replace(clip, frames=2, motion=motion_of(track, 0.1))
+    track = np.array([[100.0, 80.0], [103.0, 84.0], [103.0, 84.0]])
+    walk = replace(clip, frames=3, motion=motion_of(track, 0.1))
     mapped = replace(row, task=name, after=walk, unit=0.1, steps_per_second=0.0, steps_per_frame=4.0)
     episode = Episode(walk, "At the end", mapped, facts, False)
     [drawing] = stroboscopes(WatchedTask(name, (episode,)), "../")
     assert 'd="M100 400l3-4"' in drawing
     assert 'href="../pictures/map0-goal0.svg"' in drawing
     assert episode.facts.endswith("500 steps")
+
+
+def test_episodes_of_equal_returns_are_one_dot(document: dict[str, Any]) -> None:
+    drawing, _ = episode_dots(panel_of(document, poses_of(document)).tasks[0].episodes)
+    [dots] = re.findall(r'class="episodes" d="([^"]*)"', drawing)
+    assert dots.count("M") == 1
+    assert "Returns of the 20 episodes" in drawing

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from itertools import islice
 from operator import sub
+from statistics import fmean
 
 from markupsafe import Markup, escape
 
@@ -35,8 +36,10 @@ X, Y = (34.0, 200.0), (100.0, 10.0)
 PROFILE_X, PROFILE_Y = (40.0, 372.0), (164.0, 24.0)
 """The same of a performance profile."""
 MARGIN = 8
-THIN_UNITS = 2
-"""Units per pixel of thin lines: whole numbers of half pixels take half the bytes of coordinates."""
+MOST_POINTS = 80
+"""Points of a training curve: one in two pixels."""
+UNITS = 2
+"""Units per pixel of lines in panels: whole numbers of half pixels take half the bytes of coordinates."""
 
 
 def line_chart(
@@ -60,36 +63,37 @@ def line_chart(
         since: the area left of this x is shaded, and the dot at it is large.
         levels: horizontal lines, labelled where labels do not overlap, the first ones first.
     """
-    left, right, top, bottom = px(x.start), px(x.end), min(y.start, y.end), max(y.start, y.end)
+    body = _ground(x, y, since, dict.fromkeys(levels), levels)
+    body += [f'<path class="thin" d="{_path(line, x, y)}"/>' for line in lines if line]
+    if bold:
+        body.append(f'<path class="bold" d="{_path(bold, x, y)}"/>')
+        body.append(f'<path class="stops" d="{_stops(bold, x, y)}"/>')
+        body += [
+            f'<circle class="at" cx="{px(x.at(at))}" cy="{px(y.at(value))}" r="4"/>'
+            for at, value in bold
+            if at == since
+        ]
+    return picture("panel", px(x.end + MARGIN), px(max(y.start, y.end) + MARGIN), label, "".join(body))
+
+
+def _ground(
+    x: Scale, y: Scale, since: float | None, levels: Iterable[float], labels: Iterable[float]
+) -> list[str]:
+    """What is below the lines: the shaded part, levels, and the labels that do not overlap."""
+    top, height = px(min(y.start, y.end)), px(abs(y.end - y.start))
     body = []
     if since is not None:
         width = px(x.at(since) - x.start)
-        body.append(
-            f'<rect class="before" x="{left}" y="{px(top)}" width="{width}" height="{px(bottom - top)}"/>'
-        )
-    body += [
-        f'<line class="level" x1="{left}" x2="{right}" y1="{px(y.at(v))}" y2="{px(y.at(v))}"/>'
-        for v in levels
+        body.append(f'<rect class="before" x="{px(x.start)}" y="{top}" width="{width}" height="{height}"/>')
+    ways = (f"M{px(x.start)} {px(y.at(level))}H{px(x.end)}" for level in levels)
+    body.append(f'<path class="level" d="{"".join(ways)}"/>')
+    return body + [
+        text("tick side", x.start - 4, y.at(each) + 3, tick_label(each)) for each in apart(labels, y)
     ]
-    body += [text("tick side", x.start - 4, y.at(v) + 3, tick_label(v)) for v in apart(levels, y)]
-    scale = f'transform="scale({1 / THIN_UNITS:g})"'
-    body += [f'<path class="thin" {scale} d="{_path(line, x, y)}"/>' for line in lines if line]
-    if bold:
-        body.append(f'<polyline class="bold" points="{points(bold, x, y)}"/>')
-        dots = [(f"{px(x.at(at))} {px(y.at(value))}", at == since) for at, value in bold]
-        body.append(
-            f'<path class="stops" d="M{"h0M".join(dot for dot, is_large in dots if not is_large)}h0"/>'
-        )
-        body += [
-            f'<circle class="at" cx="{dot.split()[0]}" cy="{dot.split()[1]}" r="4"/>'
-            for dot, is_large in dots
-            if is_large
-        ]
-    return picture("panel", px(x.end + MARGIN), px(bottom + MARGIN), label, "".join(body))
 
 
 def _path(line: Sequence[tuple[float, float]], x: Scale, y: Scale) -> str:
-    """The path of a thin line: its first point, then the way to each further one."""
+    """The path of a line in halves of a pixel: its first point, then the way to each further one."""
     columns, rows = zip(*line, strict=True)
     (left, *across), (top, *up) = _steps(columns, x), _steps.__wrapped__(rows, y)
     steps = [""] * (2 * len(across))
@@ -98,10 +102,18 @@ def _path(line: Sequence[tuple[float, float]], x: Scale, y: Scale) -> str:
     return f"M{left} {top}{way}".replace(" -", "-")
 
 
+def _stops(line: Sequence[tuple[float, float]], x: Scale, y: Scale) -> str:
+    """The path of the dots at the points of a line, in halves of a pixel."""
+    columns, rows = zip(*line, strict=True)
+    (left, *across), (top, *up) = _steps(columns, x), _steps(rows, y)
+    ways = "".join(f"m{right} {down}h0" for right, down in zip(across, up, strict=True))
+    return f"M{left} {top}h0{ways}".replace(" -", "-")
+
+
 @lru_cache(maxsize=8)
 def _steps(values: tuple[float, ...], scale: Scale) -> tuple[str, ...]:
     """The first coordinate, then the way to each further one. The runs of a chart share those of x."""
-    corners = [round(THIN_UNITS * at) for at in scale.each_at(values)]
+    corners = [round(UNITS * at) for at in scale.each_at(values)]
     return tuple(map(str, (corners[0], *map(sub, corners[1:], corners))))
 
 
@@ -178,9 +190,18 @@ def curves(result: EntryResult) -> list[Panel]:
         if lines:
             final = ", ".join(fixed(line[-1][1], 0) for line in lines if line)
             label = f"{task}: training returns, at the end {final}"
-            drawing = line_chart(lines, x, y, label, levels=levels)
+            drawing = line_chart(list(map(_means, lines)), x, y, label, levels=levels)
             panels.append(Panel(variation(task, result.tasks), f"{grouped(int(last))} steps", drawing))
     return panels
+
+
+def _means(line: Points) -> Points:
+    """The line; of one with more than ``MOST_POINTS``, the means of as many neighbours as needed."""
+    size = -(-len(line) // MOST_POINTS)
+    if size < 2:
+        return line
+    parts = [line[at : at + size] for at in range(0, len(line), size)]
+    return tuple((fmean(x for x, _ in part), fmean(y for _, y in part)) for part in parts)
 
 
 DESCRIBED = (0.0, 0.5, 1.0, 2.0)
@@ -290,17 +311,7 @@ def panels(lines: Sequence[Line]) -> list[tuple[Markup, Markup]]:
 
 
 def _panel(lines: Sequence[Line], at: int, x: Scale, y: Scale) -> Markup:
-    top, bottom = min(y.start, y.end), max(y.start, y.end)
-    width = px(x.at(at + 1) - x.start)
-    body = [
-        f'<rect class="before" x="{px(x.start)}" y="{px(top)}" width="{width}" height="{px(bottom - top)}"/>'
-    ]
-    for level in (0.0, 1.0):
-        body.append(stroke(x.start, y.at(level), x.end, y.at(level), "level"))
-    body += [
-        text("tick side", x.start - 4, y.at(level) + 3, tick_label(level))
-        for level in apart((0.0, 1.0, *reversed(y.ticks(4))), y)
-    ]
+    body = _ground(x, y, at + 1, (0.0, 1.0), (0.0, 1.0, *reversed(y.ticks(4))))
     labels = []
     for line in reversed(lines):
         values = [stage[at] for stage in line.row.retention.stages] if line.row.retention else []

@@ -174,9 +174,8 @@ def _path(picture: str, episode: Episode) -> Markup:
     width, height = SIZE
     rows = np.rint(episode.coordinates).astype(int)
     rows[:, 1] = height - rows[:, 1]
-    line = f"M{rows[0, 0]} {rows[0, 1]}l" + " ".join(
-        f"{x} {y}" for x, y in np.diff(rows, axis=0).tolist()
-    ).replace(" -", "-")
+    ways = " ".join(f"{x} {y}" for x, y in np.diff(rows, axis=0).tolist() if x or y)
+    line = f"M{rows[0, 0]} {rows[0, 1]}l{ways or '0 0'}".replace(" -", "-")
     label = f"{episode.title}: {episode.facts}"
     return Markup(
         f'<svg class="strobe map" viewBox="0 0 {width} {height}" width="320" role="img" '
@@ -202,7 +201,7 @@ def _dots(episode: Episode, scale: Scale) -> Markup:
     y = LINE / 2
     parts = [stroke(scale.at(scale.low), y, scale.at(scale.high), y, "level")]
     parts += [text("tick", scale.at(mark), LINE + 8, tick_label(mark)) for mark in scale.ticks(TICKS)]
-    dots = "".join(f"M{scale.at(value):.0f} {y:.0f}h0" for value in returns)
+    dots = "".join(dict.fromkeys(f"M{scale.at(value):.0f} {y:.0f}h0" for value in returns))
     parts.append(f'<path class="episodes" d="{dots}"/>')
     mean = statistics.fmean(returns)
     parts.append(stroke(scale.at(mean), y - 9, scale.at(mean), y + 9, "cell-mean"))

@@ -1,5 +1,5 @@
 // The player of the Watch panel: adds Play to every task, and draws both episodes at once (figure.js).
-// Kinematics as in motion/kinematics.py, the text of motions as in scoring/poses/vlq.py.
+// Kinematics as in gym_extensions.site.play.kinematics, the text of motions as in gym_extensions.scoring.poses.
 "use strict";
 (() => {
   const DIGITS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
