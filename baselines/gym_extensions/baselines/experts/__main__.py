@@ -49,7 +49,7 @@ def main(argv: list[str] | None = None) -> int:
         )
     elif args.command == "tables":
         prose = PAGE.read_text(encoding="utf-8").split(MARKER)[0]
-        PAGE.write_text(f"{prose}{MARKER}\n" + "\n".join(measuring.tables(work)) + "\n", encoding="utf-8")
+        PAGE.write_text(f"{prose}{MARKER}\n" + "\n".join(measuring.tables()) + "\n", encoding="utf-8")
     return 0
 
 

@@ -330,10 +330,12 @@ def publish(work: Workplace, task: Task, count: int, folder: Path) -> str:
     return f"{task.name} {card.measurement.mean:.1f} {card.provisional}"
 
 
-def tables(work: Workplace) -> Iterator[str]:
+def tables() -> Iterator[str]:
     """The lines of the documentation's tables, one per body, and the sums."""
     known = parse_file((REFERENCES / f"{CURRENT}.json").read_bytes()).tasks
     states = Counter[str]()
+    steps = dict[str, float]()
+    measuring = 0.0
     for family in dict.fromkeys(FAMILIES.values()):
         yield f"\n### {family}\n"
         yield "| task | floor | expert | standard error | episodes | steps | CPU minutes | state |"
@@ -346,17 +348,17 @@ def tables(work: Workplace) -> Iterator[str]:
                 yield f"| {task.name} | {row.floor.mean:,.0f} | | | | | | open: no expert |"
                 continue
             card = experts.card(task)
+            steps |= {step.name: step.cpu_seconds or 0.0 for step in card.history}
+            measuring += card.measurement.cpu_seconds or 0.0
             state = f"provisional: {card.provisional}" if card.provisional else "anchor"
             state = "open" if row.expert is None else state
             states[state.partition(":")[0]] += 1
             yield _row(task, card, row.floor.mean, state)
-    training = sum(run["checkpoints"][-1]["cpu_seconds"] for run in work.runs()) / 60
-    rows = [json.loads(path.read_text()) for path in work.folder.glob("returns/*/*/*.json")]
-    evaluation = sum(row["cpu_seconds"] for row in rows) / 60
+    training = sum(steps.values()) / 60
     yield (
         f"\n{states['anchor'] + states['provisional']} tasks have an anchor, {states['provisional']} of them "
-        f"provisional. All training runs, those of no expert included, took {training:,.0f} CPU minutes, "
-        f"and all evaluations {evaluation:,.0f}.\n"
+        f"provisional. By the cards, training took {training:,.0f} CPU minutes (without that of entries) and "
+        f"the measurements {measuring / 60:,.0f}.\n"
     )
 
 
