@@ -8,7 +8,7 @@ from collections.abc import Callable
 import pytest
 from scipy import stats
 
-from gym_extensions.scoring.metrics import BY_NAME, Run, iqm
+from gym_extensions.scoring.metrics import BOARD_METRICS, BY_NAME, METRICS, MetricValue, Run, iqm
 from gym_extensions.scoring.statistics import Number
 
 Matrix = list[list[float]]
@@ -141,3 +141,18 @@ def test_cvar_is_the_mean_of_the_lowest_tenth_rounded_up(episodes: int, expected
     # Of the returns 0, 1, 2, … the lowest tenth is 0, from 11 episodes 0 and 1, from 21 episodes 0 to 2.
     run = Run(1, (1,), {}, final_episodes={1: tuple(map(float, reversed(range(episodes))))})
     assert function("cvar_10")(run) == expected
+
+
+def test_metrics_that_are_biased_or_that_nobody_ranks_are_on_no_board() -> None:
+    """Practice and transfer at equal practice need cumulative runs, which the reference agent alone has."""
+    on_boards = {metric.name for metrics in BOARD_METRICS.values() for metric in metrics}
+    every = {metric.name for metrics in METRICS.values() for metric in metrics}
+    assert every - on_boards == {
+        *("worst_case_forgetting", "mean_later_forgetting", "average_lower_triangle", "return_std"),
+        *("practice", "transfer_at_equal_practice"),
+    }
+
+
+def test_an_interval_has_both_ends_or_none() -> None:
+    assert MetricValue(mean=0.5, low=0.4, high=0.6).ends == (0.4, 0.6)
+    assert MetricValue(mean=0.5).ends is None

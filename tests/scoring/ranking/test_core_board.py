@@ -224,7 +224,9 @@ def test_a_board_has_one_row_per_method_and_every_pair(on_core: OnCore) -> None:
 
 def test_an_entry_with_part_of_the_core_is_shown_without_a_core_score(on_core: OnCore) -> None:
     part = {group: values for group, values in normal(1, 0.5).items() if group != GROUPS[2]}
-    entry = row(board_of([on_core("whole", normal(2, 0.5)), on_core("part", part)]), "part")
+    board = board_of([on_core("part", part), on_core("whole", normal(2, 0.5))])
+    assert [each.name for each in board.rows] == ["whole", "part"]
+    entry = row(board, "part")
     assert (entry.ranked, entry.missing, entry.metrics[FINAL].mean) == (False, (GROUPS[2],), None)
     assert entry.groups[GROUPS[0]].mean == pytest.approx(np.mean(part[GROUPS[0]]))
     assert entry.notes == (f"partial-core: It has no sequential runs of {GROUPS[2]}.",)

@@ -48,6 +48,7 @@ def test_scores_are_those_of_the_scorecards_and_do_not_move_when_an_entry_joins(
         if BY_NAME[name].on_boards
     }
     assert (final_ranks(before), final_ranks(after)) == ([(1, 1), (2, 2)], [(1, 2), (1, 2), (3, 3)])
+    assert after.published
 
 
 def test_agents_that_observe_the_task_have_a_board_of_their_own(enter: Enter) -> None:
