@@ -1,15 +1,18 @@
 """Measures the build of the site at scale: processor time, memory and sizes.
 
-    python tests/benchmarks/measure_site.py [--entries 1000] [--out FOLDER] [--one-more]
+    python tests/benchmarks/measure_site.py [--entries 1000] [--out FOLDER] [--one-more] [--browser]
 
 Synthetic entries with training curves on the four gravity groups are written as scorecards first; making
 them is not measured. Then the site is built in this process, and with ``--one-more`` again with one more.
+``--browser`` sorts and filters its longest table in Chromium (Linux only).
 """
 
 from __future__ import annotations
 
 import argparse
 import resource
+import shutil
+import statistics
 import sys
 import tempfile
 import time
@@ -140,12 +143,64 @@ def sizes(out: Path) -> int:
     return int(pages[0].stat().st_size > LARGEST_PAGE or overview > LARGEST_OVERVIEW)
 
 
+PAINTED = """(act) => new Promise((done) => {
+  const begin = performance.now();
+  act();
+  requestAnimationFrame(() => {
+    const { port1, port2 } = new MessageChannel();
+    port1.onmessage = () => done(performance.now() - begin);
+    port2.postMessage(0);
+  });
+})"""
+"""Milliseconds from an event to the frame after it."""
+ACTIONS = {
+    "sort": "() => document.querySelector('[data-key=final_performance] .sort').click()",
+    "search": """() => {
+      const field = document.querySelector("input[type=search]");
+      field.value = field.value ? "" : "ppo";
+      field.dispatchEvent(new Event("input"));
+    }""",
+}
+
+
+def interactions(out: Path, times: int = 10) -> None:
+    """Prints how long sorting and searching a table take until the next frame, with 50 rows and with all."""
+    from playwright.sync_api import sync_playwright
+
+    table = max((out / "boards").glob("*.html"), key=lambda page: page.stat().st_size)
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
+        page = browser.new_page(viewport={"width": 1300, "height": 900})
+        for rows, fragment in (("50 rows", ""), ("all rows", "#?all=1")):
+            page.goto("about:blank")
+            page.goto(f"{table.resolve().as_uri()}{fragment}")
+            processes = browser.new_browser_cdp_session().send("SystemInfo.getProcessInfo")["processInfo"]
+            pages = [process["id"] for process in processes if process["type"] == "renderer"]
+            for name, action in ACTIONS.items():
+                cpu, wall = [], []
+                for _ in range(times):
+                    page.wait_for_timeout(3000 if fragment else 300)  # until all rows are there
+                    before = [_main_thread(each) for each in pages]
+                    wall.append(page.evaluate(f"({PAINTED})({action})"))
+                    cpu.append(max(_main_thread(each) - old for each, old in zip(pages, before, strict=True)))
+                for kind, values in (("processor time", cpu), ("elapsed", wall)):
+                    median, most = statistics.median(values), max(values)
+                    write(f"{name}, {rows}, {kind}: {median:.0f} ms, at most {most:.0f} ms")
+        browser.close()
+
+
+def _main_thread(process: int) -> float:
+    """Milliseconds of processor time that the main thread of a process has used."""
+    return int(Path(f"/proc/{process}/task/{process}/schedstat").read_text().split()[0]) / 1e6
+
+
 def main() -> int:
     """Measures, prints, and returns 1 if a page is too large."""
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("--entries", type=int, default=1000)
     options.add_argument("--out", type=Path, default=None, help="where to leave the site")
     options.add_argument("--one-more", action="store_true", help="build again with one entry more")
+    options.add_argument("--browser", action="store_true", help="also measure the longest table in Chromium")
     chosen = options.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         files = []
@@ -159,6 +214,8 @@ def main() -> int:
             more = Path(folder) / "one-more.json"
             more.write_bytes(msgspec.json.encode(replace(last, name="one-more", title="One more")))
             measured([*files, more], out)
+        if chosen.browser:
+            interactions(out)
         return sizes(out)
 
 

@@ -4,7 +4,7 @@
 
 const FILTERS = { level: "Level", label: "Task label", algorithm: "Algorithm" };
 const FULL_RUNS = 5;
-const SCREEN = 50; // Rows that are laid out at first: laying out a thousand takes longer than sorting them.
+const SCREEN = 50; // Rows per frame: laying out a thousand takes longer than sorting them.
 const byText = new Intl.Collator("en").compare;
 
 /* Text of numbers, as the pages write them. */
@@ -122,13 +122,13 @@ function start(table) {
   const body = table.tBodies[0];
   const optional = columns.filter((column) => column.key !== "entry");
   let state = readState(location.hash);
-  let shown = rows, placed = rows;
-  const place = (list) => {
-    if (list.length !== placed.length || list.some((row, at) => row !== placed[at])) {
-      body.replaceChildren(...list.map((row) => row.element));
-      placed = list;
-    }
+  let shown = [], placed = 0, frame = 0;
+  const place = (count) => {
+    body.append(...shown.slice(placed, placed + count).map((row) => row.element));
+    placed = Math.min(placed + count, shown.length);
   };
+  const next = (act) => { frame = requestAnimationFrame(() => { frame = requestAnimationFrame(act); }); }; // once painted
+  const grow = () => { if (state.all && placed < shown.length) next(() => { place(SCREEN); grow(); }); };
 
   const search = make("input", { type: "search", autocomplete: "off" });
   const runs = make("select", {}, new Option("any", ""), new Option(`at least ${FULL_RUNS}`, String(FULL_RUNS)));
@@ -196,8 +196,8 @@ function start(table) {
     if (location.hash.startsWith("#?") || !location.hash) { state = readState(location.hash); apply(); }
   });
 
-  addEventListener("beforeprint", () => place(shown));
-  addEventListener("afterprint", apply);
+  addEventListener("beforeprint", () => place(shown.length));
+  addEventListener("afterprint", () => { placed = 0; apply(); });
 
   function update() {
     history.replaceState(null, "", writeState(state));
@@ -205,9 +205,16 @@ function start(table) {
   }
 
   function apply() {
-    shown = shownRows(rows, state, columns);
-    place(state.all || shown.length <= SCREEN ? shown : shown.slice(0, SCREEN));
-    more.hidden = placed.length === shown.length;
+    const list = shownRows(rows, state, columns);
+    cancelAnimationFrame(frame);
+    if (!placed || list.length !== shown.length || list.some((row, at) => row !== shown[at])) {
+      shown = list;
+      body.replaceChildren();
+      placed = 0;
+      place(SCREEN);
+    }
+    grow();
+    more.hidden = state.all || shown.length <= SCREEN;
     more.textContent = `Show all ${shown.length} rows`;
     for (const row of rows) row.box.checked = state.ticked.includes(row.name);
     for (const column of columns) {
@@ -228,7 +235,7 @@ function start(table) {
     optional.forEach((column, at) => { boxes[at].checked = !state.hide.includes(column.key); });
     const total = `${rows.length} ${rows.length === 1 ? "entry" : "entries"}`;
     const matching = shown.length === rows.length ? total : `${shown.length} of ${total}`;
-    status.textContent = more.hidden ? matching : `${matching}; the first ${placed.length} are below`;
+    status.textContent = more.hidden ? matching : `${matching}; the first ${SCREEN} are below`;
     compare.disabled = state.ticked.length !== 2;
   }
 
