@@ -218,12 +218,12 @@ VISIBLE = (LimbScale, MovingGoal, MovingStart, RangeSensor, TrackingGoal, Wall)
 """Variations that change the picture."""
 
 
-def large_picture(task: Task) -> str:
+def picture_file(task: Task) -> str:
     """Returns the file name of the picture of a task; empty in 2-D navigation, whose maps are drawn.
 
     Example:
         >>> from gym_extensions.catalog.tasks import task
-        >>> large_picture(task("HopperGravityHalf")), large_picture(task("HopperBigFoot"))
+        >>> picture_file(task("HopperGravityHalf")), picture_file(task("HopperBigFoot"))
         ('hopper.webp', 'hopperbigfoot.webp')
     """
     if task.body.camera is None:
@@ -232,5 +232,5 @@ def large_picture(task: Task) -> str:
     if not visible:
         return f"{task.base.lower()}.webp"
     if any(isinstance(variation, SensorNoise) for variation in task.variations):
-        return large_picture(published_task(task.name.replace("Noisy", "")))
+        return picture_file(published_task(task.name.replace("Noisy", "")))
     return f"{task.name.lower()}.webp"

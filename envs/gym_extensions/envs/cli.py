@@ -36,9 +36,6 @@ def _parser() -> argparse.ArgumentParser:
     documenting.add_argument(
         "--pictures", action="store_true", help="also render the pictures (needs OpenGL)"
     )
-    documenting.add_argument(
-        "--large", type=Path, metavar="DIR", help="also render the large pictures of the site into DIR"
-    )
     return parser
 
 
@@ -91,22 +88,19 @@ def _write(replace: bool) -> int:
 
 def _docs(args: argparse.Namespace) -> int:
     from gym_extensions.envs.docs.pages import pages
-    from gym_extensions.envs.docs.pictures import large_pictures, pictures
+    from gym_extensions.envs.docs.pictures import map_pictures, task_pictures
     from gym_extensions.envs.docs.sheets import sheets as sheets_text
 
     described = sheets_text()
     write_text(args.sheets, described)
-    texts, images = pages(sheets.read_sheets(described)), pictures() if args.pictures else {}
+    texts, images = pages(sheets.read_sheets(described)), {}
+    if args.pictures:
+        images = task_pictures() | map_pictures()
     for name, text in texts.items():
         write_text(args.out / name, text)
     for name, image in images.items():
         write_bytes(args.out / "pictures" / name, image)
     print(f"{len(texts)} pages and {len(images)} pictures written to {args.out}.")
-    if args.large:
-        large = large_pictures()
-        for name, image in large.items():
-            write_bytes(args.large / name, image)
-        print(f"{len(large)} large pictures written to {args.large}.")
     return 0
 
 

@@ -14,13 +14,14 @@ from pathlib import Path
 
 from gym_extensions.errors import BenchError
 from gym_extensions.scoring.scorecard import ReferencesInfo, Scorecard, ScorecardDocument
+from gym_extensions.site import FOLDER
 from gym_extensions.site.board_views import Leaderboard, shortened
 from gym_extensions.site.output import Output, digest, encoded, kept, kept_path
 from gym_extensions.site.pages import PAGES
 from gym_extensions.site.pages.page import Draft, File, Page, Render
 from gym_extensions.site.pages.tasks import Records
 from gym_extensions.site.play.mujoco_wasm import Simulator
-from gym_extensions.site.templating import FOLDER, source_digest
+from gym_extensions.site.templating import source_digest
 
 COLLECTED_FILES = 500
 """Number of files after which unused objects of their pages are removed from memory."""

@@ -13,15 +13,15 @@ from gym_extensions.rollouts.review import REPORTED
 from gym_extensions.scoring.metrics import BY_NAME
 from gym_extensions.scoring.output import highlights
 from gym_extensions.scoring.scorecard import PAPER_COLUMNS
-from gym_extensions.site import entry_results, paths, tables, text
+from gym_extensions.site import FOLDER, entry_results, paths, tables, text
 from gym_extensions.site.board_views import missing_reasons
 from gym_extensions.site.charts import landscapes as landscape_charts
 from gym_extensions.site.charts import lines, strips
 from gym_extensions.site.charts import tasks as task_charts
+from gym_extensions.site.charts.tasks import PICTURES
 from gym_extensions.site.output import digest
 from gym_extensions.site.play import stroboscopes
 
-FOLDER = Path(__file__).parent
 LIBRARIES = ("jinja2", "markupsafe", "msgspec", "numpy", "scipy")
 
 
@@ -69,7 +69,11 @@ def environment() -> Environment:
 @cache
 def source_digest() -> str:
     """A digest of the code, the templates and the libraries that scorecards and pages are made with."""
-    folders = [FOLDER, *(Path(path) for package in (catalog, rollouts, scoring) for path in package.__path__)]
+    folders = [
+        FOLDER,
+        PICTURES,
+        *(Path(path) for package in (catalog, rollouts, scoring) for path in package.__path__),
+    ]
     files = sorted(
         file
         for folder in folders

@@ -11,7 +11,7 @@ import pytest
 from gymnasium.spaces import Box
 
 from gym_extensions.catalog import sheets
-from gym_extensions.catalog.sheets import large_picture, sheet, summary
+from gym_extensions.catalog.sheets import picture_file, sheet, summary
 from gym_extensions.catalog.tasks import TASKS, task
 from gym_extensions.envs import cli, make
 from gym_extensions.envs.docs.sheets import action_fields, observation_fields, rectangles, table
@@ -19,6 +19,7 @@ from gym_extensions.envs.make import construct_mujoco
 from gym_extensions.envs.navigation.geometry import load
 
 DOCS = Path(__file__).parents[3] / "docs" / "environments"
+PICTURES = DOCS / "pictures"
 ONE_PER_BASE = list({each.base: each.id for each in TASKS.values()}.values())
 
 
@@ -45,10 +46,10 @@ def test_the_committed_pages_and_sheets_are_up_to_date(written: Path, text_by_na
 
 
 def test_exactly_the_pictures_on_the_pages_are_committed(text_by_name: dict[str, str]) -> None:
-    shown = {name for text in text_by_name.values() for name in re.findall(r"\(pictures/([^)]+)\)", text)}
-    committed = {path.name for path in (DOCS / "pictures").iterdir()}
+    shown = {name for text in text_by_name.values() for name in re.findall(r'"pictures/([^"]+)"', text)}
+    committed = {path.name for path in PICTURES.iterdir()}
     assert shown == committed
-    assert {"hopperbigfoot.png", "humanoidsmallhand.png", "halfcheetahwall.png", "map9.png"} <= shown
+    assert {"hopperbigfoot.webp", "humanoidsmallhand.webp", "halfcheetahwall.webp", "map9.png"} <= shown
 
 
 @pytest.mark.parametrize("task_id", ONE_PER_BASE)
@@ -98,9 +99,6 @@ def test_the_example_of_the_python_api_runs(text_by_name: dict[str, str]) -> Non
     compile(code[1], "docs/environments/README.md", "exec")  # test_wrappers records one, where moviepy is
 
 
-PICTURES = Path(__file__).parents[3] / "site" / "gym_extensions" / "site" / "pictures"
-
-
 def test_every_task_has_a_sheet_that_draws_it() -> None:
     for task_id, row in TASKS.items():
         facts = sheet(task_id)
@@ -128,7 +126,7 @@ def test_rectangles_cover_every_obstacle_once() -> None:
     np.testing.assert_array_equal(covered, cells)
 
 
-def test_exactly_the_large_pictures_of_tasks_are_committed() -> None:
-    names = {large_picture(row) for row in TASKS.values()} - {""}
-    assert {path.name for path in PICTURES.iterdir()} == names
+def test_the_picture_of_every_task_is_committed() -> None:
+    names = {picture_file(row) for row in TASKS.values()} - {""}
+    assert {path.name for path in PICTURES.glob("*.webp")} == names
     assert sum(path.stat().st_size for path in PICTURES.iterdir()) < 400_000

@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+from gym_extensions.catalog.tasks import TASKS, task
 from gym_extensions.experts.references import Expert, Floor
 from gym_extensions.experts.references import Task as Reference
-from gym_extensions.site.charts.tasks import gravity_arrows, reference_dots
+from gym_extensions.site.charts.tasks import gravity_arrows, reference_dots, task_picture
 
 SOLVED = Reference(Floor(10.0), Expert(200.0, agent="expert"))
 OPEN = Reference(Floor(10.0), None)
+
+
+def test_every_task_has_a_picture_or_a_drawn_map() -> None:
+    assert task_picture(task("HopperGravityHalf").id) == "pictures/hopper.webp"
+    assert task_picture(task("State-Based-Navigation-2d-Map3-Goal1").id) == "pictures/map3-goal1.svg"
+    assert all(map(task_picture, TASKS))
 
 
 def test_the_arrow_of_half_gravity_is_half_as_long() -> None:

@@ -11,13 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gym_extensions.catalog.bodies import Camera
-from gym_extensions.catalog.sheets import large_picture
+from gym_extensions.catalog.sheets import picture_file
 from gym_extensions.catalog.tasks import GOALS, MAPS, TASKS, Task
 from gym_extensions.catalog.variations import (
     LimbScale,
     MovingGoal,
     RangeSensor,
-    SensorNoise,
     TrackingGoal,
     Wall,
 )
@@ -28,8 +27,8 @@ from gym_extensions.envs.navigation.geometry import arena
 from gym_extensions.envs.navigation.rendering import background
 from gym_extensions.errors import BenchError
 
-SIZE, LARGE_SIZE = (240, 200), (640, 480)
-"""Width and height in pixels of the pictures in the documentation, and of those of the site."""
+SIZE = (640, 480)
+"""Width and height in pixels of the picture of a task."""
 LINE_RADIUS = 0.01
 """Radius of a line in the scene, m."""
 Color = tuple[float, float, float, float]
@@ -42,39 +41,14 @@ WALL_CAMERA = Camera(1.4, 0.5, 5.0, 100, -12)
 """The camera of tasks with a wall, which needs more room."""
 
 
-def pictured(task: Task) -> bool:
-    """Returns whether a task has a picture, because it is its base body or looks different from it."""
-    if task.body.camera is None:
-        return False
-    kinds = {type(variation) for variation in task.variations}
-    standing = any(isinstance(variation, Wall) and not variation.parked for variation in task.variations)
-    return not kinds or LimbScale in kinds or (standing and SensorNoise not in kinds)
-
-
-def task_picture(task: Task) -> str:
-    """Returns the file name of a task's picture."""
-    return f"{task.name.lower()}.png"
-
-
 def map_picture(number: int) -> str:
     """Returns the file name of a map's picture."""
     return f"map{number}.png"
 
 
-def pictures() -> dict[str, bytes]:
-    """Renders every picture and returns PNG files by name.
-
-    Raises:
-        BenchError: MuJoCo cannot render on this machine.
-    """
-    frames = {task_picture(each): _body(each) for each in TASKS.values() if pictured(each)}
-    frames |= {map_picture(number): _map(number) for number in MAPS}
-    return {name: _encoded(frame, "PNG", colors=64, optimize=True) for name, frame in frames.items()}
-
-
-def _body(task: Task) -> NDArray[np.uint8]:
-    env = construct_mujoco(task)
-    return render(env.model, env.data, _posed(task, env), SIZE)
+def map_pictures() -> dict[str, bytes]:
+    """Draws every map with its three goals and returns PNG files by name."""
+    return {map_picture(number): _encoded(_map(number), "PNG", colors=64, optimize=True) for number in MAPS}
 
 
 def _posed(task: Task, env: Any) -> Camera:
@@ -86,10 +60,8 @@ def _posed(task: Task, env: Any) -> Camera:
     return view
 
 
-def render(
-    model: Any, data: Any, view: Camera, size: tuple[int, int], lines: Sequence[Line] | None = None
-) -> NDArray[np.uint8]:
-    """Renders a frame (height, width, 3). With ``lines``, these are drawn into the scene, without shadows.
+def _render(model: Any, data: Any, view: Camera, lines: Sequence[Line]) -> NDArray[np.uint8]:
+    """Renders a frame (height, width, 3) with lines in the scene, without shadows.
 
     Raises:
         BenchError: MuJoCo cannot render on this machine.
@@ -99,13 +71,12 @@ def render(
     camera.type = mujoco.mjtCamera.mjCAMERA_FREE
     camera.lookat[:] = (view.x, 0.0, view.z)
     camera.distance, camera.azimuth, camera.elevation = view.distance, view.azimuth, view.elevation
-    model.vis.global_.offwidth, model.vis.global_.offheight = size
+    model.vis.global_.offwidth, model.vis.global_.offheight = SIZE
     try:
-        with mujoco.Renderer(model, size[1], size[0]) as renderer:
+        with mujoco.Renderer(model, SIZE[1], SIZE[0]) as renderer:
             renderer.update_scene(data, camera)
-            if lines is not None:
-                renderer.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = 0
-            for start, end, color in lines or ():
+            renderer.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = 0
+            for start, end, color in lines:
                 _draw_line(renderer.scene, start, end, color)
             frame: NDArray[np.uint8] = renderer.render()
             return frame
@@ -143,15 +114,15 @@ PUSHER_GOAL = (0.45, -0.05)
 """Position that Pusher's goal area is relative to (x, y)."""
 
 
-def large_pictures() -> dict[str, bytes]:
-    """Renders every large picture and returns WebP files by name.
+def task_pictures() -> dict[str, bytes]:
+    """Renders every picture of a task and returns WebP files by name.
 
     Raises:
         BenchError: MuJoCo cannot render on this machine.
     """
     shown: dict[str, Task] = {}
     for task in TASKS.values():
-        if name := large_picture(task):
+        if name := picture_file(task):
             shown.setdefault(name, task)
     frames = {name: _frame(task) for name, task in shown.items()}
     return {name: _encoded(frame, "WEBP", quality=QUALITY, method=6) for name, frame in frames.items()}
@@ -171,7 +142,7 @@ def _frame(task: Task) -> NDArray[np.uint8]:
     _color_changes(task, env.model)
     view = _posed(task, env)
     lines = [*_beams(task, env), *_goal_area(task)]
-    return render(env.model, env.data, view, LARGE_SIZE, lines)
+    return _render(env.model, env.data, view, lines)
 
 
 def _plain_floor(model: Any) -> None:

@@ -8,20 +8,21 @@ from pathlib import Path
 from markupsafe import Markup
 
 from gym_extensions.catalog.groups import GROUPS, SUITES
-from gym_extensions.catalog.sheets import Sheet, large_picture
+from gym_extensions.catalog.sheets import Sheet, picture_file
 from gym_extensions.catalog.tasks import TASKS, Task
 from gym_extensions.catalog.variations import Course
 from gym_extensions.experts.references import Task as Reference
+from gym_extensions.site import bundled
 from gym_extensions.site.charts.svg import picture, px, scale_around, stroke, text, tick_label
 from gym_extensions.site.text import digits_for, fixed
 
-FOLDER = Path(__file__).parents[1] / "pictures"
+PICTURES = bundled("pictures", "docs/environments/pictures")
 
 
 @cache
 def pictures() -> dict[str, Path]:
-    """The picture files of the package by their names; empty without the folder."""
-    return {file.name: file for file in sorted(FOLDER.iterdir())} if FOLDER.is_dir() else {}
+    """The picture files of tasks by their names; none without the folder."""
+    return {file.name: file for file in sorted(PICTURES.glob("*.webp"))}
 
 
 def map_picture(task: Task) -> str:
@@ -35,7 +36,7 @@ def task_picture(task_id: str) -> str:
     task = TASKS.get(task_id)
     if task is None:
         return ""
-    name = large_picture(task)
+    name = picture_file(task)
     name = name if name in pictures() else map_picture(task)
     return f"pictures/{name}" if name else ""
 

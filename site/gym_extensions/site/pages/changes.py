@@ -10,11 +10,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 from gym_extensions.scoring.scorecard import Scorecard
+from gym_extensions.site import bundled
 from gym_extensions.site.board_views import Leaderboard
 from gym_extensions.site.pages.page import File, Render
 from gym_extensions.site.paths import entry_path
-from gym_extensions.site.templating import FOLDER
 
+CHANGELOG = bundled("changelog/CHANGELOG.md", "CHANGELOG.md")
 START = "<!-- releases -->\n"
 MAX_EVENTS = 100
 """Events on the page; the feed has the newest ``MAX_ITEMS``."""
@@ -23,7 +24,7 @@ ACTIONS = {"accepted": "Accepted", "challenged": "Challenged", "withdrawn": "Wit
 
 def publish(site: Leaderboard, render: Render) -> Iterator[File]:
     """What changed: entries, releases, and both as an Atom feed."""
-    history, events = releases(changelog()), entry_events(site.entries)
+    history, events = releases(CHANGELOG), entry_events(site.entries)
     values = {"releases": history, "events": events[:MAX_EVENTS], "count": len(events)}
     yield "changes.html", render("changes.html", "changes.html", **values)
     items = feed(history, events)
@@ -44,12 +45,6 @@ class Release:
     version: str
     date: str
     changes: tuple[tuple[str, tuple[str, ...]], ...]
-
-
-def changelog() -> Path:
-    """CHANGELOG.md: in the package in a wheel, at the top of the source tree."""
-    packaged = FOLDER / "changelog" / "CHANGELOG.md"
-    return packaged if packaged.is_file() else FOLDER.parents[2] / "CHANGELOG.md"
 
 
 def releases(file: Path) -> tuple[Release, ...]:

@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 
 from markupsafe import Markup
 
+from gym_extensions.site import FOLDER
 from gym_extensions.site.board_views import Leaderboard
 from gym_extensions.site.pages.page import File, Render
-from gym_extensions.site.templating import FOLDER
 
 MEASURED = FOLDER / "measured" / "ratios.json"
 MEMORY = "memory"
