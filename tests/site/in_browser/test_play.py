@@ -227,6 +227,14 @@ def test_the_keyboard_pauses_pushes_and_changes_the_world(panel: Page) -> None:
     assert panel.lines == []  # type: ignore[attr-defined]
 
 
+def test_an_entry_chosen_after_an_expert_is_shown_after_its_last_stage(panel: Page) -> None:
+    figure = panel.locator(".sides figure").first
+    assert figure.locator(".stage-of option:checked").inner_text() == "trained"
+    figure.locator(".policy").select_option(label="Agile, run 0")
+    panel.wait_for_function("() => document.querySelector('.stage-of').options.length === 6")
+    assert figure.locator(".stage-of").input_value() == "5"
+
+
 def test_the_mouse_pulls_a_body(panel: Page) -> None:
     canvas = panel.locator(".sides canvas").first
     box = canvas.bounding_box()

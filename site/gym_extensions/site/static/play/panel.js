@@ -39,7 +39,7 @@ class Side {
   }
 
   async load() {
-    const { value, selectedOptions: [option] } = this.menu, stage = this.stages.value;
+    const { value, selectedOptions: [option] } = this.menu, stage = this.stages.disabled ? "" : this.stages.value;
     this.policies = null;
     this.problem = "";
     if (value) {
