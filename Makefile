@@ -48,7 +48,7 @@ docs: .venv/everything.installed  ## write the generated tables and outputs of d
 	.venv/bin/python -m gym_extensions.scoring.output.schema docs
 	.venv/bin/python -m gym_extensions.rollouts.rules docs/rollout-log.md
 
-findings: .venv/everything.installed  ## write docs/findings.md and docs/reproduction.md from the committed submissions
+findings: .venv/everything.installed  ## write docs/findings.md, docs/reproduction.md and figures from the committed submissions
 	.venv/bin/python docs/findings/build.py
 	.venv/bin/python docs/findings/reproduction.py
 

@@ -111,6 +111,24 @@ def test_the_numbers_of_the_readme_are_in_the_findings() -> None:
     assert [number for number in numbers if number not in text] == []
 
 
+def test_the_landscape_of_the_readme_is_that_of_the_committed_entry(tmp_path: Path) -> None:
+    view = build.landscape(ROOT / "submissions")
+    build.draw_landscape(view, tmp_path / "landscape.svg")
+    committed, drawn = (path.read_text("utf-8") for path in (build.LANDSCAPE, tmp_path / "landscape.svg"))
+    # Later entries may change the best return, and with it tints and scale; the entry's own returns stay.
+    own = [re.findall(r"[\d.]+ at [\d.]+ g", text) for text in (committed, drawn)]
+    assert own[0] == own[1], "run `make findings`"
+    assert len(own[0]) == 7
+    assert "best of all entries" in committed
+
+
+def test_the_pictures_of_the_readme_are_committed_and_small() -> None:
+    readme = (ROOT / "README.md").read_text("utf-8")
+    for picture in (ROOT / "docs" / "images").iterdir():
+        assert f"](docs/images/{picture.name})" in readme
+        assert picture.stat().st_size < 150_000
+
+
 CELL = reproduction.PaperCell(1000.0, 100.0)
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import tables
 from costs import hours
-from figures import draw_groups, draw_learned_and_final, draw_retention
+from figures import draw_groups, draw_landscape, draw_learned_and_final, draw_retention
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from tables import COLUMNS, CORE, FINAL, FINE_TUNING, LEARNED, LOST, REPLAY
 
@@ -20,12 +20,15 @@ from gym_extensions.catalog.groups import GROUPS, SUITES
 from gym_extensions.catalog.protocol import STANDARD_BUDGET
 from gym_extensions.files import write_text
 from gym_extensions.scoring import score_folder
+from gym_extensions.scoring.landscapes import best, landscapes_of
 from gym_extensions.scoring.pipeline import make_scorer
 from gym_extensions.scoring.references import ALONE
+from gym_extensions.site.pages.landscapes import View
 from gym_extensions.site.text import fixed
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER, PAGE = ROOT / "docs" / "findings", ROOT / "docs" / "findings.md"
+LANDSCAPE = ROOT / "docs" / "images" / "landscape.svg"
 NOT_COMPARED = {
     "random",
     "zero",
@@ -55,6 +58,13 @@ def by_ruler_alone(folder: Path) -> dict[str, list[tables.Value]]:
     return found
 
 
+def landscape(submissions: Path, entry: str = "cloning", group: str = "hopper-gravity") -> View:
+    """The landscape of an entry on a group."""
+    found = {folder.name: landscapes_of(folder) for folder in submissions.iterdir() if folder.is_dir()}
+    top = best(each for landscapes in found.values() for each in landscapes.values())
+    return View(GROUPS[group], found[entry][GROUPS[group].id], top)
+
+
 def main(submissions: Path = ROOT / "submissions") -> None:
     """Writes the page and its figures."""
     if not submissions.is_dir():
@@ -73,6 +83,7 @@ def main(submissions: Path = ROOT / "submissions") -> None:
     draw_groups(tables.by_group(metrics, names, FINAL), [group.name for group in CORE], FOLDER / "groups.svg")
     scores = tables.as_scores(results.evaluations(submissions / FINE_TUNING))
     draw_retention(scores, tables.most_forgotten(learned), FOLDER / "retention.svg")
+    draw_landscape(landscape(submissions), LANDSCAPE)
     trained = set(metrics[metrics["name"] == FINE_TUNING]["group"])
     scored = {row.group.name for row in groups}
     templates = Environment(

@@ -14,9 +14,12 @@ import pandas as pd
 from matplotlib.figure import Figure
 from tables import Value
 
+from gym_extensions import site
+from gym_extensions.files import write_text
 from gym_extensions.results.plots import plot_retention
 from gym_extensions.scoring.output.highlights import task_name
 from gym_extensions.scoring.scorecard import PaperRow
+from gym_extensions.site.pages.landscapes import View
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -91,6 +94,18 @@ def draw_retention(frame: pd.DataFrame, groups: Sequence[str], path: Path) -> No
     for axes in panels:  # without a group
         axes.set_axis_off()
     _save(figure, path)
+
+
+def draw_landscape(view: View, path: Path) -> None:
+    """A landscape with one axis as the page of its entry draws it, with the rules of the style sheet."""
+    (axis,) = view.axes
+    sheet = (site.FOLDER / "static" / "style.css").read_text("utf-8")
+    colours = re.search(r":root \{.*?\n\}\n@media [^{]*\{\n  :root \{.*?\n\}\n", sheet, re.DOTALL)
+    assert colours is not None
+    rules = re.findall(r"^\.(?:landscape|tick)[ .].*\n", sheet, re.MULTILINE)
+    head, body = re.sub(" viewBox", ' xmlns="http://www.w3.org/2000/svg" viewBox', axis.large).split(">", 1)
+    paper = '<rect width="100%" height="100%" fill="var(--paper)"/>'
+    write_text(path, f"{head}>\n<style>\n{colours[0]}{''.join(rules)}</style>\n{paper}{body}\n")
 
 
 def draw_reproduction(
