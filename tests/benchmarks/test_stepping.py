@@ -20,7 +20,7 @@ from gym_extensions import envs
 
 pytestmark = pytest.mark.bench
 
-LANES, THREADS = 64, 2
+NUM_ENVS, THREADS = 64, 2
 STEPS = {"Hopper": 60, "Walker2d": 60, "HalfCheetah": 120, "Humanoid": 15, "Pusher": 120}
 """Vector steps per turn: a fraction of a second for each body."""
 BODIES = tuple(STEPS)
@@ -83,10 +83,10 @@ def alone(env: gym.Env[Any, Any], actions: Any) -> Callable[[], tuple[int, float
 
 @pytest.mark.parametrize("body", BODIES)
 def test_make_vec_against_raw_physics(side_by_side: Any, body: str) -> None:
-    env: Any = envs.make_vec(body, LANES, num_threads=THREADS)
+    env: Any = envs.make_vec(body, NUM_ENVS, num_threads=THREADS)
     single: Any = envs.make(body).unwrapped
-    actions = drawn(env.single_action_space, STEPS[body], LANES)
-    raw = Batch(single.model, LANES, THREADS)
+    actions = drawn(env.single_action_space, STEPS[body], NUM_ENVS)
+    raw = Batch(single.model, NUM_ENVS, THREADS)
     ctrl = raw.bind("ctrl")
     env.reset(seed=0)
     spent = {"raw": 0.0}
@@ -104,38 +104,42 @@ def test_make_vec_against_raw_physics(side_by_side: Any, body: str) -> None:
             env.step(row)
             spent["raw"] += between - start
             seconds += time.perf_counter() - between
-        return len(actions) * LANES, seconds
+        return len(actions) * NUM_ENVS, seconds
 
-    contestants = {"make_vec": batch, "Batch.step": lambda: (len(actions) * LANES, spent["raw"])}
+    contestants = {"make_vec": batch, "Batch.step": lambda: (len(actions) * NUM_ENVS, spent["raw"])}
     bars = {"Batch.step": RAW_BAR.get(body, 0.95)}
-    ratios = side_by_side("stepping, raw", contestants, bars=bars, task=body, lanes=LANES, threads=THREADS)
+    ratios = side_by_side(
+        "stepping, raw", contestants, bars=bars, task=body, environments=NUM_ENVS, threads=THREADS
+    )
     assert ratios["Batch.step"] > 0.5
 
 
 @pytest.mark.parametrize("body", BODIES)
 def test_make_vec_against_other_vector_environments(side_by_side: Any, body: str) -> None:
-    ours = envs.make_vec(body, LANES, num_threads=THREADS)
+    ours = envs.make_vec(body, NUM_ENVS, num_threads=THREADS)
     space: Any = ours.single_action_space
     steps = STEPS[body]
     short = max(steps // 4, 4)
     gym_id = f"{body}-v5"
-    sync = gym.make_vec(gym_id, LANES, vectorization_mode="sync")
+    sync = gym.make_vec(gym_id, NUM_ENVS, vectorization_mode="sync")
     processes = gym.make_vec(gym_id, 4, vectorization_mode="async")
     contestants = {
-        "make_vec": stepping(ours, drawn(space, steps, LANES)),
-        "SyncVectorEnv(64)": stepping(sync, drawn(space, short, LANES)),
+        "make_vec": stepping(ours, drawn(space, steps, NUM_ENVS)),
+        "SyncVectorEnv(64)": stepping(sync, drawn(space, short, NUM_ENVS)),
         "AsyncVectorEnv(4)": stepping(processes, drawn(space, 4 * steps, 4)),
-        "Gymnasium single": alone(gym.make(gym_id), drawn(space, short * LANES)),
-        "mj_step alone": bare(body, short * LANES),
+        "Gymnasium single": alone(gym.make(gym_id), drawn(space, short * NUM_ENVS)),
+        "mj_step alone": bare(body, short * NUM_ENVS),
     }
     bars = {"SyncVectorEnv(64)": SYNC_BAR.get(body, 3.0)}
     if importlib.util.find_spec("envpool"):
         envpool: Any = importlib.import_module("envpool")
 
-        pool = envpool.make(gym_id, env_type="gymnasium", num_envs=LANES, num_threads=THREADS)
-        contestants["EnvPool"] = pooled(pool, drawn(space, steps, LANES))
+        pool = envpool.make(gym_id, env_type="gymnasium", num_envs=NUM_ENVS, num_threads=THREADS)
+        contestants["EnvPool"] = pooled(pool, drawn(space, steps, NUM_ENVS))
         bars["EnvPool"] = ENVPOOL_BAR.get(body, 1.0)
-    ratios = side_by_side("stepping, peers", contestants, bars=bars, task=body, lanes=LANES, threads=THREADS)
+    ratios = side_by_side(
+        "stepping, peers", contestants, bars=bars, task=body, environments=NUM_ENVS, threads=THREADS
+    )
     processes.close()
     assert ratios["SyncVectorEnv(64)"] > 1.0
 
@@ -149,7 +153,7 @@ def pooled(pool: Any, actions: Any) -> Callable[[], tuple[int, float]]:
         start = time.perf_counter()
         for row in rows:
             pool.step(row)
-        return len(rows) * LANES, time.perf_counter() - start
+        return len(rows) * NUM_ENVS, time.perf_counter() - start
 
     return turn
 
@@ -178,20 +182,24 @@ def test_many_environments_are_faster_per_step_than_one(side_by_side: Any, body:
     contestants = {}
     for num_envs in (64, 1, 4, 16, 256, 512):
         env = envs.make_vec(body, num_envs, num_threads=THREADS)
-        steps = max(2, STEPS[body] * LANES // 4 // num_envs)
-        contestants[f"{num_envs} lanes"] = stepping(env, drawn(env.single_action_space, steps, num_envs))
-    bars = {"1 lanes": ONE_ENVIRONMENT_BAR[body]}
-    ratios = side_by_side("lanes", contestants, bars=bars, rounds=5, task=body, threads=THREADS)
-    assert ratios["1 lanes"] > 1.0
+        steps = max(2, STEPS[body] * NUM_ENVS // 4 // num_envs)
+        contestants[f"{num_envs} environment{'s' if num_envs > 1 else ''}"] = stepping(
+            env, drawn(env.single_action_space, steps, num_envs)
+        )
+    bars = {"1 environment": ONE_ENVIRONMENT_BAR[body]}
+    ratios = side_by_side(
+        "number of environments", contestants, bars=bars, rounds=5, task=body, threads=THREADS
+    )
+    assert ratios["1 environment"] > 1.0
 
 
 @pytest.mark.parametrize("body", ["Hopper", "Walker2d", "HalfCheetah", "Humanoid"])
 def test_a_wall_and_sensor_cost_little(side_by_side: Any, body: str) -> None:
     contestants = {}
     for name in (f"{body}Wall", body):
-        env = envs.make_vec(name, LANES, num_threads=THREADS)
-        contestants[name] = stepping(env, drawn(env.single_action_space, STEPS[body], LANES))
-    about = {"task": f"{body}Wall", "lanes": LANES, "threads": THREADS}
+        env = envs.make_vec(name, NUM_ENVS, num_threads=THREADS)
+        contestants[name] = stepping(env, drawn(env.single_action_space, STEPS[body], NUM_ENVS))
+    about = {"task": f"{body}Wall", "environments": NUM_ENVS, "threads": THREADS}
     ratios = side_by_side("wall and sensor", contestants, bars={body: 0.85}, **about)
     assert ratios[body] > 0.5
 
@@ -199,14 +207,14 @@ def test_a_wall_and_sensor_cost_little(side_by_side: Any, body: str) -> None:
 @pytest.mark.parametrize("family", NAVIGATION)
 def test_navigation_is_faster_than_gymnasiums_sync_vector_env(side_by_side: Any, family: str) -> None:
     steps, peer_steps, bar = NAVIGATION[family]
-    name, peer = f"{family}-Navigation-2d-Map0-Goal0", f"SyncVectorEnv({LANES})"
-    ours, sync = envs.make_vec(name, LANES), gym.vector.SyncVectorEnv([lambda: envs.make(name)] * LANES)
+    name, peer = f"{family}-Navigation-2d-Map0-Goal0", f"SyncVectorEnv({NUM_ENVS})"
+    ours, sync = envs.make_vec(name, NUM_ENVS), gym.vector.SyncVectorEnv([lambda: envs.make(name)] * NUM_ENVS)
     space: Any = ours.single_action_space
     contestants = {
-        "make_vec": stepping(ours, drawn(space, steps, LANES)),
-        peer: stepping(sync, drawn(space, peer_steps, LANES)),
+        "make_vec": stepping(ours, drawn(space, steps, NUM_ENVS)),
+        peer: stepping(sync, drawn(space, peer_steps, NUM_ENVS)),
     }
-    about = {"task": family, "lanes": LANES, "threads": 1}
+    about = {"task": family, "environments": NUM_ENVS, "threads": 1}
     ratios = side_by_side("navigation", contestants, bars={peer: bar}, **about)
     assert ratios[peer] > 1.0
 
@@ -218,6 +226,6 @@ def test_512_humanoid_environments_need_at_most_1_5_gb(side_by_side: Any) -> Non
         done = subprocess.run([sys.executable, "-c", MEMORY], check=True, capture_output=True, text=True)
         return 1, int(done.stdout) * 1024 / 1.5e9
 
-    contestants = {"512 Humanoid lanes": turn, "1.5 GB": lambda: (1, 1.0)}
+    contestants = {"512 Humanoid environments": turn, "1.5 GB": lambda: (1, 1.0)}
     ratios = side_by_side("memory", contestants, bars={"1.5 GB": 1.0}, rounds=1)
     assert ratios["1.5 GB"] >= 1.0

@@ -11,9 +11,10 @@ from typing import Any
 import msgspec
 
 from gym_extensions.scoring.scorecard import ScorecardDocument
-from gym_extensions.site.build import files as site_files
+from gym_extensions.site.build import Site
 from gym_extensions.site.pages import PAGES
-from gym_extensions.site.pages.page import TASK_LIST
+from gym_extensions.site.pages.page import TASK_LIST, Draft, Page
+from gym_extensions.site.pages.tasks import Records
 
 VOID = {"meta", "link", "br", "col", "wbr", "img", "input", "hr"}
 SELF_CLOSING = {"line", "circle", "polygon", "polyline", "rect", "path"}
@@ -87,10 +88,28 @@ def typed(document: dict[str, Any]) -> ScorecardDocument:
     return msgspec.convert(document, ScorecardDocument)
 
 
+def site_files(
+    document: dict[str, Any],
+    kinds: tuple[Page, ...] = PAGES,
+    folders: Mapping[str, Path] | None = None,
+    records: Records | None = None,
+) -> Iterator[tuple[str, str]]:
+    """Every text file of the site that shows these JSON values; of all kinds of pages, or of some."""
+    whole = typed(document)
+    site = Site(whole.references, kinds, folders or {}, records or {})
+    for path, content in site.files(whole.submissions):
+        if isinstance(content, Draft):
+            yield path, content.write()
+        elif isinstance(content, str):
+            yield path, content
+        elif path.startswith("static/"):
+            yield path, content.decode()
+
+
 def files(document: dict[str, Any], **folders: Path) -> Iterator[tuple[str, str]]:
     """Every file of the site that shows these JSON values, except the pages of tasks, which are many."""
     kinds = tuple(page for page in PAGES if page.path != TASK_LIST)
-    return site_files(typed(document), kinds, folders)
+    return site_files(document, kinds, folders)
 
 
 class Pages(Mapping[str, Reader]):

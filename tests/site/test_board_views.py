@@ -53,7 +53,7 @@ def test_every_budget_has_its_board_except_smoke(entry: Make) -> None:
 def test_ranks_are_intervals_and_a_single_entry_has_none(entry: Make) -> None:
     tied = only(entry("a", around(0.9)), entry("b", around(0.899)), entry("c", around(0.1)))
     ranks = [rank(row.rank("final_performance")) for row in tied.rows]
-    assert ranks == ["rank 1–2", "rank 1–2", "rank 3"]
+    assert ranks == ["1–2", "1–2", "3"]
     assert [row.rank("final_performance") for row in only(entry("a", around(0.9))).rows] == [None]
 
 

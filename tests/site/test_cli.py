@@ -37,7 +37,7 @@ def test_submissions_are_built_into_the_folder_site_by_default(
     assert out.splitlines()[0].strip() == "sequential, budget 100k"
     (row,) = [line.split() for line in out.splitlines() if line.startswith("hopper-gravity-v0")]
     # 50 + mean(0 … 19) / 7 + run, over 100: .5136 and .5236; 12.706 · .00707 / √2 = .0635 on both sides.
-    assert row == ["hopper-gravity-v0", "Alpha", "0.52", "0.46", "to", "0.58", "0.00", "0", "of", "2"]
+    assert row == ["hopper-gravity-v0", "0.52", "0.46", "to", "0.58", "0.00", "0", "of", "2", "Alpha"]
     page = folder / "_site" / "boards" / "hopper-gravity-v0-sequential-100k.html"
     assert "Alpha" in page.read_text(encoding="utf-8")
     assert "Beta" in page.read_text(encoding="utf-8")

@@ -6,9 +6,7 @@ from typing import Any
 
 import pytest
 
-from gym_extensions.site.build import files
-
-from .browser import typed
+from .browser import site_files
 
 html5lib = pytest.importorskip("html5lib", reason="html5lib is not installed (extra `dev`)")
 
@@ -23,7 +21,7 @@ def errors(text: str) -> list[str]:
 def test_pages_are_parsed_without_an_error(document: dict[str, Any]) -> None:
     document["submissions"] = document["submissions"][:3]
     seen = set[str]()
-    for path, text in files(typed(document)):
+    for path, text in site_files(document):
         kind = path.partition("/")[0]
         if path.endswith(".html") and kind not in seen:
             seen.add(kind)

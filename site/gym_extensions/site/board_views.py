@@ -84,28 +84,9 @@ class Row:
         """Whether the board ranks this entry."""
         return self.entry.ranked
 
-    @property
-    def runs(self) -> int:
-        """Its number of training runs; for a suite, the minimum over its groups."""
-        return self.entry.runs
-
-    @property
-    def duplicate_of(self) -> str | None:
-        """The name of the entry with identical results, or None."""
-        return self.entry.duplicate_of
-
     def rank(self, metric: str) -> tuple[int, int] | None:
         """Best and worst possible rank on a metric; None if it has none, or if no other entry is ranked."""
         return self.entry.metrics[metric].rank if self.ranked_on[metric] > 1 else None
-
-    def shown_rank(self, metric: str) -> tuple[int, int] | None:
-        """The rank that the table shows for a metric; None for a metric without ranks in the table."""
-        return self.rank(metric) if metric in RANKED_COLUMNS else None
-
-    def tied(self, metric: str) -> int:
-        """The number of ranked entries from which the board's test does not separate this one."""
-        rank = self.rank(metric)
-        return rank[1] - rank[0] if rank else 0
 
 
 class Leader(NamedTuple):
@@ -135,9 +116,10 @@ def _ranked(ranked: Sequence[Row], metric: str) -> str:
     first, *others = ranked
     if not others:
         return "It is the only ranked entry."
-    tied = first.tied(metric)
-    if not tied:
+    best, worst = first.rank(metric) or (1, 1)
+    if best == worst:
         return "It is significantly better than every other ranked entry (95\u202f% confidence)."
+    tied = worst - best
     return f"The test does not separate it from {count(tied, 'other ranked entry', 'other ranked entries')}."
 
 

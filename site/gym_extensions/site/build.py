@@ -13,7 +13,7 @@ from functools import cached_property
 from pathlib import Path
 
 from gym_extensions.errors import BenchError
-from gym_extensions.scoring.scorecard import ReferencesInfo, Scorecard, ScorecardDocument
+from gym_extensions.scoring.scorecard import ReferencesInfo, Scorecard
 from gym_extensions.site import FOLDER
 from gym_extensions.site.board_views import Leaderboard, shortened
 from gym_extensions.site.output import Output, digest, encoded, kept, kept_path
@@ -87,23 +87,6 @@ class Built:
     index: Path
     leaderboard: Leaderboard
     written: int
-
-
-def files(
-    document: ScorecardDocument,
-    kinds: tuple[Page, ...] = PAGES,
-    folders: Mapping[str, Path] | None = None,
-    records: Records | None = None,
-) -> Iterator[tuple[str, str]]:
-    """Every text file of the site of a document, as (path, text); of all kinds of pages, or of some."""
-    site = Site(document.references, kinds, folders or {}, records or {})
-    for path, content in site.files(document.submissions):
-        if isinstance(content, Draft):
-            yield path, content.write()
-        elif isinstance(content, str):
-            yield path, content
-        elif path.startswith("static/"):
-            yield path, content.decode()
 
 
 def base_digest(references: ReferencesInfo) -> str:

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from io import TextIOWrapper
 from itertools import groupby
 from pathlib import Path
 
-from rich import box
-from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
 from gym_extensions.errors import reports_mistakes, working
-from gym_extensions.scoring.output.screen import count, show_line
+from gym_extensions.scoring.output.screen import console, count, plain_table, show_line
 from gym_extensions.scoring.pipeline import Scorer, find_submissions, references_info
 from gym_extensions.scoring.records import RECORDS, verified_records
 from gym_extensions.scoring.references import load_references
@@ -26,8 +24,8 @@ from gym_extensions.site.output import folder_key, scorecards_since
 from gym_extensions.site.play.mujoco_wasm import FOLDER, load
 from gym_extensions.site.text import ends, mean
 
-PIPE_WIDTH = 160
-"""Columns of a table that is not printed on a terminal."""
+WIDTH = 120
+"""Columns of output that is not printed on a terminal."""
 
 
 def parser() -> argparse.ArgumentParser:
@@ -71,33 +69,17 @@ def is_empty(folder: Path) -> bool:
     return all(name.startswith(".") or name == "README.md" for name in names)
 
 
-def chapter(board: BoardView) -> str:
-    """The title of a board's table: protocol, budget, and whether agents observe the task."""
-    return f"{board.protocol}, budget {board.budget}{', task-conditioned' if board.task_conditioned else ''}"
-
-
-def table(title: str, boards: Sequence[BoardView]) -> Table:
+def table(boards: Iterable[BoardView]) -> Table:
     """A line per board: its first entry with score, interval and forgetting, and how many are ranked."""
-    lines = Table(
-        title=title, title_justify="left", box=box.SIMPLE_HEAD, show_edge=False, padding=(0, 1, 0, 0)
-    )
-    lines.add_column("Board", overflow="fold", min_width=22)
-    lines.add_column("First entry", overflow="fold", min_width=12)
-    for name in ("Score", "95 % interval", "Forgetting", "Ranked"):
-        lines.add_column(name, justify="right", no_wrap=True)
+    lines = plain_table("board", "score", "95 % interval", "forgetting", "ranked", "first entry")
     for board in boards:
-        ranked = f"{board.ranked} of {len(board.rows)}"
-        lines.add_row(*map(Text, (board.group, *_first(board), ranked)))
+        facts, entry = ("–", "–", "–"), "no score yet"
+        if board.leader is not None:
+            row = board.leader.row
+            forgetting = "nothing" if row.result.learned_nothing else mean(row.result.metric("forgetting"))
+            facts, entry = (mean(row.score), ends(row.score), forgetting), row.entry.title
+        lines.add_row(*map(Text, (board.group, *facts, f"{board.ranked} of {len(board.rows)}", entry)))
     return lines
-
-
-def _first(board: BoardView) -> tuple[str, str, str, str]:
-    leader = board.leader
-    if leader is None:
-        return ("no score yet", "–", "–", "–")
-    row = leader.row
-    forgetting = "nothing" if row.result.learned_nothing else mean(row.result.metric("forgetting"))
-    return (row.entry.title, mean(row.score), ends(row.score), forgetting)
 
 
 @reports_mistakes
@@ -130,19 +112,22 @@ def main(argv: list[str] | None = None) -> int:
             records=verified_records(options.records),
             simulator=load(options.mujoco),
         )
-    # Text from submissions is printed literally, and never stops the output in a narrow encoding.
-    if isinstance(sys.stdout, TextIOWrapper):
+    if isinstance(sys.stdout, TextIOWrapper):  # a narrow encoding never stops the output
         sys.stdout.reconfigure(errors="backslashreplace")
-    width = None if sys.stdout.isatty() else PIPE_WIDTH
-    console = Console(highlight=False, markup=False, emoji=False, width=width)
-    for title, boards in groupby(built.leaderboard.boards, key=chapter):
-        console.print(table(title, tuple(boards)))
-        console.print()
+    out = console()
+    if not out.is_terminal:
+        out.width = WIDTH
+    for (protocol, budget, conditioned), boards in groupby(
+        built.leaderboard.boards, key=lambda board: (board.protocol, board.budget, board.task_conditioned)
+    ):
+        out.print(f"{protocol}, budget {budget}{', task-conditioned' if conditioned else ''}", style="bold")
+        out.print(table(boards))
+        out.print()
     for folder in empty:
         print(f"{folder} contains no submissions.")
     if refused:
-        console.print("Refused (not on a board until all problems are fixed):")
+        out.print("Refused (not on a board until all problems are fixed):")
     for card in refused:
-        show_line(console, card)
+        show_line(out, card)
     print(built.index)
     return 1 if refused else 0

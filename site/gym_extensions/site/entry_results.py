@@ -282,7 +282,8 @@ class Retention:
         )
 
 
-def _normalized(values: list[float], reference: ReferenceValue | None) -> list[float] | None:
+def normalized(values: list[float], reference: ReferenceValue | None) -> list[float] | None:
+    """The scores of raw returns; None if one has none, because the task has no expert."""
     shares = [reference.normalize(value) for value in values] if reference else [None]
     present = [share for share in shares if share is not None]
     return present if len(present) == len(values) else None
@@ -291,12 +292,12 @@ def _normalized(values: list[float], reference: ReferenceValue | None) -> list[f
 def _change(score: GroupScore, at: int, reference: ReferenceValue | None) -> Change:
     after = [run[at + 1][at] for run in score.return_matrix]
     end = [run[-1][at] for run in score.return_matrix]
-    before, final = _normalized(after, reference), _normalized(end, reference)
-    normalized = before is not None and final is not None
-    pairs = zip(before or after, final or end, strict=True) if normalized else zip(after, end, strict=True)
-    return Change(MetricValue.of(interval([later - first for first, later in pairs])), normalized)
+    before, final = normalized(after, reference), normalized(end, reference)
+    is_scored = before is not None and final is not None
+    pairs = zip(before or after, final or end, strict=True) if is_scored else zip(after, end, strict=True)
+    return Change(MetricValue.of(interval([later - first for first, later in pairs])), is_scored)
 
 
 def _score(score: GroupScore, stage: int, at: int, reference: ReferenceValue | None) -> MetricValue:
-    values = _normalized([run[stage][at] for run in score.return_matrix], reference)
+    values = normalized([run[stage][at] for run in score.return_matrix], reference)
     return MetricValue() if values is None else MetricValue.of(interval(values))

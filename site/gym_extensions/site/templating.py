@@ -14,7 +14,7 @@ from gym_extensions.scoring.metrics import BY_NAME
 from gym_extensions.scoring.output import highlights
 from gym_extensions.scoring.scorecard import PAPER_COLUMNS
 from gym_extensions.site import FOLDER, entry_results, paths, tables, text
-from gym_extensions.site.board_views import missing_reasons
+from gym_extensions.site.board_views import RANKED_COLUMNS, missing_reasons
 from gym_extensions.site.charts import landscapes as landscape_charts
 from gym_extensions.site.charts import lines, strips
 from gym_extensions.site.charts import tasks as task_charts
@@ -60,6 +60,7 @@ def environment() -> Environment:
         largest_change=highlights.largest_change,
         metrics=BY_NAME,
         missing_reasons=missing_reasons,
+        ranked_columns=RANKED_COLUMNS,
         paper_columns=PAPER_COLUMNS,
         reported=REPORTED,
     )

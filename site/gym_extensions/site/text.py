@@ -348,9 +348,6 @@ def facts(card: Scorecard) -> list[tuple[str, str]]:
     return [(label, value) for label, value in rows if value]
 
 
-def rank(interval: tuple[int, int] | None) -> str:
-    """A rank interval: ``rank 1``, ``rank 1–3``, or nothing."""
-    if interval is None:
-        return ""
-    best, worst = interval
-    return f"rank {best}" if best == worst else f"rank {best}–{worst}"
+def rank(ranks: tuple[int, int] | None) -> str:
+    """The possible ranks, for example ``1`` or ``2–4``; empty without a rank."""
+    return "–".join(map(str, dict.fromkeys(ranks or ())))

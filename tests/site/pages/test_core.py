@@ -88,7 +88,7 @@ def test_a_method_that_lacks_groups_says_which() -> None:
     )
     assert row is not None
     assert core.state(row) == f"lacks {GROUPS[0]}, {GROUPS[1]}"
-    assert core.rank(row) == ""
+    assert row.metrics[core.FINAL].rank is None
     assert core.own_row(typed(everything()).submissions[0]) is None
 
 

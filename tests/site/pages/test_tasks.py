@@ -14,13 +14,12 @@ from gym_extensions.experts.cards import DATA
 from gym_extensions.scoring.poses import PolicyPoses
 from gym_extensions.scoring.records import Record, RecordReview
 from gym_extensions.scoring.references import load_references
-from gym_extensions.site.build import files as site_files
 from gym_extensions.site.pages import PAGES
 from gym_extensions.site.pages.page import TASK_LIST
 from gym_extensions.site.pages.tasks import TaskPolicies, TaskView, best_entries, origin
 from gym_extensions.site.paths import task_path
 
-from ..browser import Reader, typed
+from ..browser import Reader, site_files
 from ..conftest import everything
 
 
@@ -32,7 +31,7 @@ def pages() -> dict[str, str]:
     for card in document["submissions"]:
         if card["level"] and card["title"] == "Zero action":
             card["level"] = "claimed"
-    return dict(site_files(typed(document)))
+    return dict(site_files(document))
 
 
 def page(pages: dict[str, str], name: str) -> Reader:
@@ -128,7 +127,7 @@ def made_record(name: str, mean: float) -> Record:
 def recorded() -> dict[str, str]:
     """The pages of tasks, with two records on Hopper."""
     records = {HOPPER: (made_record("best", 4001.5), made_record("second", 3990.0))}
-    return dict(site_files(typed(everything()), TASK_PAGES, records=records))
+    return dict(site_files(everything(), TASK_PAGES, records=records))
 
 
 def test_a_page_shows_the_records_with_authors_and_returns(recorded: dict[str, str]) -> None:

@@ -28,7 +28,7 @@ from gym_extensions.site.charts.svg import (
     text,
     tick_label,
 )
-from gym_extensions.site.entry_results import EntryResult, Points
+from gym_extensions.site.entry_results import EntryResult, Points, normalized
 from gym_extensions.site.text import fixed, grouped, short, variation
 
 X, Y = (34.0, 200.0), (100.0, 10.0)
@@ -131,9 +131,9 @@ def histories(result: EntryResult) -> list[Panel]:
 
     Tasks with an expert share one scale of normalized returns. An open task has a scale of raw returns.
     """
-    normalized = [_normalized(result, task) for task in range(len(result.tasks))]
-    shared = scale_around((score for scores in normalized if scores for score in scores), *Y)
-    return [_history(result, task, scores, shared) for task, scores in enumerate(normalized)]
+    scores = [normalized(_raw(result, at), result.reference(task)) for at, task in enumerate(result.tasks)]
+    shared = scale_around((score for row in scores if row for score in row), *Y)
+    return [_history(result, task, row, shared) for task, row in enumerate(scores)]
 
 
 def _raw(result: EntryResult, task: int) -> list[float]:
@@ -141,18 +141,10 @@ def _raw(result: EntryResult, task: int) -> list[float]:
     return [stage[task] for run in result.stage_matrices for stage in run]
 
 
-def _normalized(result: EntryResult, task: int) -> list[float] | None:
-    """Scores of a task by run and stage, flattened; None without an expert."""
-    reference = result.reference(result.tasks[task])
-    scores = [reference.normalize(value) for value in _raw(result, task)] if reference else [None]
-    present = [score for score in scores if score is not None]
-    return present if len(present) == len(scores) else None
-
-
-def _history(result: EntryResult, task: int, normalized: list[float] | None, shared: Scale) -> Panel:
+def _history(result: EntryResult, task: int, scores: list[float] | None, shared: Scale) -> Panel:
     raw = _raw(result, task)
-    values = raw if normalized is None else normalized
-    y = scale_around(raw, *Y, always=()) if normalized is None else shared
+    values = raw if scores is None else scores
+    y = scale_around(raw, *Y, always=()) if scores is None else shared
     stages = len(result.tasks) + 1
     x = Scale(0, stages - 1, *X)
     lines = [
@@ -161,15 +153,15 @@ def _history(result: EntryResult, task: int, normalized: list[float] | None, sha
     ]
     mean = [(at, math.fsum(line[int(at)][1] for line in lines) / len(lines)) for at, _ in lines[0]]
     trained = task + 1
-    shown = [fixed(mean[stage][1], 0 if normalized is None else 2) for stage in (0, trained, -1)]
+    shown = [fixed(mean[stage][1], 0 if scores is None else 2) for stage in (0, trained, -1)]
     label = (
         f"{result.tasks[task]}: {shown[0]} untrained, {shown[1]} right after its training, "
         f"{shown[2]} at the end"
     )
-    levels = (min(raw), max(raw)) if normalized is None else (0.0, 1.0, max(y.ticks(4)))
+    levels = (min(raw), max(raw)) if scores is None else (0.0, 1.0, max(y.ticks(4)))
     drawing = line_chart(lines, x, y, label, bold=mean, since=float(trained), levels=levels)
     unit = f"raw return{' (open)' if result.tasks[task] in result.open_tasks else ''}"
-    unit = unit if normalized is None else ""
+    unit = unit if scores is None else ""
     return Panel(variation(result.tasks[task], result.tasks), unit, drawing)
 
 

@@ -107,18 +107,13 @@ NOT_XML = re.compile(r"[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
 class Item(NamedTuple):
-    """An item of the feed; ``id`` follows from ``key``."""
+    """An item of the feed."""
 
     date: str
     title: str
     link: str
     text: str
-    key: str
-
-    @property
-    def id(self) -> str:
-        """Its identifier."""
-        return urn(self.key)
+    id: str
 
 
 def feed(releases: Sequence[Release], events: Sequence[EntryEvent]) -> list[Item]:
@@ -129,14 +124,14 @@ def feed(releases: Sequence[Release], events: Sequence[EntryEvent]) -> list[Item
             f"gym-extensions {release.version}",
             "changes.html",
             "\n".join(f"{kind}: {' '.join(texts)}" for kind, texts in release.changes),
-            release.version,
+            urn(release.version),
         )
         for release in releases
         if release.date
     ]
     for event in events:
         title = xml_text(f"{event.event}: {event.title} ({event.name})")
-        key = f"{event.event} {event.name} {event.date} {event.reason}"
+        key = urn(f"{event.event} {event.name} {event.date} {event.reason}")
         items.append(Item(event.date, title, entry_path(event.name), xml_text(event.reason), key))
     return sorted(items, key=lambda item: item.date, reverse=True)[:MAX_ITEMS]
 

@@ -30,12 +30,6 @@ def value(entry: CoreEntry, metric: str) -> MetricValue:
     return value_of(entry.metrics[metric])
 
 
-def rank(entry: CoreEntry, metric: str = FINAL) -> str:
-    """The possible ranks of a method, for example ``1`` or ``2–4``; empty without a rank."""
-    ranks = entry.metrics[metric].rank
-    return "" if ranks is None else "–".join(map(str, dict.fromkeys(ranks)))
-
-
 def own_row(card: Scorecard) -> CoreEntry | None:
     """The row of one entry, without its rank; None if it has no runs on the core."""
     board = core([card])

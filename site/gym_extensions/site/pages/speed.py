@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import groupby
@@ -22,13 +21,13 @@ TITLES = {
     "navigation": "Navigation",
     "stepping, raw": "Stepping compared with raw physics",
     "stepping, peers": "Stepping compared with other libraries",
-    "lanes": "Stepping by number of environments",
+    "number of environments": "Stepping by number of environments",
     "wall and sensor": "Wall and sensor",
     "training": "Training",
 }
 """The title of each measure."""
 SETTINGS = {
-    "lanes": ("environment", "environments"),
+    "environments": ("environment", "environments"),
     "threads": ("thread", "threads"),
     "episodes": ("episode", "episodes"),
     "batch": ("step per batch", "steps per batch"),
@@ -87,9 +86,7 @@ def comparison(row: Row) -> Comparison:
     """The comparison in a row of ``ratios.json``."""
     speeds = row["per_second"]
     variants = [
-        Variant(
-            label(name), speed, speed / max(speeds.values()), row["ratios"].get(name), row["bars"].get(name)
-        )
+        Variant(name, speed, speed / max(speeds.values()), row["ratios"].get(name), row["bars"].get(name))
         for name, speed in speeds.items()
     ]
     values = [(row[key], *names) for key, names in SETTINGS.items() if key in row]
@@ -101,13 +98,7 @@ def peak_memory(row: Row) -> tuple[str, float, float]:
     """Process, peak and limit in GB of a row whose only ratio is named by the limit, as ``1.5 GB``."""
     name, *_ = row["per_second"]
     ((limit, ratio),) = row["ratios"].items()
-    return label(name), float(limit.removesuffix(" GB")) / ratio, float(limit.removesuffix(" GB"))
-
-
-def label(name: str) -> str:
-    """The public name of a variant: lanes are environments, and ``make_batch`` is now ``make_vec``."""
-    renamed = re.sub(r"^(\d+)( \w+)? lanes$", r"\1\2 environments", name.replace("make_batch", "make_vec"))
-    return re.sub(r"^1 environments$", "1 environment", renamed)
+    return name, float(limit.removesuffix(" GB")) / ratio, float(limit.removesuffix(" GB"))
 
 
 BAR_WIDTH, BAR_HEIGHT = 220, 12

@@ -30,7 +30,7 @@ from gym_extensions.site.charts.tasks import map_file, map_picture, pictures, ta
 from gym_extensions.site.entry_results import SEQUENTIAL
 from gym_extensions.site.pages.page import TASK_LIST, Draft, File, Render
 from gym_extensions.site.play.offer import play_link
-from gym_extensions.site.play.watch import Episode, Watch, WatchedTask, watched_task
+from gym_extensions.site.play.watch import Watch, WatchedTask, watched_task
 from gym_extensions.site.text import is_verified, short
 
 
@@ -203,7 +203,7 @@ def best_entries(boards: Sequence[BoardView]) -> dict[str, tuple[BestEntry, ...]
             continue
         for row in board.rows:
             detail = row.result.detail
-            if detail is None or row.duplicate_of or not is_verified(row.card):
+            if detail is None or row.entry.duplicate_of or not is_verified(row.card):
                 continue
             for returns in detail.paper_table:
                 if returns.fully_trained:
@@ -250,7 +250,8 @@ class TaskPolicies:
     @cached_property
     def watch(self) -> Watch | None:
         """The panel; None without poses."""
-        episodes = tuple(_episodes(self.shown))
+        found = [watched_task(poses, title) for title, poses in self.shown]
+        episodes = tuple(episode for task in found if task for episode in task.episodes)
         if not episodes:
             return None
         path = paths.task_path(self.task.id).removesuffix(".html") + "-poses.js"
@@ -260,14 +261,6 @@ class TaskPolicies:
     def inputs(self) -> bytes:
         """What the page depends on."""
         return repr((self.shown, [(record.card, record.review) for record in self.records])).encode()
-
-
-def _episodes(shown: tuple[tuple[str, TaskPoses], ...]) -> Iterator[Episode]:
-    for title, poses in shown:
-        watched = watched_task(poses)
-        if watched is not None:
-            (episode,) = watched.episodes
-            yield Episode(episode.clip, title, poses, episode.sheet, episode.travels)
 
 
 def origin(history: tuple[Step, ...]) -> str:

@@ -152,14 +152,18 @@ def _watch(name: str, result: EntryResult, poses: Poses | None) -> Watch | None:
     return Watch(f"watch-{result.id}", path, poses.run, tuple(task for task in tasks if task is not None))
 
 
-def watched_task(row: TaskPoses) -> WatchedTask | None:
-    """A task with its episodes; None for a task that is not published."""
+LAST = "At the end, right after its training"
+"""The title of the only episode of the task that was trained last."""
+
+
+def watched_task(row: TaskPoses, only: str = LAST) -> WatchedTask | None:
+    """A task with its episodes, of which a single one is titled ``only``; None if it is not published."""
     facts, task = sheet(row.task), TASKS.get(row.task)
     if facts is None or task is None:
         return None
     travels = task.body.family in TRAVELLING
     cells = [(row.after, "Right after its training"), (row.end, "At the end")]
     if row.end is None:
-        cells = [(row.after, "At the end, right after its training")]
+        cells = [(row.after, only)]
     episodes = tuple(Episode(clip, title, row, facts, travels) for clip, title in cells if clip is not None)
     return WatchedTask(row.task, episodes)
