@@ -56,17 +56,19 @@ def test_the_answer_over_the_core_is_the_first_minus_the_second() -> None:
     assert answer == {"mean": -0.2, "low": -0.3, "high": -0.1, "p": 0.01, "verdict": "separated", "runs": 5}
 
 
+def test_a_small_negative_number_has_no_sign() -> None:
+    assert run("[t.fixed(-0.001), t.fixed(-1.5)]", "compare.js") == ["0.00", "\u22121.50"]
+
+
 def test_the_functions_of_the_script() -> None:
     results = run(
         """{
         parsed: t.parsed("\\u22120.421 \\u00b10.113"),
-        fixed: [t.fixed(-0.001), t.fixed(-1.5)],
         state: t.writeState(t.readState("#?q=a+b&sort=forgetting&up=1&level=verified&compare=x,y&hide=runs")),
         csv: t.csvText([{a: "=1,2", b: null, c: -1}]),
         }"""
     )
     assert isinstance(results, dict)
     assert results["parsed"] == {"v": -0.421, "h": 0.113}
-    assert results["fixed"] == ["0.00", "\u22121.50"]
     assert results["state"] == "#?q=a+b&sort=forgetting&up=1&level=verified&hide=runs&compare=x%2Cy"
     assert results["csv"] == 'a,b,c\n"\'=1,2",,-1\n'

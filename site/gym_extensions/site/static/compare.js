@@ -150,4 +150,4 @@ function start() {
   read();
 }
 
-if (typeof module !== "undefined") module.exports = { difference, verdict };
+if (typeof module !== "undefined") module.exports = { difference, fixed, verdict };

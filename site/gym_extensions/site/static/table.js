@@ -9,10 +9,6 @@ const byText = new Intl.Collator("en").compare;
 
 /* Text of numbers, as the pages write them. */
 
-const fixed = (value, digits = 2) => {
-  const text = value.toFixed(digits);
-  return text.startsWith("-") ? (/[1-9]/.test(text) ? "\u2212" : "") + text.slice(1) : text;
-};
 const plain = (text) => text.replace(/[\s\u202f]+/g, " ").trim();
 const parsed = (text) => {
   const numbers = text.replace(/\u202f/g, "").replace(/\u2212/g, "-").match(/-?\d+(\.\d+)?/g) || [];
@@ -252,4 +248,4 @@ function start(table) {
 }
 
 if (typeof document !== "undefined") for (const table of document.querySelectorAll("table[data-table]")) start(table);
-if (typeof module !== "undefined") module.exports = { parsed, fixed, shownRows, readState, writeState, csvText, shownData };
+if (typeof module !== "undefined") module.exports = { parsed, readState, writeState, csvText };
