@@ -235,6 +235,7 @@ LANDSCAPE_DTYPES = {
     "low": "float64",
     "high": "float64",
 }
+"""The columns of :func:`landscapes`."""
 
 
 def landscapes(submissions: Paths = "submissions") -> pd.DataFrame:
@@ -242,15 +243,16 @@ def landscapes(submissions: Paths = "submissions") -> pd.DataFrame:
 
     One row per submission, group and share, from the landscapes that lie in the folders of the submissions.
 
-    =========  =======  ========================================================================
-    column     dtype    value
-    =========  =======  ========================================================================
-    group      str      group id
-    share      str      ``interpolation`` (between trained values) or ``extrapolation`` (beyond)
-    runs       int64    number of runs
-    mean       float64  share of the best return that any of these submissions has in a world
-    low, high  float64  ends of the 95 % interval over runs; missing with one run
-    =========  =======  ========================================================================
+    ==========  =======  ========================================================================
+    column      dtype    value
+    ==========  =======  ========================================================================
+    submission  str      name of the submission's folder
+    group       str      group id
+    share       str      ``interpolation`` (between trained values) or ``extrapolation`` (beyond)
+    runs        int64    number of runs
+    mean        float64  share of the best return that any of these submissions has in a world
+    low, high   float64  ends of the 95 % interval over runs; missing with one run
+    ==========  =======  ========================================================================
 
     Args:
         submissions: a submission, a folder of submissions, or a list of these. The best return depends on
