@@ -79,6 +79,15 @@ def test_the_folder_that_contains_submissions_is_rejected(random_submission: Pat
     assert (error.code, "'random'" in error.message) == ("bad-out", True)
 
 
+@pytest.mark.parametrize("folder", ["poses", "landscapes"])
+def test_a_run_can_be_added_to_an_entry_that_has_a_review(
+    folder: str, random_submission: Path, tmp_path: Path
+) -> None:
+    out = Path(shutil.copytree(random_submission, tmp_path / "mine"))
+    (out / folder).mkdir()
+    validate(out)
+
+
 def test_runs_without_a_manifest_are_rejected(random_submission: Path, tmp_path: Path) -> None:
     out = Path(shutil.copytree(random_submission, tmp_path / "mine"))
     (out / "submission.toml").unlink()

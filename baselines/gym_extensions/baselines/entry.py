@@ -36,9 +36,9 @@ from gym_extensions.rollouts.layout import (
     NAME,
     NETWORK,
     POLICIES,
-    POSES,
     PROGRESS,
     RUN_FILE,
+    WRITTEN,
     run_file,
 )
 from gym_extensions.rollouts.log import write_log
@@ -99,7 +99,7 @@ def validate(out: Path, groups: Iterable[TaskGroup] = ()) -> None:
         if not out.is_dir():
             raise BenchError("bad-out", "A submission is a folder, and this is a file.", str(out), ANOTHER)
         folders = sorted(path.name for path in out.iterdir() if path.is_dir())
-        unexpected = [folder for folder in folders if folder not in (*names, PROGRESS, POSES)]
+        unexpected = [folder for folder in folders if folder not in (*names, PROGRESS, *WRITTEN)]
         if unexpected:
             message = f"Unexpected folder {unexpected[0]!r}: a submission contains only group folders."
             hint = f"Use a folder for this submission alone, such as {out / 'mine'}."
