@@ -123,6 +123,30 @@ def test_a_network_acts_as_the_model(case: str) -> None:
     np.testing.assert_allclose(actions, agent.act(observations), rtol=1e-4, atol=1e-5)
 
 
+@pytest.mark.parametrize("deterministic", [True, False])
+def test_a_recurrent_policy_is_a_network_with_a_state_that_acts_as_the_model(deterministic: bool) -> None:
+    pytest.importorskip("onnxruntime", reason="needs the extra onnx")
+    algorithm: Any = pytest.importorskip("sb3_contrib").RecurrentPPO
+    lstm: dict[str, Any] = {"lstm_hidden_size": 4, "n_lstm_layers": 2, "net_arch": [6]}
+    agent: Any = sb3(algorithm, deterministic=deterministic, policy_kwargs=lstm, batch_size=16)(
+        OBSERVATIONS, ACTIONS, 0
+    )
+    policy, state, rng = agent.policy(), None, np.random.default_rng(0)
+    sigma = np.exp(agent._model.policy.log_std.detach().numpy())
+    for seen in np.random.default_rng(1).normal(size=(5, 3, 5)).astype(np.float32):
+        actions = policy.act(seen, rng)
+        expected, state = agent._model.predict(seen, state, np.zeros(3, bool), deterministic=True)
+        if deterministic:
+            np.testing.assert_allclose(np.clip(actions, ACTIONS.low, ACTIONS.high), expected, atol=1e-5)
+        else:
+            assert 0 < np.abs((actions - expected) / sigma).max() < 6
+
+
+def test_the_logged_episodes_of_a_recurrent_policy_are_those_that_a_verifier_repeats() -> None:
+    pytest.importorskip("onnxruntime", reason="needs the extra onnx")
+    require_equal_episodes(sb3(pytest.importorskip("sb3_contrib").RecurrentPPO, batch_size=16))
+
+
 def test_the_statistics_of_the_observations_belong_to_the_policy() -> None:
     make = sb3(PPO, normalize_observations=True, policy_kwargs=NETWORK, n_steps=16, batch_size=16)
     agent: Any = make(OBSERVATIONS, ACTIONS, 0)
@@ -152,10 +176,15 @@ def test_without_the_extra_a_network_is_not_stored_and_the_warning_says_what_to_
 
 
 def test_the_logged_episodes_are_those_that_a_verifier_repeats() -> None:
+    require_equal_episodes(sb3(PPO))
+
+
+def require_equal_episodes(make: Any) -> None:
+    """An evaluation logs the episodes that a verifier plays with the agent's policy."""
     members = group("hopper-wall")
     evaluator, player = Evaluator(members), Player(members)
     env = evaluator.envs(members.tasks[1])
-    agent: Any = sb3(PPO)(env.single_observation_space, env.single_action_space, 0)
+    agent = make(env.single_observation_space, env.single_action_space, 0)
     logged = evaluator.evaluate(agent, 0, members.tasks[1], agent.policy())
     seeds = tuple(episode.seed for episode in logged)
     repeated = player.outcomes(agent.policy(), Cell(0, 1, seeds))

@@ -2,7 +2,7 @@
 
 Plain arrays are multilayer perceptrons of flat observations: the Gaussian actors of PPO, A2C and TRPO, the
 squashed Gaussian actors of SAC and TQC, the deterministic actors of TD3 and DDPG, and the actors of SBX's PPO
-and SAC. Other feedforward policies of PyTorch become networks: images, own classes, own features extractors.
+and SAC. Other policies of PyTorch become networks: images, own classes, own features extractors, LSTMs.
 """
 
 from __future__ import annotations
@@ -129,16 +129,14 @@ def exported(
             environment has them last; that of the model if None.
 
     Raises:
-        BenchError: the policy is recurrent, uses ``use_sde`` or cannot be exported, or it is a network and
-            the extra ``onnx`` is not installed.
+        BenchError: the policy uses ``use_sde`` or cannot be exported, or it is a network and the extra
+            ``onnx`` is not installed.
     """
     policy: Any = model.policy
     name = f"The policy of {type(model).__name__}, {type(policy).__name__},"
     reason = ""
     if getattr(model, "use_sde", False):
         reason = f"{name} uses state-dependent exploration (use_sde)."
-    elif hasattr(policy, "lstm_actor"):
-        reason = f"{name} is recurrent."
     else:
         try:
             parts = _plain_parts(model)
@@ -150,7 +148,7 @@ def exported(
             else:
                 return _network(model, deterministic, statistics, observation_shape)
     if reason:
-        hint = "Use a feedforward policy of PyTorch without use_sde, or train without storing the policy."
+        hint = "Use a policy of PyTorch without use_sde, or train without storing the policy."
         raise BenchError("unsupported-policy", reason, "policy()", hint)
     parts["head"] = "deterministic" if deterministic or "log_sigma" not in parts else "gaussian"
     if statistics is not None:
@@ -170,17 +168,23 @@ def _plain_parts(model: BaseAlgorithm) -> Parts:
         is_gaussian = hasattr(getattr(policy, "actor", None), "latent_pi")
         parts = _squashed_gaussian(model) if is_gaussian else _squashed(model)
     if parts["weights"][0].shape[:1] != model.observation_space.shape or _has_extractor(policy):
-        raise ValueError("it has a features extractor, or its observations are not flat")
+        raise ValueError("it has a features extractor or an LSTM, or its observations are not flat")
     return parts
 
 
 class _Acting(torch.nn.Module):
-    """The actions of a model, not clipped: the best ones, or samples with noise."""
+    """The actions of a model, not clipped: the best ones, or samples with noise, and an LSTM's next state.
 
-    def __init__(self, model: BaseAlgorithm, statistics: Statistics | None, swap: bool) -> None:
+    The state of an episode has the hidden state and the cell state of each layer: (layers, 2, hidden).
+    """
+
+    def __init__(
+        self, model: BaseAlgorithm, statistics: Statistics | None, swap: bool, samples: bool
+    ) -> None:
         super().__init__()
         self.policy: Any = model.policy
-        self.swap, box = swap, model.action_space
+        self.swap, self.samples, box = swap, samples, model.action_space
+        self.lstm: torch.nn.LSTM | None = getattr(self.policy, "lstm_actor", None)
         self.squashes = bool(self.policy.squash_output)
         self.limits = [torch.as_tensor(each) for each in (box.low, box.high)]  # type: ignore[attr-defined]
         self.statistics = None
@@ -188,17 +192,33 @@ class _Acting(torch.nn.Module):
             mean, scale, bound = statistics
             self.statistics = (torch.as_tensor(mean), torch.as_tensor(scale), float(bound))
 
-    def forward(self, observation: torch.Tensor, noise: torch.Tensor | None = None) -> torch.Tensor:
+    @property
+    def state_shape(self) -> tuple[int, ...] | None:
+        """The shape of the state of one episode; None without an LSTM."""
+        return None if self.lstm is None else (self.lstm.num_layers, 2, self.lstm.hidden_size)
+
+    def forward(
+        self, observation: torch.Tensor, *inputs: torch.Tensor
+    ) -> torch.Tensor | tuple[torch.Tensor, torch.Tensor]:
+        """Actions from observations, then the noise if the model samples, then the state of an LSTM."""
+        noise = inputs[0] if self.samples else None
         if self.statistics is not None:
             mean, scale, bound = self.statistics
             observation = ((observation - mean) / scale).clamp(-bound, bound)
         if self.swap:
             observation = observation.permute(0, 3, 1, 2)
-        if noise is None:
+        next_state = None
+        if self.lstm is not None:
+            features = self.policy.extract_features(observation, self.policy.pi_features_extractor)
+            hidden, cell = inputs[-1].permute(2, 1, 0, 3).contiguous()
+            latent, states = self.lstm(features[None], (hidden, cell))
+            next_state = torch.stack(states).permute(2, 1, 0, 3)
+            actor = self.policy.mlp_extractor.forward_actor(latent[0])
+            actions = self._sample(self.policy._get_action_dist_from_latent(actor).distribution, noise)
+        elif noise is None:
             actions = self.policy._predict(observation, deterministic=True)
         elif hasattr(self.policy, "get_distribution"):
-            normal = self.policy.get_distribution(observation).distribution
-            actions = normal.mean + normal.stddev * noise
+            actions = self._sample(self.policy.get_distribution(observation).distribution, noise)
         else:
             mean, log_sigma, _ = self.policy.actor.get_action_dist_params(observation)
             actions = torch.tanh(mean + log_sigma.exp() * noise)
@@ -206,7 +226,11 @@ class _Acting(torch.nn.Module):
             low, high = self.limits
             actions = low + 0.5 * (actions + 1) * (high - low)
         result: torch.Tensor = actions.flatten(1)
-        return result
+        return result if next_state is None else (result, next_state)
+
+    @staticmethod
+    def _sample(normal: Any, noise: torch.Tensor | None) -> Any:
+        return normal.mean if noise is None else normal.mean + normal.stddev * noise
 
 
 def _network(
@@ -218,17 +242,22 @@ def _network(
     space: Any = model.observation_space
     shape = observation_shape or space.shape
     actor = getattr(model.policy, "actor", None)
-    samples = hasattr(model.policy, "get_distribution") or hasattr(actor, "get_action_dist_params")
+    can_sample = hasattr(model.policy, "get_distribution") or hasattr(actor, "get_action_dist_params")
+    samples = can_sample and not deterministic
+    acting = _Acting(model, statistics, swap=shape != space.shape, samples=samples).eval()
     return from_torch(
-        _Acting(model, statistics, swap=shape != space.shape).eval(),
+        acting,
         shape,
-        noise=0 if deterministic or not samples else int(np.prod(model.action_space.shape or ())),
+        state_shape=acting.state_shape,
+        noise=int(np.prod(model.action_space.shape or ())) if samples else 0,
         dtype=space.dtype.name if space.dtype.name in ("float32", "float64", "uint8") else "float32",
     )
 
 
 def _has_extractor(policy: Any) -> bool:
     """Whether the observations go through other layers than a flattening before the actor."""
+    if hasattr(policy, "lstm_actor"):
+        return True
     owners = [policy] if hasattr(policy, "actor_state") else [policy, getattr(policy, "actor", None)]
     names = ("features_extractor", "pi_features_extractor")
     extractors = [getattr(owner, name, None) for owner in owners for name in names]
