@@ -22,7 +22,7 @@ from gym_extensions.baselines.references import measuring
 from gym_extensions.baselines.workers import ThisProcess
 from gym_extensions.catalog.groups import with_custom
 from gym_extensions.envs import Gravity, TaskGroup, Wall, customize, load_group, make
-from gym_extensions.envs.fingerprint import fingerprint_of
+from gym_extensions.envs.fingerprinting import fingerprint_of
 from gym_extensions.errors import BenchError
 from gym_extensions.experts.references import CURRENT
 from gym_extensions.rollouts.reader import read

@@ -19,7 +19,7 @@ from gym_extensions.baselines.agent_checks import (
     check_context,
 )
 from gym_extensions.baselines.algorithms.floors import Zero
-from gym_extensions.baselines.entry import manifest_tables
+from gym_extensions.baselines.submission import manifest_tables
 from gym_extensions.baselines.training.jobs import Settings
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.manifest import SECTIONS, findings

@@ -29,8 +29,8 @@ from gym_extensions.baselines import algorithms
 from gym_extensions.baselines.agent import TaskLabel
 from gym_extensions.baselines.agent_checks import observes_of
 from gym_extensions.baselines.algorithms.trpo import HENDERSON_2017, REFERENCE, TrpoSettings
+from gym_extensions.baselines.training.environment import TrainingContext, TrainingEnv
 from gym_extensions.baselines.training.evaluation import evaluate
-from gym_extensions.baselines.training.recorder import Recorder, TrainingContext
 from gym_extensions.catalog.tasks import Task, customize, task
 from gym_extensions.catalog.variations import Gravity
 from gym_extensions.envs import make_vec
@@ -91,7 +91,7 @@ def measure(run: Run) -> list[dict[str, object]]:
     observes, ids = observes_of(agent, run.agent), tuple(each.id for each in tasks)
     for number, each in enumerate(tasks, start=1):
         env = make_vec(each, run.num_envs)
-        recorder = Recorder(
+        recorder = TrainingEnv(
             env,
             [each.id],
             steps=run.steps,

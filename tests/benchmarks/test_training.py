@@ -11,7 +11,7 @@ import pytest
 from mujoco.batch import Batch
 
 from gym_extensions.baselines.algorithms import factory
-from gym_extensions.baselines.training.recorder import Recorder
+from gym_extensions.baselines.training.environment import TrainingEnv
 from gym_extensions.catalog.protocol import Budget, budget
 from gym_extensions.catalog.tasks import task
 from gym_extensions.envs import make, make_vec
@@ -38,7 +38,7 @@ def trained(name: str, body: str, named: Budget, num_envs: int, threads: int) ->
     env: Any = make_vec(body, num_envs, num_threads=threads)
     agent = factory(name)(env.single_observation_space, env.single_action_space, 0)
     endless = 10**12
-    return agent, Recorder(env, [task(body).id], steps=endless, batch_steps=named.batch_steps, seed=0)
+    return agent, TrainingEnv(env, [task(body).id], steps=endless, batch_steps=named.batch_steps, seed=0)
 
 
 def training(agent: Any, env: Any, steps: int, clock: Clock = time.perf_counter) -> Turn:

@@ -11,7 +11,7 @@ import pytest
 from gymnasium.envs.classic_control import PendulumEnv
 
 from gym_extensions.envs import Gravity, customize, make, make_vec
-from gym_extensions.envs.fingerprint import fingerprint_of
+from gym_extensions.envs.fingerprinting import fingerprint_of
 from gym_extensions.errors import BenchError
 
 PENDULUM = customize("Pendulum-v1")

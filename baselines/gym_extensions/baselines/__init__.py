@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from gym_extensions.baselines.adapters.sb3 import sb3
     from gym_extensions.baselines.agent import Agent, Card, Context, Factory, Observes, Resumable
-    from gym_extensions.baselines.recording import record
+    from gym_extensions.baselines.record_policies import record
     from gym_extensions.baselines.train_agent import train
     from gym_extensions.baselines.training.events import (
         BatchTrained,
@@ -46,7 +46,7 @@ __all__ = [
 
 EVENTS = ("BatchTrained", "JobFailed", "JobFinished", "StageStarted", "TaskEvaluated", "TrainingStarted")
 MODULES = {
-    "record": "recording",
+    "record": "record_policies",
     "sb3": "adapters.sb3",
     "train": "train_agent",
     **dict.fromkeys(EVENTS, "training.events"),

@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from gym_extensions.baselines import algorithms, entry
+from gym_extensions.baselines import algorithms, submission
 from gym_extensions.baselines.agent import Card, Factory, TaskLabel
 from gym_extensions.baselines.agent_checks import card_of, create_agent, observes_of
 from gym_extensions.baselines.progress import TRAIN_LOG, check_callback, open_listeners, parse_logs
@@ -39,7 +39,7 @@ from gym_extensions.baselines.workers import (
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import evaluation_seed
 from gym_extensions.envs import make_vec
-from gym_extensions.envs.fingerprint import require_published_engine
+from gym_extensions.envs.fingerprinting import require_published_engine
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.layout import DOCUMENT, LOG, MANIFEST, PROGRESS, run_file
 from gym_extensions.rollouts.manifest import RECORDED
@@ -125,10 +125,10 @@ def train(
     settings = _checked(algorithms.factory(agent), settings, path, request)
     titles = dict.fromkeys(job.run_title for job in _plan(path, request))
     if titles:
-        entry.prepare(path)
+        submission.prepare(path)
     listeners = open_listeners(path, progress=progress, logs=logs, callback=callback)
     executor = Workers(jobs) if jobs else ThisProcess()
-    with entry.lock_runs(path, titles), listeners as listen:
+    with submission.lock_runs(path, titles), listeners as listen:
         # Another process may have finished a run before the locks were held.
         pending = [
             PendingJob(job, agent, settings, path, interim, num_threads) for job in _plan(path, request)
@@ -180,7 +180,7 @@ def retrain(
             is another one or has other settings.
     """
     path, budget = folder / MANIFEST, _recorded_protocol(folder)["budget"]
-    settings = entry.read_manifest(path).get("hyperparameters", {})
+    settings = submission.read_manifest(path).get("hyperparameters", {})
     agent = agent or reference_agent(folder)
     out.mkdir(parents=True, exist_ok=True)
     shutil.copyfile(path, out / MANIFEST)  # with it in place, another agent or setting is refused
@@ -223,7 +223,7 @@ def reference_agent(folder: Path) -> str:
 
 def _recorded_protocol(folder: Path) -> dict[str, Any]:
     """The section ``protocol`` of a manifest. Raises ``BenchError`` if the training was not recorded."""
-    tables = entry.read_manifest(folder / MANIFEST)
+    tables = submission.read_manifest(folder / MANIFEST)
     table: dict[str, Any] = {"algorithm": "", "budget": "", "steps": RECORDED} | tables.get("protocol", {})
     if table["steps"] != RECORDED or "reported" in tables:
         message = "The training of this entry was not recorded, so it cannot be repeated."
@@ -248,7 +248,7 @@ def _run(
             if len(finished[job.run_title]) == unfinished[job.run_title]:
                 results, command = finished.pop(job.run_title), command_of(each)
                 try:
-                    entry.write_run_files(
+                    submission.write_run_files(
                         each.out, results, each.settings, command=command, commit=commit, by=by
                     )
                 except (OSError, BenchError) as error:
@@ -279,7 +279,7 @@ def _plan(out: Path, request: Request) -> list[TrainingJob]:
     return [
         job
         for group, protocol in request.logs()
-        for job in entry.missing_jobs(out, group, protocol, request.runs)
+        for job in submission.missing_jobs(out, group, protocol, request.runs)
     ]
 
 
@@ -288,12 +288,12 @@ def _checked(make: Factory, settings: Settings, out: Path, request: Request) -> 
 
     Raises ``BenchError`` before training for anything that cannot become a submission after it.
     """
-    entry.validate(out, request.groups)
+    submission.validate(out, request.groups)
     require_published_engine([task for group in request.groups for task in group.tasks])
     require_equal_spaces(request.groups)
     settings, card = agent_settings(make, settings, request.groups[0])
     path = out / MANIFEST
-    entry.require_same(path, entry.read_manifest(path), entry.manifest_tables(card, settings))
+    submission.require_same(path, submission.read_manifest(path), submission.manifest_tables(card, settings))
     return settings
 
 

@@ -16,7 +16,7 @@ from gym_extensions.catalog.variations import (
     TrackingGoal,
     Wall,
 )
-from gym_extensions.envs.fingerprint import warn_of_another_engine
+from gym_extensions.envs.fingerprinting import warn_of_another_engine
 from gym_extensions.envs.make import make, make_vec, register
 from gym_extensions.envs.wrappers import TaskId, VectorTaskId
 

@@ -50,13 +50,13 @@ def _list(names: list[str]) -> int:
 
 
 def _check(names: list[str]) -> int:
-    from gym_extensions.envs import fingerprint
+    from gym_extensions.envs import fingerprinting
 
     chosen = [task(name) for name in names]
-    if other := fingerprint.other_engine():
+    if other := fingerprinting.other_engine():
         print(f"{other} is installed, which is not the published engine.", file=sys.stderr)
     with working("comparing seeded episodes with the published ones"):
-        differences = fingerprint.check(chosen or None)
+        differences = fingerprinting.check(chosen or None)
     for difference in differences:
         print(difference, file=sys.stderr)
     count = len(chosen or TASKS)
@@ -76,10 +76,10 @@ def _tasks(count: int) -> str:
 
 
 def _write(replace: bool) -> int:
-    from gym_extensions.envs import fingerprint
+    from gym_extensions.envs import fingerprinting
 
-    table, changed = fingerprint.updated(replace)
-    write_text(fingerprints.PATH, fingerprint.text(table))
+    table, changed = fingerprinting.updated(replace)
+    write_text(fingerprints.PATH, fingerprinting.text(table))
     for task_id in changed:
         print(f"{task_id} {table['tasks'][task_id]['fingerprint']}")
     print(f"{len(changed)} fingerprints written, {len(table['tasks']) - len(changed)} unchanged.")

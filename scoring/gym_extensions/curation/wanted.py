@@ -10,7 +10,7 @@ from pathlib import Path
 from statistics import NormalDist
 
 from gym_extensions.baselines import algorithms
-from gym_extensions.baselines.entry import finished_runs
+from gym_extensions.baselines.submission import finished_runs
 from gym_extensions.catalog.groups import CORE, CORES, group
 from gym_extensions.rollouts.manifest import RECORDED
 from gym_extensions.scoring.pipeline import Scorer, make_scorer, scorecards

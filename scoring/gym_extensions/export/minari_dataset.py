@@ -16,7 +16,7 @@ from gym_extensions import policies
 from gym_extensions.catalog.groups import GROUPS, group
 from gym_extensions.catalog.protocol import stages
 from gym_extensions.envs import make
-from gym_extensions.envs.fingerprint import require_published_engine
+from gym_extensions.envs.fingerprinting import require_published_engine
 from gym_extensions.errors import BenchError, did_you_mean
 from gym_extensions.rollouts.layout import run_key
 from gym_extensions.rollouts.manifest import Manifest

@@ -17,7 +17,7 @@ import numpy as np
 
 from gym_extensions.catalog.groups import TaskGroup, with_custom
 from gym_extensions.envs import make_vec
-from gym_extensions.envs.fingerprint import engine, require_published_engine
+from gym_extensions.envs.fingerprinting import engine, require_published_engine
 from gym_extensions.envs.rollout import Outcome, run_episodes
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes

@@ -17,7 +17,7 @@ from gym_extensions.catalog.groups import group as group_named
 from gym_extensions.catalog.protocol import evaluation_seed, stages
 from gym_extensions.catalog.worlds import Axis, axes
 from gym_extensions.envs import make_vec
-from gym_extensions.envs.fingerprint import engine
+from gym_extensions.envs.fingerprinting import engine
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.layout import MANIFEST, run_key
 from gym_extensions.rollouts.manifest import manifest_of, parse

@@ -18,7 +18,7 @@ from msgspec.structs import replace as replaced
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from gym_extensions.baselines import algorithms
-from gym_extensions.baselines.entry import run_versions
+from gym_extensions.baselines.submission import run_versions
 from gym_extensions.baselines.train_agent import reference_agent, retrain
 from gym_extensions.baselines.training.usage import commit_of, processor
 from gym_extensions.catalog.groups import GROUPS, TaskGroup

@@ -21,8 +21,8 @@ from stable_baselines3.common.callbacks import BaseCallback  # noqa: E402
 from gym_extensions.baselines import Context, Factory, sb3, train  # noqa: E402
 from gym_extensions.baselines.adapters import sb3 as adapter  # noqa: E402
 from gym_extensions.baselines.adapters.sb3 import to_manifest_value  # noqa: E402
+from gym_extensions.baselines.training.environment import TrainingEnv  # noqa: E402
 from gym_extensions.baselines.training.evaluation import evaluate  # noqa: E402
-from gym_extensions.baselines.training.recorder import Recorder  # noqa: E402
 from gym_extensions.envs import make_vec  # noqa: E402
 from gym_extensions.errors import BenchError  # noqa: E402
 from gym_extensions.rollouts.run import read_run  # noqa: E402
@@ -53,8 +53,8 @@ def create(env: Any, make: Factory, seed: int = 3) -> Any:
     return make(env.single_observation_space, env.single_action_space, seed)
 
 
-def learn(agent: Any, env: Any, seed: int = 0, steps: int = 60) -> Recorder:
-    recorder = Recorder(env, ["Hopper"], steps=steps, batch_steps=60, seed=seed)
+def learn(agent: Any, env: Any, seed: int = 0, steps: int = 60) -> TrainingEnv:
+    recorder = TrainingEnv(env, ["Hopper"], steps=steps, batch_steps=60, seed=seed)
     agent.learn(recorder, steps)
     return recorder
 

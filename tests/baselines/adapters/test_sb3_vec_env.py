@@ -10,12 +10,12 @@ import pytest
 pytest.importorskip("stable_baselines3")
 
 from gym_extensions.baselines.adapters.sb3_vec_env import BatchVecEnv, SpacesVecEnv
-from gym_extensions.baselines.training.recorder import Recorder
+from gym_extensions.baselines.training.environment import TrainingEnv
 from gym_extensions.envs import make_vec
 
 
 def test_an_environment_whose_episode_ended_is_reset_and_its_info_has_the_last_observation() -> None:
-    env = BatchVecEnv(Recorder(make_vec("Hopper", 3), ["Hopper"], steps=1000, batch_steps=100, seed=0))
+    env = BatchVecEnv(TrainingEnv(make_vec("Hopper", 3), ["Hopper"], steps=1000, batch_steps=100, seed=0))
     env.reset()
     for _ in range(200):
         step: Any = env.step(np.ones((3, 3), np.float32))

@@ -15,7 +15,7 @@ pytest.importorskip("stable_baselines3")
 from gym_extensions.baselines import Resumable, algorithms
 from gym_extensions.baselines.agent import Described
 from gym_extensions.baselines.agent_checks import card_of
-from gym_extensions.baselines.training.recorder import Recorder
+from gym_extensions.baselines.training.environment import TrainingEnv
 from gym_extensions.catalog.protocol import BUDGETS
 from gym_extensions.envs import make_vec
 
@@ -43,7 +43,7 @@ def create(make: Any, env: Any, seed: int = 3) -> Any:
 
 
 def learn(agent: Any, env: Any, seed: int) -> None:
-    agent.learn(Recorder(env, ["Hopper"], steps=STEPS, batch_steps=STEPS, seed=seed), STEPS)
+    agent.learn(TrainingEnv(env, ["Hopper"], steps=STEPS, batch_steps=STEPS, seed=seed), STEPS)
 
 
 def test_a_stage_of_ppo_has_one_rollout_per_batch_of_the_budget() -> None:

@@ -12,7 +12,7 @@ import pytest
 from gym_extensions.baselines import Card, Resumable, algorithms
 from gym_extensions.baselines.agent import Described
 from gym_extensions.baselines.agent_checks import card_of
-from gym_extensions.baselines.training.recorder import Recorder
+from gym_extensions.baselines.training.environment import TrainingEnv
 from gym_extensions.envs import make_vec
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.policies.mlp import Policy
@@ -107,7 +107,7 @@ def test_the_stored_policy_acts_like_the_agent_to_the_last_bit(name: str, spaces
     for steps in (0, 250):  # untrained, and with normalized observations
         if steps:
             agent.learn(
-                Recorder(make_vec("Pusher", 2), ["Pusher"], steps=steps, batch_steps=250, seed=0), steps
+                TrainingEnv(make_vec("Pusher", 2), ["Pusher"], steps=steps, batch_steps=250, seed=0), steps
             )
         policy = Policy.from_arrays(agent.policy().arrays())
         noise = copy.deepcopy(getattr(agent, "_acting", None))

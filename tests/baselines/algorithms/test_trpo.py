@@ -14,8 +14,8 @@ from gym_extensions.baselines import algorithms
 from gym_extensions.baselines.agent import Array
 from gym_extensions.baselines.algorithms import trpo
 from gym_extensions.baselines.algorithms.trpo import REFERENCE
+from gym_extensions.baselines.training.environment import TrainingEnv
 from gym_extensions.baselines.training.jobs import training_seed
-from gym_extensions.baselines.training.recorder import Recorder
 from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.protocol import budget
 from gym_extensions.envs import make_vec
@@ -138,7 +138,7 @@ def test_trpo_2017_learns_as_in_the_committed_entry() -> None:
     first, plan = tasks.tasks[0], budget("100k")
     seed = training_seed(0, tasks.id, first.id, "training")
     env = make_vec(first, plan.num_envs)
-    recorder = Recorder(env, [first.id], steps=10**6, batch_steps=plan.batch_steps, seed=seed)
+    recorder = TrainingEnv(env, [first.id], steps=10**6, batch_steps=plan.batch_steps, seed=seed)
     agent = algorithms.factory("trpo-2017")(
         recorder.single_observation_space, recorder.single_action_space, training_seed(0, tasks.id, "agent")
     )

@@ -84,7 +84,7 @@ def test_in_the_first_batches_only_the_value_function_learns(work: Workplace) ->
 def test_a_bonus_adds_terms_of_the_reward() -> None:
     rewards = []
     for bonus in ({}, {"reward_survive": -0.5}):
-        env = training.TrainingEnv(make_vec("Humanoid", 2), [1, 2], bonus)
+        env = training.SeededEnv(make_vec("Humanoid", 2), [1, 2], bonus)
         env.reset()
         rewards.append(env.step(np.zeros((2, 17)))[1])
     np.testing.assert_allclose(rewards[0] - rewards[1], 2.5)

@@ -25,7 +25,7 @@ from gym_extensions.baselines.references.measuring import (
     with_runs,
 )
 from gym_extensions.catalog.tasks import task
-from gym_extensions.envs.fingerprint import fingerprint_of
+from gym_extensions.envs.fingerprinting import fingerprint_of
 from gym_extensions.errors import BenchError
 from gym_extensions.experts import references as model
 from gym_extensions.experts.references import Floor, FloorAgent, parse_file

@@ -15,7 +15,7 @@ import pytest
 
 from gym_extensions.baselines import train
 from gym_extensions.baselines.agent import restore_generator, saved_generator
-from gym_extensions.baselines.training.checkpoints import Progress
+from gym_extensions.baselines.training.checkpoints import JobFolder
 from gym_extensions.errors import BenchError
 
 from ..conftest import QUICK_GROUP, SHORT_GROUP, digests
@@ -137,7 +137,7 @@ def test_a_checkpoint_of_another_version_is_not_continued(tmp_path: Path) -> Non
 
 
 def test_a_checkpoint_of_another_version_of_the_agents_packages_is_not_continued(tmp_path: Path) -> None:
-    progress, settings = Progress(tmp_path), {"packages": ("pandas",)}
+    progress, settings = JobFolder(tmp_path), {"packages": ("pandas",)}
     progress.begin(settings)
     progress.begin(settings)
     stored = tmp_path / "settings.json"

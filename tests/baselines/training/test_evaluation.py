@@ -10,8 +10,8 @@ from gym_extensions.baselines import Context
 from gym_extensions.baselines.agent import TaskLabel
 from gym_extensions.baselines.algorithms import trpo
 from gym_extensions.baselines.algorithms.floors import Random
+from gym_extensions.baselines.training.environment import TrainingEnv
 from gym_extensions.baselines.training.evaluation import evaluate
-from gym_extensions.baselines.training.recorder import Recorder
 from gym_extensions.catalog.tasks import customize
 from gym_extensions.envs import make_vec
 
@@ -29,7 +29,7 @@ def trained_parameters(steps: int, with_evaluation: bool) -> Any:
     evaluation_env = make_vec("Hopper", 4)
     agent = trpo.make(env.single_observation_space, env.single_action_space, 5)
     for _ in range(2):
-        agent.learn(Recorder(env, ["Hopper"], steps=steps, batch_steps=100, seed=1), steps)
+        agent.learn(TrainingEnv(env, ["Hopper"], steps=steps, batch_steps=100, seed=1), steps)
         if with_evaluation:
             evaluate(agent, evaluation_env, SEEDS)
     return agent._theta

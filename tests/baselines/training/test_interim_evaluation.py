@@ -12,9 +12,9 @@ import numpy as np
 from gym_extensions import results
 from gym_extensions.baselines.agent import Agent
 from gym_extensions.baselines.algorithms.trpo import Trpo2017
+from gym_extensions.baselines.training.environment import Batch, TrainingEnv
 from gym_extensions.baselines.training.evaluation import evaluate, isolated
 from gym_extensions.baselines.training.events import TaskEvaluated
-from gym_extensions.baselines.training.recorder import Batch, Recorder
 from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.envs import make_vec
@@ -81,7 +81,7 @@ def test_a_sampled_agent_that_can_be_saved_learns_and_acts_the_same(tmp_path: Pa
     def learn(report: Any) -> Any:
         agent = create()
         agents.append(agent)
-        recorder = Recorder(env, ["Hopper"], steps=200, batch_steps=100, seed=1, report=report)
+        recorder = TrainingEnv(env, ["Hopper"], steps=200, batch_steps=100, seed=1, report=report)
         agent.learn(recorder, 200)
         return agent, random.random(), np.random.random()  # noqa: NPY002
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gym_extensions.baselines import entry, train
+from gym_extensions.baselines import submission, train
 from gym_extensions.baselines.training.evaluation import policy_of
 from gym_extensions.catalog.groups import with_custom
 from gym_extensions.errors import BenchError
@@ -69,7 +69,7 @@ def test_the_submission_has_the_policy_after_every_stage(tmp_path: Path) -> None
 
 
 def test_policies_above_the_limit_are_left_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(entry, "MAX_POLICY_BYTES", 1000)
+    monkeypatch.setattr(submission, "MAX_POLICY_BYTES", 1000)
     train(Wide, QUICK_GROUP, "joint", "smoke", 0, out=tmp_path)
     assert not list(tmp_path.rglob("run0.npz"))
     assert read(tmp_path, GROUPS).problems == ()

@@ -8,7 +8,7 @@ import numpy as np
 
 from gym_extensions.baselines.agent import Array
 from gym_extensions.baselines.algorithms.continual import STATES_PER_TASK, RegularizedTrpo
-from gym_extensions.baselines.trpo.policy import (
+from gym_extensions.baselines.trust_region.policy import (
     ACTIVATIONS,
     Architecture,
     fisher_product,
@@ -18,7 +18,7 @@ from gym_extensions.baselines.trpo.policy import (
     mean_and_log_sigma,
     slopes,
 )
-from gym_extensions.baselines.trpo.update import Curvature
+from gym_extensions.baselines.trust_region.update import Curvature
 
 
 @dataclass(frozen=True)

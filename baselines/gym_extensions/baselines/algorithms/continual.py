@@ -21,8 +21,8 @@ from gym_extensions.baselines.algorithms.trpo import (
     Trpo,
     TrpoSettings,
 )
-from gym_extensions.baselines.trpo.update import Curvature, dot
-from gym_extensions.baselines.trpo.values import Transitions
+from gym_extensions.baselines.trust_region.update import Curvature, dot
+from gym_extensions.baselines.trust_region.values import Transitions
 
 STATES_PER_TASK = 1_000  # this project; the code of Wolczyk et al. 2021 uses 2,560 for EWC
 

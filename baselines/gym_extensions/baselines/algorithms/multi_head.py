@@ -10,7 +10,7 @@ import numpy as np
 
 from gym_extensions.baselines.agent import Array, Card, Context, Observes, VectorEnv
 from gym_extensions.baselines.algorithms.trpo import REFERENCE, Trpo, TrpoSettings
-from gym_extensions.baselines.trpo.policy import (
+from gym_extensions.baselines.trust_region.policy import (
     Architecture,
     Moments,
     Sizes,

@@ -8,7 +8,7 @@ import numpy as np
 
 from gym_extensions.baselines.agent import Array, Setting
 from gym_extensions.baselines.algorithms.continual import STATES_PER_TASK, QuadraticTrpo
-from gym_extensions.baselines.trpo.policy import (
+from gym_extensions.baselines.trust_region.policy import (
     ACTIVATIONS,
     Architecture,
     forward,

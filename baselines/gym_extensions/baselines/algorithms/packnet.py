@@ -12,8 +12,8 @@ import numpy as np
 from gym_extensions.baselines.agent import Array, Card, VectorEnv
 from gym_extensions.baselines.algorithms.multi_head import Head, MultiHead
 from gym_extensions.baselines.algorithms.trpo import REFERENCE, TrpoSettings
-from gym_extensions.baselines.trpo.policy import Sizes
-from gym_extensions.baselines.trpo.values import Collector
+from gym_extensions.baselines.trust_region.policy import Sizes
+from gym_extensions.baselines.trust_region.values import Collector
 
 RETRAIN_SHARE = 0.2  # this project; Wolczyk et al. 2021 retrain on stored transitions instead
 FREE, BIAS = 0, -1

@@ -22,7 +22,7 @@ from gym_extensions.baselines.agent import (
     save_arrays,
     saved_generator,
 )
-from gym_extensions.baselines.trpo.policy import (
+from gym_extensions.baselines.trust_region.policy import (
     Architecture,
     Batch,
     Moments,
@@ -34,8 +34,14 @@ from gym_extensions.baselines.trpo.policy import (
     no_moments,
     sampled,
 )
-from gym_extensions.baselines.trpo.update import Penalty, TrustRegion, updated
-from gym_extensions.baselines.trpo.values import Collector, Transitions, ValueFit, ValueFunction, advantages
+from gym_extensions.baselines.trust_region.update import Penalty, TrustRegion, updated
+from gym_extensions.baselines.trust_region.values import (
+    Collector,
+    Transitions,
+    ValueFit,
+    ValueFunction,
+    advantages,
+)
 from gym_extensions.rollouts.policies.mlp import Policy
 
 

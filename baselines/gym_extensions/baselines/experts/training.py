@@ -15,8 +15,8 @@ from gym_extensions.baselines.agent import Array
 from gym_extensions.baselines.algorithms.trpo import REFERENCE, Trpo
 from gym_extensions.baselines.experts.measuring import SCREENING, Workplace
 from gym_extensions.baselines.experts.recipes import Recipe, training_task
-from gym_extensions.baselines.trpo.policy import EPSILON, Moments
-from gym_extensions.baselines.trpo.values import Collector, Transitions
+from gym_extensions.baselines.trust_region.policy import EPSILON, Moments
+from gym_extensions.baselines.trust_region.values import Collector, Transitions
 from gym_extensions.catalog.tasks import task as published_task
 from gym_extensions.envs import make_vec
 from gym_extensions.experts import seed as seed_of
@@ -27,7 +27,7 @@ MOMENTS_COUNT = 1e6
 """Observations that the moments of a policy count as when it is trained further."""
 
 
-class TrainingEnv(gym.vector.VectorWrapper[Any, Any, Any]):
+class SeededEnv(gym.vector.VectorWrapper[Any, Any, Any]):
     """Seeded training environments, whose rewards may have terms of the infos added to them.
 
     Args:
@@ -104,12 +104,12 @@ def trpo_settings(recipe: Recipe, start: Policy | None) -> Any:
     )
 
 
-def environments(recipe: Recipe, seed: int) -> TrainingEnv:
+def environments(recipe: Recipe, seed: int) -> SeededEnv:
     """The training environments of a recipe."""
     rows = [training_task(name) for name in recipe.tasks]
     first = published_task(recipe.target)
     seeds = [seed_of(first, "train", 100_000 * seed + index) for index in range(recipe.num_envs)]
-    return TrainingEnv(make_vec(rows, recipe.num_envs), seeds, dict(recipe.bonus))
+    return SeededEnv(make_vec(rows, recipe.num_envs), seeds, dict(recipe.bonus))
 
 
 def train(work: Workplace, recipe: Recipe, seed: int, parent: str | None, command: str) -> Iterator[str]:

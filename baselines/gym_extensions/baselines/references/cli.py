@@ -9,13 +9,13 @@ from pathlib import Path
 import msgspec
 
 from gym_extensions.baselines import algorithms
-from gym_extensions.baselines.entry import prepare
 from gym_extensions.baselines.experts.measuring import QUICK
 from gym_extensions.baselines.references.measuring import custom, differences, published
+from gym_extensions.baselines.submission import prepare
 from gym_extensions.baselines.training.request import parse_groups, parse_names, parse_runs, require_positive
 from gym_extensions.catalog.protocol import BUDGETS, FIRST_REFERENCE_RUN, STANDARD_BUDGET
 from gym_extensions.catalog.tasks import TASKS
-from gym_extensions.envs.fingerprint import require_published_engine
+from gym_extensions.envs.fingerprinting import require_published_engine
 from gym_extensions.errors import BenchError, reports_mistakes
 from gym_extensions.experts import EPISODES
 from gym_extensions.experts.references import CURRENT, REFERENCES

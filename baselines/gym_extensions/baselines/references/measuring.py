@@ -42,7 +42,7 @@ from gym_extensions.catalog.protocol import (
 )
 from gym_extensions.catalog.tasks import TASKS, Task
 from gym_extensions.envs import make_vec
-from gym_extensions.envs.fingerprint import fingerprint_of
+from gym_extensions.envs.fingerprinting import fingerprint_of
 from gym_extensions.errors import BenchError
 from gym_extensions.experts import EPISODES, beats_floor
 from gym_extensions.experts import references as model

@@ -42,14 +42,14 @@ class FinishedStage:
     evaluations: list[InterimEvaluation] = field(default_factory=list)
 
 
-class Progress:
+class JobFolder:
     """The folder of one unfinished job. A stage is finished once its record exists; it is written last."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
 
     @classmethod
-    def of(cls, out: Path, job: TrainingJob) -> Progress:
+    def of(cls, out: Path, job: TrainingJob) -> JobFolder:
         """The progress of a job in the submission folder ``out``."""
         return cls(out / PROGRESS / job.group.name / job.name)
 

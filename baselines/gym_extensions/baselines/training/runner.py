@@ -11,7 +11,8 @@ from pathlib import Path
 from gym_extensions.baselines import algorithms
 from gym_extensions.baselines.agent import Agent, Factory, VectorEnv
 from gym_extensions.baselines.agent_checks import card_of, observes_of
-from gym_extensions.baselines.training.checkpoints import FinishedStage, Progress
+from gym_extensions.baselines.training.checkpoints import FinishedStage, JobFolder
+from gym_extensions.baselines.training.environment import StageMonitor, TrainingContext, TrainingEnv
 from gym_extensions.baselines.training.evaluation import Evaluator, isolated, policy_of
 from gym_extensions.baselines.training.events import (
     JobFinished,
@@ -29,11 +30,10 @@ from gym_extensions.baselines.training.jobs import (
     seeded_global_generators,
     training_seed,
 )
-from gym_extensions.baselines.training.recorder import Recorder, StageMonitor, TrainingContext
 from gym_extensions.baselines.training.usage import Meter
 from gym_extensions.catalog.protocol import budget
 from gym_extensions.envs import make_vec
-from gym_extensions.envs.fingerprint import fingerprint_of
+from gym_extensions.envs.fingerprinting import fingerprint_of
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.log import Episode
 
@@ -67,7 +67,7 @@ class PendingJob:
         """Runs every stage that an earlier attempt did not finish. Returns the records of all stages."""
         job, settings = self.job, self.settings
         stages = job.stages(budget(settings.budget))
-        progress = Progress.of(self.out, job)
+        progress = JobFolder.of(self.out, job)
         progress.begin(
             asdict(settings)
             | {"group": job.group.id, "tasks": list(job.group.task_ids)}
@@ -118,7 +118,7 @@ class PendingJob:
         agent: Agent,
         stage: Stage,
         listen: Listener,
-        progress: Progress,
+        progress: JobFolder,
         evaluator: Evaluator,
         *,
         job_step: int,
@@ -154,7 +154,7 @@ class PendingJob:
     def _train(self, stage: Stage, agent: Agent, monitor: StageMonitor) -> int:
         """Trains a stage and returns the steps that the agent took."""
         settings, ids = self.settings, [task.id for task in stage.trained]
-        env = Recorder(
+        env = TrainingEnv(
             make_vec(stage.trained, settings.num_envs_for(len(ids)), self.num_threads),
             ids,
             steps=stage.steps,

@@ -1,4 +1,4 @@
-"""What training takes: steps, processor time and memory, and on which machine, measured by the recorder."""
+"""What training takes: steps, processor time and memory, and on which machine, measured where it trains."""
 
 from __future__ import annotations
 

@@ -12,8 +12,8 @@ from gymnasium.vector.utils import batch_space
 from gym_extensions.baselines import algorithms
 from gym_extensions.baselines.agent import Array, Context, TaskLabel
 from gym_extensions.baselines.algorithms.trpo import REFERENCE
-from gym_extensions.baselines.trpo.policy import Architecture
-from gym_extensions.baselines.trpo.values import ValueFit
+from gym_extensions.baselines.trust_region.policy import Architecture
+from gym_extensions.baselines.trust_region.values import ValueFit
 
 OBSERVATIONS = gym.spaces.Box(-10, 10, (3,), np.float32)
 ACTIONS = gym.spaces.Box(-1, 1, (2,), np.float32)

@@ -14,7 +14,7 @@ from gym_extensions.baselines.algorithms.packnet import (
     trainable,
     visible,
 )
-from gym_extensions.baselines.trpo.policy import Architecture, log_density, mean_and_log_sigma
+from gym_extensions.baselines.trust_region.policy import Architecture, log_density, mean_and_log_sigma
 
 from ...trpo.policies import ARCHITECTURES, numeric_gradient, random_policy
 from .goals import LINE, end_task, make, on_a_line

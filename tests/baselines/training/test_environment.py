@@ -1,4 +1,4 @@
-"""The recorder counts, clips, records and enforces the budget, and shows what the agent asked for."""
+"""The environment of ``learn`` counts, clips, records, enforces the budget, and shows what was asked for."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 from gymnasium.wrappers.vector import NormalizeObservation, RecordEpisodeStatistics
 
 from gym_extensions.baselines.agent import Observes
-from gym_extensions.baselines.training.recorder import Point, Recorder, TrainingContext
+from gym_extensions.baselines.training.environment import Point, TrainingContext, TrainingEnv
 from gym_extensions.catalog.protocol import CURVE_POINTS, budget
 from gym_extensions.envs import VectorTaskId, group, make_vec
 from gym_extensions.errors import BenchError
@@ -45,16 +45,18 @@ class Counting(gym.vector.VectorEnv[Any, Any, Any]):
         return np.zeros((self.num_envs, 1)), rewards, np.zeros(self.num_envs, bool), self.over.copy(), {}
 
 
-def recorded(lengths: list[int], steps: int, *, batch: int = 10, tasks: tuple[str, ...] = ("a",)) -> Recorder:
-    return Recorder(Counting(lengths), tasks, steps=steps, batch_steps=batch, seed=3)
+def recorded(
+    lengths: list[int], steps: int, *, batch: int = 10, tasks: tuple[str, ...] = ("a",)
+) -> TrainingEnv:
+    return TrainingEnv(Counting(lengths), tasks, steps=steps, batch_steps=batch, seed=3)
 
 
-def received_by(recorder: Recorder) -> Counting:
+def received_by(recorder: TrainingEnv) -> Counting:
     assert isinstance(recorder.env, Counting)
     return recorder.env
 
 
-def run(recorder: Recorder, vector_steps: int) -> None:
+def run(recorder: TrainingEnv, vector_steps: int) -> None:
     recorder.reset()
     for _ in range(vector_steps):
         recorder.step(np.zeros((recorder.num_envs, 1)))
@@ -141,12 +143,14 @@ NEEDS = {
 }
 
 
-def training(observes: Observes, trained: slice = slice(2, 4), num_envs: int = 4, stage: int = 3) -> Recorder:
+def training(
+    observes: Observes, trained: slice = slice(2, 4), num_envs: int = 4, stage: int = 3
+) -> TrainingEnv:
     """A recorder of the tasks in the slice of hopper-gravity."""
     tasks = GROUP.tasks[trained]
     context = TrainingContext(observes, GROUP.task_ids, stage)
     ids = [task.id for task in tasks]
-    return Recorder(make_vec(tasks, num_envs), ids, steps=400, batch_steps=50, seed=0, context=context)
+    return TrainingEnv(make_vec(tasks, num_envs), ids, steps=400, batch_steps=50, seed=0, context=context)
 
 
 def test_an_agent_that_asks_for_everything_reads_the_tasks_and_the_stage() -> None:

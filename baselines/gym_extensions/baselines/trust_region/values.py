@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gym_extensions.baselines.agent import Array, VectorEnv
-from gym_extensions.baselines.trpo.policy import (
+from gym_extensions.baselines.trust_region.policy import (
     ACTIVATIONS,
     Layers,
     Moments,

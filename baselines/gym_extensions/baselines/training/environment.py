@@ -77,7 +77,7 @@ class Batch:
         return self.steps / max(self.seconds, 1e-9)
 
 
-class Recorder(gym.vector.VectorWrapper):
+class TrainingEnv(gym.vector.VectorWrapper):
     """A vector environment that records training correctly whatever the agent does with it.
 
     ``batch_steps`` and ``budget_steps`` can always be read. The attributes that tell the task or the stage
@@ -247,7 +247,7 @@ class Recorder(gym.vector.VectorWrapper):
 
 
 class StageMonitor:
-    """Receives the recorder's batches of one stage.
+    """Receives the batches of one stage.
 
     Args:
         job: the job.

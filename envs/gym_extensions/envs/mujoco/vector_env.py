@@ -15,7 +15,7 @@ from gym_extensions.envs.effects.base import Effect
 from gym_extensions.envs.effects.registry import effects_of, shard_keys
 from gym_extensions.envs.mujoco.base import Rules
 from gym_extensions.envs.mujoco.env import IMPLEMENTATIONS
-from gym_extensions.envs.mujoco.physics import BatchPhysics, PooledPhysics
+from gym_extensions.envs.mujoco.simulation import BatchPhysics, PooledPhysics
 from gym_extensions.envs.protocols import Array, Flags, Generators, Indices, Template, success_test
 from gym_extensions.envs.vector_env import Part, TaskVectorEnv
 

@@ -1,6 +1,6 @@
 """TRPO and sb3-contrib's TRPO with the same settings learn the same within the interval of five seeds.
 
-Slow (about five minutes on two cores): ``pytest -m slow tests/baselines/trpo/test_against_sb3.py``.
+Slow (about five minutes on two cores): ``pytest -m slow tests/baselines/trust_region/test_against_sb3.py``.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import pytest
 
 from gym_extensions.baselines.algorithms import factory
 from gym_extensions.baselines.algorithms.trpo import HENDERSON_2017
-from gym_extensions.baselines.training.recorder import Recorder
+from gym_extensions.baselines.training.environment import TrainingEnv
 from gym_extensions.envs import make_vec
 
 STEPS, BATCH, NUM_ENVS, SEEDS = 40_000, 2_000, 8, range(5)
@@ -22,14 +22,14 @@ T_975_8 = 2.306
 """Student's t, two-sided 5 %, 8 degrees of freedom."""
 
 
-def late(recorder: Recorder) -> float:
+def late(recorder: TrainingEnv) -> float:
     """Mean return over the last quarter of training."""
     recorder.flush()
     return float(np.mean([point.return_ for point in recorder.points if point.step > 0.75 * STEPS]))
 
 
-def recorder_of(seed: int) -> Recorder:
-    return Recorder(make_vec("Hopper", NUM_ENVS), ["Hopper"], steps=STEPS, batch_steps=BATCH, seed=seed)
+def recorder_of(seed: int) -> TrainingEnv:
+    return TrainingEnv(make_vec("Hopper", NUM_ENVS), ["Hopper"], steps=STEPS, batch_steps=BATCH, seed=seed)
 
 
 def ours(seed: int) -> float:

@@ -20,11 +20,11 @@ from filelock import FileLock, Timeout
 
 from gym_extensions.baselines.agent import Array, Card
 from gym_extensions.baselines.agent_checks import card_tables
-from gym_extensions.baselines.training.checkpoints import FinishedStage, Progress
+from gym_extensions.baselines.training.checkpoints import FinishedStage, JobFolder
 from gym_extensions.baselines.training.jobs import Settings, TrainingJob, job_versions, jobs_of
 from gym_extensions.baselines.training.usage import Usage, joined
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
-from gym_extensions.envs.fingerprint import fingerprint_of
+from gym_extensions.envs.fingerprinting import fingerprint_of
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes, write_text
 from gym_extensions.rollouts.layout import (
@@ -179,7 +179,7 @@ def missing_jobs(out: Path, group: TaskGroup, protocol: str, runs: Sequence[int]
     """The jobs of the runs that have no log. Folders of jobs whose run has one are deleted."""
     finished = finished_runs(out, group, protocol)
     for job in jobs_of(group, protocol, sorted(finished)):
-        Progress.of(out, job).remove()
+        JobFolder.of(out, job).remove()
     return jobs_of(group, protocol, [run for run in runs if run not in finished])
 
 
@@ -250,7 +250,7 @@ def write_run_files(
     card = max((record.card for record in records), key=lambda card: card.stored_steps)
     existing, tables = read_manifest(out / MANIFEST), manifest_tables(card, settings)
     require_same(out / MANIFEST, existing, tables)
-    policies = _policies([Progress.of(out, job) for job in jobs])
+    policies = _policies([JobFolder.of(out, job) for job in jobs])
     files = policy_files(policies) if policies else {}
     names = {
         suffix: run_file(group.name, protocol, run, suffix)
@@ -303,10 +303,10 @@ def write_run_files(
     finally:
         shutil.rmtree(staged, ignore_errors=True)
     for job in jobs:
-        Progress.of(out, job).remove()
+        JobFolder.of(out, job).remove()
 
 
-def _policies(jobs: Sequence[Progress]) -> dict[str, Array]:
+def _policies(jobs: Sequence[JobFolder]) -> dict[str, Array]:
     """The arrays of the policies of all jobs; empty if one is missing, or if they exceed the limit."""
     arrays: dict[str, Array] = {}
     for job in jobs:

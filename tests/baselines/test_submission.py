@@ -16,7 +16,7 @@ import pytest
 from gym_extensions.baselines import Card, Observes, train
 from gym_extensions.baselines.agent_checks import card_of, observes_of
 from gym_extensions.baselines.algorithms import factory, names
-from gym_extensions.baselines.entry import (
+from gym_extensions.baselines.submission import (
     manifest_tables,
     read_manifest,
     require_same,
@@ -27,7 +27,7 @@ from gym_extensions.baselines.training.jobs import Settings
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import group, with_custom
 from gym_extensions.catalog.protocol import evaluation_seed
-from gym_extensions.envs import fingerprint, make_vec
+from gym_extensions.envs import fingerprinting, make_vec
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.layout import MANIFEST
 from gym_extensions.rollouts.manifest import findings
@@ -44,7 +44,7 @@ CARD = Card("climber", hyperparameters={"step": 0.1, "widths": [4, 4]}, stored_s
 HOLD = """
 import sys, time
 from pathlib import Path
-from gym_extensions.baselines.entry import lock_runs
+from gym_extensions.baselines.submission import lock_runs
 with lock_runs(Path(sys.argv[1]), [sys.argv[2]]):
     print("held", flush=True)
     time.sleep(300)
@@ -148,7 +148,7 @@ def test_a_run_of_another_agent_or_setting_is_rejected(
 
 
 def test_another_engine_records_nothing(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr(fingerprint, "engine", lambda: {"mujoco": "3.9.0", "gymnasium": "1.3.0"})
+    monkeypatch.setattr(fingerprinting, "engine", lambda: {"mujoco": "3.9.0", "gymnasium": "1.3.0"})
     with pytest.raises(BenchError, match=r"gymnasium 1\.3\.0") as caught:
         train("random", "pusher", "single", "smoke", 0, out=tmp_path / "mine")
     assert caught.value.code == "other-engine"

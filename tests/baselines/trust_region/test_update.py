@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gym_extensions.baselines.agent import Array
-from gym_extensions.baselines.trpo.policy import (
+from gym_extensions.baselines.trust_region.policy import (
     Architecture,
     Batch,
     divergence,
@@ -14,7 +14,7 @@ from gym_extensions.baselines.trpo.policy import (
     mean_and_log_sigma,
     surrogate,
 )
-from gym_extensions.baselines.trpo.update import (
+from gym_extensions.baselines.trust_region.update import (
     Curvature,
     TrustRegion,
     conjugate_gradient,

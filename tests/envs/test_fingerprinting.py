@@ -13,7 +13,7 @@ from gym_extensions.catalog import fingerprints
 from gym_extensions.catalog.bodies import body
 from gym_extensions.catalog.tasks import task
 from gym_extensions.catalog.variations import Gravity
-from gym_extensions.envs import fingerprint
+from gym_extensions.envs import fingerprinting
 from gym_extensions.envs.mujoco import model as models
 from gym_extensions.errors import BenchError
 
@@ -21,12 +21,12 @@ HALF = "gym_extensions/HopperGravityHalf-v0"
 
 
 def test_every_task_matches_its_published_fingerprint() -> None:
-    assert [str(difference) for difference in fingerprint.check()] == []
+    assert [str(difference) for difference in fingerprinting.check()] == []
 
 
 def test_a_changed_variation_is_reported_with_task_and_value() -> None:
     moved = replace(task(HALF), variations=(Gravity(0.501),))
-    lines = [str(difference) for difference in fingerprint.check([moved])]
+    lines = [str(difference) for difference in fingerprinting.check([moved])]
     assert lines[0].startswith(f"{HALF}: canary.episodes[0].observation[0] is ")
     assert f"{HALF}: definition.variations[0].factor is 0.501, published as 0.5" in lines
 
@@ -35,7 +35,7 @@ def test_a_changed_base_model_is_reported(monkeypatch: pytest.MonkeyPatch, tmp_p
     text = models.asset(body("Hopper")).read_text().replace('gear="200.0"', 'gear="201.0"')
     (tmp_path / "hopper.xml").write_text(text)
     monkeypatch.setattr(models, "ASSETS", tmp_path)
-    wheres = [difference.where for difference in fingerprint.check([task(HALF)])]
+    wheres = [difference.where for difference in fingerprinting.check([task(HALF)])]
     assert "model_sha256" in wheres
     assert "canary.episodes[0].rewards[0]" in wheres
 
@@ -43,62 +43,62 @@ def test_a_changed_base_model_is_reported(monkeypatch: pytest.MonkeyPatch, tmp_p
 def test_an_edited_row_is_reported() -> None:
     table = copy.deepcopy(fingerprints.table())
     table["tasks"][HALF]["canary"]["episodes"][1]["rewards"][3] += 1e-8
-    wheres = [difference.where for difference in fingerprint.check([task(HALF)], table)]
+    wheres = [difference.where for difference in fingerprinting.check([task(HALF)], table)]
     assert wheres == ["fingerprint", "canary.episodes[1].rewards[3]"]
 
 
 def test_a_difference_below_the_tolerance_is_ignored() -> None:
-    assert list(fingerprint.compare("", {"a": [1.0, 2e6]}, {"a": [1.0 + 9e-10, 2e6 + 1e-3]})) == []
-    assert list(fingerprint.compare("", {"a": [1.0]}, {"a": [1.0 + 2e-9]})) == [("a[0]", 1.0, 1.0 + 2e-9)]
+    assert list(fingerprinting.compare("", {"a": [1.0, 2e6]}, {"a": [1.0 + 9e-10, 2e6 + 1e-3]})) == []
+    assert list(fingerprinting.compare("", {"a": [1.0]}, {"a": [1.0 + 2e-9]})) == [("a[0]", 1.0, 1.0 + 2e-9)]
 
 
 def test_a_task_without_a_row_and_a_row_without_a_task_are_reported(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(fingerprint, "TASKS", {HALF: task(HALF)})
+    monkeypatch.setattr(fingerprinting, "TASKS", {HALF: task(HALF)})
     table = copy.deepcopy(fingerprints.table())
     row = table["tasks"].pop(HALF)
-    assert fingerprint.check([task(HALF)], table)[0].current == "not yet published"
+    assert fingerprinting.check([task(HALF)], table)[0].current == "not yet published"
     table["tasks"]["gym_extensions/Gone-v0"] = row
-    assert "gym_extensions/Gone-v0" in [difference.task for difference in fingerprint.check(None, table)]
+    assert "gym_extensions/Gone-v0" in [difference.task for difference in fingerprinting.check(None, table)]
 
 
 def test_publishing_again_changes_nothing() -> None:
-    table, changed = fingerprint.updated()
+    table, changed = fingerprinting.updated()
     assert changed == []
-    assert fingerprint.text(table) == fingerprints.PATH.read_text()
-    assert json.loads(fingerprint.text(table)) == table
+    assert fingerprinting.text(table) == fingerprints.PATH.read_text()
+    assert json.loads(fingerprinting.text(table)) == table
 
 
 def test_fingerprints_of_another_engine_are_not_mixed_with_the_published_ones(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(fingerprint, "engine", lambda: {"mujoco": "9.9.9"})
-    monkeypatch.setattr(fingerprint, "TASKS", {HALF: task(HALF)})
+    monkeypatch.setattr(fingerprinting, "engine", lambda: {"mujoco": "9.9.9"})
+    monkeypatch.setattr(fingerprinting, "TASKS", {HALF: task(HALF)})
     with pytest.raises(BenchError, match="Install that engine, or replace all fingerprints") as error:
-        fingerprint.updated()
+        fingerprinting.updated()
     assert error.value.code == "other-engine"
-    assert fingerprint.updated(replace=True)[0]["engine"] == {"mujoco": "9.9.9"}
+    assert fingerprinting.updated(replace=True)[0]["engine"] == {"mujoco": "9.9.9"}
 
 
 def test_the_published_engine_can_record_and_gives_no_warning(recwarn: pytest.WarningsRecorder) -> None:
-    fingerprint.require_published_engine()
-    fingerprint.warn_of_another_engine()
+    fingerprinting.require_published_engine()
+    fingerprinting.warn_of_another_engine()
     assert list(recwarn) == []
 
 
 def other(monkeypatch: pytest.MonkeyPatch, **versions: str) -> None:
     """Pretends that other versions are installed."""
-    installed = fingerprint.engine() | versions
-    monkeypatch.setattr(fingerprint, "engine", lambda: installed)
+    installed = fingerprinting.engine() | versions
+    monkeypatch.setattr(fingerprinting, "engine", lambda: installed)
 
 
 def test_another_engine_cannot_repeat_episodes_and_gives_a_warning(monkeypatch: pytest.MonkeyPatch) -> None:
     other(monkeypatch, gymnasium="1.0.0")
     with pytest.raises(BenchError) as caught:
-        fingerprint.require_published_engine()
+        fingerprinting.require_published_engine()
     assert caught.value.code == "other-engine" and "gymnasium 1.0.0" in caught.value.message
     assert "gymnasium==1.4.0" in caught.value.hint
     with pytest.warns(UserWarning, match=r"gymnasium 1\.0\.0"):
-        fingerprint.warn_of_another_engine()
+        fingerprinting.warn_of_another_engine()
 
 
 def test_another_gymnasium_whose_fingerprints_agree_can_train_with_a_warning(
@@ -106,12 +106,12 @@ def test_another_gymnasium_whose_fingerprints_agree_can_train_with_a_warning(
 ) -> None:
     other(monkeypatch, gymnasium="1.0.0")
     with pytest.warns(UserWarning, match="fingerprints agree"):
-        fingerprint.require_published_engine([task(HALF)])
+        fingerprinting.require_published_engine([task(HALF)])
     table = copy.deepcopy(fingerprints.table())
     table["tasks"][HALF]["canary"]["episodes"][0]["rewards"][0] += 1e-6
     monkeypatch.setattr(fingerprints, "table", lambda: table)
     with pytest.raises(BenchError):
-        fingerprint.require_published_engine([task("Hopper")])
+        fingerprinting.require_published_engine([task("Hopper")])
     other(monkeypatch, mujoco="3.17.0")
     with pytest.raises(BenchError):
-        fingerprint.require_published_engine([task("Pusher")])
+        fingerprinting.require_published_engine([task("Pusher")])

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from gym_extensions.baselines.agent import Array
-from gym_extensions.baselines.trpo.policy import Architecture, Batch, initial_policy
+from gym_extensions.baselines.trust_region.policy import Architecture, Batch, initial_policy
 
 SIZES = (3, 6, 5, 2)
 ARCHITECTURES = (

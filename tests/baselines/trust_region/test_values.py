@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gym_extensions.baselines.agent import Array
-from gym_extensions.baselines.trpo.values import ValueFit, ValueFunction, advantages
+from gym_extensions.baselines.trust_region.values import ValueFit, ValueFunction, advantages
 
 
 def column(*values: float) -> Array:

@@ -21,7 +21,7 @@ from typing import Protocol
 import numpy as np
 
 from gym_extensions.baselines.agent import Array
-from gym_extensions.baselines.trpo.policy import (
+from gym_extensions.baselines.trust_region.policy import (
     Architecture,
     Batch,
     divergence,

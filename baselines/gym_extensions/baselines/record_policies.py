@@ -13,19 +13,19 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from gym_extensions.baselines import entry
+from gym_extensions.baselines import submission
 from gym_extensions.baselines.agent import Array, Card, Context, Observes, VectorEnv
 from gym_extensions.baselines.agent_checks import action_function, card_of, observes_of
-from gym_extensions.baselines.training.checkpoints import FinishedStage, Progress
+from gym_extensions.baselines.training.checkpoints import FinishedStage, JobFolder
+from gym_extensions.baselines.training.environment import EXCESS
 from gym_extensions.baselines.training.evaluation import Evaluator
 from gym_extensions.baselines.training.jobs import Settings, Stage, TrainingJob, jobs_of, training_seed
-from gym_extensions.baselines.training.recorder import EXCESS
 from gym_extensions.baselines.training.request import parse_request
 from gym_extensions.baselines.training.usage import Meter
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import budget as budget_named
 from gym_extensions.catalog.tasks import Task
-from gym_extensions.envs.fingerprint import require_published_engine
+from gym_extensions.envs.fingerprinting import require_published_engine
 from gym_extensions.errors import BenchError, did_you_mean
 from gym_extensions.rollouts.layout import LOG, MANIFEST, run_file
 from gym_extensions.rollouts.log import Episode, read_log
@@ -253,17 +253,17 @@ def record(
     agent = PolicyAgent(policy, card, observes)
     observed = observes_of(agent, "policy")
     settings = Settings(card_of(agent, "card").algorithm, request.budget.name, None, observed, CLAIMED)
-    tables = entry.manifest_tables(card, settings)
-    entry.validate(path, [task_group])
+    tables = submission.manifest_tables(card, settings)
+    submission.validate(path, [task_group])
     require_published_engine(task_group.tasks)
-    entry.require_same(path / MANIFEST, entry.read_manifest(path / MANIFEST), tables)
+    submission.require_same(path / MANIFEST, submission.read_manifest(path / MANIFEST), tables)
     if existing := _existing(path, job, number, skip_recorded):
-        if Progress.of(path, job).finished():
+        if JobFolder.of(path, job).finished():
             _write_if_complete(path, job, settings)  # an earlier call may have failed to
         return existing
-    entry.prepare(path)
-    with entry.lock_runs(path, [f"{job.title} stage {number}"]):
-        meter, progress = Meter(), Progress.of(path, job)
+    submission.prepare(path)
+    with submission.lock_runs(path, [f"{job.title} stage {number}"]):
+        meter, progress = Meter(), JobFolder.of(path, job)
         progress.begin(
             asdict(settings)
             | {"group": job.group.id, "tasks": list(job.group.task_ids)}
@@ -280,7 +280,7 @@ def _existing(out: Path, job: TrainingJob, stage: int, skip: bool) -> dict[str, 
     """The mean returns of a stage that is not recorded again, empty if it is to be recorded."""
     log = out / run_file(job.group.name, job.protocol, job.run, LOG)
     if not log.exists():
-        finished = Progress.of(out, job).finished() if skip else []
+        finished = JobFolder.of(out, job).finished() if skip else []
         records = [record for record in finished if record.stage == stage]
         return mean_returns(episode for record in records for episode in record.episodes)
     if not skip:
@@ -295,7 +295,7 @@ def _existing(out: Path, job: TrainingJob, stage: int, skip: bool) -> dict[str, 
 
 
 def _evaluate(
-    agent: PolicyAgent, job: TrainingJob, stage: Stage, settings: Settings, progress: Progress
+    agent: PolicyAgent, job: TrainingJob, stage: Stage, settings: Settings, progress: JobFolder
 ) -> list[Episode]:
     evaluator, policy = Evaluator(job.group, settings.observes.task_in_evaluation), agent.policy()
     episodes = []
@@ -311,9 +311,9 @@ def _evaluate(
 
 def _write_if_complete(out: Path, job: TrainingJob, settings: Settings) -> None:
     """Writes the run to the submission if all of its stages and tasks are recorded."""
-    with entry.lock_runs(out, [job.run_title], seconds=WRITE_SECONDS):
+    with submission.lock_runs(out, [job.run_title], seconds=WRITE_SECONDS):
         jobs = jobs_of(job.group, job.protocol, [job.run])
-        records = {item: Progress.of(out, item).finished() for item in jobs}
+        records = {item: JobFolder.of(out, item).finished() for item in jobs}
         stages = job.stages(budget_named(settings.budget))
         if all(len(finished) == len(stages) for finished in records.values()):
             for item, finished in records.items():
@@ -322,7 +322,7 @@ def _write_if_complete(out: Path, job: TrainingJob, settings: Settings) -> None:
             command = (
                 f"gym_extensions.baselines.record(…, {job.group.name!r}, {job.protocol!r}, run={job.run})"
             )
-            entry.write_run_files(out, records, settings, command=command)
+            submission.write_run_files(out, records, settings, command=command)
 
 
 def mean_returns(episodes: Iterable[Episode]) -> dict[str, float]:
