@@ -19,7 +19,7 @@ from gym_extensions.__main__ import main
 from gym_extensions.catalog.protocol import BUDGETS
 from gym_extensions.rollouts.layout import MAX_FILE_BYTES
 from gym_extensions.rollouts.log import LOG_COLUMNS
-from gym_extensions.rollouts.policies.arrays import KEYS
+from gym_extensions.rollouts.policies.mlp_arrays import KEYS
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.review import Decision, Verification, review_of
 from gym_extensions.rollouts.rules.__main__ import with_table

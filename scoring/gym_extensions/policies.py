@@ -17,7 +17,6 @@ from gym_extensions.catalog.groups import TaskGroup, resolve_group
 from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.errors import BenchError, did_you_mean
 from gym_extensions.rollouts.layout import DOCUMENT, run_file
-from gym_extensions.rollouts.policies.arrays import Arrays
 from gym_extensions.rollouts.policies.conversion import from_torch
 from gym_extensions.rollouts.policies.files import (
     AnyPolicy,
@@ -28,6 +27,7 @@ from gym_extensions.rollouts.policies.files import (
     read_arrays,
 )
 from gym_extensions.rollouts.policies.mlp import Policy
+from gym_extensions.rollouts.policies.mlp_arrays import Arrays
 from gym_extensions.rollouts.policies.onnx import OnnxPolicy
 from gym_extensions.rollouts.run import PolicyFile, read_run
 from gym_extensions.verification.fetch import Fetcher, cache_folder

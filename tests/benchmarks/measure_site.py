@@ -32,8 +32,9 @@ from gym_extensions.rollouts.manifest import (
 )
 from gym_extensions.rollouts.review import CLAIMED, VERIFIED
 from gym_extensions.rollouts.run import Memory
-from gym_extensions.scoring.entry.returns import Results
-from gym_extensions.scoring.entry.scorer import score_group, suite_scores
+from gym_extensions.scoring.entry.normalization import Results
+from gym_extensions.scoring.entry.scorer import score_group
+from gym_extensions.scoring.entry.values import suite_scores
 from gym_extensions.scoring.pipeline import references_info
 from gym_extensions.scoring.references import Reference, References
 from gym_extensions.scoring.scorecard import ManifestSummary, Scorecard

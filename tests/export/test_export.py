@@ -18,7 +18,7 @@ from gym_extensions.errors import BenchError
 from gym_extensions.export import cli, every_eval_ever, minari_dataset
 from gym_extensions.export.minari_dataset import Wanted
 from gym_extensions.results.frames import EPISODE_DTYPES
-from gym_extensions.scoring.metrics import METRICS
+from gym_extensions.scoring.formulas import METRICS
 from gym_extensions.scoring.pipeline import make_scorer
 
 ENTRY = Path(__file__).resolve().parents[2] / "submissions" / "trpo"

@@ -13,7 +13,7 @@ import pytest
 
 from gym_extensions import metrics, scoring
 from gym_extensions.errors import BenchError
-from gym_extensions.scoring.metrics import TABLE
+from gym_extensions.scoring.formulas import TABLE
 
 KIT = Path(str(scoring.__file__)).parent / "conformance"
 R = [[0.0, 0.1, 0.2], [0.6, 0.3, 0.2], [0.8, 0.7, 0.4], [0.5, 0.4, 0.9]]

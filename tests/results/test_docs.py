@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from gym_extensions import results
-from gym_extensions.scoring.metrics import BOARD_METRICS
+from gym_extensions.scoring.formulas import BOARD_METRICS
 from gym_extensions.scoring.output.tables import TEXT
 
 from .page import CELL, PAGE, column_rows, executed, with_tables

@@ -13,7 +13,7 @@ import pytest
 from gym_extensions import results
 from gym_extensions.catalog.groups import CORE, CORES, groups_named
 from gym_extensions.errors import BenchError
-from gym_extensions.scoring.metrics import BOARD_METRICS, METRICS
+from gym_extensions.scoring.formulas import BOARD_METRICS, METRICS
 from gym_extensions.scoring.pipeline import score_folder, score_folders
 from gym_extensions.scoring.ranking.boards import BoardKey
 from gym_extensions.scoring.ranking.group_board import board

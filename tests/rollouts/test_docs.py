@@ -11,7 +11,7 @@ from gym_extensions.catalog.protocol import BUDGETS
 from gym_extensions.rollouts import layout
 from gym_extensions.rollouts.log import LOG_COLUMNS
 from gym_extensions.rollouts.manifest import SECTIONS, Manifest
-from gym_extensions.rollouts.policies.arrays import KEYS
+from gym_extensions.rollouts.policies.mlp_arrays import KEYS
 from gym_extensions.rollouts.review import Decision, Verification
 from gym_extensions.rollouts.rules import RULES
 from gym_extensions.rollouts.rules.__main__ import BEGIN, END, rules_table, with_table

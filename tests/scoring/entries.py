@@ -12,8 +12,8 @@ import msgspec
 from gym_extensions.catalog.groups import SUITES
 from gym_extensions.rollouts.review import Level
 from gym_extensions.rollouts.run import file_sha256, read_run, write_run
-from gym_extensions.scoring.entry.scorer import suite_scores
-from gym_extensions.scoring.metrics import MetricValue
+from gym_extensions.scoring.entry.values import suite_scores
+from gym_extensions.scoring.formulas import MetricValue
 from gym_extensions.scoring.ranking.boards import Board, BoardKey
 from gym_extensions.scoring.scorecard import Scorecard
 

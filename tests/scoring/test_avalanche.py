@@ -31,7 +31,7 @@ import numpy as np
 import pytest
 import torch
 
-from gym_extensions.scoring.metrics import BY_NAME, Run
+from gym_extensions.scoring.formulas import BY_NAME, Run
 from gym_extensions.scoring.statistics import Number, mean
 
 EXACT = 1e-12

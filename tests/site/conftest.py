@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from gym_extensions.catalog.groups import group
-from gym_extensions.scoring.metrics import METRICS
+from gym_extensions.scoring.formulas import METRICS
 
 from .made_boards import around
 

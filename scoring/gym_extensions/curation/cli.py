@@ -22,7 +22,7 @@ from gym_extensions.rollouts.run import read_run
 from gym_extensions.scoring.records import RECORDS, REVIEW, Record, split_paths
 from gym_extensions.verification import cli as verification
 from gym_extensions.verification.fetch import Fetcher, cache_folder
-from gym_extensions.verification.landscape_runs import measure_all
+from gym_extensions.verification.landscape_recorder import measure_all
 from gym_extensions.verification.new_seeds import require_value
 from gym_extensions.verification.record_runs import line_of, verify_record, write_expert_poses
 from gym_extensions.verification.verify import record

@@ -26,7 +26,7 @@ from gym_extensions.rollouts.review import CLAIMED, REPORTED
 from gym_extensions.rollouts.run import RunDocument
 from gym_extensions.rollouts.submission import Submission
 from gym_extensions.scoring.entry.scorer import score
-from gym_extensions.scoring.metrics import METRICS
+from gym_extensions.scoring.formulas import METRICS
 from gym_extensions.scoring.records import CARD, Record
 from gym_extensions.scoring.references import load_references
 from gym_extensions.verification.episodes import Cell, Player, played

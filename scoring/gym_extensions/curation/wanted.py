@@ -13,9 +13,9 @@ from gym_extensions.baselines import algorithms
 from gym_extensions.baselines.submission import finished_runs
 from gym_extensions.catalog.groups import CORE, CORES, group
 from gym_extensions.rollouts.manifest import RECORDED
-from gym_extensions.scoring.pipeline import Scorer, make_scorer, scorecards
+from gym_extensions.scoring.pipeline import make_scorer, scorecards
 from gym_extensions.scoring.ranking.boards import CoreBoard, CoreEntry, CorePair
-from gym_extensions.scoring.ranking.core_board import LOOK_LEVELS, core
+from gym_extensions.scoring.ranking.core_board import LOOK_LEVELS, core_board
 from gym_extensions.scoring.scorecard import Scorecard
 
 NORMAL = NormalDist()
@@ -61,9 +61,8 @@ def wanted(folders: Sequence[Path]) -> list[Wanted]:
     Args:
         folders: every entry of the board.
     """
-    scorer: Scorer = make_scorer(only=("core",))
-    cards = list(scorecards(folders, scorer))
-    board = core([card for card in cards if not card.withdrawn])
+    cards = list(scorecards(folders, make_scorer(only=("core",))))
+    board = core_board([card for card in cards if not card.withdrawn])
     by_name = {card.name: (folder, card) for folder, card in zip(folders, cards, strict=True)}
     rows = board.rows if board else ()
     found = [_of(row, *by_name[row.name], board) for row in rows if board and row.next_look]

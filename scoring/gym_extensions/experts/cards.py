@@ -18,9 +18,9 @@ from gym_extensions.catalog.tasks import task as published_task
 from gym_extensions.errors import BenchError, did_you_mean
 from gym_extensions.files import write_bytes
 from gym_extensions.rollouts.layout import MEBIBYTE, read_regular
-from gym_extensions.rollouts.policies.arrays import array_errors
 from gym_extensions.rollouts.policies.files import content_sha256, npz_arrays, npz_bytes
 from gym_extensions.rollouts.policies.mlp import HINT, Policy
+from gym_extensions.rollouts.policies.mlp_arrays import array_errors
 
 DATA = Path(__file__).parent / "data"
 """Holds ``<task>.npz``, the policy, and ``<task>.json``, its card."""

@@ -16,7 +16,7 @@ from gym_extensions.export.episodes import LICENSE, NAME, TAGS, front_matter, wr
 from gym_extensions.files import write_bytes, write_text
 from gym_extensions.rollouts.layout import DOCUMENT, run_file, scan
 from gym_extensions.rollouts.policies.files import has_policies, policy_files, read_arrays
-from gym_extensions.scoring.metrics import METRICS
+from gym_extensions.scoring.formulas import METRICS
 from gym_extensions.scoring.output.tables import scores
 from gym_extensions.scoring.pipeline import make_scorer, valid_scorecards
 from gym_extensions.scoring.scorecard import Scorecard

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from gym_extensions.errors import BenchError
-from gym_extensions.scoring.entry.returns import joint_gap, over_runs
-from gym_extensions.scoring.metrics import (
+from gym_extensions.scoring.entry.values import joint_gap, over_runs
+from gym_extensions.scoring.formulas import (
     FINAL,
     JOINT_GAP,
     TABLE,

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from gym_extensions.errors import BenchError, did_you_mean
 from gym_extensions.metrics import compute
 from gym_extensions.results.frames import chosen_columns
-from gym_extensions.scoring.metrics import METRICS
+from gym_extensions.scoring.formulas import METRICS
 from gym_extensions.scoring.output.tables import typed
 
 Array = NDArray[np.float64]

@@ -17,7 +17,7 @@ from gym_extensions.errors import BenchError, did_you_mean
 from gym_extensions.metrics import compute
 from gym_extensions.results.frames import CustomGroups, chosen_columns
 from gym_extensions.rollouts.reader import read
-from gym_extensions.scoring.entry.returns import results as raw_results
+from gym_extensions.scoring.entry.normalization import results as raw_results
 from gym_extensions.scoring.landscapes import best, landscapes_of, summary
 from gym_extensions.scoring.output.tables import (
     CORE_DTYPES,
@@ -40,7 +40,7 @@ from gym_extensions.scoring.pipeline import (
     valid_scorecards,
 )
 from gym_extensions.scoring.ranking.boards import BoardKey, CoreBoard
-from gym_extensions.scoring.ranking.core_board import core as core_of
+from gym_extensions.scoring.ranking.core_board import core_board
 from gym_extensions.scoring.ranking.group_board import board as board_of
 from gym_extensions.scoring.references import Reference
 
@@ -274,7 +274,7 @@ def landscapes(submissions: Paths = "submissions") -> pd.DataFrame:
 
 
 def _core_board(submissions: Paths) -> CoreBoard | None:
-    return core_of(list(valid_scorecards(submissions, make_scorer(only=("core",))).values()))
+    return core_board(list(valid_scorecards(submissions, make_scorer(only=("core",))).values()))
 
 
 SCORE_DTYPES = {

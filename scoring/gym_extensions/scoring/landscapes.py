@@ -17,7 +17,7 @@ from gym_extensions.files import write_text
 from gym_extensions.rollouts.layout import DOCUMENT, LANDSCAPES, run_file
 from gym_extensions.rollouts.run import RunDocument, read_run
 from gym_extensions.scoring.documents import JsonDocument, about
-from gym_extensions.scoring.metrics import MetricValue
+from gym_extensions.scoring.formulas import MetricValue
 from gym_extensions.scoring.statistics import interval, mean
 
 COMMAND = "gym-extensions maintain landscapes"

@@ -15,7 +15,7 @@ from gym_extensions.rollouts.problem import Problem
 from gym_extensions.rollouts.review import Action, Level
 from gym_extensions.rollouts.run import Memory, RunDocument
 from gym_extensions.scoring.documents import JsonDocument, about
-from gym_extensions.scoring.metrics import MetricValue, Profile
+from gym_extensions.scoring.formulas import MetricValue, Profile
 
 Scalar = str | int | float | bool
 Hyperparameter = Scalar | tuple[Scalar, ...]

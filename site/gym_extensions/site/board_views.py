@@ -11,7 +11,7 @@ from typing import NamedTuple
 from gym_extensions.catalog.groups import CORE, CORES, SUITES
 from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS
 from gym_extensions.rollouts.review import REPORTED
-from gym_extensions.scoring.metrics import MetricValue
+from gym_extensions.scoring.formulas import MetricValue
 from gym_extensions.scoring.ranking import boards as model
 from gym_extensions.scoring.ranking.boards import BoardEntry, BoardMetric, BoardsDocument
 from gym_extensions.scoring.ranking.group_board import boards as scored_boards

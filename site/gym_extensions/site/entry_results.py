@@ -12,7 +12,7 @@ from gym_extensions import experts
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.experts import Origin
-from gym_extensions.scoring.metrics import LEAST_LEARNED, NOTHING_LEARNED, MetricValue, learned_nothing
+from gym_extensions.scoring.formulas import LEAST_LEARNED, NOTHING_LEARNED, MetricValue, learned_nothing
 from gym_extensions.scoring.scorecard import (
     GroupScore,
     ReferenceValue,

@@ -10,7 +10,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from gym_extensions import catalog, rollouts, scoring
 from gym_extensions.rollouts.review import REPORTED
-from gym_extensions.scoring.metrics import BY_NAME
+from gym_extensions.scoring.formulas import BY_NAME
 from gym_extensions.scoring.output import highlights
 from gym_extensions.scoring.scorecard import PAPER_COLUMNS
 from gym_extensions.site import FOLDER, entry_results, paths, tables, text

@@ -13,7 +13,7 @@ from markupsafe import Markup, escape
 from gym_extensions.catalog.groups import SUITES
 from gym_extensions.catalog.protocol import BUDGETS
 from gym_extensions.rollouts.review import CLAIMED, REPORTED, REPRODUCED, VERIFIED
-from gym_extensions.scoring.metrics import BY_NAME, MetricValue
+from gym_extensions.scoring.formulas import BY_NAME, MetricValue
 from gym_extensions.scoring.scorecard import Scorecard
 
 MINUS = "\N{MINUS SIGN}"

@@ -11,7 +11,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from gym_extensions.scoring.metrics import BY_NAME
+from gym_extensions.scoring.formulas import BY_NAME
 from gym_extensions.scoring.output.tables import METRIC_DTYPES, csv_text, markdown_text, metrics_frame
 from gym_extensions.scoring.pipeline import score_folders
 from gym_extensions.scoring.scorecard import ScorecardDocument

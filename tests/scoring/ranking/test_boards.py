@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from gym_extensions.catalog.groups import SUITES
-from gym_extensions.scoring.metrics import MetricValue
+from gym_extensions.scoring.formulas import MetricValue
 from gym_extensions.scoring.ranking.boards import (
     BoardKey,
     board_keys,

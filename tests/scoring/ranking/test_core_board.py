@@ -14,7 +14,7 @@ from scipy import stats
 
 from gym_extensions.catalog.groups import CORE, CORES
 from gym_extensions.rollouts.run import Memory
-from gym_extensions.scoring.metrics import METRICS, MetricValue
+from gym_extensions.scoring.formulas import METRICS, MetricValue
 from gym_extensions.scoring.ranking.boards import CoreBoard, CoreEntry, CorePair
 from gym_extensions.scoring.ranking.core_board import (
     LOOK_LEVELS,
@@ -22,7 +22,7 @@ from gym_extensions.scoring.ranking.core_board import (
     MARGIN,
     Method,
     consecutive,
-    core,
+    core_board,
     decided,
     family,
     last_look,
@@ -193,7 +193,7 @@ def on_core(enter: Enter) -> OnCore:
 
 
 def board_of(cards: Sequence[Scorecard]) -> CoreBoard:
-    made = core(cards)
+    made = core_board(cards)
     assert made is not None
     return made
 
@@ -323,7 +323,7 @@ def test_a_cost_is_measured_or_absent(on_core: OnCore) -> None:
 
 
 def test_another_budget_is_not_on_the_core(enter: Enter) -> None:
-    assert core([enter("a", 300)]) is None
+    assert core_board([enter("a", 300)]) is None
 
 
 def test_the_reference_agent_in_other_ways_has_rows_without_a_rank(on_core: OnCore) -> None:

@@ -13,7 +13,7 @@ import pytest
 from scipy import stats
 
 from gym_extensions.catalog.groups import group
-from gym_extensions.scoring.metrics import BOARD_METRICS, BY_NAME, MetricValue
+from gym_extensions.scoring.formulas import BOARD_METRICS, BY_NAME, MetricValue
 from gym_extensions.scoring.pipeline import score_folder, score_folders
 from gym_extensions.scoring.ranking.boards import (
     Board,

@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from gym_extensions.scoring.metrics import MetricValue
+from gym_extensions.scoring.formulas import MetricValue
 from gym_extensions.site.charts.strips import dumbbell, metric_scale, ruler, strip
 from gym_extensions.site.charts.svg import Scale
 

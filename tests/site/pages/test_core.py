@@ -11,7 +11,7 @@ import pytest
 from gym_extensions.catalog.groups import CORE, CORES, SUITES, group
 from gym_extensions.catalog.groups import GROUPS as GROUP_IDS
 from gym_extensions.scoring.ranking.boards import CoreBoard, CoreCost
-from gym_extensions.scoring.ranking.core_board import core as core_board
+from gym_extensions.scoring.ranking.core_board import core_board
 from gym_extensions.site.pages import core
 from gym_extensions.site.text import split_version
 

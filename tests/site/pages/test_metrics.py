@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from gym_extensions.scoring.metrics import METRICS
+from gym_extensions.scoring.formulas import METRICS
 from gym_extensions.site.pages.metrics import EXAMPLE
 
 from ..browser import read

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.policies.arrays import LEAK, Arrays, key_of, text_of
+from gym_extensions.rollouts.policies.mlp_arrays import LEAK, Arrays, key_of, text_of
 from gym_extensions.rollouts.policies.onnx import MISSING, OnnxPolicy, required
 
 if TYPE_CHECKING:

@@ -16,8 +16,8 @@ from gym_extensions.catalog.protocol import stages
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes
 from gym_extensions.rollouts import layout
-from gym_extensions.rollouts.policies.arrays import Array, Arrays, array_errors
 from gym_extensions.rollouts.policies.mlp import HINT, Policy
+from gym_extensions.rollouts.policies.mlp_arrays import Array, Arrays, array_errors
 from gym_extensions.rollouts.policies.onnx import ONNX, OnnxPolicy, network_errors
 
 NPZ_ERRORS = (

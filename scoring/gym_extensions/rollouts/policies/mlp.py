@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.policies.arrays import (
+from gym_extensions.rollouts.policies.mlp_arrays import (
     ACTIVATIONS,
     FORMAT,
     KEYS,

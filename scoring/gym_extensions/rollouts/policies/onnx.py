@@ -17,7 +17,7 @@ import numpy as np
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes
 from gym_extensions.rollouts.layout import MAX_FILE_BYTES, NETWORK, read_regular
-from gym_extensions.rollouts.policies.arrays import Array
+from gym_extensions.rollouts.policies.mlp_arrays import Array
 from gym_extensions.rollouts.problem import quote
 
 ONNX = "onnx"

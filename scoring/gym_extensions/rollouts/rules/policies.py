@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.rollouts.layout import POLICIES, run_file
-from gym_extensions.rollouts.policies.arrays import Arrays
 from gym_extensions.rollouts.policies.files import AnyPolicy, content_sha256, policies_of, prefix, run_errors
+from gym_extensions.rollouts.policies.mlp_arrays import Arrays
 from gym_extensions.rollouts.problem import Finding, rule
 from gym_extensions.rollouts.run import RunDocument
 

@@ -13,8 +13,8 @@ import msgspec
 from gym_extensions.catalog.protocol import TABLES
 from gym_extensions.catalog.tasks import NAMESPACE
 from gym_extensions.rollouts.review import REPORTED
-from gym_extensions.scoring.entry.returns import Results
-from gym_extensions.scoring.metrics import METRICS, MetricValue
+from gym_extensions.scoring.entry.normalization import Results
+from gym_extensions.scoring.formulas import METRICS, MetricValue
 from gym_extensions.scoring.scorecard import (
     PAPER_COLUMNS,
     GroupScore,

@@ -4,23 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from gym_extensions.catalog.groups import SUITES
 from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS
 from gym_extensions.rollouts.review import CLAIMED, LEVELS, REPORTED, Level, Review, Verification
 from gym_extensions.rollouts.review import level as review_level
 from gym_extensions.rollouts.run import RunDocument
 from gym_extensions.rollouts.submission import Submission
+from gym_extensions.scoring.entry.normalization import Results, normalized_runs, results
 from gym_extensions.scoring.entry.published import paper_table, reported_groups
-from gym_extensions.scoring.entry.returns import (
-    ONE_RUN,
-    Results,
-    metric_values,
-    missing_words,
-    normalized_runs,
-    results,
-)
 from gym_extensions.scoring.entry.signs import Sketch, run_sketches, signs
-from gym_extensions.scoring.metrics import FINAL, JOINT_GAP, METRICS, Metric, MetricValue, iqm, profile
+from gym_extensions.scoring.entry.values import metric_values, missing_words, suite_scores
+from gym_extensions.scoring.formulas import iqm, profile
 from gym_extensions.scoring.references import References
 from gym_extensions.scoring.scorecard import (
     Curve,
@@ -30,13 +23,8 @@ from gym_extensions.scoring.scorecard import (
     ReferenceValue,
     RunProvenance,
     Scorecard,
-    SuiteScore,
     VerificationSummary,
 )
-from gym_extensions.scoring.statistics import Summary, mean_of_groups, subtract, summary, with_anchors
-
-Groups = Mapping[str, Mapping[str, GroupScore]]
-"""Scores by group id and protocol, as in a scorecard."""
 
 
 def score(submission: Submission, references: References) -> Scorecard:
@@ -200,64 +188,3 @@ def _missing_for_full_entry(results: Results, protocol: str) -> Iterator[str]:
         yield f"{more} more run{'s' if more > 1 else ''}"
     needed = ("single", "joint", "curves") if protocol == "sequential" else ("sequential",)
     yield from missing_words(needed, results)
-
-
-def estimate(groups: Groups, names: Sequence[str], protocol: str, metric: Metric) -> Summary | None:
-    """The mean over groups of a metric's mean over runs; None where it has no value in one of them.
-
-    Args:
-        groups: scores by group id and protocol.
-        names: ids of the groups, which are independent.
-        protocol: ``sequential``, ``single``, ``joint`` or ``cumulative``.
-        metric: a metric of that protocol.
-    """
-    parts = [_of_group(groups.get(name, {}), protocol, metric) for name in names]
-    present = [part for part in parts if part is not None]
-    if not present or len(present) < len(parts):
-        return None
-    return present[0] if len(present) == 1 else mean_of_groups(present)
-
-
-def _of_group(protocols: Mapping[str, GroupScore], protocol: str, metric: Metric) -> Summary | None:
-    if metric is JOINT_GAP:  # not a function of one run: joint and sequential runs are not paired
-        joint, sequential = (_of_group(protocols, name, FINAL) for name in ("joint", protocol))
-        return subtract(joint, sequential) if joint and sequential else None
-    score = protocols.get(protocol)
-    value = score.metrics.get(metric.name) if score else None
-    return summary(value.runs) if value and value.runs else None
-
-
-def suite_scores(groups: Groups) -> dict[str, dict[str, SuiteScore]]:
-    """The mean of each metric over a suite's groups, by suite and protocol.
-
-    Args:
-        groups: scores by group id and protocol; suites with a missing group are left out.
-    """
-    suites: dict[str, dict[str, SuiteScore]] = {}
-    for suite, names in SUITES.items():
-        for protocol, metrics in METRICS.items():
-            if all(protocol in groups.get(name, {}) for name in names):
-                values = {metric.name: _suite_value(groups, names, protocol, metric) for metric in metrics}
-                score = SuiteScore(groups[names[0]][protocol].budget, tuple(names), values)
-                suites.setdefault(suite, {})[protocol] = score
-    return suites
-
-
-def _suite_value(groups: Groups, names: Sequence[str], protocol: str, metric: Metric) -> MetricValue:
-    total = estimate(groups, names, protocol, metric)
-    if total is None:
-        missing = [name for name in names if estimate(groups, (name,), protocol, metric) is None]
-        return MetricValue(why=f"It has no value in {', '.join(missing)}.")
-    interval = with_anchors(total, suite_anchors([groups[name][protocol] for name in names], metric))
-    return MetricValue.of(interval, why=ONE_RUN if interval.low is None else "")
-
-
-def suite_anchors(scores: Sequence[GroupScore], metric: Metric) -> list[tuple[float, float]]:
-    """The squared errors of the experts of all tasks in the mean over these groups, and their df."""
-    errors: dict[str, float] = {}
-    df: dict[str, float] = {}
-    for score in scores:
-        for task, error in zip(score.tasks, score.metrics[metric.name].anchors, strict=False):
-            errors[task] = errors.get(task, 0.0) + error / len(scores)
-            df[task] = score.reference[task].df or 0.0
-    return [(error * error, df[task]) for task, error in errors.items()]

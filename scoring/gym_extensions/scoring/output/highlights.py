@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gym_extensions.scoring.metrics import learned_nothing
+from gym_extensions.scoring.formulas import learned_nothing
 from gym_extensions.scoring.scorecard import GroupScore
 from gym_extensions.scoring.statistics import holm, summary, zero_mean_p
 

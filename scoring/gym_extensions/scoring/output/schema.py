@@ -17,8 +17,8 @@ from gym_extensions.catalog.protocol import TABLES
 from gym_extensions.rollouts.layout import MANIFEST
 from gym_extensions.rollouts.manifest import Manifest
 from gym_extensions.scoring.documents import DIALECT, json_schema
-from gym_extensions.scoring.entry.returns import NEEDS
-from gym_extensions.scoring.metrics import METRICS, Metric
+from gym_extensions.scoring.entry.values import NEEDS
+from gym_extensions.scoring.formulas import METRICS, Metric
 from gym_extensions.scoring.poses import Poses
 from gym_extensions.scoring.ranking.boards import BoardsDocument, Comparison
 from gym_extensions.scoring.scorecard import ScorecardDocument

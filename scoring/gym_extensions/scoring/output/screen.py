@@ -13,7 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from gym_extensions.errors import working
-from gym_extensions.scoring.metrics import METRICS, MetricValue
+from gym_extensions.scoring.formulas import METRICS, MetricValue
 from gym_extensions.scoring.output.highlights import highlights, task_name
 from gym_extensions.scoring.ranking.boards import Comparison, Difference
 from gym_extensions.scoring.scorecard import PAPER_COLUMNS, GroupScore, PaperCell, Scorecard, SuiteScore

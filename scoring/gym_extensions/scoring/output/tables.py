@@ -9,7 +9,7 @@ import pandas as pd
 
 from gym_extensions.catalog.groups import CORE, CORES
 from gym_extensions.scoring.documents import no_formula
-from gym_extensions.scoring.metrics import BOARD_METRICS, FINAL, METRICS
+from gym_extensions.scoring.formulas import BOARD_METRICS, FINAL, METRICS
 from gym_extensions.scoring.output.screen import count, number, span, table_rows
 from gym_extensions.scoring.ranking.boards import Board, BoardMetric, CoreBoard, CoreEntry, CoreReference
 from gym_extensions.scoring.ranking.core_board import REFERENCE, SHOWN

@@ -15,7 +15,7 @@ from gym_extensions.rollouts.manifest import Evaluation, Observes, Steps
 from gym_extensions.rollouts.review import LEVELS, VERIFIED, Level
 from gym_extensions.rollouts.run import Memory
 from gym_extensions.scoring.documents import JsonDocument, about
-from gym_extensions.scoring.metrics import MetricValue
+from gym_extensions.scoring.formulas import MetricValue
 from gym_extensions.scoring.scorecard import GroupScore, Scorecard, SuiteScore
 from gym_extensions.scoring.statistics import Summary, subtract, to_interval, zero_mean_p
 

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 
 from gym_extensions.catalog.groups import SUITES
 from gym_extensions.errors import BenchError
-from gym_extensions.scoring.entry.scorer import estimate
-from gym_extensions.scoring.metrics import METRICS
+from gym_extensions.scoring.entry.values import estimate
+from gym_extensions.scoring.formulas import METRICS
 from gym_extensions.scoring.ranking.boards import (
     ComparedMetric,
     ComparedScore,

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 
 from gym_extensions.catalog.protocol import STANDARD_BUDGET
-from gym_extensions.scoring.entry.returns import ALL_OPEN, anchor_terms
-from gym_extensions.scoring.metrics import BOARD_METRICS, JOINT_GAP, MetricValue, Run
+from gym_extensions.scoring.entry.values import ALL_OPEN, anchor_terms
+from gym_extensions.scoring.formulas import BOARD_METRICS, JOINT_GAP, MetricValue, Run
 from gym_extensions.scoring.ranking.boards import BoardKey, BoardMetric, ComputedEntry
 from gym_extensions.scoring.references import ALONE, RULERS, References, trained_alone
 from gym_extensions.scoring.statistics import Summary, mean_of_groups, summary, with_anchors

@@ -7,7 +7,7 @@ every group of both entries, so that neither the number of runs nor their choice
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 from statistics import fmean
@@ -16,9 +16,8 @@ import numpy as np
 
 from gym_extensions.catalog.groups import CORE, CORES
 from gym_extensions.catalog.protocol import STANDARD_BUDGET
-from gym_extensions.rollouts.review import Level
-from gym_extensions.scoring.entry.scorer import suite_anchors
-from gym_extensions.scoring.metrics import (
+from gym_extensions.scoring.entry.values import suite_anchors
+from gym_extensions.scoring.formulas import (
     BY_NAME,
     FINAL,
     NOTHING_LEARNED,
@@ -78,6 +77,7 @@ SHOWN = (FINAL.name, LEARNING, FORGETTING, "zero_shot_transfer")
 
 Final performance and forgetting have a family of all pairs, each at 5 %.
 """
+KEY = BoardKey(CORE, "sequential", STANDARD_BUDGET, False)
 GroupRuns = tuple[tuple[float, ...], ...]
 """One value per run, by group."""
 
@@ -128,8 +128,7 @@ def is_paired(first: Method, second: Method, runs: int) -> bool:
     """Whether two methods are compared run by run.
 
     They are if both declare the same parent, and each of these runs has the same mean return on every task
-    before and after the first stage, to the last bit. Episodes are deterministic and start from prescribed
-    seeds, so that this is what equal policies leave in the files that scoring reads.
+    before and after the first stage, to the last bit: equal policies leave that in the logs.
     """
     pairs = zip(first.starts, second.starts, strict=True)
     return (
@@ -142,14 +141,9 @@ def is_paired(first: Method, second: Method, runs: int) -> bool:
 def pooled_difference(first: GroupRuns, second: GroupRuns, runs: int, *, paired: bool) -> Summary:
     """The mean over groups of the difference of the means of two methods.
 
-    Its squared standard error is Σ SE_g² / G², with the degrees of freedom of Welch and Satterthwaite.
-    Unpaired, SE_g² is the sum of those of both means; paired, that of the mean of the runs' differences.
-
-    Args:
-        first: values of one method, by group and run.
-        second: those of the other, of the same groups.
-        runs: n; the first n runs of each group are used, at least two.
-        paired: whether run i of both belong together.
+    The first ``runs`` runs of each group are used, at least two. The squared standard error is Σ SE_g² / G²,
+    with the degrees of freedom of Welch and Satterthwaite. Unpaired, SE_g² is the sum of those of both means;
+    paired, that of the mean of the runs' differences.
     """
     groups = []
     for a, b in zip(first, second, strict=True):
@@ -167,11 +161,7 @@ def family(methods: Sequence[Method], metric: str) -> list[CorePair]:
     look), which makes them valid at whichever look one stops, and adjusted by Holm's procedure over all
     pairs. The intervals have the level of the look / (number of pairs): with 95 % confidence all of them
     hold, at all looks. Holm's procedure is a little less strict, so that a pair may be separated whose
-    interval just touches 0.
-
-    Args:
-        methods: those with at least one complete look.
-        metric: of ``Method.values``.
+    interval just touches 0. Every method has at least one complete look.
     """
     pairs, compared = list(combinations(methods, 2)), []
     for a, b in pairs:
@@ -212,13 +202,7 @@ def decided(pair: CorePair) -> CorePair:
 
 
 def ranks(names: Sequence[str], pairs: Sequence[CorePair], better: str) -> dict[str, tuple[int, int]]:
-    """The first and last possible rank of each method: 1 + (significantly better ones), and M − (worse ones).
-
-    Args:
-        names: of the methods of the family.
-        pairs: all pairs of them.
-        better: ``higher`` or ``lower``.
-    """
+    """The first and last possible rank of each method: 1 + (better ones), M − (worse ones), as separated."""
     above, below = dict.fromkeys(names, 0), dict.fromkeys(names, 0)
     for pair in pairs:
         if pair.verdict == "separated":
@@ -233,11 +217,6 @@ def _scores(card: Scorecard) -> dict[str, GroupScore]:
     """The sequential scores of an entry on the groups of the core, by group id, in its order."""
     logs = {name: card.groups.get(name, {}).get("sequential") for name in CORES[CORE]}
     return {name: log for name, log in logs.items() if log is not None and log.runs}
-
-
-def is_on_core(card: Scorecard) -> bool:
-    """Whether an entry has runs on a group of the core, with the budget of its board."""
-    return any(log.budget == STANDARD_BUDGET for log in _scores(card).values())
 
 
 def _parent(card: Scorecard) -> str:
@@ -301,32 +280,29 @@ def _in_other_ways(card: Scorecard) -> Iterator[CoreReference]:
     """The rows of ``IN_OTHER_WAYS`` that the reference agent has on every group of the core."""
     for name, (protocol, metric_name, title) in IN_OTHER_WAYS.items():
         found = {group: card.groups.get(group, {}).get(protocol) for group in CORES[CORE]}
-        logs = {
-            group: log for group, log in found.items() if log is not None and log.budget == STANDARD_BUDGET
-        }
+        logs = {group: log for group, log in found.items() if log and log.budget == STANDARD_BUDGET}
         runs = last_look(min((consecutive(log.runs) for log in logs.values()), default=0))
         metric = BY_NAME[metric_name]
-        if (
-            len(logs) < len(found)
-            or not runs
-            or not all(log.metrics[metric_name].runs for log in logs.values())
-        ):
+        has_values = all(log.metrics[metric_name].runs for log in logs.values())
+        if len(logs) < len(found) or not runs or not has_values:
             continue
-        mean = mean_of_groups([summary(log.metrics[metric_name].runs[:runs]) for log in logs.values()])
-        value = with_anchors(mean, suite_anchors(list(logs.values()), metric))
-        yield CoreReference(
-            name=name,
-            title=title,
-            runs=runs,
-            value=BoardMetric(value.mean, value.low, value.high, ""),
-            groups={group: _group(log, runs, metric) for group, log in logs.items()},
-        )
+        groups = {group: _group(log, runs, metric) for group, log in logs.items()}
+        value = _over_groups(logs.values(), metric, runs)
+        yield CoreReference(name=name, title=title, runs=runs, value=value, groups=groups)
 
 
-def _why(logs: Mapping[str, GroupScore], method: Method | None, barred: str) -> str:
-    """Why an entry is not compared; empty if it is."""
-    if barred:
-        return barred
+def _over_groups(logs: Collection[GroupScore], metric: Metric, runs: int) -> BoardMetric:
+    """The mean over groups of the first runs of each, with the errors of the experts."""
+    mean = mean_of_groups([summary(log.metrics[metric.name].runs[:runs]) for log in logs])
+    return BoardMetric.of(MetricValue.of(with_anchors(mean, suite_anchors(logs, metric))))
+
+
+def _why(logs: Mapping[str, GroupScore], method: Method | None, original: str | None) -> str:
+    """Why an entry, which may be a copy of another, is not compared; empty if it is."""
+    if original is not None:
+        return copy_of(original)
+    if claimed := [log for log in logs.values() if not is_verified(log.level)]:
+        return f"Claimed: {claimed[0].why_claimed or 'not verified.'}"
     if missing := [name for name in CORES[CORE] if name not in logs]:
         return f"It lacks {', '.join(missing)}."
     if method is None:
@@ -340,20 +316,17 @@ def _why(logs: Mapping[str, GroupScore], method: Method | None, barred: str) -> 
     return f"Fewer than {LOOKS[0]} runs in {', '.join(few)}." if few else ""
 
 
-def _entry(card: Scorecard, method: Method | None, level: Level, barred: str) -> CoreEntry:
+def _entry(card: Scorecard, method: Method | None, original: str | None) -> CoreEntry:
     logs = _scores(card)
     look = method.look if method else 0
-    why = _why(logs, method, barred)
+    why = _why(logs, method, original)
     metrics = dict.fromkeys(SHOWN, BoardMetric(None, None, None, why))
     if method and look:
-        for metric in SHOWN:
-            mean = mean_of_groups([summary(runs[:look]) for runs in method.values[metric]])
-            value = with_anchors(mean, suite_anchors(list(logs.values()), BY_NAME[metric]))
-            metrics[metric] = BoardMetric(value.mean, value.low, value.high, "")
+        metrics = {name: _over_groups(logs.values(), BY_NAME[name], look) for name in SHOWN}
     return CoreEntry(
         name=card.name,
         title=card.title,
-        level=level,
+        level=board_level(card, KEY),
         ranked=not why,
         why=why,
         observes=card.manifest.observes if card.manifest else None,
@@ -368,22 +341,18 @@ def _entry(card: Scorecard, method: Method | None, level: Level, barred: str) ->
     )
 
 
-def core_board(
-    cards: Sequence[Scorecard], levels: Mapping[str, Level], barred: Mapping[str, str]
-) -> CoreBoard | None:
-    """The core board; None without an entry on it.
+def core_board(cards: Sequence[Scorecard]) -> CoreBoard | None:
+    """The core board of the scorecards; None without an entry on it. Agents that observe the task are on it.
 
     Args:
-        cards: the scorecards of entries on the core (:func:`is_on_core`).
-        levels: the lowest level of the logs of each, by name.
-        barred: why an entry may not be ranked whatever its runs are (a copy, not verified), by name.
+        cards: scorecards; those without runs on the core, or with another budget, are left out.
     """
+    cards = [card for card in cards if any(log.budget == STANDARD_BUDGET for log in _scores(card).values())]
     if not cards:
         return None
+    copies = duplicates(cards, KEY)
     methods = {card.name: method_of(card) for card in cards}
-    entries = [
-        _entry(card, methods[card.name], levels[card.name], barred.get(card.name, "")) for card in cards
-    ]
+    entries = [_entry(card, methods[card.name], copies.get(card.name)) for card in cards]
 
     def order(entry: CoreEntry) -> tuple[bool, float, str]:
         mean = entry.metrics[FINAL.name].mean
@@ -425,19 +394,3 @@ def _with_ranks(entry: CoreEntry, found: Mapping[str, Mapping[str, tuple[int, in
         note = NOTHING_LEARNED if metric == FORGETTING and entry.ranked and _learned_nothing(entry) else ""
         metrics[metric] = replace(metrics[metric], rank=ranks.get(entry.name), rank_note=note)
     return replace(entry, metrics=metrics)
-
-
-def core(cards: Sequence[Scorecard]) -> CoreBoard | None:
-    """The core board of the scorecards; None without an entry on it. Agents that observe the task are on it.
-
-    Args:
-        cards: scorecards; those without runs on the core, or with another budget, are left out.
-    """
-    on_core = [card for card in cards if not card.problems and is_on_core(card)]
-    key = BoardKey(CORE, "sequential", STANDARD_BUDGET, False)
-    barred = {name: copy_of(other) for name, other in duplicates(on_core, key).items()}
-    for card in on_core:
-        logs = [log for name in key.groups if (log := card.groups.get(name, {}).get(key.protocol))]
-        if claimed := [log for log in logs if not is_verified(log.level)]:
-            barred.setdefault(card.name, f"Claimed: {claimed[0].why_claimed or 'not verified.'}")
-    return core_board(on_core, {card.name: board_level(card, key) for card in on_core}, barred)

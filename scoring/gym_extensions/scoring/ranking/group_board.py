@@ -14,9 +14,8 @@ from itertools import combinations
 from gym_extensions.catalog.groups import GROUPS, SUITES
 from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS, PROTOCOLS
 from gym_extensions.rollouts.review import REPORTED, Level
-from gym_extensions.scoring.entry.returns import NEEDS
-from gym_extensions.scoring.entry.scorer import estimate
-from gym_extensions.scoring.metrics import (
+from gym_extensions.scoring.entry.values import NEEDS, estimate
+from gym_extensions.scoring.formulas import (
     BOARD_METRICS,
     NOTHING_LEARNED,
     Metric,
@@ -40,7 +39,7 @@ from gym_extensions.scoring.ranking.boards import (
 )
 from gym_extensions.scoring.ranking.computed_rows import computed_rows
 from gym_extensions.scoring.ranking.copies import copy_of, duplicates, related_entries
-from gym_extensions.scoring.ranking.core_board import core
+from gym_extensions.scoring.ranking.core_board import core_board
 from gym_extensions.scoring.references import References, load_references
 from gym_extensions.scoring.scorecard import GroupScore, Scorecard, SuiteScore
 from gym_extensions.scoring.statistics import Mask, Summary, rank_intervals, significant_pairs
@@ -61,7 +60,7 @@ def boards(cards: Sequence[Scorecard], references: References | None = None) -> 
     references = load_references() if references is None else references
     shown = [card for card in cards if not card.withdrawn]
     return BoardsDocument(
-        core=core(shown), boards=tuple(board(shown, key, references) for key in board_keys(shown))
+        core=core_board(shown), boards=tuple(board(shown, key, references) for key in board_keys(shown))
     )
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 
 from markupsafe import Markup
 
-from gym_extensions.scoring.metrics import MetricValue
+from gym_extensions.scoring.formulas import MetricValue
 from gym_extensions.site.charts.svg import Scale, picture, px, scale_around, stroke, tick_label
 from gym_extensions.site.entry_results import COLUMNS, EntryResult
 from gym_extensions.site.text import fixed, interval

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 from markupsafe import Markup, escape
 
-from gym_extensions.scoring.metrics import MetricValue
+from gym_extensions.scoring.formulas import MetricValue
 from gym_extensions.scoring.ranking.boards import CoreBoard, CoreCost, CoreEntry, CoreReference
-from gym_extensions.scoring.ranking.core_board import core
+from gym_extensions.scoring.ranking.core_board import core_board
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.site.board_views import value_of
 from gym_extensions.site.charts.strips import MARGIN, WIDTH
@@ -32,7 +32,7 @@ def value(entry: CoreEntry, metric: str) -> MetricValue:
 
 def own_row(card: Scorecard) -> CoreEntry | None:
     """The row of one entry, without its rank; None if it has no runs on the core."""
-    board = core([card])
+    board = core_board([card])
     return board.rows[0] if board else None
 
 

@@ -11,6 +11,7 @@ from markupsafe import Markup
 
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.catalog.worlds import Axis, axes
+from gym_extensions.scoring.formulas import MetricValue
 from gym_extensions.scoring.landscapes import (
     EXTRAPOLATION,
     INTERPOLATION,
@@ -25,7 +26,6 @@ from gym_extensions.scoring.landscapes import (
     share,
     summary,
 )
-from gym_extensions.scoring.metrics import MetricValue
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.site.board_views import BoardView, Row
 from gym_extensions.site.charts import landscapes as charts

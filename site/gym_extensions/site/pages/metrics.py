@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES
-from gym_extensions.scoring.metrics import FINAL, TABLE, Run
+from gym_extensions.scoring.formulas import FINAL, TABLE, Run
 from gym_extensions.site.board_views import Leaderboard
 from gym_extensions.site.entry_results import Matrix
 from gym_extensions.site.pages.page import File, Render

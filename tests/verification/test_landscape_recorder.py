@@ -24,7 +24,7 @@ from gym_extensions.scoring.landscapes import (
     load,
     path_of,
 )
-from gym_extensions.verification.landscape_runs import Worlds
+from gym_extensions.verification.landscape_recorder import Worlds
 from gym_extensions.versions import blas_kernels
 
 from .entries import GROUP, change_document, copy, honest, network

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gym_extensions.rollouts.policies.arrays import ACTIVATIONS, KEYS, LAYER_FIELDS, array_errors
 from gym_extensions.rollouts.policies.mlp import Policy
+from gym_extensions.rollouts.policies.mlp_arrays import ACTIVATIONS, KEYS, LAYER_FIELDS, array_errors
 
 from .test_mlp import SMALL, TASKED
 

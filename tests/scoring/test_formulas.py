@@ -8,7 +8,7 @@ from collections.abc import Callable
 import pytest
 from scipy import stats
 
-from gym_extensions.scoring.metrics import BOARD_METRICS, BY_NAME, METRICS, MetricValue, Run, iqm
+from gym_extensions.scoring.formulas import BOARD_METRICS, BY_NAME, METRICS, MetricValue, Run, iqm
 from gym_extensions.scoring.statistics import Number
 
 Matrix = list[list[float]]

@@ -38,7 +38,7 @@ from gym_extensions.verification.fetch import Fetcher
 from gym_extensions.verification.limits import Limits, answers
 from gym_extensions.versions import blas_kernels, version
 
-JOB = "gym_extensions.verification.landscape_runs:measure"
+JOB = "gym_extensions.verification.landscape_recorder:measure"
 LIMITS = Limits(cpu_seconds=3600, wall_seconds=4 * 3600)
 """Of the process that measures one run."""
 DIGITS = 1
