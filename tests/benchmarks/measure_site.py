@@ -35,9 +35,8 @@ from gym_extensions.rollouts.run import Memory
 from gym_extensions.scoring.entry.normalization import Results
 from gym_extensions.scoring.entry.scorer import score_group
 from gym_extensions.scoring.entry.values import suite_scores
-from gym_extensions.scoring.pipeline import references_info
 from gym_extensions.scoring.references import Reference, References
-from gym_extensions.scoring.scorecard import ManifestSummary, Scorecard
+from gym_extensions.scoring.scorecard import ManifestSummary, ReferencesInfo, Scorecard
 from gym_extensions.site.build import build_site
 
 LARGEST_PAGE = 300_000
@@ -127,7 +126,7 @@ def read(files: Sequence[Path]) -> Iterator[Scorecard]:
 def measured(files: Sequence[Path], out: Path) -> None:
     """Builds the site and prints what it took."""
     before = time.process_time()
-    built = build_site(read(files), references_info(REFERENCES), out)
+    built = build_site(read(files), ReferencesInfo(REFERENCES.version, REFERENCES.digest), out)
     seconds = time.process_time() - before
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
     write(f"{len(files)} entries: {seconds:.1f} s, peak {peak:.2f} GB, {built.written} files written")

@@ -39,7 +39,7 @@ EXACT = 1e-12
 
 def function_of(name: str) -> Callable[[Run], Number]:
     """The function of a metric."""
-    function = BY_NAME[name].function
+    function = BY_NAME[name].of_run
     assert function is not None
     return function
 

@@ -16,7 +16,7 @@ Matrix = list[list[float]]
 
 def function(name: str) -> Callable[[Run], Number]:
     """The formula of a metric."""
-    formula = BY_NAME[name].function
+    formula = BY_NAME[name].of_run
     assert formula is not None
     return formula
 

@@ -29,7 +29,6 @@ from gym_extensions.scoring.statistics import (
     two_sided_p,
     welch,
     welch_satterthwaite,
-    with_anchors,
     zero_mean_p,
 )
 
@@ -224,7 +223,7 @@ def test_rank_intervals_by_hand(better: str, ranks: list[tuple[int, int]]) -> No
 
 def test_errors_of_anchors_add_to_that_over_runs() -> None:
     # Runs 1, 2, 3: s² = 1, SE² = 1/3 with 2 degrees of freedom. Anchors: SE² 1/6 with 3, and 0.
-    found = with_anchors(summary([1.0, 2.0, 3.0]), [(1 / 6, 3.0), (0.0, 99.0)])
+    found = to_interval(summary([1.0, 2.0, 3.0]), [(1 / 6, 3.0), (0.0, 99.0)])
     df = (1 / 2) ** 2 / ((1 / 3) ** 2 / 2 + (1 / 6) ** 2 / 3)
     assert found.mean == 2.0
     assert found.standard_error == pytest.approx(math.sqrt(1 / 2))
@@ -234,8 +233,8 @@ def test_errors_of_anchors_add_to_that_over_runs() -> None:
 
 def test_without_errors_of_anchors_the_interval_is_that_over_runs() -> None:
     runs = summary([0.1, 0.2, 0.4])
-    assert with_anchors(runs, []) == with_anchors(runs, [(0.0, 99.0)]) == to_interval(runs)
-    assert with_anchors(summary([1.0]), [(1.0, 9.0)]) == Interval(1.0)
+    assert to_interval(runs, []) == to_interval(runs, [(0.0, 99.0)]) == to_interval(runs)
+    assert to_interval(summary([1.0]), [(1.0, 9.0)]) == Interval(1.0)
 
 
 def test_the_interval_with_errors_of_anchors_covers_the_true_score() -> None:
@@ -246,7 +245,7 @@ def test_the_interval_with_errors_of_anchors_covers_the_true_score() -> None:
         seen = rng.normal(1000.0, 1000.0, 100)  # the expert's episodes: a standard error of 100
         expert, error = float(seen.mean()), float(seen.std(ddof=1)) / 10
         scores = summary([float(run) / expert for run in runs])
-        found = with_anchors(scores, [((scores.mean * error / expert) ** 2, 99.0)])
+        found = to_interval(scores, [((scores.mean * error / expert) ** 2, 99.0)])
         assert found.low is not None and found.high is not None
         covered += found.low <= 0.6 <= found.high
     assert 0.93 <= covered / 2000 <= 0.97

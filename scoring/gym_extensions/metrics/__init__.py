@@ -11,6 +11,8 @@ implementations can be tested with the conformance kit, JSON files in ``gym_exte
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -96,6 +98,7 @@ def compute(
         raise BenchError("bad-matrix", f"It has {rows} rows and {tasks} columns.", "matrix", hint)
     scored, low, height = _scale(floor, expert, tasks)
     p, first = (values - low) / height, tasks + 1 - rows
+    stages = range(first, tasks + 1)
 
     def normalized(name: str, given: ArrayLike) -> Array:
         """An array (runs, …, T)."""
@@ -114,19 +117,15 @@ def compute(
     others |= {"auc": auc, "single_auc": single_auc}
     found = {name: normalized(name, array) for name, array in others.items() if array is not None}
 
-    def by_task(name: str, run: int) -> dict[int, float]:
-        return {j: float(found[name][run, j - 1]) for j in scored} if name in found else {}
+    def by_task(name: str, run: int) -> dict[int, Any]:
+        return {j: found[name][run, ..., j - 1].tolist() for j in scored} if name in found else {}
 
     all_runs = [
         Run(
             T=tasks,
             scored=scored,
-            normalized_returns={
-                (s, j): float(row[j - 1]) for s, row in enumerate(p[run], first) for j in scored
-            },
-            final_episodes={
-                j: tuple(found["episodes"][run, :, j - 1].tolist()) for j in scored if "episodes" in found
-            },
+            normalized_returns={(s, j): float(p[run, s - first, j - 1]) for s in stages for j in scored},
+            final_episodes=by_task("episodes", run),
             single_task=by_task("single", run),
             auc=by_task("auc", run),
             single_task_auc=by_task("single_auc", run),
@@ -142,9 +141,8 @@ def compute(
         if lacking:
             return MetricValue(why=f"It needs {' and '.join(lacking)}.")
         if metric is JOINT_GAP:
-            return joint_gap(
-                over_runs(FINAL, all_runs), over_runs(FINAL, _last_stage(found["joint"], scored))
-            )
+            joint_runs = _last_stage(found["joint"], scored)
+            return joint_gap(over_runs(FINAL, all_runs), over_runs(FINAL, joint_runs))
         if metric.protocols == ("cumulative",):
             return over_runs(metric, _last_stage(found["cumulative"], scored))
         return over_runs(metric, all_runs)
@@ -199,11 +197,7 @@ def _numbers(name: str, given: ArrayLike) -> Array:
 
 
 def _array(name: str, given: ArrayLike, axes: int) -> Array:
-    """An array with an axis of runs before its other axes.
-
-    Raises:
-        BenchError: it is empty, has another number of axes, or contains a number that is not finite.
-    """
+    """An array with an axis of runs before its other axes. Raises ``BenchError`` for another array."""
     array = _numbers(name, given)
     if array.ndim not in (axes, axes + 1) or 0 in array.shape:
         hint = f"Give {axes} axes, or {axes + 1} with the runs first."

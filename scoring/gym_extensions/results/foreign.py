@@ -18,7 +18,7 @@ from gym_extensions.errors import BenchError, did_you_mean
 from gym_extensions.metrics import compute
 from gym_extensions.results.frames import chosen_columns
 from gym_extensions.scoring.formulas import METRICS
-from gym_extensions.scoring.output.tables import typed
+from gym_extensions.scoring.output.tables import ENDS, typed
 
 Array = NDArray[np.float64]
 IMPORTED = "imported"
@@ -96,20 +96,12 @@ def foreign_board(folder: str | Path, benchmark: str, columns: Sequence[str] | N
     ``METRIC_high``   float64  upper end of its 95 % interval; missing with one run or without a mean
     ================  =======  =====================================================================
 
-    The rows are sorted by final performance, best first.
-
-    Args:
-        folder: the folder with the logs.
-        benchmark: ``continual-world`` or ``meal``; :func:`foreign_runs` says what is read.
-        columns: the columns to return, in this order; all by default.
-
-    Raises:
-        BenchError: as in :func:`foreign_runs`, or a column is unknown.
+    The rows are sorted by final performance, best first. ``columns`` are those to return, in this order; all
+    by default. The other arguments and the errors are those of :func:`foreign_runs`.
     """
     names = [metric.name for metric in METRICS["sequential"]]
-    ends = [f"{name}{end}" for name in names for end in ("", "_low", "_high")]
     dtypes = {"name": "str", "level": "str", "runs": "int64", "ranked": "bool", "why": "str"}
-    dtypes |= dict.fromkeys(ends, "float64")
+    dtypes |= dict.fromkeys([f"{name}{end}" for name in names for end in ENDS], "float64")
     chosen = chosen_columns(columns, dtypes)
     rows = []
     for runs in foreign_runs(folder, benchmark):
@@ -144,9 +136,8 @@ def _continual_world(root: Path) -> Iterator[ForeignRuns]:
         success = log[[columns[index][0] for index in range(len(tasks))]].to_numpy(dtype=np.float64)
         if "task" in config:
             values = _checked(success[:, 0], path)
-            alone.setdefault(str(config["task"]), []).append(
-                (float(values[-LAST_EVALUATIONS:].mean()), float(values.mean()))
-            )
+            means = float(values[-LAST_EVALUATIONS:].mean()), float(values.mean())
+            alone.setdefault(str(config["task"]), []).append(means)
         elif "train/active_env" in log:
             stages = [success[log["train/active_env"] == stage] for stage in range(len(tasks))]
             for stage, values in enumerate(stages):
@@ -164,8 +155,8 @@ def _continual_world(root: Path) -> Iterator[ForeignRuns]:
             raise _bad(root, f"The runs of {method} have different tasks.", "Separate their folders.")
         single = single_auc = None
         if all(name in alone for name in tasks):
-            means = [np.mean(alone[name], axis=0) for name in tasks]
-            single, single_auc = (np.tile(column, (len(runs), 1)) for column in np.transpose(means))
+            columns_alone = np.transpose([np.mean(alone[name], axis=0) for name in tasks])
+            single, single_auc = (np.tile(column, (len(runs), 1)) for column in columns_alone)
         matrix, auc = (np.array([run[place] for run in runs]) for place in (1, 2))
         yield ForeignRuns(method, tasks, matrix, single, auc, single_auc)
 

@@ -24,11 +24,7 @@ CustomGroups = Iterable[str | Path | TaskGroup]
 
 
 def read_all(submissions: Paths, groups: CustomGroups) -> Iterator[Submission]:
-    """The submissions, read in order of their names.
-
-    Raises:
-        BenchError: a path does not exist, a submission has problems, or a group is invalid.
-    """
+    """The submissions in order of their names. Raises ``BenchError`` if one has problems or is missing."""
     known = with_custom(groups)
     for folder in find_submissions(submissions):
         submission = read(folder, known)
@@ -36,24 +32,13 @@ def read_all(submissions: Paths, groups: CustomGroups) -> Iterator[Submission]:
         yield submission
 
 
-CURVE_DTYPES = {
-    "submission": "str",
-    "group": "str",
-    "protocol": "str",
-    "run": "int64",
-    "task": "str",
-    "step": "int64",
-    "return": "float64",
-}
+KEY_DTYPES = {"submission": "str", "group": "str", "protocol": "str", "run": "int64"}
+CURVE_DTYPES = KEY_DTYPES | {"task": "str", "step": "int64", "return": "float64"}
 """The columns of training curves, of finished and of unfinished runs."""
 
 
 def chosen_columns(columns: Sequence[str] | None, available: Iterable[str]) -> list[str]:
-    """The columns, or all available ones if None.
-
-    Raises:
-        BenchError: a column is not available; the hint names the closest.
-    """
+    """The columns, or all available ones if None. Raises ``BenchError`` for one that is not available."""
     known = list(available)
     if isinstance(columns, str):
         hint = f"Give a list: [{columns!r}]."
@@ -70,21 +55,12 @@ def concat(frames: Sequence[pd.DataFrame], dtypes: Mapping[str, str]) -> pd.Data
     return typed(pd.concat(frames, ignore_index=True)[list(dtypes)] if frames else (), dtypes)
 
 
-EPISODE_DTYPES = {
-    "submission": "str",
-    "group": "str",
-    "protocol": "str",
-    "run": "int64",
-    "stage": "int64",
-    "task": "str",
-    "episode": "int64",
-    "seed": "int64",
-    "length": "int64",
-    "return": "float64",
-    "terminated": "bool",
-    "success": "boolean",
-    "fingerprint": "str",
-}
+EPISODE_DTYPES = KEY_DTYPES | {"stage": "int64", "task": "str", "episode": "int64", "seed": "int64"}
+EPISODE_DTYPES |= {"length": "int64", "return": "float64", "terminated": "bool", "success": "boolean"}
+EPISODE_DTYPES |= {"fingerprint": "str"}
+
+
+LOGGED = ("run", "stage", "task", "episode", "seed", "length", "terminated")
 
 
 def episodes(
@@ -129,14 +105,8 @@ def episodes(
                 "submission": submission.name,
                 "group": group_id,
                 "protocol": protocol,
-                "run": log.run,
-                "stage": log.stage,
-                "task": log.task,
-                "episode": log.episode,
-                "seed": log.seed,
-                "length": log.length,
+                **{name: getattr(log, name) for name in LOGGED},
                 "return": log.return_,
-                "terminated": log.terminated,
                 "success": pd.arrays.BooleanArray(log.success == 1, log.success < 0),
                 "fingerprint": _fingerprints(group, protocol),
             }
@@ -187,18 +157,8 @@ def curves(
     return typed(rows, CURVE_DTYPES)[chosen]
 
 
-EVALUATION_DTYPES = {
-    "submission": "str",
-    "group": "str",
-    "protocol": "str",
-    "run": "int64",
-    "stage": "int64",
-    "task": "str",
-    "step": "int64",
-    "trained": "float64",
-    "episodes": "int64",
-    "return": "float64",
-}
+EVALUATION_DTYPES = KEY_DTYPES | {"stage": "int64", "task": "str", "step": "int64", "trained": "float64"}
+EVALUATION_DTYPES |= {"episodes": "int64", "return": "float64"}
 
 
 def evaluations(

@@ -24,11 +24,7 @@ PLOT_HINT = "Install it with: pip install 'gym-extensions[plot]'"
 
 
 def new_axes(ax: Axes | None) -> Axes:
-    """``ax``, or the axes of a new figure if it is None.
-
-    Raises:
-        BenchError: matplotlib is missing.
-    """
+    """``ax``, or the axes of a new figure if it is None. Raises ``BenchError`` if matplotlib is missing."""
     try:
         from matplotlib import pyplot
     except ModuleNotFoundError as missing:

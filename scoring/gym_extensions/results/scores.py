@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import warnings
 from collections.abc import Collection, Sequence
 from dataclasses import replace
@@ -15,9 +14,7 @@ from gym_extensions.catalog.groups import GROUPS, SUITES, TaskGroup
 from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS, STANDARD_BUDGET, stages
 from gym_extensions.errors import BenchError, did_you_mean
 from gym_extensions.metrics import compute
-from gym_extensions.results.frames import CustomGroups, chosen_columns
-from gym_extensions.rollouts.reader import read
-from gym_extensions.scoring.entry.normalization import results as raw_results
+from gym_extensions.results.frames import KEY_DTYPES, CustomGroups, chosen_columns
 from gym_extensions.scoring.landscapes import best, landscapes_of, summary
 from gym_extensions.scoring.output.tables import (
     CORE_DTYPES,
@@ -35,14 +32,12 @@ from gym_extensions.scoring.pipeline import (
     Scorer,
     find_submissions,
     make_scorer,
-    refuse_problems,
     scorecard_document,
     valid_scorecards,
 )
 from gym_extensions.scoring.ranking.boards import BoardKey, CoreBoard
 from gym_extensions.scoring.ranking.core_board import core_board
 from gym_extensions.scoring.ranking.group_board import board as board_of
-from gym_extensions.scoring.references import Reference
 
 
 def metrics(
@@ -201,14 +196,8 @@ def core(submissions: Paths = "submissions", *, columns: Sequence[str] | None = 
     notes                  str      what is not compared, in words
     =====================  =======  ================================================================
 
-    The metrics are ``final_performance``, ``learning_performance`` and ``forgetting``.
-
-    Args:
-        submissions: a submission, a folder of submissions, or a list of these.
-        columns: the columns to return, in this order; all by default.
-
-    Raises:
-        BenchError: a path or column is unknown, or a submission has problems.
+    The metrics are ``final_performance``, ``learning_performance``, ``forgetting`` and
+    ``zero_shot_transfer``. The arguments and errors are those of :func:`metrics`.
     """
     chosen = chosen_columns(columns, CORE_DTYPES)
     return core_frame(_core_board(submissions))[chosen]
@@ -220,28 +209,21 @@ def core_pairs(submissions: Paths = "submissions", *, columns: Sequence[str] | N
     The columns are ``metric``, ``first``, ``second``, ``look``, ``paired``, the difference first − second as
     ``mean``, ``low`` and ``high`` (adjusted for all pairs and looks), the adjusted ``p_value``, ``verdict``
     (``separated``, ``equivalent`` or ``open``), ``exploratory`` and ``next_look``. docs/scorecard.md says
-    more. The arguments and errors are those of :func:`core`.
+    more. The arguments and errors are those of :func:`metrics`.
     """
     chosen = chosen_columns(columns, PAIR_DTYPES)
     return core_pairs_frame(_core_board(submissions))[chosen]
 
 
-LANDSCAPE_DTYPES = {
-    "submission": "str",
-    "group": "str",
-    "share": "str",
-    "runs": "int64",
-    "mean": "float64",
-    "low": "float64",
-    "high": "float64",
-}
-"""The columns of :func:`landscapes`."""
+LANDSCAPE_DTYPES = {"submission": "str", "group": "str", "share": "str", "runs": "int64"}
+LANDSCAPE_DTYPES |= dict.fromkeys(("mean", "low", "high"), "float64")
 
 
 def landscapes(submissions: Paths = "submissions") -> pd.DataFrame:
     """Returns between and beyond the tasks, where no agent was trained (docs/metrics.md, "Landscapes").
 
-    One row per submission, group and share, from the landscapes that lie in the folders of the submissions.
+    One row per submission, group and share, from the landscapes that lie in the folders of the submissions
+    (a submission, a folder of submissions, or a list of these). The best return depends on which are given.
 
     ==========  =======  ========================================================================
     column      dtype    value
@@ -253,10 +235,6 @@ def landscapes(submissions: Paths = "submissions") -> pd.DataFrame:
     mean        float64  share of the best return that any of these submissions has in a world
     low, high   float64  ends of the 95 % interval over runs; missing with one run
     ==========  =======  ========================================================================
-
-    Args:
-        submissions: a submission, a folder of submissions, or a list of these. The best return depends on
-            which are given.
 
     Raises:
         BenchError: a path is unknown, or a landscape cannot be read.
@@ -277,16 +255,7 @@ def _core_board(submissions: Paths) -> CoreBoard | None:
     return core_board(list(valid_scorecards(submissions, make_scorer(only=("core",))).values()))
 
 
-SCORE_DTYPES = {
-    "submission": "str",
-    "group": "str",
-    "protocol": "str",
-    "run": "int64",
-    "stage": "int64",
-    "task": "str",
-    "return": "float64",
-    "normalized": "float64",
-}
+SCORE_DTYPES = KEY_DTYPES | {"stage": "int64", "task": "str", "return": "float64", "normalized": "float64"}
 
 
 def scores(
@@ -315,11 +284,8 @@ def scores(
     ==========  =======  ===========================================================================
 
     Args:
-        submissions: a submission, a folder of submissions, or a list of these.
-        group: name or id of a group, or a TaskGroup.
-        protocol: ``sequential``, ``single``, ``joint`` or ``cumulative``.
         stage: of which stage; -1 for the last one, None for all.
-        columns, groups, references: as in :func:`metrics`.
+        submissions, group, protocol, columns, groups, references: as in :func:`board`, without suites.
 
     Raises:
         BenchError: a group, protocol, path or column is unknown, or a submission has problems.
@@ -328,22 +294,14 @@ def scores(
     _check("protocol", protocol, PROTOCOLS)
     chosen = chosen_columns(columns, SCORE_DTYPES)
     only = tuple(name for name, known in scorer.groups.items() if known.id == group_id)
-    rows: list[tuple[object, ...]] = []
-    for folder in find_submissions(submissions):
-        submission = read(folder, scorer.groups, only=only)
-        refuse_problems(folder, submission.problems)
-        submitted = submission.groups.get(group_id)
-        if submission.manifest is None or submitted is None or protocol not in submitted.logs:
-            continue
-        found = raw_results(submitted, submission.manifest.protocol.budget)
-        ids = submitted.group.task_ids
-        references_of = [scorer.references.tasks.get(task, Reference(0.0, None)) for task in ids]
-        for run, matrix in zip(found.runs[protocol], found.means[protocol], strict=True):
-            for number, means in zip(stages(protocol, len(ids)), matrix, strict=True):
-                for task, each, mean in zip(ids, references_of, means, strict=True):
-                    normalized = math.nan if each.open else each.normalize(mean)
-                    key = (submission.name, group_id, protocol, run, number, task)
-                    rows.append((*key, mean, normalized))
+    rows = (
+        (card.name, group_id, protocol, run, number, task, mean, score.reference[task].normalize(mean))
+        for card in valid_scorecards(submissions, replace(scorer, only=only)).values()
+        if (score := card.groups.get(group_id, {}).get(protocol))
+        for run, matrix in zip(score.runs, score.return_matrix, strict=True)
+        for number, means in zip(stages(protocol, len(score.tasks)), matrix, strict=True)
+        for task, mean in zip(score.tasks, means, strict=True)
+    )
     frame = typed(rows, SCORE_DTYPES)
     if stage is not None:
         frame = frame[frame["stage"] == (frame["stage"].max() if stage == -1 else stage)]
@@ -367,12 +325,8 @@ def score_matrix(
 
     Args:
         submission: one submission.
-        group: name or id of a group, or a TaskGroup.
-        protocol: ``sequential``, ``single``, ``joint`` or ``cumulative``.
         values: ``normalized`` (0 = floor, 1 = expert) or ``return``.
-        stage: of which stage; -1 for the last one.
-        groups: custom groups that the submission may contain: TOML files or TaskGroup objects.
-        references: the references file of the custom groups' tasks.
+        group, protocol, stage, groups, references: as in :func:`scores`.
 
     Raises:
         BenchError: as in :func:`scores`; or the path contains several submissions, or none with such runs.

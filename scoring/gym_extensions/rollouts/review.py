@@ -71,12 +71,12 @@ class Verification(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
 
 
 class Decision(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What a maintainer decided: ``accepted``, ``withdrawn`` or ``challenged``; by whom, when and why."""
+    """What a maintainer decided about the entry."""
 
-    action: Action
-    by: Text
-    date: Date
-    reason: Text
+    action: Annotated[Action, Meta(description="`accepted`, `withdrawn` or `challenged`")]
+    by: Annotated[Text, Meta(description="who decided")]
+    date: Annotated[Date, Meta(description="YYYY-MM-DD")]
+    reason: Annotated[Text, Meta(description="why")]
 
 
 class Review(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

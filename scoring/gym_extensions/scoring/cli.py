@@ -40,9 +40,7 @@ def parser() -> argparse.ArgumentParser:
     add("--references", type=Path, metavar="FILE", help="references of the custom groups' tasks")
     help_ = "another 1: the reference agent after 300,000 steps on each task alone"
     add("--ruler", choices=["alone"], help=help_)
-    help_ = (
-        "write scorecards/NAME.json and boards.json to DIR; scorecards of other submissions in it are removed"
-    )
+    help_ = "write scorecards/NAME.json and boards.json to DIR, and remove other scorecards from it"
     add("--out", type=Path, metavar="DIR", help=help_)
     add("--jobs", type=int, metavar="N", help="worker processes (default: CPU count + 1)")
     add("--version", action="version", version=version("gym-extensions"))
@@ -57,10 +55,7 @@ def parse_args(argv: list[str] | None) -> argparse.Namespace:
         command.error("name at least one FOLDER, or two with --compare")
     others = ("folders", "csv", "markdown", "out", "jobs", "group")
     if options.compare and any(getattr(options, name) for name in others):
-        message = (
-            "--compare takes two submissions and only --json, --groups, --references and --ruler besides"
-        )
-        command.error(message)
+        command.error("--compare takes two submissions; with --json, --groups, --references, --ruler alone")
     if options.out and options.group:
         command.error("--out writes whole entries: leave out --group")
     if options.jobs is not None and options.jobs < 1:
@@ -130,9 +125,9 @@ def _score(options: argparse.Namespace, scorer: Scorer) -> int:
 def _as_text(document: ScorecardDocument, options: argparse.Namespace) -> str:
     if options.json:
         return document.to_json()
-    from gym_extensions.scoring.output.tables import csv_text, markdown_text  # loads pandas
+    from gym_extensions.scoring.output import tables  # loads pandas
 
-    return csv_text(document) if options.csv else markdown_text(document)
+    return tables.csv_text(document) if options.csv else tables.markdown_text(document)
 
 
 @reports_mistakes

@@ -54,13 +54,8 @@ class JsonDocument:
     def load(cls, path: Path, code: str, command: str) -> Self | None:
         """The document of a file, or None if the file does not exist.
 
-        Args:
-            path: the file.
-            code: of the error.
-            command: what writes the file, for the error message.
-
         Raises:
-            BenchError: the file cannot be read, or its content is not a document of this type.
+            BenchError: of this code: the file, which ``command`` writes, cannot be read or is another one.
         """
         try:
             return cls.from_json(path.read_bytes())

@@ -80,11 +80,9 @@ class Metric:
     limits: str = ""
     on_boards: bool = True
 
-    @property
-    def function(self) -> Callable[[Run], Number] | None:
-        """The value for one run; None where it is not a function of one run."""
-        terms = self.terms
-        return None if terms is None else lambda run: mean(value for _, value in terms(run))
+    def of_run(self, run: Run) -> Number:
+        """The value for one run; None without a term, or where it is not a function of one run."""
+        return mean(value for _, value in self.terms(run)) if self.terms else None
 
     def shares(self, run: Run) -> dict[int, float]:
         """What each task adds to the value of one run, by j: their sum is the value.
@@ -302,6 +300,7 @@ BOARD_METRICS = {
 BY_NAME = {metric.name: metric for metric in TABLE}
 
 
+ONE_RUN = "One run has no interval."
 NOTHING_LEARNED = "nothing learned to forget"
 LEAST_LEARNED = 0.1
 """Learning performance from which a single run, which has no interval, counts as having learned."""
@@ -314,28 +313,15 @@ class MetricValue:
     mean: Annotated[float | None, about("mean over runs; null where the metric has no value")] = None
     low: Annotated[float | None, about("lower end of the 95 % interval; null with one run")] = None
     high: Annotated[float | None, about("upper end of the 95 % interval; null with one run")] = None
-    runs: Annotated[
-        tuple[float, ...],
-        about(
-            "one value per run, in the order of the group's `runs`; empty in suites and for the metrics that "
-            "compare with joint or cumulative runs"
-        ),
-    ] = ()
+    runs: Annotated[tuple[float, ...], about("by run; empty in suites, and of joint or cumulative runs")] = ()
     why: Annotated[str, about("why the mean or the interval is null, as a sentence; else empty")] = ""
-    anchors: Annotated[
-        tuple[float, ...],
-        about(
-            "what the error of each task's expert adds to the standard error of the mean, with a sign, by "
-            "position in `tasks`; empty without such errors and in suites"
-        ),
-    ] = ()
+    anchors: Annotated[tuple[float, ...], about("signed errors of the experts in the mean, by task")] = ()
 
     @classmethod
-    def of(
-        cls, interval: Interval, runs: tuple[float, ...] = (), why: str = "", anchors: tuple[float, ...] = ()
-    ) -> MetricValue:
-        """The value of an interval over runs."""
-        return cls(interval.mean, interval.low, interval.high, runs, why, anchors)
+    def of(cls, interval: Interval, runs: Sequence[float] = (), anchors: Sequence[float] = ()) -> MetricValue:
+        """The value of an interval over runs, which a single run does not have."""
+        why = ONE_RUN if interval.low is None else ""
+        return cls(interval.mean, interval.low, interval.high, tuple(runs), why, tuple(anchors))
 
     @property
     def ends(self) -> tuple[float, float] | None:
@@ -344,10 +330,10 @@ class MetricValue:
 
 
 def learned_nothing(metrics: Mapping[str, MetricValue]) -> bool:
-    """Whether an entry learned nothing that it could forget.
+    """Whether an entry learned nothing that it could forget (docs/metrics.md, "How boards are read").
 
-    True where the interval of learning performance does not lie above 0; with one run, which has no
-    interval, where the value is below .1 (docs/metrics.md, "How boards are read").
+    True where the interval of learning performance does not lie above 0; with one run, where the value is
+    below .1.
     """
     learning = metrics.get("learning_performance", MetricValue())
     if learning.mean is None:
@@ -358,13 +344,8 @@ def learned_nothing(metrics: Mapping[str, MetricValue]) -> bool:
 def area(steps: Sequence[int], values: Sequence[float], end: float) -> float | None:
     """(1/D) ∫₀ᴰ of a curve by trapezoids, constant before its first and after its last point.
 
-    Args:
-        steps: training steps of the points, ascending from 1; the curve is cut off at ``end``.
-        values: values of the points.
-        end: D, the budget's training steps.
-
-    Returns:
-        The mean height, or None with fewer than ten points.
+    Its steps ascend from 1 and are cut off at ``end``, D, the budget's training steps. None with fewer than
+    ten points.
     """
     if len(steps) < CURVE_POINTS:
         return None

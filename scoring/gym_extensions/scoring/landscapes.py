@@ -89,11 +89,7 @@ def write(entry: Path, landscape: Landscape) -> Path:
 
 
 def measured_runs(entry: Path, group: TaskGroup) -> dict[int, RunDocument]:
-    """The documents of the runs that are measured, as far as the entry has them.
-
-    Raises:
-        BenchError: a document cannot be read.
-    """
+    """The documents of the runs that are measured, as far as the entry has them."""
     paths = {run: entry / run_file(group.name, PROTOCOL, run, DOCUMENT) for run in range(RUNS)}
     return {run: read_run(path) for run, path in paths.items() if path.is_file()}
 
@@ -101,8 +97,7 @@ def measured_runs(entry: Path, group: TaskGroup) -> dict[int, RunDocument]:
 def load(entry: Path, group: TaskGroup) -> Landscape | str:
     """The landscape of an entry on a group with axes, or the reason why there is none, as a sentence.
 
-    Raises:
-        BenchError: a file cannot be read.
+    Raises ``BenchError`` if a file cannot be read.
     """
     found = Landscape.load(path_of(entry, group), "bad-landscape", COMMAND)
     if found is None:
@@ -151,16 +146,16 @@ def summary(landscape: Landscape, group: TaskGroup, best: Best) -> dict[str, Met
 def _over_runs(landscape: Landscape, along: tuple[Axis, ...], place: Place, best: Best) -> MetricValue:
     values = []
     for run in range(len(landscape.runs)):
-        shares = [
+        shares = (
             share(landscape.axis(axis.name).returns[run][-1][at], best[landscape.group, axis.name][at])
             for axis in along
             for at in axis.indices(place)
-        ]
-        values.append(mean(value for value in shares if value is not None))
-    present = tuple(value for value in values if value is not None)
-    if not present:
+        )
+        if (value := mean(each for each in shares if each is not None)) is not None:
+            values.append(value)
+    if not values:
         return MetricValue(why="No entry has a return above 0 in these worlds.")
-    return MetricValue.of(interval(present), present)
+    return MetricValue.of(interval(values), values)
 
 
 def landscapes_of(entry: Path) -> dict[str, Landscape]:

@@ -91,11 +91,8 @@ def make_scorer(
                 message = f"It has no floor and expert for {missing[0]} of group {group.name}."
                 hint = "Measure it with: gym-extensions maintain references."
                 raise BenchError("missing-reference", message, str(references), hint)
-    names = [
-        each.removesuffix("-v0")
-        for name in only
-        for each in CORES.get(CORE if name == "core" else name, (name,))
-    ]
+    wanted = (CORES.get(CORE if name == "core" else name, (name,)) for name in only)
+    names = [name.removesuffix("-v0") for part in wanted for name in part]
     for name in names:
         if name not in scored:
             message = f"There is no group {name!r}."
@@ -141,35 +138,27 @@ def valid_scorecards(paths: Paths, scorer: Callable[[Path], Scorecard]) -> dict[
 def scorecards(
     folders: Sequence[Path], scorer: Callable[[Path], Scorecard], workers: int | None = None
 ) -> Iterator[Scorecard]:
-    """The scorecards of the folders in their order, whatever the number of worker processes.
+    """The scorecards of the folders in their order, whatever the number of worker processes (None: chosen).
 
     The processes are started at once, the scorecards come as they are taken.
-
-    Args:
-        folders: one submission each.
-        scorer: scores each of them.
-        workers: number of processes; None chooses it.
     """
     count = min(workers or (os.cpu_count() or 1) + 1, len(folders))  # one more overlaps disk waits
     if count < 2 or (workers is None and len(folders) < MIN_PARALLEL):
         return map(scorer, folders)
     pool = ProcessPoolExecutor(count)
-    return _until_done(pool, pool.map(scorer, folders))
+    results = pool.map(scorer, folders)
 
+    def until_done() -> Iterator[Scorecard]:
+        with pool:
+            yield from results
 
-def _until_done(pool: ProcessPoolExecutor, results: Iterator[Scorecard]) -> Iterator[Scorecard]:
-    with pool:
-        yield from results
-
-
-def references_info(references: References) -> ReferencesInfo:
-    """How a document names its references."""
-    return ReferencesInfo(references.version, references.digest)
+    return until_done()
 
 
 def scorecard_document(cards: Sequence[Scorecard], references: References) -> ScorecardDocument:
     """The document of these scorecards."""
-    return ScorecardDocument(references=references_info(references), submissions=tuple(cards))
+    info = ReferencesInfo(references.version, references.digest)
+    return ScorecardDocument(references=info, submissions=tuple(cards))
 
 
 def score_folders(
@@ -185,7 +174,7 @@ def score_folders(
     Raises:
         BenchError: a path does not exist, or two submissions have the same name.
     """
-    references = load_references() if references is None else references
+    references = references or load_references()
     cards = scorecards(find_submissions(paths), Scorer(references, groups or GROUPS))
     return scorecard_document(tuple(cards), references)
 
@@ -194,7 +183,7 @@ def score_folder(
     path: str | Path, references: References | None = None, groups: Mapping[str, TaskGroup] | None = None
 ) -> Scorecard:
     """The scorecard of the one submission in a folder; the arguments are those of :func:`score_folders`."""
-    return Scorer(load_references() if references is None else references, groups or GROUPS)(Path(path))
+    return Scorer(references or load_references(), groups or GROUPS)(Path(path))
 
 
 def publish(folder: Path, cards: Iterable[Scorecard], references: References) -> list[Scorecard]:

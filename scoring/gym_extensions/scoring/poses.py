@@ -44,19 +44,10 @@ class Clip:
     success: Annotated[bool | None, about("`is_success` of the last step; null where undefined")]
     returns: Annotated[tuple[float, ...], about("returns of all episodes of the cell, two digits")]
     frames: Annotated[int, about("number of frames")]
-    motion: Annotated[
-        str,
-        about(
-            "base64 VLQ of each coordinate in turn: its first value, then the steps between frames, in `unit`"
-        ),
-    ]
+    motion: Annotated[str, about("base64 VLQ of each coordinate: its first value, then steps, in `unit`")]
 
     def coordinates(self, unit: float) -> NDArray[np.float64]:
-        """The coordinates, (frames, n).
-
-        Raises:
-            BenchError: the motion is not that of whole frames.
-        """
+        """The coordinates, (frames, n). Raises ``BenchError`` if the motion is not that of whole frames."""
         numbers = decode(self.motion)
         if self.frames < 1 or len(numbers) % self.frames:
             raise BenchError("bad-motion", f"{len(numbers)} numbers do not make {self.frames} frames.")
@@ -70,9 +61,7 @@ class TaskPoses:
 
     task: Annotated[str, about("task id")]
     after: Annotated[Clip, about("right after training on the task")]
-    end: Annotated[
-        Clip | None, about("after the last stage; null for the last task, where both are the same")
-    ]
+    end: Annotated[Clip | None, about("after the last stage; null for the last task: they are the same")]
     unit: Annotated[float, about("resolution of the coordinates, m and rad or units of the map")]
     steps_per_second: Annotated[float, about("environment steps per second; 0 in 2-D navigation")]
     steps_per_frame: Annotated[float, about("environment steps between two frames")]
@@ -89,10 +78,7 @@ class Poses(JsonDocument):
     tasks: Annotated[tuple[TaskPoses, ...], about("tasks in training order")]
 
     def shows(self, runs: tuple[int, ...], matrix: tuple[tuple[tuple[float, ...], ...], ...]) -> bool:
-        """Whether these episodes belong to the results with these mean returns [run][stage][task].
-
-        False for poses of an earlier log of the entry.
-        """
+        """Whether these episodes, and not an earlier log's, have these mean returns [run][stage][task]."""
         stages = matrix[runs.index(self.run)] if self.run in runs else ()
         return len(self.tasks) + 1 == len(stages) and all(
             abs(math.fsum(clip.returns) / len(clip.returns) - stages[clip.stage][index]) <= MAX_DIFFERENCE
@@ -154,11 +140,7 @@ def encode(numbers: Iterable[int]) -> str:
 
 
 def decode(text: str) -> list[int]:
-    """The whole numbers of a text.
-
-    Raises:
-        BenchError: a character is not a digit, or the last number is incomplete.
-    """
+    """The whole numbers of a text. Raises ``BenchError`` for another character or an incomplete number."""
     numbers, rest, shift = [], 0, 0
     for character in text:
         value = VALUES.get(character)

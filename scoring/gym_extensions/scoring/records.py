@@ -48,12 +48,9 @@ def recordable(name: str) -> Task | None:
 
 @dataclass(frozen=True)
 class Bar:
-    """What a record must beat: the expert's mean, or on an open task the floor.
+    """What a record must beat: the expert's mean with its standard error, or on an open task the floor.
 
-    Args:
-        mean: of the expert's or the floor agent's returns.
-        standard_error: of the expert's mean; 0 on an open task.
-        floor_deviation: standard deviation of the floor agent's episodes; None if there is an expert.
+    ``floor_deviation`` is the standard deviation of the floor agent's episodes; None if there is an expert.
     """
 
     mean: float
@@ -73,11 +70,7 @@ def _reference_tasks() -> dict[str, References]:
 
 
 def bar(row: Task) -> Bar:
-    """What a record of a task must beat, from the file of references.
-
-    Raises:
-        BenchError: the task has no references.
-    """
+    """What a record of a task must beat. Raises ``BenchError`` if the task has no references."""
     found = _reference_tasks().get(row.id)
     if found is None:
         message = f"{row.name} has no references, so that nothing can be a record."
@@ -130,11 +123,6 @@ class Record:
         """The file of the policy."""
         return self.path.with_suffix(POLICY)
 
-    @property
-    def review_path(self) -> Path:
-        """The file of the review."""
-        return self.path.with_suffix(REVIEW)
-
     @cached_property
     def card(self) -> RecordCard:
         """The card.
@@ -157,10 +145,9 @@ class Record:
     @cached_property
     def review(self) -> RecordReview | None:
         """The review of the files as they are; None if there is none."""
-        if not self.review_path.exists():
-            return None
-        found = read_review(self.review_path)
-        return found if found.card == self.digest else None
+        path = self.path.with_suffix(REVIEW)
+        found = read_review(path) if path.exists() else None
+        return found if found and found.card == self.digest else None
 
     @property
     def verified(self) -> bool:
@@ -169,19 +156,13 @@ class Record:
 
     def write(self, review: RecordReview, path: Path | None = None) -> None:
         """Writes the review, by default beside the card, whole or not at all."""
-        write_text(path or self.review_path, review.to_json())
+        write_text(path or self.path.with_suffix(REVIEW), review.to_json())
 
 
 def problem_of(card: RecordCard, bar: Bar, mean: float, deviation: float, episodes: int) -> str:
-    """Why episodes on new seeds show no record; empty if they do.
+    """Why new episodes, with this mean and standard deviation of returns, show no record; empty if they do.
 
-    Args:
-        card: with the claimed mean.
-        bar: what a record must beat.
-        mean: of the new returns.
-        deviation: standard deviation of the new returns. It also serves for those of the claim, so that a
-            claim cannot hide behind a large one.
-        episodes: number of new returns.
+    Their deviation also serves for the returns of the claim, so that a claim cannot hide behind a large one.
     """
     claim = card.measurement
     margin = BELOW_CLAIM * deviation * math.sqrt(1 / claim.episodes + 1 / episodes)
@@ -197,8 +178,7 @@ def problem_of(card: RecordCard, bar: Bar, mean: float, deviation: float, episod
 def read_review(path: Path) -> RecordReview:
     """The review in a file, strictly: as the command writes it, with a motion that can be drawn.
 
-    Raises:
-        BenchError: it is not such a file.
+    Raises ``BenchError`` if it is not such a file.
     """
     try:
         data = read_regular(path, MAX_REVIEW)

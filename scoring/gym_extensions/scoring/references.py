@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -63,14 +63,9 @@ class Reference:
 
     def normalize(self, value: float) -> float:
         """(value − floor) / (expert − floor), not clipped. Raises ValueError for an open task."""
-        return self.normalize_all([value])[0]
-
-    def normalize_all(self, values: Iterable[float]) -> list[float]:
-        """Every value normalized. Raises ValueError for an open task."""
         if self.expert is None:
             raise ValueError("An open task has no normalized return.")
-        floor, span = self.floor, self.expert - self.floor
-        return [(value - floor) / span for value in values]
+        return (value - self.floor) / (self.expert - self.floor)
 
 
 @dataclass(frozen=True, repr=False)

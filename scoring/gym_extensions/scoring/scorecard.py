@@ -5,17 +5,20 @@ docs/scorecard.md describes every key.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Annotated, Literal
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import msgspec
 
 from gym_extensions.rollouts.manifest import Code, Observes, Protocol, Tuning
 from gym_extensions.rollouts.problem import Problem
-from gym_extensions.rollouts.review import Action, Level
+from gym_extensions.rollouts.review import Decision, Level
 from gym_extensions.rollouts.run import Memory, RunDocument
 from gym_extensions.scoring.documents import JsonDocument, about
 from gym_extensions.scoring.formulas import MetricValue, Profile
+
+if TYPE_CHECKING:
+    from gym_extensions.scoring.references import Reference
 
 Scalar = str | int | float | bool
 Hyperparameter = Scalar | tuple[Scalar, ...]
@@ -57,34 +60,20 @@ class VerificationSummary:
 
 
 @dataclass(frozen=True, slots=True)
-class DecisionSummary:
-    """What a maintainer decided about the entry (`review.toml`)."""
-
-    action: Annotated[Action, about("`accepted`, `withdrawn` or `challenged`")]
-    by: Annotated[str, about("who decided")]
-    date: Annotated[str, about("YYYY-MM-DD")]
-    reason: Annotated[str, about("why")]
-
-
-@dataclass(frozen=True, slots=True)
 class ReferenceValue:
-    """A task's floor and expert in raw returns."""
+    """A task's floor and expert in raw returns; null if not measured."""
 
-    floor: Annotated[
-        float | None, about("return of a policy that ignores observations; null if not measured")
-    ] = None
-    expert: Annotated[float | None, about("mean return of the expert; null if open or not measured")] = None
-    open: Annotated[
-        bool | None,
-        about("whether no expert is known that is clearly better than the floor; null if not measured"),
-    ] = None
-    standard_error: Annotated[float | None, about("of the expert's mean return; null if not measured")] = None
-    df: Annotated[
-        float | None, about("degrees of freedom of the standard error, 0 if unknown; null if not measured")
-    ] = None
-    provisional: Annotated[
-        str, about("why the expert does not do what the task is for; empty if it does")
-    ] = ""
+    floor: Annotated[float | None, about("return of an agent that ignores observations")] = None
+    expert: Annotated[float | None, about("mean return of the expert; null also if open")] = None
+    open: Annotated[bool | None, about("whether no known expert is clearly better than the floor")] = None
+    standard_error: Annotated[float | None, about("of the expert's mean return")] = None
+    df: Annotated[float | None, about("degrees of freedom of the standard error, 0 if unknown")] = None
+    provisional: Annotated[str, about("why the expert does not do what the task is for; else empty")] = ""
+
+    @classmethod
+    def of(cls, known: Reference | None) -> ReferenceValue:
+        """The values of a reference; of None, a task without one."""
+        return cls(*(getattr(known, field.name) for field in fields(cls))) if known else cls()
 
     @property
     def span(self) -> float | None:
@@ -146,10 +135,7 @@ class Curve:
 
     run: Annotated[int, about("training seed")]
     task: Annotated[str, about("task id")]
-    points: Annotated[
-        tuple[tuple[int, float], ...],
-        about("`[training step, mean return of the training episodes ended since the point before]`"),
-    ]
+    points: Annotated[tuple[tuple[int, float], ...], about("`[training step, mean training return]`")]
 
 
 @dataclass(frozen=True, slots=True)
@@ -173,20 +159,13 @@ class RunProvenance:
     def of(cls, document: RunDocument) -> RunProvenance:
         """What the document of a run says."""
         versions = msgspec.to_builtins(document.versions) | document.packages
-        return cls(
-            run=document.run,
-            command=document.command,
-            commit=document.commit,
-            by=document.by,
-            date=document.date,
-            versions={name: version for name, version in versions.items() if version},
-            processor=document.machine.processor if document.machine else "",
-            steps=document.steps,
-            cpu_seconds=document.cpu_seconds,
-            peak_memory_mb=document.peak_memory_mb,
-            memory=document.memory,
-            policies=document.policies is not None,
-        )
+        own: dict[str, Any] = {
+            "versions": {name: version for name, version in versions.items() if version},
+            "processor": document.machine.processor if document.machine else "",
+            "policies": document.policies is not None,
+        }
+        same = (field.name for field in fields(cls) if field.name not in own)
+        return cls(**own, **{name: getattr(document, name) for name in same})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
@@ -198,9 +177,7 @@ class GroupScore:
     why_claimed: Annotated[str, about("why the log is not verified, in words; else empty")] = ""
     budget: Annotated[str, about("name of the budget")]
     runs: Annotated[tuple[int, ...], about("training seeds; empty in a reported entry")]
-    provenance: Annotated[
-        tuple[RunProvenance, ...], about("how each run was trained; empty in a reported entry")
-    ] = ()
+    provenance: Annotated[tuple[RunProvenance, ...], about("how each run was trained")] = ()
     tasks: Annotated[tuple[str, ...], about("task ids in training order")]
     metrics: Annotated[dict[str, MetricValue], about("every metric of the protocol by name")]
     profile: Annotated[Profile | None, about("performance profile of p[T][j] over runs and tasks")] = None
@@ -208,35 +185,21 @@ class GroupScore:
     reference: Annotated[dict[str, ReferenceValue], about("floor and expert by task id")]
     return_matrix: Annotated[
         tuple[tuple[tuple[float, ...], ...], ...],
-        about(
-            "mean raw returns `[run][stage][task]`: stages 0 to T in `sequential`, the last stage alone in "
-            "the other protocols; empty in a reported entry"
-        ),
+        about("mean raw returns `[run][stage][task]`: stages 0 to T in `sequential`, else the last alone"),
     ]
     success_rates: Annotated[
         tuple[tuple[tuple[float | None, ...], ...], ...],
-        about(
-            "share of successful episodes `[run][stage][task]`, as in `return_matrix`; null where the task "
-            "defines no success; empty if no task of the group does, and in a reported entry"
-        ),
+        about("share of successful episodes; null where the task defines no success, empty if no task does"),
     ] = ()
     curves: Annotated[tuple[Curve, ...], about("training curves, one per run and task")] = ()
     episode_sketches: Annotated[
         tuple[tuple[str, ...], ...],
-        about(
-            "what equal runs have in common, by which boards recognize copies: 16 digests of episodes per "
-            "run, in navigation the digest of the policies; empty but in `sequential`"
-        ),
+        about("by which boards recognize copies: digests of episodes per run, in navigation of policies"),
     ] = ()
     missing_for_full_entry: Annotated[tuple[str, ...], about("what a full entry still needs, in words")] = ()
     paper_table: Annotated[tuple[PaperRow, ...], about("one row per task; empty outside `sequential`")] = ()
-    paper_total: Annotated[
-        PaperColumns | None,
-        about("totals of the paper's table: mean of the rows' means, deviation of all episodes pooled"),
-    ] = None
-    printed_total: Annotated[
-        PaperColumns | None, about("reported entries: the totals as printed; else null")
-    ] = None
+    paper_total: Annotated[PaperColumns | None, about("its total: mean of means, pooled deviation")] = None
+    printed_total: Annotated[PaperColumns | None, about("the total as printed, in reported entries")] = None
     notes: Annotated[tuple[str, ...], about("reported entries: contradictions between printed numbers")] = ()
 
     def __repr__(self) -> str:
@@ -259,40 +222,16 @@ class Scorecard:
 
     name: Annotated[str, about("name of the submission's folder")]
     title: Annotated[str, about("from `submission.toml`; the name if that cannot be read")]
-    level: Annotated[
-        Level | None,
-        about(
-            "`reported` (a printed table), `claimed` (the files keep to the rules), `verified` (its policies "
-            "agree with its logs on new seeds) or `reproduced` (a run was trained again): the lowest of its "
-            "logs; null with problems"
-        ),
-    ]
-    problems: Annotated[
-        tuple[Problem, ...],
-        about(
-            "broken rules of docs/rollout-log.md; `fault-of-the-scorer` where scoring failed, a mistake of "
-            "gym-extensions that should be reported"
-        ),
-    ] = ()
+    level: Annotated[Level | None, about("the lowest level of its logs; null with problems")]
+    problems: Annotated[tuple[Problem, ...], about("broken rules of docs/rollout-log.md")] = ()
     manifest: Annotated[ManifestSummary | None, about("`submission.toml`; null if it has problems")]
-    readme: Annotated[
-        str, about("text of `README.md`, plain and never markup; empty without one or if it has problems")
-    ] = ""
+    readme: Annotated[str, about("text of `README.md`, plain and never markup; empty without one")] = ""
     notes: Annotated[tuple[str, ...], about("what scoring did, such as counting identical runs as one")] = ()
-    signs: Annotated[
-        tuple[str, ...],
-        about("unusual patterns in the logs, for a reader to judge; none of them is a verdict"),
-    ] = ()
-    verifications: Annotated[
-        tuple[VerificationSummary, ...], about("what verifications found, oldest first")
-    ] = ()
-    decisions: Annotated[tuple[DecisionSummary, ...], about("decisions of maintainers, oldest first")] = ()
-    groups: Annotated[dict[str, dict[str, GroupScore]], about("scores by group id and protocol")] = field(
-        default_factory=dict
-    )
-    suites: Annotated[
-        dict[str, dict[str, SuiteScore]], about("scores by suite and protocol, for suites with every group")
-    ] = field(default_factory=dict)
+    signs: Annotated[tuple[str, ...], about("unusual patterns in the logs, for a reader to judge")] = ()
+    verifications: Annotated[tuple[VerificationSummary, ...], about("what they found, oldest first")] = ()
+    decisions: Annotated[tuple[Decision, ...], about("decisions of maintainers, oldest first")] = ()
+    groups: Annotated[dict[str, dict[str, GroupScore]], about("scores by group id and protocol")]
+    suites: Annotated[dict[str, dict[str, SuiteScore]], about("of complete suites, by suite and protocol")]
 
     def __repr__(self) -> str:
         return f"Scorecard({self.name!r}, level={self.level!r}, groups={list(self.groups)})"
@@ -309,7 +248,7 @@ class Scorecard:
         return standing[-1:] == ["withdrawn"]
 
     @property
-    def challenges(self) -> tuple[DecisionSummary, ...]:
+    def challenges(self) -> tuple[Decision, ...]:
         """The challenges since the last acceptance or withdrawal."""
         standing = [index for index, part in enumerate(self.decisions, 1) if part.action != "challenged"]
         return self.decisions[max(standing, default=0) :]

@@ -29,21 +29,10 @@ def mean(values: Iterable[float]) -> Number:
 
 
 def standard_deviation(values: Sequence[float], ddof: int = 0, center: float | None = None) -> float:
-    """The standard deviation with divisor n − ``ddof``, as in ``numpy.std``.
-
-    Args:
-        values: at least ``ddof`` + 1 numbers.
-        ddof: 0 for the population of these values, 1 for a sample.
-        center: the mean of the values; computed if None.
-    """
+    """The standard deviation with divisor n − ``ddof``, as in ``numpy.std``; ``center`` is the known mean."""
     center = math.fsum(values) / len(values) if center is None else center
     residuals = [value - center for value in values]
     return math.sqrt(math.fsum([r * r for r in residuals]) / (len(values) - ddof))
-
-
-def quantile(probability: float, df: float) -> float:
-    """The t with P(T ≤ t) = ``probability``."""
-    return float(stdtrit(df, probability))
 
 
 @lru_cache(maxsize=1024)
@@ -54,7 +43,7 @@ def rounded_quantile(df: float) -> float:
     interval (``math.fsum``, products, quotients, square roots) is exact or correctly rounded by IEEE 754, so
     with a rounded quantile the ends of an interval have the same bits on every machine.
     """
-    return float(f"{quantile(0.975, df):.12g}")
+    return float(f"{stdtrit(df, 0.975):.12g}")
 
 
 def two_sided_p(t: ArrayLike, df: ArrayLike) -> Array:
@@ -65,7 +54,7 @@ def two_sided_p(t: ArrayLike, df: ArrayLike) -> Array:
 
 def critical_value(alpha: float, df: float) -> float:
     """The t with a two-sided p value of ``alpha``, precise for the smallest ``alpha``, too."""
-    return -quantile(alpha / 2, df)
+    return -float(stdtrit(df, alpha / 2))
 
 
 @dataclass(frozen=True)
@@ -136,11 +125,7 @@ def _combine(mean: float, parts: Sequence[Summary], divisor: int) -> Summary:
 
 
 def welch_satterthwaite(terms: Sequence[tuple[float, float]]) -> tuple[float, float]:
-    """Standard error and degrees of freedom of a sum of independent means.
-
-    Args:
-        terms: squared standard error and degrees of freedom of each mean.
-    """
+    """Standard error and df of a sum of means, from the squared standard error and df of each."""
     total = math.fsum(square for square, _ in terms)
     denominator = math.fsum(square * square / df for square, df in terms)
     if denominator == 0:
@@ -148,16 +133,11 @@ def welch_satterthwaite(terms: Sequence[tuple[float, float]]) -> tuple[float, fl
     return math.sqrt(total), max(total * total / denominator, min(df for _, df in terms))
 
 
-def to_interval(estimate: Summary) -> Interval:
-    """mean ± t(.975, df) · standard error. A single run has no interval."""
-    return with_anchors(estimate, ())
+def to_interval(estimate: Summary, anchors: Iterable[tuple[float, float]] = ()) -> Interval:
+    """mean ± t(.975, df) · standard error. A single run has no interval.
 
-
-def with_anchors(estimate: Summary, anchors: Iterable[tuple[float, float]]) -> Interval:
-    """The interval of an absolute score: the error over runs, and the errors of the anchors of its tasks.
-
-    All are independent; the degrees of freedom are those of Welch and Satterthwaite. Differences between
-    entries on the same tasks use :func:`to_interval`.
+    An absolute score, but no difference between entries, also has the errors of the anchors of its tasks. All
+    are independent; the degrees of freedom are those of Welch and Satterthwaite.
 
     Args:
         estimate: the score over runs.
@@ -185,9 +165,8 @@ def difference(first: Sequence[float], second: Sequence[float]) -> Interval:
 def zero_mean_p(estimate: Summary) -> float:
     """The two-sided p value of a mean of zero. Without variance it is 1 for a mean of zero and 0 for another.
 
-    Args:
-        estimate: of at least two runs. Of a difference (:func:`subtract`) it is Welch's test; the differences
-            of paired runs give the paired t test.
+    Of a difference (:func:`subtract`) it is Welch's test; the differences of paired runs give the paired t
+    test. It needs two runs.
     """
     if estimate.mean == 0 or estimate.squared_error == 0:
         return float(estimate.mean == 0)
@@ -197,11 +176,8 @@ def zero_mean_p(estimate: Summary) -> float:
 def welch(entries: Sequence[Summary]) -> tuple[Array, Array]:
     """Welch's t and degrees of freedom of all pairs a < b, in the order of ``numpy.triu_indices(M, 1)``.
 
-    Without variance t is 0 for equal means and ±∞ for different ones. The degrees of freedom are at least the
-    smaller ones of the pair, whatever underflows.
-
-    Args:
-        entries: M summaries of at least two runs each.
+    Every entry has at least two runs. Without variance t is 0 for equal means and ±∞ for different ones. The
+    degrees of freedom are at least the smaller ones of the pair, whatever underflows.
     """
     columns = [(entry.mean, entry.squared_error, entry.df) for entry in entries]
     mean, square, df = np.array(columns, dtype=np.float64).reshape(-1, 3).T
@@ -237,15 +213,10 @@ def significant_pairs(entries: Sequence[Summary], alpha: float = ALPHA) -> Mask:
 
 
 def rank_intervals(entries: Sequence[Summary], significant: Mask, better: str) -> list[tuple[int, int]]:
-    """The first and last possible rank of each entry.
+    """The first and last possible rank of each entry, from the matrix of :func:`significant_pairs`.
 
     They are 1 + (number of significantly better entries) and M − (number of significantly worse entries).
     With 95 % confidence, all of them hold simultaneously (Mogstad, Romano, Shaikh & Wilhelm 2024).
-
-    Args:
-        entries: M summaries of one metric.
-        significant: M × M, from :func:`significant_pairs`.
-        better: ``higher`` or ``lower``.
     """
     mean = np.array([entry.mean for entry in entries])
     loses = mean[:, None] < mean if better == "higher" else mean[:, None] > mean

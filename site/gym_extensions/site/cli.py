@@ -14,10 +14,10 @@ from rich.text import Text
 
 from gym_extensions.errors import reports_mistakes, working
 from gym_extensions.scoring.output.screen import console, count, plain_table, show_line
-from gym_extensions.scoring.pipeline import Scorer, find_submissions, references_info
+from gym_extensions.scoring.pipeline import Scorer, find_submissions
 from gym_extensions.scoring.records import RECORDS, verified_records
 from gym_extensions.scoring.references import load_references
-from gym_extensions.scoring.scorecard import Scorecard
+from gym_extensions.scoring.scorecard import ReferencesInfo, Scorecard
 from gym_extensions.site.board_views import BoardView
 from gym_extensions.site.build import base_digest, build_site
 from gym_extensions.site.output import folder_key, scorecards_since
@@ -89,7 +89,7 @@ def main(argv: list[str] | None = None) -> int:
     empty = [folder for folder in options.submissions if is_empty(folder)]
     folders = find_submissions([folder for folder in options.submissions if folder not in empty])
     references = load_references()
-    info = references_info(references)
+    info = ReferencesInfo(references.version, references.digest)
     base = base_digest(info)
     keys = {folder.name: folder_key(folder, base) for folder in folders}
     scored = scorecards_since(options.out, folders, keys, Scorer(references))

@@ -11,11 +11,12 @@ import pytest
 
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.rollouts.reader import read
+from gym_extensions.rollouts.review import Decision
 from gym_extensions.rollouts.run import PolicyFile
 from gym_extensions.scoring.entry.signs import SIZE, Sketch, is_common, run_sketches
 from gym_extensions.scoring.ranking.copies import duplicate_entries
 from gym_extensions.scoring.ranking.group_board import board
-from gym_extensions.scoring.scorecard import DecisionSummary, Scorecard
+from gym_extensions.scoring.scorecard import Scorecard
 
 from ..entries import GROUP, KEY, Enter, at_level
 
@@ -119,7 +120,9 @@ def test_of_identical_entries_the_verified_one_counts(enter: Enter) -> None:
 
 def test_of_identical_verified_entries_the_one_that_was_accepted_first_counts(enter: Enter) -> None:
     def accepted(name: str, date: str) -> Scorecard:
-        return replace(enter(name, 500), decisions=(DecisionSummary("accepted", "M.", date, ""),))
+        return replace(
+            enter(name, 500), decisions=(Decision(action="accepted", by="M.", date=date, reason=""),)
+        )
 
     for cards in (
         [accepted("a", "2026-02-01"), accepted("b", "2026-01-01")],

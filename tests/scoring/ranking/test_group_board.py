@@ -13,6 +13,7 @@ import pytest
 from scipy import stats
 
 from gym_extensions.catalog.groups import group
+from gym_extensions.rollouts.review import Action, Decision
 from gym_extensions.scoring.formulas import BOARD_METRICS, BY_NAME, MetricValue
 from gym_extensions.scoring.pipeline import score_folder, score_folders
 from gym_extensions.scoring.ranking.boards import (
@@ -20,12 +21,12 @@ from gym_extensions.scoring.ranking.boards import (
     BoardEntry,
     BoardKey,
     BoardsDocument,
-    VersusNext,
+    Versus,
     board_keys,
 )
 from gym_extensions.scoring.ranking.group_board import board, boards
 from gym_extensions.scoring.references import Reference, References, trained_alone
-from gym_extensions.scoring.scorecard import DecisionSummary, Scorecard
+from gym_extensions.scoring.scorecard import Scorecard
 
 from ...conftest import MANIFEST
 from ..entries import GROUP, KEY, Enter, at_level, final_ranks, names, on_gravity
@@ -82,7 +83,7 @@ def test_an_entry_on_a_suite_has_the_fewest_runs_of_its_groups(enter: Enter) -> 
     assert (entry.runs, entry.why) == (3, "Fewer than 5 runs.")
 
 
-def versus_next(entry: BoardEntry) -> VersusNext:
+def versus_next(entry: BoardEntry) -> Versus:
     assert entry.vs_next is not None
     return entry.vs_next
 
@@ -181,8 +182,9 @@ def test_a_metric_that_needs_other_runs_is_ranked_only_if_they_are_verified(ente
 
 
 def test_a_withdrawn_entry_is_on_no_board_and_an_accepted_one_has_its_date(enter: Enter) -> None:
-    def decided(action: str) -> Scorecard:
-        return replace(enter("a", 300), decisions=(DecisionSummary(action, "M.", "2026-01-02", "why"),))  # type: ignore[arg-type]
+    def decided(action: Action) -> Scorecard:
+        decision = Decision(action=action, by="M.", date="2026-01-02", reason="why")
+        return replace(enter("a", 300), decisions=(decision,))
 
     assert boards([decided("withdrawn")]) == BoardsDocument(boards=())
     assert boards([decided("accepted")]).boards[0].rows[0].accepted == "2026-01-02"

@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from gym_extensions.scoring.pipeline import references_info
 from gym_extensions.scoring.poses import write
 from gym_extensions.scoring.references import load_references
+from gym_extensions.scoring.scorecard import ReferencesInfo
 from gym_extensions.site.build import Site
 from gym_extensions.site.pages.page import Draft
 from gym_extensions.site.play.mujoco_wasm import FOLDER, load
@@ -69,7 +69,8 @@ def write_site(folder: Path) -> Path:
         document["submissions"] + many + methods, key=lambda entry: entry["name"]
     )
     write(write_run(folder.parent / "agile"), "hopper-gravity", poses_of(document))
-    info = references_info(load_references())
+    references = load_references()
+    info = ReferencesInfo(references.version, references.digest)
     site = Site(info, folders={"agile": folder.parent / "agile"}, simulator=load(ASSETS))
     for path, content in site.files(typed(document).submissions):
         if isinstance(content, Draft) and (

@@ -49,10 +49,7 @@ class Results:
         }
 
     def success_rates(self, protocol: str) -> Rates:
-        """The share of episodes that succeeded, [run][stage][task].
-
-        None where the task defines no success; empty if no task does.
-        """
+        """The share of successful episodes [run][stage][task]; None where undefined, empty if everywhere."""
         rates = tuple(
             tuple(tuple(None if min(cell) < 0 else sum(cell) / len(cell) for cell in row) for row in run)
             for run in self.successes.get(protocol, ())
@@ -105,7 +102,7 @@ def normalized_runs(results: Results, references: References, protocol: str) -> 
         heights = {}
         for j, reference in scored.items():
             steps, values = results.curves.get((name, run, ids[j - 1]), ([], []))
-            heights[j] = area(steps, reference.normalize_all(values), results.steps)
+            heights[j] = area(steps, [reference.normalize(value) for value in values], results.steps)
         return {j: height for j, height in heights.items() if height is not None}
 
     return [
@@ -118,7 +115,7 @@ def normalized_runs(results: Results, references: References, protocol: str) -> 
                 for j, reference in scored.items()
             },
             final_episodes={
-                j: tuple(reference.normalize_all(episodes[-1][j - 1])) for j, reference in scored.items()
+                j: tuple(map(reference.normalize, episodes[-1][j - 1])) for j, reference in scored.items()
             },
             single_task=last_stage("single", run, scored),
             cumulative=last_stage("cumulative", run, scored.keys() & {T}),

@@ -27,20 +27,13 @@ from gym_extensions.scoring.statistics import standard_deviation
 
 
 def paper_table(results: Results) -> tuple[tuple[PaperRow, ...], PaperColumns]:
-    """The rows and the total of a group, with the episodes of all runs pooled.
-
-    A column's total is the mean of its rows' means, and the population standard deviation of all the
-    group's episodes pooled.
-    """
+    """The rows of a group with the episodes of all runs pooled, and the mean and pooled deviation of all."""
     sequential, single = (results.returns.get(protocol, ()) for protocol in ("sequential", "single"))
     rows: list[dict[str, PaperCell | None]] = []
     pooled: dict[str, list[float]] = {column: [] for column in PAPER_COLUMNS}
     for index in range(len(results.group.tasks)):
-        stages = {"fully_trained": -1, "after_env_training": index + 1, "first_step": index}
-        episodes = {
-            column: [value for run in sequential for value in run[stage][index]]
-            for column, stage in stages.items()
-        }
+        stages = (("fully_trained", -1), ("after_env_training", index + 1), ("first_step", index))
+        episodes = {name: [x for run in sequential for x in run[stage][index]] for name, stage in stages}
         episodes["single_env"] = [value for run in single for value in run[0][index]]
         rows.append({column: _cell(values) for column, values in episodes.items()})
         for column, values in episodes.items():
@@ -61,12 +54,7 @@ def _cell(episodes: Sequence[float]) -> PaperCell | None:
     return PaperCell(mean, standard_deviation(episodes, center=mean))
 
 
-PRINTED_COLUMNS = {
-    "fully_trained": "fully_trained",
-    "after_env": "after_env_training",
-    "first_step": "first_step",
-    "single_env": "single_env",
-}
+PRINTED_COLUMNS = {column.removesuffix("_training"): column for column in PAPER_COLUMNS}
 """The CSV file's columns -> the scorecard's."""
 GROUP_NAMES = {"_body_parts": "-body", "_sensor_wall": "-wall", "standup_and_run": "standup-run", "_": "-"}
 """Replacements, in this order, that turn a group's name in the file into its id."""
@@ -83,15 +71,8 @@ class Finding:
     contradictions: tuple[str, ...]
 
 
-@dataclass(frozen=True)
-class Findings:
-    """The findings on a published table by group id."""
-
-    groups: dict[str, Finding]
-
-
 def task_id(printed: str) -> str:
-    """The task id of an environment's printed name, e.g. ``gym_extensions/Hopper-v0`` for ``Hopper-v1``."""
+    """The task id of an environment's printed name: ``gym_extensions/Hopper-v0`` for ``Hopper-v1``."""
     return f"{NAMESPACE}/{printed.rsplit('-v', 1)[0]}-v0"
 
 
@@ -103,14 +84,14 @@ def group_id(name: str) -> str:
 
 
 def table_path(name: str) -> Path:
-    """The CSV file of a published table."""
+    """The CSV file of a published table; its findings lie beside it."""
     return Path(__file__).parents[1] / "published_data" / TABLES[name]
 
 
 def findings(name: str) -> dict[str, Finding]:
     """The recomputed totals and the contradictions of a published table by group id."""
-    data = table_path(name).with_suffix(".json").read_bytes()
-    return msgspec.json.decode(data, type=Findings).groups
+    document = msgspec.json.decode(table_path(name).with_suffix(".json").read_bytes())
+    return msgspec.convert(document["groups"], dict[str, Finding])
 
 
 def reported_groups(name: str, budget: str) -> dict[str, dict[str, GroupScore]]:

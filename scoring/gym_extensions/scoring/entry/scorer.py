@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import fields
+from typing import Any
 
 from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS
 from gym_extensions.rollouts.review import CLAIMED, LEVELS, REPORTED, Level, Review, Verification
@@ -17,7 +19,6 @@ from gym_extensions.scoring.formulas import iqm, profile
 from gym_extensions.scoring.references import References
 from gym_extensions.scoring.scorecard import (
     Curve,
-    DecisionSummary,
     GroupScore,
     ManifestSummary,
     ReferenceValue,
@@ -68,9 +69,7 @@ def score(submission: Submission, references: References) -> Scorecard:
         notes=tuple(f"{name}: {note}" for name, entry in submission.groups.items() for note in entry.notes),
         signs=tuple(patterns),
         verifications=tuple(_verification(part, digests) for part in review.verifications),
-        decisions=tuple(
-            DecisionSummary(part.action, part.by, part.date, part.reason) for part in review.decisions
-        ),
+        decisions=tuple(review.decisions),
         groups=groups,
         suites={} if level == REPORTED else suite_scores(groups),
     )
@@ -80,15 +79,13 @@ def _manifest(submission: Submission) -> ManifestSummary | None:
     manifest = submission.manifest
     if manifest is None:
         return None
+    settings = manifest.hyperparameters.items()
     return ManifestSummary(
         authors=manifest.authors,
         description=manifest.description,
         code=manifest.code,
         protocol=manifest.protocol,
-        hyperparameters={
-            name: tuple(value) if isinstance(value, list) else value
-            for name, value in manifest.hyperparameters.items()
-        },
+        hyperparameters={key: tuple(value) if isinstance(value, list) else value for key, value in settings},
         observes=manifest.observes,
         tuning=manifest.tuning,
         memory=submission.memory,
@@ -97,35 +94,24 @@ def _manifest(submission: Submission) -> ManifestSummary | None:
 
 def _verification(part: Verification, digests: Mapping[str, str]) -> VerificationSummary:
     """What a verification found, given the digest of every run as it is now, by the run's name."""
-    return VerificationSummary(
-        date=part.date,
-        version=part.version,
-        value=part.value,
-        logs=tuple(sorted({key.rpartition("/")[0] for key in part.runs})),
-        runs=len(part.runs),
-        current=sum(digests.get(key) == digest for key, digest in part.runs.items()),
-        episodes=part.episodes,
-        repeated=part.repeated,
-        difference=part.difference,
-        kernels=part.kernels,
-        cells=part.cells,
-        p_value=part.p_value,
-        second_p_value=part.second_p_value,
-        passed=part.passed,
-        retrained=tuple(part.retrained),
-    )
+    own: dict[str, Any] = {
+        "logs": tuple(sorted({key.rpartition("/")[0] for key in part.runs})),
+        "runs": len(part.runs),
+        "current": sum(digests.get(key) == digest for key, digest in part.runs.items()),
+        "retrained": tuple(part.retrained),
+    }
+    same = (field.name for field in fields(VerificationSummary) if field.name not in own)
+    return VerificationSummary(**own, **{name: getattr(part, name) for name in same})
 
 
 def _why_claimed(review: Review, documents: Sequence[RunDocument], digests: Mapping[str, str]) -> str:
     """Why a log is not verified, in words: the runs' documents, and their digests by the run's name."""
-    without = [str(document.run) for document in documents if document.policies is None]
-    if without:
+    if without := [str(document.run) for document in documents if document.policies is None]:
         return f"No policies of run {', '.join(without)}."
     for key, digest in digests.items():
         found = [part for part in review.verifications if part.runs.get(key) == digest]
-        for part in found:
-            if not part.passed:
-                return f"The verification of {part.date} did not pass."
+        if failed := [part for part in found if not part.passed]:
+            return f"The verification of {failed[0].date} did not pass."
         if not found:
             changed = any(key in part.runs for part in review.verifications)
             return f"{key} {'changed after its verification' if changed else 'is not verified yet'}."
@@ -159,7 +145,7 @@ def score_group(
         metrics=metric_values(results, references, protocol, runs),
         profile=profile(final),
         iqm=iqm(final),
-        reference={task: _reference(task, references) for task in tasks},
+        reference={task: ReferenceValue.of(references.tasks.get(task)) for task in tasks},
         return_matrix=tuple(tuple(map(tuple, run)) for run in results.means[protocol]),
         success_rates=results.success_rates(protocol),
         curves=tuple(
@@ -172,13 +158,6 @@ def score_group(
         paper_table=rows,
         paper_total=total,
     )
-
-
-def _reference(task: str, references: References) -> ReferenceValue:
-    each = references.tasks.get(task)
-    if each is None:
-        return ReferenceValue()
-    return ReferenceValue(each.floor, each.expert, each.open, each.standard_error, each.df, each.provisional)
 
 
 def _missing_for_full_entry(results: Results, protocol: str) -> Iterator[str]:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES
 from gym_extensions.rollouts.log import Log
@@ -72,64 +71,44 @@ def signs(entry: SubmittedGroup, is_sampled: bool) -> tuple[str, ...]:
     Training curves are compared only where evaluation samples its actions, as training does: a deterministic
     policy does without the noise of its training curve. Outliers within a cell are not reported: where most
     episodes end alike and a few last longer, honest cells have outliers of fifty interquartile ranges.
-
-    Args:
-        entry: the group's logs and curves.
-        is_sampled: whether actions are sampled in evaluation.
     """
     return tuple(
         f"{entry.group.id}, {protocol}: {text}"
         for protocol, log in entry.logs.items()
         for text in (
-            *_identical_lengths(log),
-            *_shared_episodes(run_sketches(entry, protocol)),
-            *(_above_curves(entry, log) if is_sampled else ()),
+            _identical_lengths(log),
+            _shared_episodes(run_sketches(entry, protocol)),
+            _above_curves(entry, log) if is_sampled else "",
         )
+        if text
     )
 
 
-def _cells(column: NDArray[np.generic]) -> NDArray[np.float64]:
-    """The column with one row per cell and one column per episode."""
-    return np.asarray(column, dtype=np.float64).reshape(-1, EVALUATION_EPISODES)
-
-
-def _identical_lengths(log: Log) -> Iterator[str]:
-    lengths = _cells(log.length)
-    limits = np.array([task.max_steps for task in log.group.tasks])[_cells(log.position)[:, 0].astype(int)]
+def _identical_lengths(log: Log) -> str:
+    lengths, positions = (column.reshape(-1, EVALUATION_EPISODES) for column in (log.length, log.position))
+    limits = np.array([task.max_steps for task in log.group.tasks])[positions[:, 0]]
     count = int(np.sum(np.all(lengths == lengths[:, :1], axis=1) & (lengths[:, 0] < limits)))
-    if count:
-        yield (
-            f"In {count} of {len(lengths)} cells, all {EVALUATION_EPISODES} episodes have the same length, "
-            "which is below the time limit."
-        )
+    equal = f"all {EVALUATION_EPISODES} episodes have the same length, which is below the time limit."
+    return f"In {count} of {len(lengths)} cells, {equal}" if count else ""
 
 
-def _shared_episodes(sketches: Sequence[Sketch]) -> Iterator[str]:
-    count = sum(
-        any(is_common(sketch, other) for other in sketches[:index]) for index, sketch in enumerate(sketches)
-    )
-    if count:
-        yield f"{count} of {len(sketches)} runs share most of their last episodes with an earlier run."
+def _shared_episodes(sketches: Sequence[Sketch]) -> str:
+    count = sum(any(is_common(each, other) for other in sketches[:at]) for at, each in enumerate(sketches))
+    text = f"{count} of {len(sketches)} runs share most of their last episodes with an earlier run."
+    return text if count else ""
 
 
-def _above_curves(entry: SubmittedGroup, log: Log) -> Iterator[str]:
+def _above_curves(entry: SubmittedGroup, log: Log) -> str:
     """Compares the mean return right after the training on a task with the training curve of that task."""
-    curves = {
-        (run, curve.task): np.array(curve.returns)
-        for run, document in entry.runs[log.protocol].items()
-        for curve in document.curves
-    }
-    ids = entry.group.task_ids
+    documents = entry.runs[log.protocol].items()
+    curves = [(run, curve) for run, document in documents for curve in document.curves]
     count = 0
-    means = _cells(log.return_).mean(axis=1)
-    keys = (_cells(column)[:, 0].astype(int) for column in (log.run, log.stage, log.position))
-    for run, stage, position, mean in zip(*keys, means, strict=True):
-        curve = curves.get((int(run), ids[position]))
-        trained_last = stage == position + 1 if log.protocol == "sequential" else True
-        if curve is not None and trained_last and curve.size:
-            count += bool(mean > curve.max() + CURVE_RANGES * (curve.max() - curve.min()))
-    if count:
-        yield (
-            f"In {count} of {len(curves)} cells right after training, the mean return is far above the "
-            "training curve."
-        )
+    for run, curve in curves:
+        position = entry.group.task_ids.index(curve.task)
+        stage = position + 1 if log.protocol == "sequential" else 1
+        cell = (log.run == run) & (log.stage == stage) & (log.position == position)
+        if curve.returns and cell.any():
+            top, low = max(curve.returns), min(curve.returns)
+            count += bool(log.return_[cell].mean() > top + CURVE_RANGES * (top - low))
+    where = "cells right after training, the mean return is far above the training curve."
+    return f"In {count} of {len(curves)} {where}" if count else ""

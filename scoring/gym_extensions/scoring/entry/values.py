@@ -11,9 +11,8 @@ from gym_extensions.scoring.entry.normalization import Results, normalized_runs
 from gym_extensions.scoring.formulas import FINAL, JOINT_GAP, METRICS, Metric, MetricValue, Run
 from gym_extensions.scoring.references import Reference, References
 from gym_extensions.scoring.scorecard import GroupScore, SuiteScore
-from gym_extensions.scoring.statistics import Summary, mean_of_groups, subtract, summary, with_anchors
+from gym_extensions.scoring.statistics import Summary, mean_of_groups, subtract, summary, to_interval
 
-ONE_RUN = "One run has no interval."
 ALL_OPEN = "Every task of this group is open: no expert is known that is clearly better than the floor."
 NO_TERM = "No task with an expert meets the formula's condition on j."
 TOO_FEW_POINTS = "A training curve that it needs is missing or has fewer than 10 points."
@@ -25,6 +24,8 @@ NEEDS = {
     "curves": "training curves",
 }
 """What metrics need besides their own log, in words."""
+Groups = Mapping[str, Mapping[str, GroupScore]]
+"""Scores by group id and protocol, as in a scorecard."""
 
 
 def missing_words(needs: Iterable[str], results: Results) -> list[str]:
@@ -34,44 +35,38 @@ def missing_words(needs: Iterable[str], results: Results) -> list[str]:
 
 
 def over_runs(metric: Metric, runs: Sequence[Run], tasks: Sequence[Reference] = ()) -> MetricValue:
-    """The value of a metric over runs, or why there is none.
+    """The value of a metric that is a function of one run, over runs, or why there is none.
 
-    Args:
-        metric: a metric that is a function of one run.
-        runs: the normalized runs.
-        tasks: the references of the group's tasks; without them the interval is that over the runs.
+    Without the references of the group's tasks the interval has no errors of experts.
     """
     values: list[float] = []
     for run in runs:
         try:
-            value = metric.function(run) if metric.function else None
+            value = metric.of_run(run)
         except KeyError:
             return MetricValue(why=TOO_FEW_POINTS)
         if value is None:
             return MetricValue(why=NO_TERM if run.scored else ALL_OPEN)
         values.append(value)
     anchors = anchor_errors(metric, runs, tasks)
-    whole = with_anchors(summary(values), anchor_terms(anchors, tasks))
-    return MetricValue.of(whole, tuple(values), ONE_RUN if len(values) == 1 else "", anchors)
+    return MetricValue.of(to_interval(summary(values), anchor_terms(anchors, tasks)), values, anchors)
 
 
-def anchor_errors(metric: Metric, runs: Sequence[Run], tasks: Sequence[Reference]) -> tuple[float, ...]:
+def anchor_errors(metric: Metric, runs: Sequence[Run], tasks: Sequence[Reference]) -> list[float]:
     """What the error of each task's expert adds to the standard error of a metric's mean over runs.
 
     By the delta method it is the task's share of the mean times the expert's standard error in spans: of
-    final performance, mean(p[T][j]) / T · standard error / (expert − floor). It has the share's sign.
-
-    Returns:
-        One number per task; empty if no expert has an error.
+    final performance, mean(p[T][j]) / T · standard error / (expert − floor). It has the share's sign. Empty
+    if no expert has an error.
     """
     if not any(task.relative_error for task in tasks):
-        return ()
+        return []
     shares = [metric.shares(run) for run in runs]
     means = [math.fsum(share.get(j, 0.0) for share in shares) / len(shares) for j in range(1, len(tasks) + 1)]
-    return tuple(share * task.relative_error for share, task in zip(means, tasks, strict=True))
+    return [share * task.relative_error for share, task in zip(means, tasks, strict=True)]
 
 
-def anchor_terms(errors: Sequence[float], tasks: Sequence[Reference]) -> list[tuple[float, float]]:
+def anchor_terms(errors: Iterable[float], tasks: Iterable[Reference]) -> list[tuple[float, float]]:
     """The squared errors of :func:`anchor_errors` with their degrees of freedom."""
     return [(error * error, task.df) for error, task in zip(errors, tasks, strict=False)]
 
@@ -80,9 +75,9 @@ def joint_gap(final: MetricValue, joint: MetricValue, tasks: Sequence[Reference]
     """Joint minus sequential final performance. Runs are not paired, so the interval is Welch's."""
     if not final.runs or not joint.runs:
         return MetricValue(why=final.why or joint.why)
-    anchors = tuple(b - a for a, b in zip(final.anchors, joint.anchors, strict=True))
-    gap = with_anchors(subtract(summary(joint.runs), summary(final.runs)), anchor_terms(anchors, tasks))
-    return MetricValue.of(gap, (), ONE_RUN if gap.low is None else "", anchors)
+    anchors = [b - a for a, b in zip(final.anchors, joint.anchors, strict=True)]
+    gap = to_interval(subtract(summary(joint.runs), summary(final.runs)), anchor_terms(anchors, tasks))
+    return MetricValue.of(gap, anchors=anchors)
 
 
 def metric_values(
@@ -90,50 +85,31 @@ def metric_values(
 ) -> dict[str, MetricValue]:
     """The value of every metric of a protocol by its name, in the order of the metrics' table.
 
-    Args:
-        results: the group's raw returns.
-        references: floors and experts.
-        protocol: ``sequential``, ``single``, ``joint`` or ``cumulative``.
-        runs: the protocol's normalized runs; empty where a task of the group has no reference.
+    ``runs`` are the protocol's normalized runs, empty where a task of the group has no reference.
     """
     ids = results.group.task_ids
-    unknown = ""
     if missing := references.missing(ids):
-        unknown = (
-            f"{len(missing)} of {len(ids)} tasks have no floor and expert in version {references.version} "
-            f"of the references, {missing[0]} among them."
-        )
-    tasks = [] if missing else [references.tasks[task] for task in ids]
+        why = f"{len(missing)} of {len(ids)} tasks have no floor and expert in version {references.version} "
+        value = MetricValue(why=f"{why}of the references, {missing[0]} among them.")
+        return {metric.name: value for metric in METRICS[protocol]}
+    tasks = [references.tasks[task] for task in ids]
     values: dict[str, MetricValue] = {}
     for metric in METRICS[protocol]:
-        lacking = missing_words(metric.needs, results)
-        why = unknown or (f"It needs {' and '.join(lacking)}, which this entry lacks." if lacking else "")
-        if why:
-            values[metric.name] = MetricValue(why=why)
-        elif metric.function is None:
+        if lacking := missing_words(metric.needs, results):
+            value = MetricValue(why=f"It needs {' and '.join(lacking)}, which this entry lacks.")
+        elif metric is JOINT_GAP:
             joint = over_runs(FINAL, normalized_runs(results, references, "joint"), tasks)
-            values[metric.name] = joint_gap(values[FINAL.name], joint, tasks)
+            value = joint_gap(values[FINAL.name], joint, tasks)
         elif "cumulative" in metric.needs:  # made for some runs of the sequence only
-            paired = over_runs(metric, [run for run in runs if run.cumulative], tasks)
-            values[metric.name] = replace(paired, runs=())
+            value = replace(over_runs(metric, [run for run in runs if run.cumulative], tasks), runs=())
         else:
-            values[metric.name] = over_runs(metric, runs, tasks)
+            value = over_runs(metric, runs, tasks)
+        values[metric.name] = value
     return values
 
 
-Groups = Mapping[str, Mapping[str, GroupScore]]
-"""Scores by group id and protocol, as in a scorecard."""
-
-
-def estimate(groups: Groups, names: Sequence[str], protocol: str, metric: Metric) -> Summary | None:
-    """The mean over groups of a metric's mean over runs; None where it has no value in one of them.
-
-    Args:
-        groups: scores by group id and protocol.
-        names: ids of the groups, which are independent.
-        protocol: ``sequential``, ``single``, ``joint`` or ``cumulative``.
-        metric: a metric of that protocol.
-    """
+def estimate(groups: Groups, names: Iterable[str], protocol: str, metric: Metric) -> Summary | None:
+    """The mean over independent groups of a metric's mean over runs; None without a value in one of them."""
     parts = [_of_group(groups.get(name, {}), protocol, metric) for name in names]
     present = [part for part in parts if part is not None]
     if not present or len(present) < len(parts):
@@ -151,11 +127,7 @@ def _of_group(protocols: Mapping[str, GroupScore], protocol: str, metric: Metric
 
 
 def suite_scores(groups: Groups) -> dict[str, dict[str, SuiteScore]]:
-    """The mean of each metric over a suite's groups, by suite and protocol.
-
-    Args:
-        groups: scores by group id and protocol; suites with a missing group are left out.
-    """
+    """The mean of each metric over a suite's groups, by suite and protocol, of suites with every group."""
     suites: dict[str, dict[str, SuiteScore]] = {}
     for suite, names in SUITES.items():
         for protocol, metrics in METRICS.items():
@@ -171,8 +143,8 @@ def _suite_value(groups: Groups, names: Sequence[str], protocol: str, metric: Me
     if total is None:
         missing = [name for name in names if estimate(groups, (name,), protocol, metric) is None]
         return MetricValue(why=f"It has no value in {', '.join(missing)}.")
-    interval = with_anchors(total, suite_anchors([groups[name][protocol] for name in names], metric))
-    return MetricValue.of(interval, why=ONE_RUN if interval.low is None else "")
+    anchors = suite_anchors([groups[name][protocol] for name in names], metric)
+    return MetricValue.of(to_interval(total, anchors))
 
 
 def suite_anchors(scores: Collection[GroupScore], metric: Metric) -> list[tuple[float, float]]:

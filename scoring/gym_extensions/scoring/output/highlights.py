@@ -16,14 +16,9 @@ LEAST_CHANGE = 0.05
 
 @dataclass(frozen=True)
 class Contrast:
-    """Two columns of the paper's table whose difference is worth a sentence.
+    """Two columns of the paper's table whose increase (sign 1) or decrease (−1) is worth a sentence.
 
-    Attributes:
-        sentence: the sentence, with places for the task, the return before and the return after.
-        before: one column.
-        after: the other.
-        sign: 1 for an increase, −1 for a decrease.
-        tasks: the positions that are compared.
+    The sentence has places for the task and both returns; ``tasks`` are the positions that are compared.
     """
 
     sentence: str
@@ -71,30 +66,23 @@ def largest_change(score: GroupScore, single: GroupScore | None, contrast: Contr
 
     A change counts if it is at least .05 of the span and a paired t test over runs finds it, at 5 % with
     Holm's correction over the tasks; a single run has no test, and counts. Tasks without a span count only if
-    no task has one. An agent that learned nothing has no change.
-
-    Args:
-        score: a group's sequential scores.
-        single: its single-task scores, if the entry has them.
-        contrast: what is compared.
+    no task has one. An agent that learned nothing has no change. The arguments are those of
+    :func:`highlights`, and what is compared.
     """
-    changes, spans, p_values = [], [], []
+    if learned_nothing(score.metrics):
+        return None
+    found: list[tuple[Change, float | None, float]] = []  # with the span, and the p value
     for index, row in list(enumerate(score.paper_table))[contrast.tasks]:
         before, after = row.cell(contrast.before), row.cell(contrast.after)
-        if not before or not after:
-            continue
-        runs = [_runs(score, single, index, column) for column in (contrast.before, contrast.after)]
-        is_tested = min(map(len, runs)) > 1
-        differences = [b - a for a, b in zip(*runs, strict=True)] if is_tested else []
-        changes.append(Change(row.task, before.mean, after.mean))
-        spans.append(score.reference[row.task].span)
-        p_values.append(zero_mean_p(summary(differences)) if is_tested else 0.0)
-    if learned_nothing(score.metrics) or not changes:
-        return None
-    chosen = [index for index, span in enumerate(spans) if span is not None] or range(len(changes))
+        if before and after:
+            runs = [_runs(score, single, index, column) for column in (contrast.before, contrast.after)]
+            is_tested = min(map(len, runs)) > 1
+            p_value = zero_mean_p(summary([b - a for a, b in zip(*runs, strict=True)])) if is_tested else 0.0
+            change = Change(row.task, before.mean, after.mean)
+            found.append((change, score.reference[row.task].span, p_value))
+    chosen = [each for each in found if each[1] is not None] or found
     best, largest = None, 0.0
-    for index, is_found in zip(chosen, holm(np.array([p_values[index] for index in chosen])), strict=True):
-        change, span = changes[index], spans[index]
+    for (change, span, _), is_found in zip(chosen, holm(np.array([p for *_, p in chosen])), strict=True):
         size = contrast.sign * (change.after - change.before) / (span or 1.0)
         if is_found and size > largest and (span is None or size >= LEAST_CHANGE):
             best, largest = change, size
@@ -102,17 +90,13 @@ def largest_change(score: GroupScore, single: GroupScore | None, contrast: Contr
 
 
 def highlights(score: GroupScore, single: GroupScore | None = None) -> list[str]:
-    """Sentences on one group: its largest changes, and its open tasks. Empty if there are none.
-
-    Args:
-        score: the group's sequential scores.
-        single: its single-task scores, if the entry has them.
-    """
-    sentences = []
-    for contrast in CONTRASTS:
-        if change := largest_change(score, single, contrast):
-            means = (f"{value:.0f}" for value in (change.before, change.after))
-            sentences.append(contrast.sentence.format(task_name(change.task), *means))
+    """Sentences on a group with these sequential and single-task scores: largest changes, and open tasks."""
+    changes = ((each, largest_change(score, single, each)) for each in CONTRASTS)
+    sentences = [
+        each.sentence.format(task_name(change.task), f"{change.before:.0f}", f"{change.after:.0f}")
+        for each, change in changes
+        if change
+    ]
     open_tasks = [task_name(row.task) for row in score.paper_table if score.reference[row.task].open]
     if open_tasks:
         sentences.append(f"open (no expert), left out of normalized means: {', '.join(open_tasks)}")

@@ -74,23 +74,16 @@ def plain_table(*columns: str) -> Table:
 
 
 SHOWN = (
-    "final_performance",
-    "learning_performance",
-    "forgetting",
-    "asymptotic_transfer",
-    "single_task_performance",
-    "joint_gap",
+    *("final_performance", "learning_performance", "forgetting"),
+    *("asymptotic_transfer", "single_task_performance", "joint_gap"),
 )
 """The metrics of the screen; --json, --csv and --markdown have all."""
 
 
 def show(out: Console, card: Scorecard, chosen: bool = False) -> None:
-    """One screen: level and review, then the one group in full, or a line per suite and group.
+    """One screen: level and review, then a line per suite and group, or groups in full.
 
-    Args:
-        out: where it is printed.
-        card: the entry.
-        chosen: whether the user chose the groups of the card, so that each is printed in full.
+    In full are the only group, and groups that the user has ``chosen``.
     """
     show_line(out, card)
     _review(out, card)
@@ -183,16 +176,12 @@ def _returns(cell: PaperCell | None) -> str:
 def _overview(out: Console, card: Scorecard) -> None:
     """The first metric of every protocol of every suite and group; of many, the first ones."""
     table = plain_table("final performance", *METRICS)
-    parts: list[tuple[str, Mapping[str, GroupScore | SuiteScore]]] = [
-        *((f"suite {name}", protocols) for name, protocols in card.suites.items()),
-        *card.groups.items(),
-    ]
+    suites = {f"suite {name}": protocols for name, protocols in card.suites.items()}
+    parts: list[tuple[str, Mapping[str, GroupScore | SuiteScore]]] = [*suites.items(), *card.groups.items()]
     shown = parts if len(parts) <= MAX_ROWS else parts[: MAX_ROWS - 1]
     for name, protocols in shown:
-        values = [
-            score.metrics[metrics[0].name] if (score := protocols.get(protocol)) else MetricValue()
-            for protocol, metrics in METRICS.items()
-        ]
+        scores = ((protocols.get(protocol), metrics[0].name) for protocol, metrics in METRICS.items())
+        values = (score.metrics[first] if score else MetricValue() for score, first in scores)
         table.add_row(name, *map(_short, values))
     if table.row_count:
         out.print()
@@ -222,8 +211,7 @@ def show_comparison(out: Console, comparison: Comparison) -> None:
                     has_intervals = has_intervals or pair.difference.low is not None
             out.print(table)
             if not table.row_count:
-                out.print(
-                    "They have no metric in common: see `score` on each. Custom groups need --references."
-                )
+                hint = "see `score` on each. Custom groups need --references."
+                out.print(f"They have no metric in common: {hint}")
     if has_intervals:
         out.print("Intervals are for this pair alone (Welch); an interval without 0 separates the two.")

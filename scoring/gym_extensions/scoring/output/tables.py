@@ -21,73 +21,26 @@ from gym_extensions.scoring.scorecard import (
     SuiteScore,
 )
 
-METRIC_DTYPES = {
-    "name": "str",
-    "level": "str",
-    "group": "str",
-    "protocol": "str",
-    "budget": "str",
-    "runs": "Int64",
-    "metric": "str",
-    "mean": "float64",
-    "low": "float64",
-    "high": "float64",
-    "why": "str",
-}
+ENDS = ("", "_low", "_high")
+METRIC_DTYPES = dict.fromkeys(("name", "level", "group", "protocol", "budget"), "str")
+METRIC_DTYPES |= {"runs": "Int64", "metric": "str", "mean": "float64", "low": "float64", "high": "float64"}
+METRIC_DTYPES |= {"why": "str"}
 """The columns of :func:`metrics_frame`; ``Int64`` may be missing."""
 
-ENTRY_DTYPES = {
-    "rank_first": "Int64",
-    "rank_last": "Int64",
-    "name": "str",
-    "title": "str",
-    "level": "str",
-    "evaluation": "str",
-    "runs": "int64",
-    "ranked": "bool",
-    "why": "str",
-}
+NAMED_DTYPES = {"rank_first": "Int64", "rank_last": "Int64", "name": "str", "title": "str", "level": "str"}
+ENTRY_DTYPES = NAMED_DTYPES | {"evaluation": "str", "runs": "int64", "ranked": "bool", "why": "str"}
 """The columns of :func:`board_frame` before those of the metrics."""
 
-ENDS = ("", "_low", "_high")
-CORE_DTYPES = {
-    "rank_first": "Int64",
-    "rank_last": "Int64",
-    "name": "str",
-    "title": "str",
-    "level": "str",
-    "observes_task": "bool",
-    "look": "int64",
-    "next_look": "Int64",
-    "ranked": "bool",
-    "why": "str",
-    "vs_first": "str",
-    "vs_reference": "str",
-    **dict.fromkeys([f"{metric}{end}" for metric in SHOWN for end in ("", "_low", "_high")], "float64"),
-    **dict.fromkeys(CORES[CORE], "float64"),
-    "steps": "float64",
-    "cpu_seconds": "float64",
-    "peak_memory_mb": "float64",
-    "stored_steps": "Int64",
-    "parameters": "Int64",
-    "notes": "str",
-}
+CORE_DTYPES = NAMED_DTYPES | {"observes_task": "bool", "look": "int64", "next_look": "Int64"}
+CORE_DTYPES |= {"ranked": "bool", "why": "str", "vs_first": "str", "vs_reference": "str"}
+CORE_DTYPES |= dict.fromkeys([f"{metric}{end}" for metric in SHOWN for end in ENDS], "float64")
+CORE_DTYPES |= dict.fromkeys((*CORES[CORE], "steps", "cpu_seconds", "peak_memory_mb"), "float64")
+CORE_DTYPES |= {"stored_steps": "Int64", "parameters": "Int64", "notes": "str"}
 """The columns of :func:`core_frame`."""
 
-PAIR_DTYPES = {
-    "metric": "str",
-    "first": "str",
-    "second": "str",
-    "look": "int64",
-    "paired": "bool",
-    "mean": "float64",
-    "low": "float64",
-    "high": "float64",
-    "p_value": "float64",
-    "verdict": "str",
-    "exploratory": "bool",
-    "next_look": "Int64",
-}
+PAIR_DTYPES = {"metric": "str", "first": "str", "second": "str", "look": "int64", "paired": "bool"}
+PAIR_DTYPES |= dict.fromkeys(("mean", "low", "high", "p_value"), "float64")
+PAIR_DTYPES |= {"verdict": "str", "exploratory": "bool", "next_look": "Int64"}
 """The columns of :func:`core_pairs_frame`."""
 
 COMPUTED = "Computed from the references: no submission."

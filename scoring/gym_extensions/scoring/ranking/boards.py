@@ -27,9 +27,7 @@ class Difference:
     mean: Annotated[float, about("difference of the means")]
     low: Annotated[float | None, about("lower end; null where an entry has one run")]
     high: Annotated[float | None, about("upper end; null where an entry has one run")]
-    p_value: Annotated[
-        float | None, about("two-sided p value of no difference; null where an entry has one run")
-    ]
+    p_value: Annotated[float | None, about("two-sided p value of no difference; null with one run")]
 
     @classmethod
     def of(cls, first: Summary, second: Summary) -> Difference:
@@ -48,16 +46,8 @@ class BoardMetric:
     low: Annotated[float | None, about("as in the scorecard")]
     high: Annotated[float | None, about("as in the scorecard")]
     why: Annotated[str, about("as in the scorecard")]
-    rank: Annotated[tuple[int, int] | None, about("`[first, last]` possible rank; null without a rank")] = (
-        None
-    )
-    rank_note: Annotated[
-        str,
-        about(
-            "why it has no rank where the entry has one: nothing was learned that could be forgotten, or "
-            "other logs that it needs are not verified; else empty"
-        ),
-    ] = ""
+    rank: Annotated[tuple[int, int] | None, about("`[first, last]` possible rank; null without one")] = None
+    rank_note: Annotated[str, about("why it has no rank where its entry has one; else empty")] = ""
 
     @classmethod
     def of(cls, value: MetricValue, rank_note: str = "") -> BoardMetric:
@@ -66,20 +56,11 @@ class BoardMetric:
 
 
 @dataclass(frozen=True, slots=True)
-class VersusNext:
-    """A ranked entry against the ranked entry below it."""
+class Versus:
+    """A ranked entry against another one, on the metric that sorts the board."""
 
-    name: Annotated[str, about("the entry below")]
-    difference: Annotated[Difference, about("of the metric that sorts the board")]
-    separated: Annotated[bool, about("whether the board's test, over all pairs, separates the two")]
-
-
-@dataclass(frozen=True, slots=True)
-class VersusLeader:
-    """A ranked entry against the first entry of the board."""
-
-    name: Annotated[str, about("the first entry")]
-    difference: Annotated[Difference, about("first − this entry, of the metric that sorts the board")]
+    name: Annotated[str, about("the other entry")]
+    difference: Annotated[Difference, about("the entry that is above − the one that is below")]
     separated: Annotated[bool, about("whether the board's test, over all pairs, separates the two")]
 
 
@@ -93,38 +74,19 @@ class BoardEntry:
     runs: Annotated[int, about("number of runs; on a suite the fewest of its groups")]
     ranked: Annotated[bool, about("whether the board ranks it")]
     why: Annotated[
-        str,
-        about(
-            "why it is not ranked: reported, a copy, not verified, fewer than five runs, no score; else empty"
-        ),
+        str, about("why not: reported, a copy, not verified, too few runs, no score; else empty")
     ] = ""
-    steps: Annotated[
-        Steps | None, about("whether the training steps are `recorded` or `claimed`, as in the manifest")
-    ]
-    evaluation: Annotated[
-        Evaluation | None, about("how actions are selected in evaluation, as in the scorecard's manifest")
-    ]
+    steps: Annotated[Steps | None, about("as in the scorecard's manifest: `recorded` or `claimed`")]
+    evaluation: Annotated[Evaluation | None, about("as in the scorecard's manifest")]
     authors: Annotated[tuple[str, ...], about("as in the scorecard's manifest")] = ()
     accepted: Annotated[str, about("date of its last acceptance, YYYY-MM-DD; empty without one")] = ""
     observes: Annotated[Observes | None, about("as in the scorecard's manifest")]
     memory: Annotated[Memory | None, about("as in the scorecard's manifest")]
     metrics: Annotated[dict[str, BoardMetric], about("every metric of the board by name")]
-    related: Annotated[
-        tuple[str, ...],
-        about(
-            "other entries of the board with a common author and the same family of algorithms (the name of "
-            "the algorithm up to its first dash), sorted"
-        ),
-    ] = ()
-    vs_next: Annotated[VersusNext | None, about("ranked entries but the last; else null")] = None
-    vs_leader: Annotated[VersusLeader | None, about("ranked entries but the first; else null")] = None
-    duplicate_of: Annotated[
-        str | None,
-        about(
-            "sequential boards: the entry above it with most of the same episodes after the last stage in "
-            "half of its runs, in navigation with the same policies. Null without one"
-        ),
-    ] = None
+    related: Annotated[tuple[str, ...], about("entries with a common author and family of algorithms")] = ()
+    vs_next: Annotated[Versus | None, about("the ranked entry below it; null for the last")] = None
+    vs_leader: Annotated[Versus | None, about("the first entry; null for itself and without a rank")] = None
+    duplicate_of: Annotated[str | None, about("the entry above it that it is a copy of; or null")] = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,16 +94,10 @@ class ComputedEntry:
     """An agent whose row is computed from the references: never ranked, and no submission."""
 
     name: Annotated[
-        str,
-        about(
-            "`random` or `zero`, the agents of the floor, or `alone`, the reference agent on each task alone"
-        ),
+        str, about("`alone`, the reference agent on each task alone; `random`, `zero`, the floor")
     ]
     title: Annotated[str, about("its name on pages")]
-    metrics: Annotated[
-        dict[str, BoardMetric],
-        about("every metric of the board by name; intervals of `alone` only; null where it needs more"),
-    ]
+    metrics: Annotated[dict[str, BoardMetric], about("of the board by name; intervals of `alone` only")]
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,9 +106,7 @@ class Pair:
 
     first: Annotated[str, about("name of the entry that is above")]
     second: Annotated[str, about("name of the entry that is below")]
-    metrics: Annotated[
-        dict[str, Difference], about("first − second, of every metric that both have, by name")
-    ]
+    metrics: Annotated[dict[str, Difference], about("first − second, of all metrics of both, by name")]
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,24 +119,9 @@ class Board:
     budget: Annotated[str, about("name of the budget")]
     task_conditioned: Annotated[bool, about("whether its agents observe the task in evaluation")]
     ranked: Annotated[int, about("M, the number of ranked entries")]
-    rows: Annotated[
-        tuple[BoardEntry, ...],
-        about(
-            "ranked entries by the first metric, best first; then the others; an identical entry follows the "
-            "one that it equals"
-        ),
-    ]
-    computed: Annotated[
-        tuple[ComputedEntry, ...],
-        about(
-            "`alone`, `random` and `zero`, computed from the references; empty without references or logs. "
-            "`alone` is left out with another budget, without its runs, and beside an entry of that name"
-        ),
-    ] = ()
-    pairs: Annotated[
-        tuple[Pair, ...],
-        about("every two of the first 60 entries, not corrected for multiple comparisons"),
-    ] = ()
+    rows: Annotated[tuple[BoardEntry, ...], about("ranked by the first metric, best first; then the others")]
+    computed: Annotated[tuple[ComputedEntry, ...], about("what follows from the references alone")] = ()
+    pairs: Annotated[tuple[Pair, ...], about("of the first 60 entries, not corrected for their number")] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -203,13 +142,11 @@ class CoreCost:
     that lacks a group.
     """
 
-    steps: Annotated[float | None, about("training steps: the sum over groups of the mean over runs")]
-    cpu_seconds: Annotated[
-        float | None, about("processor time: the sum over groups of the mean over the runs that state it")
-    ]
-    peak_memory_mb: Annotated[float | None, about("largest memory of a process, over all runs that state it")]
-    stored_steps: Annotated[int | None, about("most transitions stored at once, over all runs")]
-    parameters: Annotated[int | None, about("the agent's parameters at the end of training: the most")]
+    steps: Annotated[float | None, about("training steps: the sum over groups of the mean over runs")] = None
+    cpu_seconds: Annotated[float | None, about("processor time: the same sum, where runs state it")] = None
+    peak_memory_mb: Annotated[float | None, about("largest memory of a process, of all runs")] = None
+    stored_steps: Annotated[int | None, about("most transitions stored at once, of all runs")] = None
+    parameters: Annotated[int | None, about("the agent's parameters at the end of training: the most")] = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -225,16 +162,10 @@ class CoreEntry:
     parent: Annotated[str, about("the algorithm that it equals until the end of the first stage, or its own")]
     look: Annotated[int, about("n: runs 0 to n − 1 of every group are compared; 0 without a complete look")]
     next_look: Annotated[int | None, about("the next look; null after the last")]
-    missing: Annotated[
-        tuple[str, ...], about("groups without sequential runs; its scores on the core are null then")
-    ] = ()
+    missing: Annotated[tuple[str, ...], about("groups without sequential runs; it has no scores then")] = ()
     metrics: Annotated[
         dict[str, BoardMetric],
-        about(
-            "`final_performance` (the core score), `learning_performance`, `forgetting` and "
-            "`zero_shot_transfer`: the mean over groups, over runs 0 to n − 1, with its 95 % interval; ranks "
-            "of the first and of forgetting"
-        ),
+        about("means over groups, over runs 0 to n − 1; ranks of `final_performance` and `forgetting`"),
     ]
     groups: Annotated[dict[str, CoreGroup], about("final performance by group id")]
     cost: CoreCost
@@ -262,24 +193,13 @@ class CorePair:
     first: Annotated[str, about("name of an entry")]
     second: Annotated[str, about("name of an entry that is below it, in the order of the rows")]
     look: Annotated[int, about("n: compared are the runs 0 to n − 1 of every group of both")]
-    paired: Annotated[
-        bool,
-        about(
-            "whether runs are paired by number: both declare the same parent, and all compared runs have the "
-            "same returns before and after the first stage; else Welch's test"
-        ),
-    ]
+    paired: Annotated[bool, about("paired by run (equal parents and first stages), else Welch's test")]
     mean: Annotated[float, about("mean over groups of the difference of means, first − second")]
     low: Annotated[float, about("lower end of the interval, adjusted for all pairs and looks")]
     high: Annotated[float, about("upper end of the interval, adjusted for all pairs and looks")]
     p_value: Annotated[float, about("adjusted for all pairs (Holm) and looks; at most .05 if separated")]
-    verdict: Annotated[
-        Verdict,
-        about("`separated`, `equivalent` (the interval lies inside the margin), or `open`"),
-    ]
-    exploratory: Annotated[
-        bool, about("whether its runs were looked at before the method was chosen (looks up to 20)")
-    ]
+    verdict: Annotated[Verdict, about("`separated`, `equivalent` (interval inside the margin), or `open`")]
+    exploratory: Annotated[bool, about("whether the look (up to 20) is before the method was chosen")]
     next_look: Annotated[int | None, about("the look that may decide it; null if decided or after the last")]
 
 
@@ -295,18 +215,11 @@ class CoreBoard:
     levels: Annotated[tuple[float, ...], about("level of the family of pairs at each look")]
     margin: Annotated[float, about("methods whose difference surely is smaller are called equivalent")]
     ranked: Annotated[int, about("M, the number of ranked entries")]
-    rows: Annotated[
-        tuple[CoreEntry, ...], about("ranked entries by the core score, best first; then the others")
-    ]
-    references: Annotated[
-        tuple[CoreReference, ...],
-        about("the reference agent trained on all tasks at once, and on each alone"),
-    ] = ()
+    rows: Annotated[tuple[CoreEntry, ...], about("ranked entries by the core score, best first; then others")]
+    references: Annotated[tuple[CoreReference, ...], about("the reference agent trained in other ways")] = ()
     pairs: Annotated[
         dict[str, tuple[CorePair, ...]],
-        about(
-            "every two ranked entries by metric: `final_performance`, and `forgetting` of those that learned"
-        ),
+        about("of ranked entries by metric: `final_performance`, and `forgetting` of those that learned"),
     ]
 
     def pair(self, metric: str, first: str, second: str) -> CorePair | None:
@@ -372,20 +285,13 @@ class BoardKey:
 
 def lookup(card: Scorecard, key: BoardKey) -> GroupScore | SuiteScore | None:
     """The scores of an entry on a board, or None if it is not on it."""
-    scores = (card.suites if key.group in SUITES else card.groups).get(key.group, {})
-    score = scores.get(key.protocol)
+    score = (card.suites if key.group in SUITES else card.groups).get(key.group, {}).get(key.protocol)
     on_board = score is not None and score.budget == key.budget
     return score if on_board and is_task_conditioned(card) == key.task_conditioned else None
 
 
 def board_level(card: Scorecard, key: BoardKey, protocol: str = "") -> Level:
-    """The lowest level of an entry's logs on a board.
-
-    Args:
-        card: the entry, which is on the board.
-        key: the board.
-        protocol: of the logs; the board's if empty. A missing log does not count.
-    """
+    """The lowest level of an entry's logs of a protocol (the board's if empty) that are there, on a board."""
     logs = (card.groups.get(name, {}).get(protocol or key.protocol) for name in key.groups)
     return min((log.level for log in logs if log), key=LEVELS.index, default=VERIFIED)
 
@@ -411,13 +317,9 @@ def board_keys(cards: Sequence[Scorecard]) -> list[BoardKey]:
         if BUDGETS[score.budget].on_boards and protocol != "cumulative"  # a control, not a contest
     }
     budgets, protocols = list(BUDGETS), list(PROTOCOLS)
-    return sorted(
-        keys,
-        key=lambda key: (
-            key.group in SUITES,
-            key.group,
-            protocols.index(key.protocol),
-            budgets.index(key.budget),
-            key.task_conditioned,
-        ),
-    )
+
+    def order(key: BoardKey) -> tuple[object, ...]:
+        places = protocols.index(key.protocol), budgets.index(key.budget)
+        return key.group in SUITES, key.group, *places, key.task_conditioned
+
+    return sorted(keys, key=order)

@@ -21,9 +21,7 @@ Scores = Mapping[str, Mapping[str, GroupScore]] | Mapping[str, Mapping[str, Suit
 
 
 def compare(first: Scorecard, second: Scorecard) -> Comparison:
-    """The comparison of two scorecards.
-
-    Intervals are Welch's for this one pair, 95 %, not corrected for multiple comparisons.
+    """The comparison of two scorecards, with Welch's 95 % intervals for this one pair.
 
     Raises:
         BenchError: a submission has problems, or the two have no group with the same protocol and budget.

@@ -9,7 +9,7 @@ from gym_extensions.scoring.entry.values import ALL_OPEN, anchor_terms
 from gym_extensions.scoring.formulas import BOARD_METRICS, JOINT_GAP, MetricValue, Run
 from gym_extensions.scoring.ranking.boards import BoardKey, BoardMetric, ComputedEntry
 from gym_extensions.scoring.references import ALONE, RULERS, References, trained_alone
-from gym_extensions.scoring.statistics import Summary, mean_of_groups, summary, with_anchors
+from gym_extensions.scoring.statistics import Summary, mean_of_groups, summary, to_interval
 
 FROM_FLOORS = "Computed from the mean returns of the floors, which have no runs and no curves."
 FLOORS = {"random": "Random actions", "zero": "Zero actions"}
@@ -26,11 +26,7 @@ def computed_rows(
 ) -> tuple[ComputedEntry, ...]:
     """The reference agent on each task alone, and the agents of the floor, as far as they are known.
 
-    Args:
-        key: the board.
-        references: floors and experts.
-        tasks: the task ids of the groups of the board, by group id.
-        names: those of the entries of the board; one that is called ``alone`` takes the place of the row.
+    ``tasks`` are the task ids by group id. An entry called ``alone`` among ``names`` takes the row's place.
     """
     groups = [tasks[group] for group in key.groups]
     entries = []
@@ -59,12 +55,6 @@ def floor_values(
     Its return on a task is the same after every stage and alone, so that differences of stages are 0. There
     are no runs: what is computed from episodes or curves is None. Empty where a task has no reference or no
     mean return of that agent.
-
-    Args:
-        agent: ``random`` or ``zero``.
-        task_ids: the group's tasks.
-        references: floors and experts, with the agent's mean return of each task.
-        protocol: ``sequential``, ``single``, ``joint`` or ``cumulative``.
     """
     known = [references.tasks.get(task) for task in task_ids]
     if any(reference is None or agent not in reference.agents for reference in known):
@@ -76,7 +66,7 @@ def floor_values(
     values: dict[str, float | None] = {}
     for metric in BOARD_METRICS[protocol]:
         try:
-            values[metric.name] = metric.function(run) if metric.function else None
+            values[metric.name] = metric.of_run(run)
         except KeyError:
             values[metric.name] = None
     if JOINT_GAP.name in values and p:
@@ -91,18 +81,13 @@ def alone_values(
 
     Its score is the mean over tasks, then over groups. Its standard error is that over the runs of every
     task, which are independent, and of the experts. Empty where a task has no reference or the agent no runs.
-
-    Args:
-        groups: the task ids of each group of the board.
-        references: floors and experts.
-        protocol: ``sequential``, ``single`` or ``joint``.
     """
     known = trained_alone()
     if any(task not in references.tasks or task not in known for tasks in groups for task in tasks):
         return {}
     scores: list[dict[str, Summary]] = [
         {
-            task: summary(reference.normalize_all([run.mean for run in known[task].runs]))
+            task: summary([reference.normalize(run.mean) for run in known[task].runs])
             for task in tasks
             if not (reference := references.tasks[task]).open
         }
@@ -121,5 +106,5 @@ def alone_values(
                 errors[task] = errors.get(task, 0.0) + share
         terms = anchor_terms(list(errors.values()), [references.tasks[task] for task in errors])
         for name in values.keys() & ALONE_METRICS:
-            values[name] = MetricValue.of(with_anchors(score, terms))
+            values[name] = MetricValue.of(to_interval(score, terms))
     return values

@@ -27,28 +27,23 @@ def duplicates(cards: Sequence[Scorecard], key: BoardKey) -> dict[str, str]:
     def original_first(card: Scorecard) -> tuple[bool, str, str]:
         return not is_verified(board_level(card, key)), card.accepted or LAST_DATE, card.name
 
-    return duplicate_entries(
-        {
-            card.name: [
-                tuple(f"{name} {digest}" for digest in sketch)  # groups of a suite are told apart
-                for name in key.groups
-                if (log := card.groups.get(name, {}).get(key.protocol))
-                for sketch in log.episode_sketches
-            ]
-            for card in sorted(cards, key=original_first)
-        }
-    )
+    def sketches(card: Scorecard) -> list[Sketch]:
+        return [
+            tuple(f"{name} {digest}" for digest in sketch)  # groups of a suite are told apart
+            for name in key.groups
+            if (log := card.groups.get(name, {}).get(key.protocol))
+            for sketch in log.episode_sketches
+        ]
+
+    return duplicate_entries({card.name: sketches(card) for card in sorted(cards, key=original_first)})
 
 
 def duplicate_entries(entries: Mapping[str, Sequence[Sketch]]) -> dict[str, str]:
     """The original that shares most episodes with an entry, by the name of the later entry.
 
     Two entries share most episodes if half of the runs of either do: a copy with further runs, with changed
-    runs or episodes, or without its training curves is still recognized.
-
-    Args:
-        entries: the sketches of the runs by the entry's name. Of entries that share most episodes, the first
-            of the mapping is the original. Entries without runs share nothing.
+    runs or episodes, or without its training curves is still recognized. Of entries that share most episodes,
+    the first of the mapping, which has the sketches of their runs, is the original.
     """
     holders: dict[str, list[str]] = defaultdict(list)
     copies: dict[str, str] = {}
@@ -87,18 +82,12 @@ def family(algorithm: str) -> str:
 
 
 def related_entries(cards: Mapping[str, Scorecard]) -> dict[str, tuple[str, ...]]:
-    """The names of the other entries with a common author and the same family, sorted, by name of the entry.
-
-    Args:
-        cards: scorecards of the entries of a board, by name.
-    """
-    names: dict[tuple[str, str], set[str]] = defaultdict(set)
+    """The names of the other entries with a common author and the same family, by the entry's name."""
+    groups: dict[tuple[str, str], set[str]] = defaultdict(set)
     for name, card in cards.items():
-        for author in card.manifest.authors if card.manifest else ():
-            algorithm = family(card.manifest.protocol.algorithm) if card.manifest else ""
-            names[" ".join(author.split()).casefold(), algorithm].add(name)
-    related: dict[str, set[str]] = {name: set() for name in cards}
-    for group in names.values():
-        for name in group:
-            related[name] |= group - {name}
-    return {name: tuple(sorted(others)) for name, others in related.items()}
+        if card.manifest:
+            algorithm = family(card.manifest.protocol.algorithm)
+            for author in card.manifest.authors:
+                groups[" ".join(author.split()).casefold(), algorithm].add(name)
+    related = {name: set().union(*(group for group in groups.values() if name in group)) for name in cards}
+    return {name: tuple(sorted(others - {name})) for name, others in related.items()}

@@ -47,7 +47,7 @@ from gym_extensions.scoring.statistics import (
     mean_of_groups,
     subtract,
     summary,
-    with_anchors,
+    to_interval,
     zero_mean_p,
 )
 
@@ -254,7 +254,7 @@ def _notes(logs: Mapping[str, GroupScore], look: int) -> tuple[str, ...]:
 def _cost(logs: Mapping[str, GroupScore]) -> CoreCost:
     documents = [log.provenance for log in logs.values()]
     if len(logs) < len(CORES[CORE]) or not all(documents):
-        return CoreCost(steps=None, cpu_seconds=None, peak_memory_mb=None, stored_steps=None, parameters=None)
+        return CoreCost()
     seconds = [[run.cpu_seconds for run in runs if run.cpu_seconds is not None] for runs in documents]
     peaks = [[run.peak_memory_mb for run in runs if run.peak_memory_mb is not None] for runs in documents]
     memories = [run.memory for runs in documents for run in runs]
@@ -272,7 +272,7 @@ def _group(log: GroupScore, look: int, metric: Metric = FINAL) -> CoreGroup:
     values = log.metrics[metric.name].runs[: look or runs]
     if not values:
         return CoreGroup(None, None, None, runs)
-    value = with_anchors(summary(values), suite_anchors([log], metric))
+    value = to_interval(summary(values), suite_anchors([log], metric))
     return CoreGroup(value.mean, value.low, value.high, runs)
 
 
@@ -294,7 +294,7 @@ def _in_other_ways(card: Scorecard) -> Iterator[CoreReference]:
 def _over_groups(logs: Collection[GroupScore], metric: Metric, runs: int) -> BoardMetric:
     """The mean over groups of the first runs of each, with the errors of the experts."""
     mean = mean_of_groups([summary(log.metrics[metric.name].runs[:runs]) for log in logs])
-    return BoardMetric.of(MetricValue.of(with_anchors(mean, suite_anchors(logs, metric))))
+    return BoardMetric.of(MetricValue.of(to_interval(mean, suite_anchors(logs, metric))))
 
 
 def _why(logs: Mapping[str, GroupScore], method: Method | None, original: str | None) -> str:

@@ -30,8 +30,7 @@ from gym_extensions.scoring.ranking.boards import (
     BoardsDocument,
     Difference,
     Pair,
-    VersusLeader,
-    VersusNext,
+    Versus,
     board_keys,
     board_level,
     is_verified,
@@ -53,11 +52,9 @@ Summaries = Mapping[str, Mapping[str, Summary | None]]
 def boards(cards: Sequence[Scorecard], references: References | None = None) -> BoardsDocument:
     """Every board of the scorecards. Withdrawn entries are left out.
 
-    Args:
-        cards: scorecards.
-        references: of the computed rows; the current benchmark version's where None.
+    ``references`` are those of the computed rows, the current benchmark version's where None.
     """
-    references = load_references() if references is None else references
+    references = references or load_references()
     shown = [card for card in cards if not card.withdrawn]
     return BoardsDocument(
         core=core_board(shown), boards=tuple(board(shown, key, references) for key in board_keys(shown))
@@ -67,14 +64,10 @@ def boards(cards: Sequence[Scorecard], references: References | None = None) -> 
 def board(cards: Sequence[Scorecard], key: BoardKey, references: References | None = None) -> Board:
     """One board. Ranked entries come first, best first by their first metric, then those without a rank.
 
-    An entry with most episodes of another follows it, without a rank.
-
-    Args:
-        cards: scorecards; those that are not on the board are left out.
-        key: the board.
-        references: of the computed rows; the current benchmark version's where None.
+    An entry with most episodes of another follows it, without a rank. Scorecards that are not on the board
+    are left out. ``references`` are as in :func:`boards`.
     """
-    references = load_references() if references is None else references
+    references = references or load_references()
     on_board = {card.name: (card, score) for card in cards if (score := lookup(card, key)) is not None}
     by_name = {name: card for name, (card, _) in on_board.items()}
     copies, related = duplicates(list(by_name.values()), key), related_entries(by_name)
@@ -90,7 +83,9 @@ def board(cards: Sequence[Scorecard], key: BoardKey, references: References | No
     }
     ranked = {metric.name: _ranked_on(entries, summaries, metric) for metric in metrics}
     ranks = {metric.name: ranked[metric.name].ranks(metric.better) for metric in metrics}
-    vs_next, vs_leader = ranked[first.name].vs_next(), ranked[first.name].vs_leader()
+    top = ranked[first.name]
+    vs_next = {name: top.versus(name, place) for place, name in enumerate(top.names[:-1], 1)}
+    vs_leader = {name: top.versus(name, 0) for name in top.names[1:]}
     rows = tuple(
         replace(
             entry,
@@ -136,18 +131,11 @@ class Ranked:
         """The rank interval of each entry by name."""
         return dict(zip(self.names, rank_intervals(self.summaries, self.significant, better), strict=True))
 
-    def vs_next(self) -> dict[str, VersusNext]:
-        """Each entry but the last against the next."""
-        pairs = ((a, a + 1) for a in range(len(self.names) - 1))
-        return {self.names[a]: VersusNext(self.names[b], *self._pair(a, b)) for a, b in pairs}
-
-    def vs_leader(self) -> dict[str, VersusLeader]:
-        """Each entry but the first against the first."""
-        others = range(1, len(self.names))
-        return {self.names[b]: VersusLeader(self.names[0], *self._pair(0, b)) for b in others}
-
-    def _pair(self, a: int, b: int) -> tuple[Difference, bool]:
-        return Difference.of(self.summaries[a], self.summaries[b]), bool(self.significant[a, b])
+    def versus(self, name: str, other: int) -> Versus:
+        """An entry against the one at another place."""
+        place = self.names.index(name)
+        above, below = (self.summaries[index] for index in sorted((place, other)))
+        return Versus(self.names[other], Difference.of(above, below), bool(self.significant[place, other]))
 
 
 def _ranked_on(entries: Sequence[BoardEntry], summaries: Summaries, metric: Metric) -> Ranked:

@@ -62,7 +62,7 @@ class Example:
     def values(self) -> Mapping[str, float | None]:
         """The value of every metric by name; the joint gap is joint minus final performance."""
         run = self.run
-        values = {metric.name: metric.function(run) for metric in TABLE if metric.function}
+        values = {metric.name: metric.of_run(run) for metric in TABLE if metric.terms}
         final = values[FINAL.name]
         return {"joint_gap": None if final is None else self.joint - final, **values}
 
