@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import subprocess
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 
 import msgspec
 import numpy as np
 
 from gym_extensions.catalog.groups import GROUPS
-from gym_extensions.curation.gate import Request, check_pull_request
+from gym_extensions.curation.gate import check_pull_request
 from gym_extensions.curation.git import Repository
 from gym_extensions.curation.report import GateReport
 from gym_extensions.rollouts.policies.files import content_sha256, npz_bytes, policy_keys, run_arrays
@@ -106,10 +105,9 @@ def make_project(folder: Path) -> Path:
     return folder
 
 
-def checked(project: Path, **changes: object) -> GateReport:
+def checked(project: Path, base: str = "main", **options: object) -> GateReport:
     """The report on the project's branch that is checked out, as a pull request to ``main``."""
-    request = Request(Repository(project), "main")
-    return check_pull_request(replace(request, **changes))  # type: ignore[arg-type]
+    return check_pull_request(Repository(project), base, **options)  # type: ignore[arg-type]
 
 
 def rules(report: GateReport) -> list[tuple[str, str]]:

@@ -14,7 +14,7 @@ import pytest
 from gym_extensions.baselines import train
 from gym_extensions.catalog.groups import group
 from gym_extensions.curation.cli import maintain
-from gym_extensions.curation.gate import Request, check_pull_request
+from gym_extensions.curation.gate import check_pull_request
 from gym_extensions.curation.git import Repository
 from gym_extensions.curation.report import GateReport
 from gym_extensions.rollouts.policies.files import policy_keys
@@ -64,7 +64,7 @@ class Project:
         """Commits a branch of the fork, and gives the gate's report on it."""
         commit(self.fork)
         git(self.main, "fetch", "--quiet", str(self.fork), f"+{branch}:refs/gate/head")
-        return check_pull_request(Request(Repository(self.main), "main", "refs/gate/head"))
+        return check_pull_request(Repository(self.main), "main", "refs/gate/head")
 
     def donate(self, start: str, run: int, seed: int, **changes: object) -> GateReport:
         """The gate's report on a branch with one run more of the entry ``new``, from a commit of main."""

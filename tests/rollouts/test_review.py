@@ -16,7 +16,6 @@ from gym_extensions.rollouts.review import (
     Decision,
     Review,
     Verification,
-    decision,
     level,
     read_review,
     review_text,
@@ -103,9 +102,3 @@ def test_a_run_that_changed_is_claimed_again_and_a_refusal_is_about_the_old_file
 
 def test_a_log_without_runs_is_claimed() -> None:
     assert level(Review(verifications=[PASSED]), {}) == CLAIMED
-
-
-def test_the_last_decision_holds() -> None:
-    withdrawn = msgspec.structs.replace(ACCEPTED, action="withdrawn")
-    assert decision(Review(decisions=[ACCEPTED, withdrawn])) == withdrawn
-    assert decision(Review()) is None

@@ -10,7 +10,7 @@ from typing import get_args
 
 from gym_extensions import experts
 from gym_extensions.curation import review as reviews
-from gym_extensions.curation.gate import Request, check_pull_request
+from gym_extensions.curation.gate import check_pull_request
 from gym_extensions.curation.git import Repository
 from gym_extensions.curation.pull_request import RULES
 from gym_extensions.curation.report import GateReport, comment, read_report
@@ -19,6 +19,7 @@ from gym_extensions.files import write_text
 from gym_extensions.rollouts.layout import DOCUMENT, submission_folders
 from gym_extensions.rollouts.review import Action, Review, review_text
 from gym_extensions.rollouts.run import read_run
+from gym_extensions.scoring.cli import print_text
 from gym_extensions.scoring.records import RECORDS, REVIEW, Record, split_paths
 from gym_extensions.verification import cli as verification
 from gym_extensions.verification.fetch import Fetcher, cache_folder
@@ -55,12 +56,6 @@ def _read(path: Path) -> GateReport:
         raise BenchError("no-report", f"{error.strerror}.", str(path), "Name a file.") from None
 
 
-def _print(text: str) -> None:
-    sys.stdout.flush()
-    sys.stdout.buffer.write(text.encode())
-    sys.stdout.buffer.flush()
-
-
 def _document(options: argparse.Namespace) -> str | None:
     """What the options that check nothing print; None for the others."""
     if options.rules:
@@ -77,15 +72,15 @@ def check_pr(argv: Sequence[str] | None = None) -> int:
     """Checks a pull request, prints the report, and returns the exit status."""
     options = gate_parser().parse_args(argv)
     if (document := _document(options)) is not None:
-        _print(document)
+        print_text(document)
         return 0
     if sys.platform == "win32":
         message = "Windows has no limits on memory and processor time."
         raise BenchError("no-limits", message, "check-pr", "Run it on Linux or macOS.")
-    request = Request(Repository(options.repository), options.base, options.head, options.number)
+    repository = Repository(options.repository)
     with working("checking the pull request"):
-        report = check_pull_request(request)
-    _print(report.to_json() if options.json else comment(report))
+        report = check_pull_request(repository, options.base, options.head, options.number)
+    print_text(report.to_json() if options.json else comment(report))
     return 1 if report.verdict == "refused" else 0
 
 
@@ -110,11 +105,8 @@ def maintain_parser() -> argparse.ArgumentParser:
     add("--decision", choices=get_args(Action), help="the decision")
     add("--by", default="", metavar="NAME", help="who decides")
     add("--reason", default="", metavar="TEXT", help="why")
-    add(
-        "--retrain-own",
-        action="store_true",
-        help="also train one drawn run again where the agent is one of this project",
-    )
+    help_ = "also train one drawn run again where the agent is one of this project"
+    add("--retrain-own", action="store_true", help=help_)
     wanted = parts.add_parser(
         "wanted",
         help="list the runs that complete the next look of the core board",
@@ -122,9 +114,8 @@ def maintain_parser() -> argparse.ArgumentParser:
         "that would decide most comparisons per run. Each is one command, and one pull request may bring any "
         "of them.",
     )
-    wanted.add_argument(
-        "entries", nargs="*", type=Path, metavar="ENTRY", default=[Path("submissions")], help="all entries"
-    )
+    default = [Path("submissions")]
+    wanted.add_argument("entries", nargs="*", type=Path, metavar="ENTRY", default=default, help="all entries")
     landscapes = parts.add_parser(
         "landscapes",
         help="measure policies in worlds between and beyond those that they were trained in",

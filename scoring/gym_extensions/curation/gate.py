@@ -6,7 +6,7 @@ import re
 import tempfile
 import time
 from collections.abc import Iterator, Mapping, Sequence, Set
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from hashlib import sha256
 from itertools import groupby
 from pathlib import Path
@@ -54,28 +54,19 @@ SAMPLE_SECONDS = 240.0
 NOT_REPEATED = "not-repeated"
 
 
-@dataclass(frozen=True)
-class Request:
-    """What to check: a repository, two branches or commits, and the number of the pull request."""
+def check_pull_request(
+    repository: Repository, base: str, head: str = "HEAD", number: int | None = None, limits: Limits = LIMITS
+) -> reports.GateReport:
+    """The report on a pull request, by two branches or commits and its number on the code host.
 
-    repository: Repository
-    base: str
-    head: str = "HEAD"
-    number: int | None = None
-    limits: Limits = LIMITS
-
-
-def check_pull_request(request: Request) -> reports.GateReport:
-    """The report on a pull request. Its files are read from git and never checked out or executed.
+    Its files are read from git and never checked out or executed.
 
     Raises:
         BenchError: a branch does not exist, the folder is not in git, or the clone cannot be read.
     """
-    repository = Repository(request.repository.top)
-    base, head = repository.commit(request.base), repository.commit(request.head)
-    report = reports.GateReport(
-        pull_request=request.number, base=base, head=head, kind="none", verdict="refused"
-    )
+    repository = Repository(repository.top)
+    base, head = repository.commit(base), repository.commit(head)
+    report = reports.GateReport(pull_request=number, base=base, head=head, kind="none", verdict="refused")
     try:
         pull_request = opened(repository, base, head)
         if not any(map(is_data, pull_request.paths)):
@@ -88,7 +79,7 @@ def check_pull_request(request: Request) -> reports.GateReport:
             owners=_owners(pull_request, name),
         )
         problems = broken_rules(pull_request)
-        return _closed(report, problems) if problems else _judged(report, pull_request, request.limits)
+        return _closed(report, problems) if problems else _judged(report, pull_request, limits)
     except BenchError as error:
         if error.code in MACHINE_ERRORS:
             raise
@@ -114,8 +105,8 @@ def opened(repository: Repository, base: str, head: str) -> PullRequest:
 def _owners(pull_request: PullRequest, entry: str) -> tuple[str, ...]:
     data = pull_request.repository.file(pull_request.base, CODEOWNERS) or b""
     lines = [line.split() for line in data.decode(errors="replace").splitlines()]
-    owners = [parts[1:] for parts in lines if parts[:1] == [f"/{SUBMISSIONS}/{entry}/"]]
-    return tuple(name for name in (owners[-1] if owners else []) if re.fullmatch(reports.OWNER, name))
+    owners = next((line[1:] for line in reversed(lines) if line[:1] == [f"/{SUBMISSIONS}/{entry}/"]), [])
+    return tuple(name for name in owners if re.fullmatch(reports.OWNER, name))
 
 
 def _closed(report: reports.GateReport, problems: Sequence[Problem]) -> reports.GateReport:
@@ -186,27 +177,21 @@ def _judge_entry(call: Mapping[str, Any]) -> reports.Judgement:
     if card.level == REPORTED:
         return reports.Judgement(level="reported", notes=(*card.notes, *card.signs))
     found = repeated_sample(whole, folder, donated)
-    scores = tuple(
-        reports.GateScore(
-            *(group, protocol, each.budget, len(each.runs), METRICS[protocol][0].name),
-            *(value.mean, value.low, value.high),
-        )
-        for group, protocols in card.groups.items()
-        for protocol, each in protocols.items()
-        for value in [each.metrics[METRICS[protocol][0].name]]
-    )
-    return replace(found, level="claimed", scores=scores, notes=(*found.notes, *card.notes, *card.signs))
+    scores = []
+    for group, protocols in card.groups.items():
+        for protocol, each in protocols.items():
+            name = METRICS[protocol][0].name
+            value, facts = each.metrics[name], (each.budget, len(each.runs), name)
+            scores.append(reports.GateScore(group, protocol, *facts, value.mean, value.low, value.high))
+    notes = (*found.notes, *card.notes, *card.signs)
+    return replace(found, level="claimed", scores=tuple(scores), notes=notes)
 
 
 def donation_problems(submission: Submission, donated: Set[str]) -> Iterator[Problem]:
-    """What is wrong with donated runs of an entry without other problems.
+    """What is wrong with donated runs, by their names, of an entry without other problems.
 
     A run publishes its policies, and was trained with versions of the packages, and has a number of
     parameters, that a run of the entry has, too.
-
-    Args:
-        submission: the entry with these runs.
-        donated: names of the donated runs; empty for any other pull request.
     """
     documents = {name: run.document for name, run in runs_of(submission).items()}
     own = [document for name, document in documents.items() if name not in donated]
@@ -245,9 +230,8 @@ def repeated_sample(
     """
     assert submission.manifest is not None, "it has no problems"
     if submission.manifest.protocol.evaluation == SAMPLED:
-        return reports.Judgement(
-            notes=("The policies sample their actions, so that no episode can be repeated.",)
-        )
+        note = "The policies sample their actions, so that no episode can be repeated."
+        return reports.Judgement(notes=(note,))
     runs, notes = [], list[str]()
     for name, run in runs_of(submission).items():
         policies = run.document.policies

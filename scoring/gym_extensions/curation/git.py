@@ -70,11 +70,7 @@ class Repository:
         return [*limited, "git", *OPTIONS, "-C", str(self.folder), *arguments]
 
     def run(self, *arguments: str, statuses: Collection[int] = (0,)) -> bytes:
-        """The output of a git command that ends with one of these statuses.
-
-        Raises:
-            BenchError: git is not installed, or the command fails.
-        """
+        """The output of a git command; raises ``BenchError`` unless it ends with one of these statuses."""
         command = self._command(*arguments)
         try:
             result = subprocess.run(command, input=b"", capture_output=True, check=False, env=_environment())
@@ -106,11 +102,7 @@ class Repository:
 
     @cached_property
     def top(self) -> Path:
-        """The top folder of the work tree.
-
-        Raises:
-            BenchError: the folder is not in a git work tree.
-        """
+        """The top folder of the work tree. Raises ``BenchError`` if the folder is in none."""
         try:
             return Path(os.fsdecode(self.run("rev-parse", "--show-toplevel").removesuffix(b"\n")))
         except BenchError as error:
@@ -119,17 +111,8 @@ class Repository:
             hint = "Run the command in a clone of the repository."
             raise BenchError("no-repository", "It is not a git work tree.", str(self.folder), hint) from None
 
-    @cached_property
-    def is_shallow(self) -> bool:
-        """Whether the clone lacks older commits."""
-        return self.run("rev-parse", "--is-shallow-repository") == b"true\n"
-
     def commit(self, name: str) -> str:
-        """The id of the commit that a branch, tag or id names.
-
-        Raises:
-            BenchError: there is no such commit.
-        """
+        """The id of the commit that a branch, tag or id names. Raises ``BenchError`` if there is none."""
         try:
             id_ = self.run("rev-parse", "--verify", "--quiet", "--end-of-options", f"{name}^{{commit}}")
         except BenchError as error:
@@ -153,11 +136,7 @@ class Repository:
         return tuple(_tree_entry(line) for line in output.split(b"\0") if line)
 
     def blobs(self, object_ids: Iterable[str]) -> Iterator[bytes]:
-        """The contents of files by object id, in that order, one at a time.
-
-        Raises:
-            BenchError: an object is missing or not a file.
-        """
+        """The contents of files by object id, in that order. Raises ``BenchError`` for what is no file."""
         command, pipe = self._command("cat-file", "--batch"), subprocess.PIPE
         with subprocess.Popen(command, stdin=pipe, stdout=pipe, env=_environment()) as process:
             requests, answers = process.stdin, process.stdout
@@ -185,17 +164,14 @@ class Repository:
     def last_change(self, commit: str, paths: Sequence[str]) -> str:
         """The last commit of the first-parent history that changed one of these paths; empty if none did.
 
-        For a merged pull request it is the merge commit, which its author did not know.
-
-        Raises:
-            BenchError: the clone lacks older commits, so that it cannot be known.
+        For a merged pull request it is the merge commit, which its author did not know. Raises ``BenchError``
+        if the clone lacks older commits.
         """
-        if self.is_shallow:
+        if self.run("rev-parse", "--is-shallow-repository") == b"true\n":
             message = "The clone lacks older commits, which fix the seeds."
             raise BenchError("shallow-clone", message, str(self.folder), "Run: git fetch --unshallow")
         specs = [f":(literal){path}" for path in paths]
-        arguments = ("rev-list", "--first-parent", "--max-count=1", commit, "--", *specs)
-        return self.run(*arguments).decode().strip()
+        return self.run("rev-list", "--first-parent", "--max-count=1", commit, "--", *specs).decode().strip()
 
 
 def _environment() -> dict[str, str]:

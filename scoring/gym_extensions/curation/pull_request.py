@@ -42,10 +42,8 @@ MAX_PATH = 200
 
 @dataclass(frozen=True)
 class Change:
-    """A changed file.
-
-    ``status`` is git's letter: ``A`` added, ``M`` modified, ``D`` deleted, ``T`` type changed, ``R`` renamed.
-    ``mode`` is the new file mode, and ``source`` the old path of a renamed file, else empty.
+    """A changed file: git's letter (``A`` added, ``M`` modified, ``D`` deleted, ``T`` of another type, ``R``
+    renamed), the new file mode, the path, and the old path of a renamed file.
     """
 
     status: str
@@ -353,9 +351,8 @@ def copied_run(pull_request: PullRequest) -> Iterator[Finding]:
     """No sequential log, no policies of its runs and no record equal those of another one, byte for byte.
     (Training on one task alone, or on all together, gives the same bytes for methods that differ only
     between tasks.)"""
-    theirs = {
-        file.object_id: file.path for file in pull_request.base_files if SEQUENTIAL.fullmatch(file.path)
-    }
+    files = (file for file in pull_request.base_files if SEQUENTIAL.fullmatch(file.path))
+    theirs = {file.object_id: file.path for file in files}
     changed = {change.path for change in pull_request.changes}
     for file in pull_request.head_files:
         original = theirs.get(file.object_id)
@@ -384,6 +381,5 @@ def too_large(pull_request: PullRequest) -> Iterator[Finding]:
         for file in pull_request.files_of_record(record):
             limit = MAX_CARD if file.path.endswith(records.CARD) else MAX_POLICY
             if (file.size or 0) > limit:
-                yield Finding(
-                    file.path, f"It has {file.size} bytes; the limit is {limit}.", "Make it smaller."
-                )
+                message = f"It has {file.size} bytes; the limit is {limit}."
+                yield Finding(file.path, message, "Make it smaller.")

@@ -23,8 +23,7 @@ MAX_RECORD_BYTES = 2**20
 def undecided_runs(entry: Path) -> dict[str, str]:
     """The digest of every run with policies about which no verification has decided, by the run's name.
 
-    Raises:
-        BenchError: the entry has problems.
+    Raises ``BenchError`` if the entry has problems.
     """
     submission = read(entry, merge_runs=False)
     if submission.problems:
@@ -44,13 +43,9 @@ def run_files(entry: Path, runs: Iterable[str]) -> list[str]:
 
 
 def merge_commit(parent: Path, files: Iterable[str]) -> str:
-    """The commit that fixed files: the last one of HEAD's first-parent history that changed one of them.
+    """The commit that fixed files of a folder: the last one of HEAD's first-parent history that changed one.
 
     For a merged pull request it is the merge commit, which its author did not know.
-
-    Args:
-        parent: a folder of the repository.
-        files: their paths in it.
 
     Raises:
         BenchError: the files are not committed as they are, or the clone lacks older commits.
@@ -70,11 +65,7 @@ def merge_commit(parent: Path, files: Iterable[str]) -> str:
 
 
 def decide(entry: Path, action: Action, by: str, reason: str) -> None:
-    """Adds a decision of today to the review of an entry.
-
-    Raises:
-        BenchError: the folder is not an entry, or the name or the reason is empty.
-    """
+    """Adds a decision of today, with a name and a reason, to the review of an entry."""
     for option, text in (("--by", by), ("--reason", reason)):
         if not text.strip():
             raise BenchError("no-reason", "It is empty.", option, "Say who decides, and why.")

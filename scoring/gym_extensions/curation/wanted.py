@@ -23,15 +23,10 @@ NORMAL = NormalDist()
 
 @dataclass(frozen=True)
 class Wanted:
-    """What an entry needs for its next look.
+    """What an entry in a folder, of an agent of this project, needs for its next look at n runs.
 
-    Attributes:
-        entry: its folder.
-        agent: the name of its agent, which is one of this project.
-        budget: its budget.
-        look: n, the next look.
-        runs: the numbers of the runs that are missing, by group name and protocols (joined by a comma).
-        decides: how many open comparisons the look would decide, about; None for an entry without any.
+    ``runs`` are the numbers of the missing runs, by group name and protocols (joined by a comma). ``decides``
+    is how many open comparisons the look would decide, about; None for an entry without any.
     """
 
     entry: Path
@@ -56,11 +51,7 @@ class Wanted:
 
 
 def wanted(folders: Sequence[Path]) -> list[Wanted]:
-    """What the entries of this project's agents need, those first that decide most per run.
-
-    Args:
-        folders: every entry of the board.
-    """
+    """What the entries of this project's agents need, of all entries; first what decides most per run."""
     cards = list(scorecards(folders, make_scorer(only=("core",))))
     board = core_board([card for card in cards if not card.withdrawn])
     by_name = {card.name: (folder, card) for folder, card in zip(folders, cards, strict=True)}
@@ -121,10 +112,8 @@ def power_at_next_look(pair: CorePair, pairs: int) -> float:
 def lines_of(found: Sequence[Wanted]) -> Iterator[str]:
     """What is wanted in words, an entry after the other."""
     for each in found:
-        text = f"{each.entry.name}: {each.count} runs complete its look at {each.look} runs"
-        yield text + (
-            "." if each.decides is None else f"; about {each.decides:.1f} comparisons would be decided."
-        )
+        more = "" if each.decides is None else f"; about {each.decides:.1f} comparisons would be decided"
+        yield f"{each.entry.name}: {each.count} runs complete its look at {each.look} runs{more}."
         yield from (f"  {command}" for command in each.commands)
     if not found:
         yield "No entry of this project needs runs for its next look."

@@ -38,16 +38,11 @@ PURPOSES: tuple[Purpose, ...] = ("select", "compare", "measure", "train")
 
 
 def seed(task: str | Task, purpose: Purpose, index: int) -> int:
-    """The reset seed of an episode, in [0, 2³¹), and of a challenge in [2³¹, 2³²).
+    """The reset seed of episode ``index``, from 0, in [0, 2³¹), and of a challenge in [2³¹, 2³²).
 
     Four times a digest of task and index, plus the number of the purpose. So the episodes that train a
     policy, select it among candidates, compare it with another policy and measure it never share a seed. The
     seed of a challenge is 2³¹ plus half of the digest.
-
-    Args:
-        task: a task, its id or its bare name.
-        purpose: what the episode is for.
-        index: number of the episode, from 0.
     """
     row = task if isinstance(task, Task) else published_task(task)
     digest = hashlib.sha256(f"expert/{row.id}/{index}".encode()).digest()
@@ -76,14 +71,9 @@ class Step(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
 
 
 class Measurement(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Returns of the first ``episodes`` seeds of a purpose.
+    """Mean and standard deviation of the returns of the first ``episodes`` seeds of a purpose.
 
-    Args:
-        episodes: how many.
-        mean: of the returns.
-        deviation: standard deviation of the returns.
-        success: share of episodes that the task counts as a success; None where it defines none.
-        cpu_seconds: of the evaluation.
+    ``success`` is the share of episodes that the task counts as a success; None where it defines none.
     """
 
     episodes: int
@@ -99,14 +89,9 @@ class Measurement(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
 
 
 class PolicyCard(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """How a policy for one task came about, and what it is worth.
+    """How a policy (:func:`digest`) for one task (its id and fingerprint) came about, and what it is worth.
 
-    Args:
-        task: the task's id.
-        fingerprint: of the task.
-        policy: :func:`digest` of the policy.
-        history: the training runs, the first one first.
-        measurement: of this policy on the measurement seeds.
+    ``history`` are the training runs, the first one first; ``measurement`` is on the measurement seeds.
     """
 
     task: str
@@ -167,11 +152,7 @@ def origins() -> Mapping[tuple[str, str, str], tuple[Origin, ...]]:
 
 
 class RecordCard(PolicyCard, frozen=True):
-    """How a record came about. ``measurement`` is what its authors claim.
-
-    Args:
-        authors: their names, in their order.
-    """
+    """How a record came about. ``measurement`` is what its authors claim."""
 
     authors: Annotated[tuple[Author, ...], msgspec.Meta(min_length=1, max_length=20)]
 
@@ -180,13 +161,9 @@ AnyCard = TypeVar("AnyCard", Card, RecordCard)
 
 
 def beats_floor(mean: float, standard_error: float, floor: float, floor_deviation: float) -> bool:
-    """Whether a mean return lies clearly above the floor: the rule for every anchor.
+    """Whether a mean return over episodes lies clearly above the floor: the rule for every anchor.
 
-    Args:
-        mean: mean return of the policy.
-        standard_error: of that mean over episodes.
-        floor: mean return of the floor agent; NaN if it was not measured.
-        floor_deviation: standard deviation of the floor agent's episodes.
+    The floor is that of the floor agent, NaN if it was not measured, with the deviation of its episodes.
     """
     return mean - floor > floor_margin(standard_error, floor_deviation)  # False without a floor
 
@@ -202,11 +179,7 @@ def names(folder: Path = DATA) -> list[str]:
 
 
 def load(task: str | Task, folder: Path = DATA) -> Policy:
-    """The expert of a task; ``act(observations)`` gives its actions.
-
-    Args:
-        task: a task, its id or its bare name.
-        folder: of the experts' files.
+    """The expert of a task (or its id or bare name); ``act(observations)`` gives its actions.
 
     Raises:
         BenchError: there is no such task, the task has no expert, the file is not the one that the card
@@ -216,12 +189,7 @@ def load(task: str | Task, folder: Path = DATA) -> Policy:
 
 
 def card(task: str | Task, folder: Path = DATA) -> Card:
-    """The card of a task's expert.
-
-    Raises:
-        BenchError: there is no such task, the task has no expert, or its card cannot be read or is of
-            another definition of the task.
-    """
+    """The card of a task's expert. Raises ``BenchError`` as :func:`load` does."""
     path = folder / f"{_name(task)}.json"
     if not path.exists():
         hint = did_you_mean(path.stem, names(folder))
@@ -230,12 +198,7 @@ def card(task: str | Task, folder: Path = DATA) -> Card:
 
 
 def read_card(path: Path, task: str, kind: type[AnyCard]) -> AnyCard:
-    """The card of a policy for a task.
-
-    Args:
-        path: of the card.
-        task: the task's id or its bare name.
-        kind: of the card.
+    """The card, of this kind, of a policy for a task.
 
     Raises:
         BenchError: there is no such task, the card cannot be read, or it is of another task or another

@@ -46,14 +46,10 @@ class Expert(msgspec.Struct, omit_defaults=True):
     """What the score 1 stands for; in version 1 it was called the ceiling.
 
     Args:
-        mean: of the returns.
         standard_error: of the mean, over the runs if there are several, else over the episodes.
         episodes: number of episodes (of each run).
-        agent: who acts: ``expert``, a published policy; ``planner``; or the agent of training runs.
-        policy: SHA-256 of the published policy.
+        agent: who acts: ``expert``, a published policy with its SHA-256; ``planner``; or the agent of runs.
         provisional: why it does not do what the task is for.
-        budget: of training runs.
-        runs: their means.
     """
 
     mean: float
@@ -88,10 +84,9 @@ class File(msgspec.Struct):
 
 
 def parse_file(data: bytes) -> File:
-    """The content of a references file. In format 1, that of version 1, experts are called ceilings.
+    """The content of a references file. Raises ``ValueError`` for another format.
 
-    Raises:
-        ValueError: another format.
+    In format 1, that of version 1, experts are called ceilings.
     """
     content = msgspec.json.decode(data, type=dict[str, Any])
     if content.get("format") == 1:

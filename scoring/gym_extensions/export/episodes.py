@@ -61,11 +61,8 @@ def write_dataset(target: Path, entries: Sequence[Path], groups: set[str]) -> No
         count += len(frame)
     metadata = croissant(files)
     write_text(target / "croissant.json", json.dumps(metadata, indent=1, ensure_ascii=False) + "\n")
-    head = {
-        "license": LICENSE,
-        "tags": list(TAGS),
-        "configs": [{"config_name": "default", "data_files": "data/*.csv"}],
-    }
+    configs = [{"config_name": "default", "data_files": "data/*.csv"}]
+    head = {"license": LICENSE, "tags": list(TAGS), "configs": configs}
     names = ", ".join(Path(path).stem for path in files)
     columns = "\n".join(f"| `{name}` | {text} |" for name, text in DESCRIPTIONS.items())
     text = f"""
@@ -90,16 +87,9 @@ TERMS = (
 
 
 def croissant(files: dict[str, str]) -> dict[str, Any]:
-    """The Croissant 1.0 metadata of the CSV files of episodes.
-
-    Args:
-        files: the SHA-256 of every file by its path.
-    """
-    context: dict[str, Any] = {
-        "@language": "en",
-        "@vocab": "https://schema.org/",
-        "sc": "https://schema.org/",
-    }
+    """The Croissant 1.0 metadata of the CSV files of episodes, given their SHA-256 by path."""
+    schema = "https://schema.org/"
+    context: dict[str, Any] = {"@language": "en", "@vocab": schema, "sc": schema}
     context |= {"cr": "http://mlcommons.org/croissant/", "dct": "http://purl.org/dc/terms/"}
     context |= {"rai": "http://mlcommons.org/croissant/RAI/", "conformsTo": "dct:conformsTo"}
     context |= {term: f"cr:{term}" for term in TERMS}

@@ -32,13 +32,7 @@ NAME = "gym-extensions"
 def write_records(folder: Path, entries: Sequence[Path], groups: Sequence[str] = ()) -> int:
     """Writes ``data/gym-extensions/DEVELOPER/ENTRY/UUID.json`` for every submission with a metric.
 
-    Args:
-        folder: the folder, which exists.
-        entries: submissions, or folders of submissions.
-        groups: names of the groups; all if empty.
-
-    Returns:
-        The number of records.
+    All groups are exported if none is named. Returns the number of records.
 
     Raises:
         BenchError: a path or group does not exist, a submission has problems, or none has a metric.
@@ -59,13 +53,7 @@ def write_records(folder: Path, entries: Sequence[Path], groups: Sequence[str] =
 
 
 def record(card: Scorecard, references: References, now: int) -> dict[str, Any] | None:
-    """The record of a scorecard, or None if it has no metric with a value.
-
-    Args:
-        card: the scorecard, without problems.
-        references: those that normalize it.
-        now: seconds since 1970.
-    """
+    """The record of a valid scorecard, or None if it has no value; ``now`` is in seconds since 1970."""
     results = list(_results(card))
     if not results or card.manifest is None:
         return None

@@ -34,14 +34,7 @@ def write_repositories(
 ) -> list[str]:
     """Writes ``models/NAME`` for every entry with policies, ``models/experts``, and ``datasets/episodes``.
 
-    Args:
-        folder: the folder, which exists.
-        entries: submissions, or folders of submissions.
-        groups: names of the groups; all if empty.
-        with_experts: whether to write the experts.
-
-    Returns:
-        The paths of the repositories.
+    All groups are exported if none is named. Returns the paths of the repositories.
 
     Raises:
         BenchError: a path or group does not exist, a submission has problems, or there is nothing to write.
@@ -91,12 +84,7 @@ def write_entry(target: Path, source: Path, card: Scorecard) -> bool:
 
 
 def model_card(card: Scorecard, runs: Sequence[tuple[str, str, int]]) -> str:
-    """The card of an entry's policies, with its metrics.
-
-    Args:
-        card: the scorecard.
-        runs: group name, protocol and run of every file of policies.
-    """
+    """The card of an entry's policies, with its metrics. ``runs`` are their groups, protocols and numbers."""
     assert card.manifest is not None
     results = [
         {
@@ -136,16 +124,15 @@ def model_card(card: Scorecard, runs: Sequence[tuple[str, str, int]]) -> str:
 def write_experts(target: Path) -> None:
     """Writes the experts of this version, their cards, and a card of all."""
     rows = []
+    target.mkdir(parents=True)
     for name in experts.names():
         card = experts.card(name)
         for suffix in (".npz", ".json"):
-            target.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(experts.DATA / f"{name}{suffix}", target / f"{name}{suffix}")
         measured = card.measurement
         note = card.provisional.replace("|", "/")
-        rows.append(
-            f"| {name} | {measured.mean:.1f} ± {measured.deviation:.1f} | {measured.episodes} | {note} |"
-        )
+        returns = f"{measured.mean:.1f} ± {measured.deviation:.1f}"
+        rows.append(f"| {name} | {returns} | {measured.episodes} | {note} |")
     head = front_matter({"license": LICENSE, "library_name": NAME, "tags": list(TAGS)})
     text = f"""
 # Experts of gym-extensions {version(NAME)}

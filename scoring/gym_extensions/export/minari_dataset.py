@@ -6,9 +6,8 @@ import os
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -31,8 +30,7 @@ ROOT = "MINARI_DATASETS_PATH"
 MAX_EPISODES = 10_000
 
 
-@dataclass(frozen=True)
-class Wanted:
+class Wanted(NamedTuple):
     """Which policy plays which task: the last stage and the last task where None."""
 
     group: str
@@ -43,16 +41,9 @@ class Wanted:
 
 
 def write_dataset(folder: Path, entry: Path, wanted: Wanted, count: int = 20) -> str:
-    """Runs a policy and writes its episodes.
+    """Runs a policy on the seeds 0 to count − 1, writes its episodes, and returns the id of the dataset.
 
-    Args:
-        folder: the folder, which becomes Minari's root of datasets.
-        entry: the submission.
-        wanted: the policy and the task.
-        count: number of episodes; their seeds are 0 to count − 1.
-
-    Returns:
-        The id of the dataset.
+    The folder becomes Minari's root of datasets.
 
     Raises:
         BenchError: Minari is not installed, something that is wanted does not exist, or no verification of

@@ -140,21 +140,12 @@ class Folder:
         return len(self.files) <= MAX_FILES and total <= MAX_SUBMISSION_BYTES
 
     def read(self, path: str) -> bytes:
-        """The bytes of a file.
-
-        Raises:
-            OSError: the file cannot be read, or has become a link, another kind of file, or larger than its
-                limit since the folder was listed.
-        """
+        """The bytes of a file. Raises ``OSError`` also if its kind or size has changed since the listing."""
         return read_regular(self.root / path, max_bytes(path))
 
 
 def read_regular(path: Path, max_bytes: int) -> bytes:
-    """The bytes of a regular file, which may not be a link.
-
-    Raises:
-        OSError: it cannot be read, is a link or not a regular file, or is larger.
-    """
+    """The bytes of a regular file. Raises ``OSError`` if it is a link, another kind of file or larger."""
     descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_BINARY", 0) | SAFE)
     with os.fdopen(descriptor, "rb") as file:
         if not stat.S_ISREG(os.fstat(descriptor).st_mode):
@@ -210,8 +201,7 @@ def scan(root: Path, groups: Mapping[str, TaskGroup] = GROUPS) -> Folder:
 def submission_folders(paths: list[Path]) -> list[Path]:
     """The submissions at the given paths, sorted by name. A folder of submissions means all of them.
 
-    Raises:
-        BenchError: two submissions have the same name.
+    Raises ``BenchError`` if two submissions have the same name.
     """
     folders: list[Path] = []
     for path in paths:

@@ -76,23 +76,6 @@ class CurvePoint:
     return_: float
 
 
-@dataclass(frozen=True)
-class EvaluationPoint:
-    """An evaluation of a task while the stage goes on.
-
-    ``step`` counts training steps since the stage began, ``return_`` is the mean over ``episodes`` episodes
-    from the first of the task's prescribed seeds.
-    """
-
-    protocol: str
-    run: int
-    stage: int
-    task: str
-    step: int
-    episodes: int
-    return_: float
-
-
 @dataclass(frozen=True, repr=False)
 class Log:
     """The logs of the runs of a group and protocol by column, run after run in the order of the files.
@@ -142,8 +125,7 @@ def _cell(value: object) -> str:
 
 def log_text(episodes: Iterable[Episode], task_ids: tuple[str, ...]) -> str:
     """The text of a run's log, sorted by stage, task in training order and episode."""
-    position = {task: index for index, task in enumerate(task_ids)}
-    ordered = sorted(episodes, key=lambda row: (row.stage, position[row.task], row.episode))
+    ordered = sorted(episodes, key=lambda row: (row.stage, task_ids.index(row.task), row.episode))
     lines = [",".join(map(_cell, vars(row).values())) for row in ordered]
     return "\n".join([",".join(LOG_COLUMNS), *lines, ""])
 
@@ -164,10 +146,8 @@ def append_curves(path: Path, points: Iterable[CurvePoint]) -> None:
 def log_frame(data: bytes) -> pd.DataFrame:
     """The rows in the content of a run's log, with the columns ``LOG_COLUMNS``.
 
-    ``terminated`` is bool, ``success`` int8 (1, 0, or -1 where the cell is empty), ``task`` str.
-
-    Raises:
-        TableError: a line is not one of a log.
+    ``terminated`` is bool, ``success`` int8 (1, 0, or -1 where the cell is empty), ``task`` str. Raises
+    ``TableError`` if a line is not one of a log.
     """
     import pandas as pd
 
@@ -255,13 +235,7 @@ def _quoted(line: bytes) -> str:
 
 
 def log_of(frames: Mapping[int, pd.DataFrame], protocol: str, group: TaskGroup) -> Log:
-    """The log of the runs of a group and protocol.
-
-    Args:
-        frames: the rows of each run; at least one.
-        protocol: one of ``PROTOCOLS``.
-        group: the group.
-    """
+    """The log of the runs of a group and protocol, of which ``frames`` has the rows; at least one."""
     runs = sorted(frames)
     positions = {task: position for position, task in enumerate(group.task_ids)}
 

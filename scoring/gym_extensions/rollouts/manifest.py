@@ -38,15 +38,8 @@ printable ASCII characters except quotes, angle brackets and backslashes."""
 
 Text = Annotated[str, Meta(max_length=SHORT, description=f"a string of at most {SHORT} characters")]
 LongText = Annotated[str, Meta(max_length=LONG, description=f"a string of at most {LONG} characters")]
-Url = Annotated[
-    str,
-    Meta(
-        max_length=500,
-        pattern=WEB,
-        description="a web address of at most 500 ASCII characters that starts with https:// or http://, "
-        "or an empty string",
-    ),
-]
+_URL = "a web address of at most 500 ASCII characters that starts with https:// or http://"
+Url = Annotated[str, Meta(max_length=500, pattern=WEB, description=f"{_URL}, or an empty string")]
 Count = Annotated[int, Meta(ge=0, le=2**53 - 1, description="an integer from 0 to 2⁵³ − 1")]
 Flag = Annotated[bool, Meta(description="true or false")]
 Name = Annotated[str, Meta(min_length=1, max_length=SHORT)]
@@ -194,12 +187,7 @@ def _value_finding(where: str, kind: Any, value: object) -> Finding | None:
 
 
 def hyperparameter_error(value: object, *, is_element: bool = False) -> str:
-    """The reason why a value cannot be a hyperparameter, as the rest of a sentence, or empty if it can.
-
-    Args:
-        value: a value of TOML, or a tuple, which TOML stores as a list.
-        is_element: whether it is an element of a list.
-    """
+    """Why a value, or an element of one, is no hyperparameter, as the rest of a sentence; empty if it is."""
     if isinstance(value, list | tuple) and not is_element:
         if len(value) > SHORT:
             return f"has {len(value)} elements; the limit is {SHORT}"

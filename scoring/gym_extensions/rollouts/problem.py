@@ -55,10 +55,6 @@ class Problem:
             text = escape(getattr(self, name)[: MAX_TEXT + 1])
             object.__setattr__(self, name, text if len(text) <= MAX_TEXT else f"{text[: MAX_TEXT - 1]}…")
 
-    def as_dict(self) -> dict[str, str]:
-        """The problem as in the scorecard's JSON."""
-        return {"rule": self.rule, "where": self.where, "message": self.message, "hint": self.hint}
-
 
 Scope = Literal["folder", "file", "manifest", "readme", "document", "log", "group", "policies", "review"]
 """What a rule checks. Each scope has one type of subject, the parameter of its rules."""
@@ -107,19 +103,15 @@ def problems(scope: Scope, subject: Any) -> list[Problem]:
 
 
 def summarize(problems: Sequence[Problem], name: str) -> tuple[Problem, ...]:
-    """The first ``PROBLEMS_LISTED`` problems per rule, then one per rule that counts the rest.
-
-    Args:
-        problems: all problems of a submission.
-        name: the submission's name; the counts are reported there.
-    """
+    """The first ``PROBLEMS_LISTED`` problems per rule, then one per rule, of the submission, for the rest."""
     by_rule: dict[str, list[Problem]] = {}
+    listed = []
     for problem in problems:
-        by_rule.setdefault(problem.rule, []).append(problem)
-    listed = {id(problem) for found in by_rule.values() for problem in found[:PROBLEMS_LISTED]}
-    counts = [
-        Problem(rule, name, f"{more} more problem{'s' if more > 1 else ''} of this rule.", found[0].hint)
-        for rule, found in by_rule.items()
-        if (more := len(found) - PROBLEMS_LISTED) > 0
-    ]
-    return (*(problem for problem in problems if id(problem) in listed), *counts)
+        found = by_rule.setdefault(problem.rule, [])
+        found.append(problem)
+        listed += [problem] if len(found) <= PROBLEMS_LISTED else []
+    for rule, found in by_rule.items():
+        if (more := len(found) - PROBLEMS_LISTED) > 0:
+            message = f"{more} more problem{'s' if more > 1 else ''} of this rule."
+            listed.append(Problem(rule, name, message, found[0].hint))
+    return tuple(listed)

@@ -71,11 +71,8 @@ class _Reader:
         manifest, readme = self._manifest(), self._readme()
         review = self._parsed("review", layout.REVIEW, self._bytes(layout.REVIEW), review_of) or Review()
         paths = {item.path for item in self.folder.items}
-        groups = {
-            group.id: self._group(group, review, policies)
-            for folder, group in wanted.items()
-            if folder in paths
-        }
+        present = [group for folder, group in wanted.items() if folder in paths]
+        groups = {group.id: self._group(group, review, policies) for group in present}
         self._check("review", ReviewOfRuns(self.folder, review))
         if merge_runs and not self.problems:
             for group_id, group in groups.items():

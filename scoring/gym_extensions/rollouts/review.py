@@ -92,11 +92,7 @@ def review_of(data: bytes) -> Review:
 
 
 def read_review(folder: Path) -> Review:
-    """The review of a submission; an empty one if the folder has none.
-
-    Raises:
-        BenchError: review.toml cannot be read.
-    """
+    """The review of a submission, empty if it has none. Raises ``BenchError`` if it cannot be read."""
     path = folder / REVIEW
     try:
         return review_of(read_regular(path, max_bytes(REVIEW)))
@@ -144,8 +140,3 @@ def level(review: Review, digests: Mapping[str, str]) -> Level:
     if not digests:
         return CLAIMED
     return REPRODUCED if retrained else VERIFIED
-
-
-def decision(review: Review) -> Decision | None:
-    """The decision that holds, the last one; None if there is none."""
-    return review.decisions[-1] if review.decisions else None

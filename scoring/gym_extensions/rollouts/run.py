@@ -158,11 +158,7 @@ def run_of(data: bytes) -> RunDocument:
 
 
 def read_run(path: Path) -> RunDocument:
-    """The document of a run.
-
-    Raises:
-        BenchError: the file cannot be read or is not such a document.
-    """
+    """The document of a run. Raises ``BenchError`` if the file cannot be read or is not such a document."""
     try:
         return run_of(read_regular(path, max_bytes(DOCUMENT)))
     except (OSError, ValueError, RecursionError) as error:

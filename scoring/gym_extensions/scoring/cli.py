@@ -63,7 +63,7 @@ def parse_args(argv: list[str] | None) -> argparse.Namespace:
     return options
 
 
-def _print(text: str) -> None:
+def print_text(text: str) -> None:
     """Writes text to standard output as UTF-8, whatever the locale is."""
     sys.stdout.flush()
     sys.stdout.buffer.write(text.encode())
@@ -89,7 +89,7 @@ def _compare(paths: list[Path], scorer: Scorer, as_json: bool) -> int:
         return 1
     comparison = compare(*cards)
     if as_json:
-        _print(comparison.to_json())
+        print_text(comparison.to_json())
     else:
         screen.show_comparison(screen.console(), comparison)
     return 0
@@ -110,7 +110,7 @@ def _score(options: argparse.Namespace, scorer: Scorer) -> int:
         cards = pipeline.publish(options.out, cards, scorer.references)
     if as_text:
         cards = list(cards)
-        _print(_as_text(pipeline.scorecard_document(cards, scorer.references), options))
+        print_text(_as_text(pipeline.scorecard_document(cards, scorer.references), options))
         return int(any(card.problems for card in cards))
     status = 0
     for card in cards:

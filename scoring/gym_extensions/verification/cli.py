@@ -70,14 +70,7 @@ def progress_bar(label: str) -> Iterator[tuple[bars.Progress, bars.TaskID]]:
 
 
 def verified(path: Path, value: str, options: argparse.Namespace, *, only_new: bool = False) -> Report:
-    """The report on one entry, with a progress bar.
-
-    Args:
-        path: the entry's folder.
-        value: what the new seeds follow from.
-        options: those of :func:`add_options`, and ``groups``.
-        only_new: whether to leave out runs about which a verification has decided.
-    """
+    """The report on one entry, with a progress bar; see :func:`verify`. Options are those of the command."""
     files = getattr(options, "groups", [])
     groups = with_custom(files)
     if options.retrain:

@@ -121,12 +121,9 @@ class Player:
     def outcomes(
         self, policy: AnyPolicy, cell: Cell, watch: Callable[[Any, Any], None] | None = None
     ) -> list[Outcome]:
-        """The outcomes of a cell, an episode per seed.
+        """The outcomes of a cell, an episode per seed, with the policy of its stage.
 
-        Args:
-            policy: the policy of the cell's stage.
-            cell: the seeds.
-            watch: called with the environments and the actions, after the reset and after every step.
+        ``watch`` is called with the environments and the actions, after the reset and after every step.
 
         Raises:
             BenchError: the policy does not fit the task, samples without a seed of the noise, or gives an
@@ -156,9 +153,8 @@ class Player:
 def stored_policies(request: RunRequest, group: TaskGroup) -> dict[Key, AnyPolicy]:
     """The policies of a run.
 
-    Raises:
-        BenchError: they cannot be read, are others than those of the run's document, or one depends on the
-            task although the agent does not observe it.
+    Raises ``BenchError`` if they cannot be read, are others than those of the run's document, or one depends
+    on the task although the agent does not observe it.
     """
     if request.file:
         arrays = npz_arrays(Path(request.file).read_bytes())
@@ -177,11 +173,7 @@ def stored_policies(request: RunRequest, group: TaskGroup) -> dict[Key, AnyPolic
 
 
 def played(request: RunRequest, player: Player) -> Played:
-    """The outcomes of a run's cells, in this process.
-
-    Raises:
-        BenchError: the policies are ONNX networks, and the packages that run them are not installed.
-    """
+    """The outcomes of a run's cells, in this process. Raises ``BenchError`` without what runs networks."""
     try:
         policies = stored_policies(request, player.group)
         results = {}
@@ -211,12 +203,9 @@ def play(call: Mapping[str, Any]) -> Iterator[Any]:
 
 
 class Store:
-    """Outcomes on disk, so that an interrupted verification goes on where it was.
+    """Outcomes in a folder, so that an interrupted verification goes on where it was.
 
     A file is named by all that determines its content: the cells, the run's files, versions and kernels.
-
-    Args:
-        folder: where the files are.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -248,38 +237,27 @@ def run_all(
     jobs: int = 1,
     done: Callable[[RunRequest], None] = lambda _: None,
 ) -> dict[str, Played]:
-    """The outcomes of runs by their names.
+    """The outcomes of runs by their names, from the store or, with ``jobs`` processes at once, made now.
 
-    Args:
-        requests: the runs.
-        store: has what is known, and gets what becomes known.
-        groups: TOML files of custom groups.
-        jobs: processes that work at once. The outcomes do not depend on it.
-        done: called after each run, in any thread.
-
-    Raises:
-        BenchError: a process reached a limit or failed.
+    ``groups`` are TOML files of custom groups. ``done`` is called after each run, in any thread. Raises
+    ``BenchError`` if a process reached a limit or failed.
     """
     results: dict[str, Played] = {}
 
-    def finish(request: RunRequest, result: Played) -> None:
-        results[request.name] = result
-        done(request)
-
     def work(batch: Sequence[RunRequest]) -> None:
         call = {"runs": msgspec.to_builtins(batch), "groups": list(groups)}
-        found = answers(JOB, call, limits_of(batch))
-        for request, answer in zip(batch, found, strict=True):
-            result = msgspec.convert(answer, Played)
-            store.save(request, result)
-            finish(request, result)
+        for request, answer in zip(batch, answers(JOB, call, limits_of(batch)), strict=True):
+            results[request.name] = msgspec.convert(answer, Played)
+            store.save(request, results[request.name])
+            done(request)
 
     missing = []
     for request in requests:
         if (known := store.load(request)) is None:
             missing.append(request)
         else:
-            finish(request, known)
+            results[request.name] = known
+            done(request)
     with ThreadPoolExecutor(jobs) as pool:
         futures = [pool.submit(work, batch) for batch in _batches(missing, jobs)]
         try:

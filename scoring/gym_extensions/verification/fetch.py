@@ -34,12 +34,7 @@ WEB_SCHEMES = ("http", "https")
 
 @dataclass(frozen=True)
 class Fetcher:
-    """Gets files into a cache.
-
-    Args:
-        cache: the folder of the cache.
-        public_only: whether to read nothing but ``https`` at public addresses.
-    """
+    """Gets files into the folder of a cache; with ``public_only``, from public ``https`` addresses alone."""
 
     cache: Path
     public_only: bool = False
@@ -47,9 +42,7 @@ class Fetcher:
     def fetch(self, policies: PolicyFile, where: str) -> Path:
         """The path of a copy of policies that lie elsewhere. Their digest is checked where they are read.
 
-        Args:
-            policies: what a run's document states. A size of 0 is not known; the limit is that of a file.
-            where: the run, for errors.
+        A stated size of 0 is not known; the limit is that of a file. ``where`` names the run in errors.
 
         Raises:
             BenchError: the address may not be read, there is no such file, it has another size than stated,

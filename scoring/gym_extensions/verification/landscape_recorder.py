@@ -85,16 +85,10 @@ def measure(call: Mapping[str, Any]) -> Iterator[Any]:
 
 
 def landscape_of(entry: Path, group: TaskGroup, fetcher: Fetcher, jobs: int = 1) -> Landscape | str:
-    """The landscape of an entry on a group, measured now; or why there is none.
+    """The landscape of an entry on a group with axes, measured now; or why there is none.
 
-    Args:
-        entry: the folder.
-        group: a group with axes.
-        fetcher: gets policies that lie elsewhere.
-        jobs: runs that are measured at once. The landscape does not depend on it.
-
-    Raises:
-        BenchError: policies cannot be read or run, or a limit was reached.
+    Runs are measured ``jobs`` at once. Raises ``BenchError`` if policies cannot be read or run, or a limit
+    was reached.
     """
     documents = measured_runs(entry, group)
     if not documents or any(document.policies is None for document in documents.values()):
@@ -156,14 +150,9 @@ def _request(entry: Path, group: TaskGroup, document: RunDocument, fetcher: Fetc
 def measure_all(
     entries: Sequence[Path], names: Sequence[str], fetcher: Fetcher, jobs: int, again: bool
 ) -> Iterator[str]:
-    """Measures the landscapes of entries that are not up to date, and yields a line about each.
+    """Measures the landscapes of entries that are not up to date, or ``again``; yields a line about each.
 
-    Args:
-        entries: their folders.
-        names: names of groups; all groups with axes if empty.
-        fetcher: gets policies that lie elsewhere.
-        jobs: runs that are measured at once.
-        again: whether to measure also what is up to date.
+    ``names`` are those of groups; all groups with axes if empty.
 
     Raises:
         BenchError: a group is unknown or has no worlds between its tasks, or a measurement fails. What was

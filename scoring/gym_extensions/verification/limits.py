@@ -86,14 +86,9 @@ def end_all() -> None:
 
 
 def answers(job: str, request: dict[str, Any], limits: Limits) -> Iterator[Any]:
-    """The answers of a job that runs in a process with limits, as they come.
+    """The answers of a job that runs in a process with limits, as they come. Leaving the loop ends it.
 
-    Leaving the loop ends the process.
-
-    Args:
-        job: ``"module:function"`` of this package: from a request to an iterator of JSON values.
-        request: a JSON value.
-        limits: what the process may use.
+    The job is a ``"module:function"`` of this package, from a request to an iterator, all of JSON values.
 
     Raises:
         BenchError: raised by the job; or ``limit-reached``, if the process was ended by a limit; or

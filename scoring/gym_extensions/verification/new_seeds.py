@@ -38,12 +38,9 @@ ROUNDING = 1e-9
 
 @dataclass(frozen=True)
 class TaskReturns:
-    """The returns of the cells of one task.
+    """The returns of the cells of one task: logged (cells, prescribed seeds), and fresh (cells, new seeds).
 
-    Args:
-        runs: the run of each cell, as an index over all runs of all logs of the entry.
-        logged: (cells, prescribed seeds).
-        fresh: (cells, new seeds).
+    ``runs`` has the run of each cell, as an index over all runs of all logs of the entry.
     """
 
     runs: Sequence[int]
@@ -60,10 +57,8 @@ def agrees(p_value: float) -> bool:
 class Draw:
     """New seeds, which nobody knew when the files were submitted: they follow from both.
 
-    Args:
-        digest: of the logs and policies (:func:`files_digest`).
-        value: 40 to 128 hexadecimal digits that were fixed after the files, such as the merge commit's id.
-        number: 1, or 2 for the second draw about files that the first refused.
+    ``digest`` is that of logs and policies (:func:`files_digest`). ``value`` are 40 to 128 hexadecimal digits
+    that were fixed after them, such as the merge commit's id. A second draw has the ``number`` 2.
     """
 
     digest: str
@@ -114,11 +109,7 @@ def compare(tasks: Sequence[TaskReturns], rng: np.random.Generator) -> float:
     A cell's difference is the difference of its two means over the standard deviation of its returns. The
     statistics are the sum over all cells, the largest sum over the cells of a run divided by the square root
     of their number, and the largest of a cell. The p value is the smallest of the three times three
-    (Bonferroni).
-
-    Args:
-        tasks: the cells by task. All have the same numbers of logged and new episodes.
-        rng: draws the permutations.
+    (Bonferroni). All tasks have the same numbers of logged and new episodes.
     """
     if not tasks:
         return 1.0

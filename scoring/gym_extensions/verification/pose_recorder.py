@@ -52,9 +52,7 @@ def timing_of(task: Task) -> Timing:
 def frames_of(track: Array, timing: Timing) -> Array:
     """The coordinates at the frames, interpolated between steps; the last is within a frame of the end.
 
-    Args:
-        track: (steps + 1, n), after the reset and after every step.
-        timing: of the task.
+    The track (steps + 1, n) has the coordinates after the reset and after every step.
     """
     count = math.floor((len(track) - 1) / timing.steps_per_frame + 1e-9) + 1
     at = np.arange(count) * timing.steps_per_frame
@@ -108,10 +106,8 @@ def _watch(track: list[Array], episode: int, most_steps: int, env: Any, _: Any) 
 def poses_of(run: Run, submission: Submission, folder: Path) -> store.Poses:
     """The poses of a sequential run: an episode of every task right after its training and at the end.
 
-    Policies that sample their actions are shown in an episode of their own, from the same start.
-
-    Raises:
-        BenchError: the policies cannot be run.
+    Policies that sample their actions are shown in an episode of their own, from the same start. Raises
+    ``BenchError`` if the policies cannot be run.
     """
     assert submission.manifest is not None, "it has no problems"
     group = run.log.group

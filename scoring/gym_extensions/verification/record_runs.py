@@ -44,8 +44,7 @@ def outcomes(
 ) -> list[Outcome]:
     """One episode per seed, in this process. The states of the first seconds are added to ``states``.
 
-    Raises:
-        BenchError: the policy samples its actions, depends on a task of a group, or does not fit the task.
+    Raises ``BenchError`` if the policy samples its actions, depends on a task of a group, or does not fit.
     """
     if policy.head != "deterministic" or policy.num_tasks:
         message = "The policy samples its actions, or has arrays per task of a group."
@@ -73,11 +72,7 @@ def measurement(results: Sequence[Outcome]) -> Measurement:
 
 
 def played(policy: Policy, row: Task, seeds: Sequence[int]) -> tuple[Measurement, TaskPoses]:
-    """One episode per seed in this process, and the poses of the one with the median return.
-
-    Raises:
-        BenchError: as :func:`outcomes` does.
-    """
+    """As :func:`outcomes`, measured, and the poses of the episode with the median return."""
     states: list[Any] = []
     results = outcomes(policy, row, seeds, states)
     returns, timing = [each.return_ for each in results], timing_of(row)
@@ -103,12 +98,7 @@ def play(call: Mapping[str, Any]) -> Iterator[Any]:
 def write_expert_poses(names: Sequence[str], folder: Path = experts.DATA) -> Iterator[Path]:
     """Writes the poses of experts that have none of their present policy, and yields the paths.
 
-    Args:
-        names: of the tasks.
-        folder: of the experts' files; the poses are in its folder ``poses``.
-
-    Raises:
-        BenchError: a task has no expert.
+    They are in the folder ``poses`` of that of the experts' files. Raises ``BenchError`` without an expert.
     """
     for name in names:
         row, policy = task(name), experts.load(name, folder)
@@ -122,11 +112,7 @@ def write_expert_poses(names: Sequence[str], folder: Path = experts.DATA) -> Ite
 
 
 def verify_record(record: records.Record, value: str) -> records.RecordReview:
-    """The review of a record on new seeds.
-
-    Args:
-        record: the record.
-        value: what the seeds follow from, together with the card: 40 to 128 hexadecimal digits.
+    """The review of a record on new seeds, which follow from the card and 40 to 128 hexadecimal digits.
 
     Raises:
         BenchError: card or policy cannot be read or do not fit the task, a limit was reached, or the floor
@@ -153,9 +139,7 @@ def verify_record(record: records.Record, value: str) -> records.RecordReview:
 def sample(record: records.Record) -> tuple[int, list[BenchError]]:
     """Runs the first measurement episodes of a record in this process, for a first look at its claim.
 
-    Returns:
-        The number of episodes, and what is wrong: with the files, with how the policy fits the task, and with
-        the claim.
+    Returns their number, and what is wrong with the files, the claim, and how the policy fits the task.
     """
     errors: list[BenchError] = []
 

@@ -78,8 +78,8 @@ def _p_value(first: list[Outcome], second: list[Outcome]) -> float:
 def require_reference_agent(entry: Path, groups: Mapping[str, TaskGroup] = GROUPS) -> None:
     """Refuses an entry that cannot be trained again, before hours are spent on its verification.
 
-    Raises:
-        BenchError: the training was not recorded, the agent is none of this project, or its extra is missing.
+    Raises ``BenchError`` if the training was not recorded, the agent is none of this project, or its extra is
+    missing.
     """
     if not read(entry, groups, merge_runs=False).problems:
         algorithms.factory(reference_agent(entry))

@@ -175,16 +175,14 @@ class Means:
 
 @dataclass(frozen=True)
 class Report:
-    """What a verification found.
+    """What a verification found. With problems, nothing was run.
 
     Args:
-        name: of the entry.
-        problems: broken rules; then nothing was run.
         verification: the record; None with problems, or without a run that can be verified.
         runs: how each run was repeated, by name; empty if the policies sample their actions.
         machines: what differs between the machine of each run and this one, by name; empty where nothing.
         means: by group and protocol, ``group/protocol``.
-        without_policies: the runs that publish no policies, by name.
+        without_policies: names of the runs that publish none.
         retraining: how a run that was trained again compares; empty if none was.
     """
 
@@ -244,11 +242,9 @@ def verify(
         store: keeps outcomes, so that an interrupted verification goes on where it was.
         fetcher: gets policies that lie elsewhere.
         only_new: whether to leave out runs about which a verification has decided.
-        groups: the groups that the entry may contain, by name.
-        files: TOML files of custom groups among them.
+        groups, files: the groups that the entry may contain, by name; TOML files of custom ones among them.
         jobs: processes that work at once.
-        started: called with the number of cells before they are run.
-        done: called with the number of cells of each finished run, in any thread.
+        started, done: called with the number of cells before they are run, and of each finished run.
 
     Raises:
         BenchError: policies that lie elsewhere cannot be fetched, a limit was reached, or another version of
@@ -343,10 +339,8 @@ def _task_returns(runs: Mapping[str, Run], draw: new_seeds.Draw, fresh: Fresh) -
 
 
 def _p_value(runs: Mapping[str, Run], draw: new_seeds.Draw, fresh: Fresh) -> float:
-    """The p value of a draw."""
-    return new_seeds.compare(
-        _task_returns(runs, draw, fresh), np.random.default_rng(draw.seed("permutations"))
-    )
+    rng = np.random.default_rng(draw.seed("permutations"))
+    return new_seeds.compare(_task_returns(runs, draw, fresh), rng)
 
 
 def _means(runs: Mapping[str, Run], draw: new_seeds.Draw, fresh: Fresh) -> dict[str, Means]:

@@ -66,10 +66,9 @@ def npz_bytes(arrays: Arrays) -> bytes:
 
 
 def npz_arrays(data: bytes, where: str = "") -> dict[str, Array]:
-    """The arrays of an .npz file by name, never a pickle.
+    """The arrays of an .npz file, which ``where`` names, by name; never a pickle.
 
-    Raises:
-        BenchError: it is not such a file, or unpacks to more than ``MAX_POLICY_BYTES``. ``where`` names it.
+    Raises ``BenchError`` if it is not such a file, or unpacks to more than ``MAX_POLICY_BYTES``.
     """
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
@@ -103,12 +102,10 @@ def policy_files(arrays: Arrays) -> dict[str, bytes]:
 
 
 def write_policies(path: Path, policies: Mapping[Key, AnyPolicy]) -> None:
-    """Writes the policies of a run, each file whole or not at all.
+    """Writes policies by stage and, in the single protocol, task name (else None), each file atomically.
 
-    Args:
-        path: ``run3.npz``; ONNX networks become ``run3.stage5.onnx`` beside it, in the single protocol
-            ``run3.stage1.Hopper.onnx``.
-        policies: by stage and, in the single protocol, task name (else None).
+    ``path`` is ``run3.npz``; ONNX networks become ``run3.stage5.onnx`` beside it, in the single protocol
+    ``run3.stage1.Hopper.onnx``.
     """
     for suffix, data in policy_files(run_arrays(policies)).items():
         write_bytes(path.with_name(f"{path.stem}{suffix}"), data)
@@ -129,8 +126,7 @@ def has_policies(folder: Path, group: TaskGroup, protocol: str, run: int) -> boo
 def read_arrays(folder: Path, group: TaskGroup, protocol: str, run: int) -> dict[str, Array]:
     """The arrays of a run's policies by their full names, as they are; for a limited process.
 
-    Raises:
-        BenchError: there are none, or a file is not an .npz file within the limits.
+    Raises ``BenchError`` if there are none, or a file is not an .npz file within the limits.
     """
     path = folder / layout.run_file(group.name, protocol, run, layout.POLICIES)
     networks = network_files(folder, group.name, protocol, run)
@@ -184,11 +180,7 @@ def _split(arrays: Arrays, keys: list[Key]) -> tuple[dict[Key, dict[str, Array]]
 
 
 def policies_of(arrays: Arrays, group: TaskGroup, protocol: str) -> dict[Key, AnyPolicy]:
-    """The policies of a run by stage and, in the single protocol, task name (else None).
-
-    Raises:
-        BenchError: an array is missing, foreign or of another shape or kind.
-    """
+    """As :func:`read_policies`. Raises ``BenchError`` if an array is missing, foreign or of another kind."""
     if error := next(run_errors(arrays, group, protocol), ""):
         raise BenchError("bad-policy", error, hint=HINT)
     parts, _ = _split(arrays, policy_keys(protocol, group))
@@ -199,13 +191,7 @@ def policies_of(arrays: Arrays, group: TaskGroup, protocol: str) -> dict[Key, An
 
 
 def read_policies(folder: Path, group: TaskGroup, protocol: str, run: int) -> dict[Key, AnyPolicy]:
-    """The policies of a run by stage and, in the single protocol, task name (else None).
-
-    Args:
-        folder: the submission.
-        group: the group.
-        protocol: one of ``PROTOCOLS``.
-        run: the run.
+    """The policies of a run of a submission, by stage and, in the single protocol, task name (else None).
 
     Raises:
         BenchError: there are none, or they do not fit the group and the protocol.

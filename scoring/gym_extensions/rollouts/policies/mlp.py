@@ -156,15 +156,12 @@ class Policy:
         return task_rows(self.arrays())
 
     def act(self, observations: Array, rng: np.random.Generator | None = None, task: int = 0) -> Array:
-        """Actions, not clipped to the action space.
+        """Actions, not clipped to the action space: (a,) for one observation (o,), (n, a) for many (n, …).
 
         Args:
-            observations: one (o,) or many (n, …).
+            observations: one or many.
             rng: the source of noise; required unless the policy is deterministic.
             task: index of the task in the group, for policies with arrays per task.
-
-        Returns:
-            (a,) for one observation, (n, a) for many.
 
         Raises:
             BenchError: a policy that samples has no ``rng``, or the observations have another size.
@@ -186,13 +183,10 @@ class Policy:
         """Starts new episodes, as for networks with a state; plain arrays have none."""
 
     def to_torch(self, task: int = 0) -> torch.nn.Module:
-        """A PyTorch module with parameters that can be trained further.
+        """A PyTorch module of the arrays of a task, with parameters that can be trained further.
 
         ``module(observation)`` gives the action without noise, and ``module(observation, noise)`` that of a
         gaussian policy with standard normal numbers (…, a).
-
-        Args:
-            task: index of the task in the group, for policies with arrays per task.
 
         Raises:
             BenchError: the policy has no layers or is uniform, or torch is not installed.
@@ -204,9 +198,7 @@ class Policy:
     def to_onnx(self, path: str | Path | None = None, task: int = 0) -> bytes:
         """The policy as an ONNX network, which ``OnnxPolicy`` describes; needs torch and the extra ``onnx``.
 
-        Args:
-            path: the file to write, if any.
-            task: index of the task in the group, for policies with arrays per task.
+        The network is also written to ``path``, if any. It has the arrays of one task.
 
         Raises:
             BenchError: the policy has no layers or is uniform, or torch or onnx is not installed.
@@ -217,15 +209,9 @@ class Policy:
 
 
 def mean_and_log_sigma(policy: Policy, observations: Array, task: int = 0) -> tuple[Array, Array]:
-    """The mean before ``squash`` (n, a) and log σ, (a,) or (n, a); log σ is 0 if it is not stated.
+    """The mean before ``squash`` (n, a) and log σ, (a,) or (n, a), for observations (n, …).
 
-    Args:
-        policy: the policy.
-        observations: (n, …).
-        task: index of the task in the group.
-
-    Raises:
-        BenchError: the observations have another size than the policy's inputs.
+    log σ is 0 if it is not stated. Raises ``BenchError`` if the observations have another size.
     """
     hidden = _normalized(policy, np.asarray(observations, policy.observation_dtype), task)
     output = np.zeros((len(hidden), len(policy.action_offset)), policy.action_offset.dtype)

@@ -87,11 +87,7 @@ def required(package: str) -> Any:
 
 
 def network_errors(data: bytes) -> list[str]:
-    """What is wrong with the file of a network. Nothing of it is run.
-
-    Raises:
-        BenchError: the package ``onnx`` is not installed.
-    """
+    """What is wrong with the file of a network, of which nothing is run. It needs the package ``onnx``."""
     return _examined(data)[0]
 
 
@@ -264,15 +260,10 @@ class OnnxPolicy:
         self._states = {}
 
     def act(self, observations: Array, rng: np.random.Generator | None = None, task: int = 0) -> Array:
-        """Actions, not clipped to the action space. The states are kept for the next call.
+        """Actions, not clipped to the action space: (a,) for one observation (…), (k, a) for many (k, …).
 
-        Args:
-            observations: one (…) or many (k, …).
-            rng: the source of ``noise``; required if the policy reads it.
-            task: index of the task in the group, for policies that read it.
-
-        Returns:
-            (a,) for one observation, (k, a) for many.
+        The states are kept for the next call. ``rng`` is the source of ``noise``, ``task`` the index of the
+        task in the group, for policies that read them.
 
         Raises:
             BenchError: the observations have another size, the network fails, a step takes longer than

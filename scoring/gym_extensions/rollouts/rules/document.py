@@ -222,9 +222,8 @@ def impossible_curve_return(run: SubmittedRun) -> Iterator[Finding]:
         low, high = bounds.get(part.task, (-float("inf"), float("inf")))
         wrong = next((value for value in part.returns if not low <= value <= high), None)
         if wrong is not None:
-            message = (
-                f"The return {wrong!r} is impossible; an episode of this task returns {low:g} to {high:g}."
-            )
+            limits = f"{low:g} to {high:g}"
+            message = f"The return {wrong!r} is impossible; an episode of this task returns {limits}."
             hint = "Write means of the undiscounted, unscaled returns of episodes that ended."
             yield Finding(run.part(name, part), message, hint)
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
 from gym_extensions.catalog.protocol import FIRST_REFERENCE_RUN, PROTOCOLS
 from gym_extensions.errors import did_you_mean
@@ -24,8 +24,7 @@ IRREGULAR = {
 """Message and hint by kind of item."""
 
 
-@dataclass(frozen=True)
-class BrokenFile:
+class BrokenFile(NamedTuple):
     """A file that could not be read: the rule, its path (with a line), and the reason as a sentence."""
 
     rule: str
@@ -33,8 +32,7 @@ class BrokenFile:
     reason: str
 
 
-@dataclass(frozen=True)
-class ReviewOfRuns:
+class ReviewOfRuns(NamedTuple):
     """A folder and its review."""
 
     folder: Folder
@@ -44,9 +42,8 @@ class ReviewOfRuns:
 @rule("folder")
 def not_a_submission(folder: Folder) -> Iterator[Finding]:
     """A submission is a folder that contains submission.toml."""
-    if exists_readable(folder.root, Path.is_symlink) or any(
-        item.path == layout.ROOT for item in folder.items
-    ):
+    is_link = exists_readable(folder.root, Path.is_symlink)
+    if is_link or any(item.path == layout.ROOT for item in folder.items):
         return  # not_a_regular_file reports it
     if not exists_readable(folder.root, Path.is_dir):
         problem = "is not a folder" if exists_readable(folder.root) else "does not exist"
@@ -85,11 +82,8 @@ def unknown_group(folder: Folder) -> Iterator[Finding]:
     """Each folder in a submission is named after a published group, without its version.
     (`score --groups` adds custom groups.)"""
     for item in folder.items:
-        if (
-            item.kind == "folder"
-            and "/" not in item.path
-            and item.path not in (*folder.groups, *layout.WRITTEN)
-        ):
+        is_top = item.kind == "folder" and "/" not in item.path
+        if is_top and item.path not in (*folder.groups, *layout.WRITTEN):
             closest = did_you_mean(item.path, folder.groups)
             custom = "For a custom group, pass its TOML file with --groups, where the command has it."
             hint = f"{closest} {custom}".lstrip()
@@ -172,9 +166,7 @@ def different_runs(folder: Folder) -> Iterator[Finding]:
     for group in dict.fromkeys(group for group, _ in folder.runs):
         sequential, single = (folder.runs.get((group, name)) for name in ("sequential", "single"))
         if sequential and single and list(sequential) != list(single):
-            message = (
-                f"The runs are {quote(list(single))}; those of sequential are {quote(list(sequential))}."
-            )
+            message = f"The runs are {quote([*single])}; those of sequential are {quote([*sequential])}."
             hint = "Add the missing runs to either folder, or leave them out of both."
             yield Finding(f"{group}/single", message, hint)
 
@@ -237,11 +229,8 @@ for _name, (_text, _) in BROKEN_FILES.items():
 @rule("review")
 def foreign_review(subject: ReviewOfRuns) -> Iterator[Finding]:
     """review.toml names runs of the submission only. (Of runs that changed, it says nothing any more.)"""
-    keys = {
-        run_key(group, protocol, run)
-        for (group, protocol), runs in subject.folder.runs.items()
-        for run in runs
-    }
+    submitted = subject.folder.runs.items()
+    keys = {run_key(group, protocol, run) for (group, protocol), runs in submitted for run in runs}
     named = (key for part in subject.review.verifications for key in (*part.runs, *part.retrained))
     foreign = list(dict.fromkeys(key for key in named if key not in keys))
     if foreign:

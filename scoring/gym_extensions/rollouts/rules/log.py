@@ -21,10 +21,8 @@ from gym_extensions.rollouts.problem import MAX_QUOTE, Finding, add_rule, rule
 from gym_extensions.rollouts.submission import first_identical_runs
 
 Mask = NDArray[np.bool_]
-ROWS_LISTED = 3
-"""Rows listed per rule, group and protocol; the rest are counted."""
-CELLS_LISTED = 3
-"""Incomplete cells listed per run; the rest are counted."""
+ROWS_LISTED = CELLS_LISTED = 3
+"""Rows listed per rule, group and protocol, and incomplete cells per run; the rest are counted."""
 PARTNER = {"sequential": "single", "single": "sequential"}
 """The log that has the other run of a pair."""
 
