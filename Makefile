@@ -21,7 +21,7 @@ leaderboard: .venv/scoring.installed  ## check and score every submission, build
 test: .venv/everything.installed  ## run the tests, except the slow ones and the benchmarks
 	.venv/bin/pytest -n 2 --dist loadgroup $(PYTEST)
 
-browser: .venv/everything.installed site-assets  ## run the tests of the pages in Chromium; none may be skipped
+browser: .venv/everything.installed .venv/docs.installed site-assets  ## run the tests of the pages in Chromium; none may be skipped
 	.venv/bin/pytest --no-skips -m 'slow or not slow' tests/site/in_browser tests/site/test_html5.py
 
 extras: .venv/everything.installed  ## run the tests of the extras onnx, sbx, examples, minari and parquet (needs EGL and OSMesa); none may be skipped
@@ -52,12 +52,13 @@ findings: .venv/everything.installed  ## write docs/findings.md, docs/reproducti
 	.venv/bin/python docs/findings/build.py
 	.venv/bin/python docs/findings/reproduction.py
 
-docsite: .venv/docs.installed  ## build the documentation as a site, _site/docs/
+docsite: .venv/docs.installed  ## build the boards and the documentation as one site, _site/ and _site/docs/
+	@.venv/bin/gym-extensions site submissions --out _site --docs
 	@NO_MKDOCS_2_WARNING=1 .venv/bin/mkdocs build --quiet
 
 bench: .venv/everything.installed  ## measure speed, as ratios taken side by side in one run
 	$(PIP) -e '.[dev,bench]'
-	.venv/bin/pytest -m bench tests/benchmarks --ratios site/gym_extensions/site/measured/ratios.json
+	.venv/bin/pytest -m bench tests/benchmarks --ratios tests/benchmarks/ratios.json
 
 # The scoring set has no torch; the rest adds it, always through constraints.txt.
 .venv/scoring.installed: pyproject.toml constraints.txt

@@ -1,13 +1,17 @@
-"""Hooks of mkdocs: pages from the repository's root, and a check that the site is self-contained.
+"""Hooks of mkdocs: pages from the repository's root, the board around them, and no request to other hosts.
 
-A link to a file that is not part of the site, such as a source file, becomes plain text.
+A link to a file that is not part of the site, such as a source file, becomes text. The documentation is the
+folder ``docs`` of the board. If that was built before, pages have its masthead, and the search finds its
+pages, too.
 """
 
 from __future__ import annotations
 
+import json
 import posixpath
 import re
 from collections.abc import Iterator
+from html import escape
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -97,6 +101,88 @@ def other_hosts(html: str) -> Iterator[str]:
     yield from (address for style in styles for address in STYLE_ADDRESS.findall(style))
 
 
+FOUND = ("*.html", "groups/*.html", "tasks/*.html", "submissions/*.html")
+"""The pages of the board that the search finds: all but the tables of all rows and the results by group."""
+NO_TEXT = {"nav", "noscript", "pre", "script", "select", "style", "svg", "table"}
+HEADINGS = {"h2", "h3", "th"}
+MOST_TEXT = 600
+"""Characters of an entry of the search index."""
+
+
+class BoardPage(HTMLParser):
+    """Title and texts of a page of the board: one per heading or metric with an anchor, the first without.
+
+    Drawings and tables have no text, except the table of all metrics.
+    """
+
+    def __init__(self, html: str) -> None:
+        super().__init__()
+        self.title, self.sections = "", [("", "", "")]
+        self._into, self._skipped = "", [""]
+        self.feed(html)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        values = {name: value or "" for name, value in attrs}
+        if tag in NO_TEXT and "formulas" not in values.get("class", ""):
+            self._skipped.append(tag)
+        elif len(self._skipped) > 1:
+            return
+        elif tag in {"title", "main"}:
+            self._into = tag
+        elif values.get("id") and tag in HEADINGS:
+            self.sections.append((values["id"], "", ""))
+            self._into = "heading"
+        elif tag not in {"wbr", "bdi"}:
+            self._into = "main" if self._into == "heading" else self._into
+            self.handle_data(" ")
+
+    def handle_endtag(self, tag: str) -> None:
+        if tag == self._skipped[-1]:
+            self._skipped.pop()
+        elif len(self._skipped) == 1 and tag in {"title", "main", *HEADINGS}:
+            self._into = "main" if tag in HEADINGS else ""
+
+    def handle_data(self, data: str) -> None:
+        anchor, heading, text = self.sections[-1]
+        if len(self._skipped) > 1:
+            return
+        if self._into == "title":
+            self.title += data
+        elif self._into == "heading":
+            self.sections[-1] = (anchor, heading + data, text)
+        elif self._into == "main":
+            self.sections[-1] = (anchor, heading, text + data)
+
+
+def board_entries(board: Path) -> Iterator[dict[str, str]]:
+    """The entries of the search index for the pages of the board. Titles of submissions are escaped.
+
+    A page of a task, group or submission is one entry; the others have one per heading.
+    """
+    for file in sorted(file for pattern in FOUND for file in board.glob(pattern)):
+        page = BoardPage(file.read_text(encoding="utf-8"))
+        sections = page.sections
+        if file.parent != board:
+            sections = [("", "", " ".join(text for _, _, text in sections))]
+        for anchor, heading, text in sections:
+            location = f"../{file.relative_to(board).as_posix()}{f'#{anchor}' if anchor else ''}"
+            title = heading.strip() or page.title.removesuffix(" · gym-extensions")
+            shown = " ".join(text.split())[:MOST_TEXT]
+            yield {"location": location, "title": escape(title), "text": escape(shown)}
+
+
+def on_env(env: Any, config: Any, **_: Any) -> Any:
+    """Gives the templates the masthead of the board; it is empty without a board."""
+
+    def masthead(url: str) -> str:
+        from gym_extensions.site.pages import docs_masthead
+
+        return docs_masthead(url) if (Path(config.site_dir).parent / "index.html").is_file() else ""
+
+    env.globals["masthead"] = masthead
+    return env
+
+
 def on_files(files: Any, config: Any) -> Any:
     """Adds the pages of the repository's root."""
     from mkdocs.structure.files import File
@@ -115,13 +201,21 @@ def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
 
 
 def on_post_build(config: Any, **_: Any) -> None:
-    """Raises an error if a page or a style sheet of the site loads something from another host.
+    """Adds the board to the search, and checks that no page or style sheet loads something from another host.
 
     The page 404 has links from the root of the host, where the site may not lie; they are made relative.
+
+    Raises:
+        PluginError: something is loaded from another host.
     """
     from mkdocs.exceptions import PluginError
 
     site = Path(config.site_dir)
+    index = site / "search" / "search_index.json"
+    if index.is_file():
+        found = json.loads(index.read_text(encoding="utf-8"))
+        found["docs"] += board_entries(site.parent)
+        index.write_text(json.dumps(found, separators=(",", ":")), encoding="utf-8")
     lost = site / "404.html"
     if lost.is_file():
         lost.write_text(re.sub(r'(href|src)="/(?!/)', r'\1="', lost.read_text("utf-8")), "utf-8")

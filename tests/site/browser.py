@@ -93,10 +93,11 @@ def site_files(
     kinds: tuple[Page, ...] = PAGES,
     folders: Mapping[str, Path] | None = None,
     records: Records | None = None,
+    docs: bool = False,
 ) -> Iterator[tuple[str, str]]:
     """Every text file of the site that shows these JSON values; of all kinds of pages, or of some."""
     whole = typed(document)
-    site = Site(whole.references, kinds, folders or {}, records or {})
+    site = Site(whole.references, kinds, folders or {}, records or {}, docs=docs)
     for path, content in site.files(whole.submissions):
         if isinstance(content, Draft):
             yield path, content.write()

@@ -10,9 +10,12 @@ import pytest
 import gym_extensions.site
 from gym_extensions.site.charts.lines import LINE_STYLES
 
-SHEET = (Path(gym_extensions.site.__path__[0]) / "static" / "style.css").read_text(encoding="utf-8")
+COLOURS, SHEET = (
+    (Path(gym_extensions.site.__path__[0]) / "static" / name).read_text(encoding="utf-8")
+    for name in ("masthead.css", "style.css")
+)
 LIGHT, DARK = (
-    dict(re.findall(r"--([\w-]+): (#[0-9a-f]{6});", block)) for block in SHEET.split(":root {")[1:3]
+    dict(re.findall(r"--([\w-]+): (#[0-9a-f]{6});", block)) for block in COLOURS.split(":root {")[1:3]
 )
 HEAT_TINT, COLD_TINT = 0.61, 0.35
 

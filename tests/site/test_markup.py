@@ -10,7 +10,10 @@ from urllib.parse import urlsplit
 
 import pytest
 
+from gym_extensions.catalog.tasks import TASKS
 from gym_extensions.site.charts.tasks import pictures
+from gym_extensions.site.pages.page import TASK_LIST
+from gym_extensions.site.paths import task_path
 
 from .browser import files, read
 
@@ -34,6 +37,7 @@ def test_ids_are_unique_on_every_page(document: dict[str, Any]) -> None:
 
 def test_every_internal_link_leads_to_an_existing_page_and_anchor(document: dict[str, Any]) -> None:
     paths = {*dict(files(document)), *(f"pictures/{file.name}" for file in pictures().values())}
+    paths |= {TASK_LIST, *map(task_path, TASKS)}
     ids = {path: page.ids for path, page in read(document).items()}
     followed = 0
     for path, page in read(document).items():

@@ -37,6 +37,7 @@ class Site:
     records: Records = field(default_factory=dict)
     keys: Mapping[str, str] = field(default_factory=dict)
     simulator: Simulator | None = None
+    docs: bool = False
     cards: dict[str, Scorecard] = field(default_factory=dict)
     inputs: dict[str, bytes] = field(default_factory=dict)
 
@@ -58,7 +59,7 @@ class Site:
     @cached_property
     def render(self) -> Render:
         """Fills the templates."""
-        return Render(self.references, self.pages, self.inputs, self.folders, self.simulator)
+        return Render(self.references, self.pages, self.inputs, self.folders, self.simulator, self.docs)
 
     @cached_property
     def leaderboard(self) -> Leaderboard:
@@ -104,6 +105,7 @@ def build_site(
     folders: Mapping[str, Path] | None = None,
     simulator: Simulator | None = None,
     records: Records | None = None,
+    docs: bool = False,
 ) -> Built:
     """Writes the site to ``out``; a failed build leaves ``out`` unchanged.
 
@@ -118,6 +120,7 @@ def build_site(
         folders: by entry, its folder, whose poses Watch panels show; poses of other results are not shown.
         simulator: MuJoCo for the browser; without it the page Play says that it is missing.
         records: the verified records by task id, the best one first.
+        docs: whether pages link to the documentation in ``out/docs``, which is built afterwards.
 
     Raises:
         BenchError: ``out`` exists, is not empty, and was not written by an earlier build, or two entries have
@@ -130,10 +133,11 @@ def build_site(
         records=records or {},
         keys=keys or {},
         simulator=simulator,
+        docs=docs,
     )
     gc.disable()  # it would search all entries again and again
     try:
-        with Output(out, base) as output:
+        with Output(out, f"{base} {docs}") as output:
             for number, (path, content) in enumerate(site.files(cards)):
                 if number % COLLECTED_FILES == 0:
                     gc.collect(1)

@@ -57,6 +57,11 @@ def parser() -> argparse.ArgumentParser:
         metavar="FOLDER",
         help=f"MuJoCo for the page Play, as `make site-assets` fetches it (default: {FOLDER}, if it exists)",
     )
+    options.add_argument(
+        "--docs",
+        action="store_true",
+        help="link to the documentation, which `make docsite` builds into OUT/docs",
+    )
     return options
 
 
@@ -111,6 +116,7 @@ def main(argv: list[str] | None = None) -> int:
             folders={folder.name: folder for folder in folders},
             records=verified_records(options.records),
             simulator=load(options.mujoco),
+            docs=options.docs,
         )
     if isinstance(sys.stdout, TextIOWrapper):  # a narrow encoding never stops the output
         sys.stdout.reconfigure(errors="backslashreplace")

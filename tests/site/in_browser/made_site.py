@@ -44,10 +44,7 @@ PAGES = {
     "metrics": "metrics.html",
     "data": "data.html",
     "references": "references.html",
-    "submit": "submit.html",
-    "about": "about.html",
     "changes": "changes.html",
-    "speed": "speed.html",
 }
 """One page of every kind, by path."""
 QUICK = ("overview", "group", "entry")
@@ -71,7 +68,7 @@ def write_site(folder: Path) -> Path:
     write(write_run(folder.parent / "agile"), "hopper-gravity", poses_of(document))
     references = load_references()
     info = ReferencesInfo(references.version, references.digest)
-    site = Site(info, folders={"agile": folder.parent / "agile"}, simulator=load(ASSETS))
+    site = Site(info, folders={"agile": folder.parent / "agile"}, simulator=load(ASSETS), docs=True)
     for path, content in site.files(typed(document).submissions):
         if isinstance(content, Draft) and (
             path.startswith(f"submissions/{MANY}") or (path.startswith("tasks/") and path != TASK)

@@ -51,12 +51,12 @@ def test_a_click_sorts_with_the_best_first_and_another_reverses(visit: Visit) ->
 
 def test_a_search_finds_titles_folders_and_algorithms(visit: Visit) -> None:
     page = visit(ALL_ROWS)
-    page.get_by_label("Search").fill(f"{MANY}07")
+    page.get_by_label("Search", exact=True).fill(f"{MANY}07")
     assert names(page) == [f"{MANY}07"]
     assert page.get_by_role("status").inner_text() == "1 of 53 entries"
-    page.get_by_label("Search").fill("no such entry")
+    page.get_by_label("Search", exact=True).fill("no such entry")
     assert names(page) == []
-    page.get_by_label("Search").fill("")
+    page.get_by_label("Search", exact=True).fill("")
     assert page.get_by_role("status").inner_text() == "53 entries; the first 50 are below"
 
 
@@ -84,7 +84,7 @@ def test_of_a_long_table_the_next_frame_has_fifty_rows_and_later_ones_the_others
     assert drawn == 50
     wait_for_rows(page, 53)
     page.evaluate("dispatchEvent(new Event('beforeprint'))")
-    page.get_by_label("Search").fill(MANY)
+    page.get_by_label("Search", exact=True).fill(MANY)
     page.evaluate("dispatchEvent(new Event('beforeprint'))")
     assert len(names(page)) == 52, "on paper all of them are there"
 
@@ -150,13 +150,13 @@ def test_tabs_show_one_board_at_a_time_without_script_and_by_keyboard(page: Page
 def test_the_address_holds_the_state_and_brings_it_back(visit: Visit) -> None:
     page = visit(f"{ALL_ROWS}#?q={MANY}0&sort=forgetting&up=1&hide=memory")
     assert len(names(page)) == 10
-    assert page.get_by_label("Search").input_value() == f"{MANY}0"
+    assert page.get_by_label("Search", exact=True).input_value() == f"{MANY}0"
     assert page.locator("th[data-key=forgetting]").get_attribute("aria-sort") == "ascending"
     assert not page.locator("th[data-key=memory]").is_visible()
     order = names(page)
-    page.get_by_label("Search").fill(f"{MANY}01")
+    page.get_by_label("Search", exact=True).fill(f"{MANY}01")
     assert "q=many-01" in page.evaluate("location.href")
-    page.get_by_label("Search").fill(f"{MANY}0")
+    page.get_by_label("Search", exact=True).fill(f"{MANY}0")
     page.reload()
     assert names(page) == order
 

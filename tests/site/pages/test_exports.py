@@ -1,16 +1,14 @@
-"""Citations, badge and CSV of an entry."""
+"""Citation, CSV and commands of an entry."""
 
 from __future__ import annotations
 
 import json
-import re
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 from gym_extensions.scoring.output.tables import csv_text
-from gym_extensions.site.pages.exports import bibtex, commands, software_bibtex
+from gym_extensions.site.pages.exports import bibtex, commands
 
 from ..browser import Reader, files, typed
 
@@ -93,16 +91,3 @@ def test_the_page_of_an_entry_links_to_its_files(document: dict[str, Any]) -> No
         assert f"submissions/agile/{name}" in texts
     assert "gym-extensions verify submissions/agile" in page.text
     assert "repeat, download, cite" not in Reader(texts["submissions/broken.html"]).text
-
-
-CITATION = (Path(__file__).parents[3] / "CITATION.cff").read_text("utf-8")
-
-
-def test_the_citation_names_what_citation_cff_names() -> None:
-    text = software_bibtex()
-    for key in ("title", "url"):
-        assert all(value in text for value in re.findall(rf"^ *{key}: (.+)$", CITATION, re.MULTILINE))
-    names = re.findall(r"family-names: (.+)\n +given-names: (.+)", CITATION)
-    assert len(names) == 6
-    assert all(f"{family}, {given}" in " ".join(text.split()) for family, given in names)
-    assert "The gym-extensions authors" in text

@@ -7,10 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from gym_extensions.catalog.groups import GROUPS
-from gym_extensions.catalog.protocol import BUDGETS, FULL_ENTRY_RUNS
 from gym_extensions.catalog.tasks import TASKS
 from gym_extensions.rollouts.review import REPORTED
+from gym_extensions.scoring.scorecard import ReferencesInfo
 from gym_extensions.site import paths
 from gym_extensions.site.board_views import Leaderboard
 from gym_extensions.site.pages import (
@@ -22,10 +21,9 @@ from gym_extensions.site.pages import (
     exports,
     groups,
     metrics,
-    speed,
     tasks,
 )
-from gym_extensions.site.pages.page import TASK_LIST, File, Page, Render
+from gym_extensions.site.pages.page import DOCS, TASK_LIST, File, Page, Render
 from gym_extensions.site.play.mujoco_wasm import VERSION
 from gym_extensions.site.play.offer import offer
 from gym_extensions.site.text import is_verified
@@ -60,18 +58,6 @@ def _play(site: Leaderboard, render: Render) -> Iterator[File]:
     yield from play.files.items() if play else ()
 
 
-def _submit(_site: Leaderboard, render: Render) -> Iterator[File]:
-    """How to submit results, in short; docs/submit.md has the details."""
-    on_boards = [budget.name for budget in BUDGETS.values() if budget.on_boards]
-    yield "submit.html", render("submit.html", "submit.html", budgets=on_boards, runs=FULL_ENTRY_RUNS)
-
-
-def _about(_site: Leaderboard, render: Render) -> Iterator[File]:
-    """What gym-extensions is, why, how it differs from the paper, its licence, and how to cite it."""
-    values = {"tasks": len(TASKS), "groups": len(GROUPS), "citation": exports.software_bibtex()}
-    yield "about.html", render("about.html", "about.html", **values)
-
-
 PAGES = (
     Page("Overview", "index.html", _overview),
     Page("Core", "core.html"),
@@ -82,13 +68,22 @@ PAGES = (
     Page("Compare", "compare.html", compare.publish),
     Page("Play", "play.html", _play),
     Page("Metrics", "metrics.html", metrics.publish),
-    Page("Submit", "submit.html", _submit),
+    Page("Submit", "index.html#submit", doc=f"{DOCS}submit.html"),
+    Page("Docs", doc=f"{DOCS}index.html"),
     Page("References", "references.html", tasks.publish_references, in_footer=True),
     Page("Data", "data.html", data.publish, data.publish_entry, in_footer=True),
     Page("Changes", "changes.html", changes.publish, in_footer=True),
-    Page("About", "about.html", _about, in_footer=True),
-    Page("Speed", "speed.html", speed.publish, in_footer=True),
+    Page("Speed", doc=f"{DOCS}speed.html", in_footer=True),
     Page("Pictures", publish=tasks.publish_pictures),
     Page("Exports", publish_entry=exports.publish_entry),
 )
 """All kinds of pages in the order of the menu."""
+
+
+def docs_masthead(url: str) -> str:
+    """The masthead of a page of the documentation, with the menu of all other pages.
+
+    Args:
+        url: the page relative to ``docs/`` of the site.
+    """
+    return Render(ReferencesInfo("", ""), PAGES, docs=True)("masthead.html", f"{DOCS}{url}")

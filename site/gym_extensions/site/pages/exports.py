@@ -1,4 +1,4 @@
-"""What readers take away: citations, and the commands that check and repeat an entry."""
+"""What readers take away: an entry's citation and metrics, and the commands that check and repeat it."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import re
 import shlex
 import unicodedata
 from collections.abc import Iterator
-from importlib.metadata import version
 
 from gym_extensions.scoring.output.tables import csv_text
 from gym_extensions.scoring.scorecard import Scorecard, ScorecardDocument
@@ -90,26 +89,3 @@ def commands(card: Scorecard) -> str:
             f"stage={len(sequential.tasks)})",
         ]
     return "\n".join(lines)
-
-
-PAPER = """@article{henderson2017benchmark,
-  title = {{Benchmark Environments for Multitask Learning in Continuous Domains}},
-  author = {Henderson, Peter and Chang, Wei-Di and Shkurti, Florian and Hansen, Johanna and Meger, David and
-            Dudek, Gregory},
-  journal = {arXiv preprint arXiv:1708.04352},
-  year = {2017},
-  url = {https://arxiv.org/abs/1708.04352},
-}
-"""
-
-
-def software_bibtex() -> str:
-    """BibTeX of the installed version, and of the paper."""
-    software = f"""@software{{gym_extensions,
-  title = {{{{gym-extensions}}}},
-  author = {{{{The gym-extensions authors}}}},
-  version = {{{version("gym-extensions")}}},
-  license = {{MIT}},
-}}
-"""
-    return f"{software}\n{PAPER}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import posixpath
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 
 from markupsafe import Markup
@@ -17,7 +17,24 @@ from gym_extensions.site.play.mujoco_wasm import Simulator
 from gym_extensions.site.templating import environment
 
 TASK_LIST = "tasks.html"
-"""The page that lists all tasks; other pages link to the pages of tasks if the site has it."""
+"""The page that lists all tasks."""
+DOCS = "docs/"
+"""The folder of the documentation: in the site, built by mkdocs, and in the repository."""
+
+
+def doc_link(file: str, title: str, root: str | None) -> Markup:
+    """A link to a page of the documentation; without one, the name of its file in the repository.
+
+    Args:
+        file: its file in ``docs/``, with the anchor if there is one, for example ``metrics.md#ranks``.
+        title: the text of the link.
+        root: leads from the page to the root of the site; None if the site has no documentation.
+    """
+    name, _, anchor = file.partition("#")
+    if root is None:
+        return Markup("<code>{}{}</code>").format(DOCS, name)
+    address = f"{root}{DOCS}{name.removesuffix('.md')}.html{f'#{anchor}' if anchor else ''}"
+    return Markup('<a href="{}">{}</a>').format(address, title)
 
 
 @dataclass(frozen=True)
@@ -30,6 +47,7 @@ class Render:
         inputs: the digest of the scorecard of every entry, by name.
         folders: the folders of the entries by name, where they are known.
         simulator: MuJoCo for the browser, if the site has it.
+        docs: whether pages link to the documentation, which is in ``docs/`` of the site.
     """
 
     references: ReferencesInfo
@@ -37,6 +55,7 @@ class Render:
     inputs: Mapping[str, bytes] = field(default_factory=dict)
     folders: Mapping[str, Path] = field(default_factory=dict)
     simulator: Simulator | None = None
+    docs: bool = False
 
     @cached_property
     def landscapes(self) -> Landscapes:
@@ -46,17 +65,19 @@ class Render:
     def __call__(self, template: str, path: str, **values: object) -> str:
         """The text of the page at ``path``."""
         relative = posixpath.relpath(".", posixpath.dirname(path) or ".")
-        linked = [page for page in self.pages if page.path]
+        root = Markup("" if relative == "." else f"{relative}/")
+        linked = [(page, page.link(self.docs)) for page in self.pages if page.link(self.docs)]
         return (
             environment()
             .get_template(template)
             .render(
                 references=self.references,
-                menu=[page for page in linked if not page.in_footer],
-                footer=[page for page in linked if page.in_footer],
-                has_task_pages=any(page.path == TASK_LIST for page in linked),
+                menu=[(page.title, link) for page, link in linked if not page.in_footer],
+                footer=[(page.title, link) for page, link in linked if page.in_footer],
                 path=path,
-                root=Markup("" if relative == "." else f"{relative}/"),
+                root=root,
+                docs=self.docs,
+                doc=partial(doc_link, root=root if self.docs else None),
                 **values,
             )
         )
@@ -90,6 +111,7 @@ class Page:
             fit in memory.
         publish_entry: yields the files of one entry, from its whole scorecard.
         in_footer: whether the footer links to it instead of the menu.
+        doc: the path of the page of the documentation that is linked instead, where the site has one.
     """
 
     title: str
@@ -97,3 +119,8 @@ class Page:
     publish: Callable[[Leaderboard, Render], Iterator[File]] | None = None
     publish_entry: Callable[[Scorecard, Render], Iterator[File]] | None = None
     in_footer: bool = False
+    doc: str = ""
+
+    def link(self, docs: bool) -> str:
+        """What the menu or the footer links to, in a site with or without documentation; empty if nothing."""
+        return self.doc if docs and self.doc else self.path
