@@ -124,6 +124,6 @@ def test_every_make_target_has_a_line_of_help() -> None:
 
 def test_the_tests_that_jobs_name_exist() -> None:
     texts = [path.read_text("utf-8") for path in (ROOT / "Makefile", *WORKFLOWS)]
-    named = {path for text in texts for path in re.findall(r"tests/[\w/]+(?:\.py)?", text)}
+    named = {path for text in texts for path in re.findall(r"tests/[\w/]+(?:\.\w+)?", text)}
     assert len(named) > 5
     assert [path for path in sorted(named) if not (ROOT / path).exists()] == []

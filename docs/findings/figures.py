@@ -99,7 +99,8 @@ def draw_retention(frame: pd.DataFrame, groups: Sequence[str], path: Path) -> No
 def draw_landscape(view: View, path: Path) -> None:
     """A landscape with one axis as the page of its entry draws it, with the rules of the style sheet."""
     (axis,) = view.axes
-    sheet = (site.FOLDER / "static" / "style.css").read_text("utf-8")
+    static = site.FOLDER / "static"
+    sheet = "".join((static / name).read_text("utf-8") for name in ("masthead.css", "style.css"))
     colours = re.search(r":root \{.*?\n\}\n@media [^{]*\{\n  :root \{.*?\n\}\n", sheet, re.DOTALL)
     assert colours is not None
     rules = re.findall(r"^\.(?:landscape|tick)[ .].*\n", sheet, re.MULTILINE)
