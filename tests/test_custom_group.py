@@ -14,12 +14,11 @@ from gymnasium.spaces import Box
 
 from gym_extensions import results
 from gym_extensions.__main__ import main
-from gym_extensions.baselines import Factory, train
+from gym_extensions.baselines import Factory, train, workers
 from gym_extensions.baselines import cli as train_cli
 from gym_extensions.baselines.algorithms.floors import Random
 from gym_extensions.baselines.references import cli as references_cli
 from gym_extensions.baselines.references import measuring
-from gym_extensions.baselines.workers import ThisProcess
 from gym_extensions.catalog.groups import with_custom
 from gym_extensions.envs import Gravity, TaskGroup, Wall, customize, load_group, make
 from gym_extensions.envs.fingerprinting import fingerprint_of
@@ -60,7 +59,8 @@ def make_quick(patch: pytest.MonkeyPatch) -> None:
     """Measures floors with 20 episodes, in this process."""
     measurements = measuring.floor_measurements
     patch.setattr(measuring, "floor_measurements", lambda task, episodes=20: measurements(task, 20))
-    patch.setattr(measuring, "Workers", lambda _: ThisProcess())
+    run = workers.run
+    patch.setattr(workers, "run", lambda pending, listen, jobs: run(pending, listen, 0))
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from gym_extensions.baselines.training.events import Event, JobFinished, Listener
-from gym_extensions.baselines.workers import ThisProcess, Workers
+from gym_extensions.baselines.workers import run
 
 JOBS = '''
 import os
@@ -71,26 +71,26 @@ def square(jobs: Any) -> Any:
     return jobs.Square
 
 
-def outcomes(executor: Any, pending: list[Any], listen: Listener = lambda _: None) -> dict[int, Any]:
-    return dict(executor.run(pending, listen))
+def outcomes(jobs: int, pending: list[Any], listen: Listener = lambda _: None) -> dict[int, Any]:
+    return dict(run(pending, listen, jobs))
 
 
-BOTH = pytest.mark.parametrize("executor", [ThisProcess(), Workers(2)], ids=["this process", "workers"])
+BOTH = pytest.mark.parametrize("processes", [0, 2], ids=["this process", "workers"])
 
 
 @BOTH
-def test_every_result_and_event_arrives(executor: Any, square: Any) -> None:
+def test_every_result_and_event_arrives(processes: int, square: Any) -> None:
     events: list[Event] = []
-    results = outcomes(executor, [square(2), square(3), square(4)], events.append)
+    results = outcomes(processes, [square(2), square(3), square(4)], events.append)
     assert {index: result[0] for index, result in results.items()} == {0: 4, 1: 9, 2: 16}
     assert sorted(event.job for event in events if isinstance(event, JobFinished)) == ["2", "3", "4"]
-    assert {pid == os.getpid() for _, pid, _ in results.values()} == {executor.slots == 1}
+    assert {pid == os.getpid() for _, pid, _ in results.values()} == {processes == 0}
     assert {threads for _, _, threads in results.values()} == {"1"}
 
 
 @BOTH
-def test_an_exception_is_a_failure_and_the_rest_goes_on(executor: Any, square: Any) -> None:
-    results = outcomes(executor, [square(-1), square(2), square(3)])
+def test_an_exception_is_a_failure_and_the_rest_goes_on(processes: int, square: Any) -> None:
+    results = outcomes(processes, [square(-1), square(2), square(3)])
     assert (results[1][0], results[2][0]) == (4, 9)
     assert results[0].cause == "UnpickledError: one and two"
     assert results[0].traceback.splitlines()[-1] == "jobs_of_tests.UnpickledError: one and two"
@@ -98,23 +98,23 @@ def test_an_exception_is_a_failure_and_the_rest_goes_on(executor: Any, square: A
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGKILL")
 def test_a_killed_worker_fails_its_own_job_alone(square: Any) -> None:
-    results = outcomes(Workers(2), [square(-9), square(2), square(3)])
+    results = outcomes(2, [square(-9), square(2), square(3)])
     assert (results[1][0], results[2][0]) == (4, 9)
     assert "memory" in results[0].cause
 
 
 @BOTH
-def test_an_exception_of_the_listener_stops_everything(executor: Any, square: Any) -> None:
+def test_an_exception_of_the_listener_stops_everything(processes: int, square: Any) -> None:
     def listen(event: Event) -> None:
         raise LookupError("no listener")
 
     with pytest.raises(LookupError, match="no listener"):
-        list(executor.run([square(2), square(3)], listen))
+        list(run([square(2), square(3)], listen, processes))
 
 
 def test_what_a_worker_cannot_import_or_receive_fails_alone(square: Any, tmp_path: Path) -> None:
     (tmp_path / "jobs_of_tests.py").write_text("broken =")
-    results = outcomes(Workers(1), [square(2), threading.Lock()])
+    results = outcomes(1, [square(2), threading.Lock()])
     assert "SyntaxError" in results[0].cause
     assert "pickle" in results[1].cause
 
@@ -126,7 +126,7 @@ def test_stopping_ends_the_workers_and_no_other_child_process(jobs: Any) -> None
     own = multiprocessing.get_context("spawn").Process(target=time.sleep, args=(60,), daemon=True)
     own.start()
     with pytest.raises(LookupError, match="no listener"):
-        list(Workers(2).run([jobs.Pause(60), jobs.Pause(60)], listen))
+        list(run([jobs.Pause(60), jobs.Pause(60)], listen, 2))
     for process in multiprocessing.active_children():
         process.join(timeout=1 if process == own else 20)
     assert multiprocessing.active_children() == [own]

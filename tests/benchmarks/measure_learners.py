@@ -29,7 +29,7 @@ from gym_extensions.baselines import algorithms
 from gym_extensions.baselines.agent import TaskLabel
 from gym_extensions.baselines.agent_checks import observes_of
 from gym_extensions.baselines.algorithms.trpo import HENDERSON_2017, REFERENCE, TrpoSettings
-from gym_extensions.baselines.training.environment import TrainingContext, TrainingEnv
+from gym_extensions.baselines.training.environment import TrainingEnv
 from gym_extensions.baselines.training.evaluation import evaluate
 from gym_extensions.catalog.tasks import Task, customize, task
 from gym_extensions.catalog.variations import Gravity
@@ -97,7 +97,9 @@ def measure(run: Run) -> list[dict[str, object]]:
             steps=run.steps,
             batch_steps=run.batch_steps,
             seed=1000 + run.seed,
-            context=TrainingContext(observes, ids, number),
+            observes=observes,
+            group_ids=ids,
+            stage=number,
         )
         start = time.process_time()
         agent.learn(recorder, run.steps)
@@ -109,7 +111,7 @@ def measure(run: Run) -> list[dict[str, object]]:
             label = TaskLabel(ids[index], index) if observes.task_in_evaluation else None
             episodes = evaluate(agent, evaluation_env, list(EVALUATION_SEEDS), label=label)
             returns[name] = round(sum(row.return_ for row in episodes) / len(episodes), 1)
-        curve = [round(point.return_) for point in recorder.points]
+        curve = [round(value) for _, _, value in recorder.points]
         rows.append(
             {
                 "trained": each.name,

@@ -95,30 +95,13 @@ ARGUMENTS = "(observation_space, action_space, seed)"
 def create_agent(make: Factory, spaces: tuple[gym.Space[Any], gym.Space[Any]], name: str) -> Agent:
     """Creates an agent with seed 0 to check that the factory and the agent fit the training loop.
 
-    Args:
-        make: the value that was passed as a factory.
-        spaces: the observation and the action space.
-        name: the agent's name, for error messages.
-
     Raises:
         BenchError: ``make`` is not a factory, the agent lacks a method, ``act`` needs other arguments, or
-            ``observes`` is not valid.
+            ``observes`` is not valid. It names ``name``.
     """
-    _check_factory(make, name)
-    agent = make(*spaces, 0)
-    for method, signature in METHODS.items():
-        if not callable(getattr(agent, method, None)):
-            message = f"The agent, of type {_type(agent)}, has no method {method}()."
-            hint = f"Add a method {signature}; docs/submit.md has an example."
-            raise BenchError("bad-agent", message, name, hint)
-    check_context(agent, name)
-    return agent
-
-
-def _check_factory(make: object, name: str) -> None:
     is_agent = not isinstance(make, type) and any(hasattr(make, method) for method in METHODS)
     if is_agent or not callable(make):
-        message = f"Expected a factory of agents, got a value of type {_type(make)}."
+        message = f"Expected a factory of agents, got a value of type {type(make).__name__}."
         hint = f"Pass an agent's name, or a class or function with the arguments {ARGUMENTS}."
         raise BenchError("bad-agent", message, name, hint)
     try:
@@ -126,6 +109,14 @@ def _check_factory(make: object, name: str) -> None:
     except TypeError as mismatch:
         message = f"The factory cannot be called with {ARGUMENTS}: {mismatch}."
         raise BenchError("bad-agent", message, name, "Give it these three arguments.") from mismatch
+    agent = make(*spaces, 0)
+    for method, signature in METHODS.items():
+        if not callable(getattr(agent, method, None)):
+            message = f"The agent, of type {type(agent).__name__}, has no method {method}()."
+            hint = f"Add a method {signature}; docs/submit.md has an example."
+            raise BenchError("bad-agent", message, name, hint)
+    check_context(agent, name)
+    return agent
 
 
 def card_of(agent: Agent, name: str) -> Card:
@@ -138,24 +129,27 @@ def card_of(agent: Agent, name: str) -> Card:
     """
     card: object = agent.card() if isinstance(agent, Described) else Card(algorithm=name)
     if not isinstance(card, Card):
-        message = f"Expected a Card, got {_type(card)}."
+        message = f"Expected a Card, got {type(card).__name__}."
         raise BenchError("bad-card", message, "card()", "Return a gym_extensions.baselines.Card.")
     check_card(card)
     return card
 
 
-def card_tables(card: Card) -> dict[str, Any]:
+def card_tables(card: Card, observes: Observes) -> dict[str, Any]:
     """The sections of ``submission.toml`` that follow from a card, with values as TOML reads them back."""
     settings: Mapping[str, Any] = card.hyperparameters
-    lists = {key: list(value) if isinstance(value, tuple) else value for key, value in settings.items()}
+    parent = {"parent": card.parent} if card.parent else {}
     return {
         "format": FORMAT,
         "title": card.title or card.algorithm,
         "authors": [],
         "description": card.description,
-        "protocol": {"algorithm": card.algorithm, "evaluation": card.evaluation}
-        | ({"parent": card.parent} if card.parent else {}),
-        "hyperparameters": lists,
+        "code": {"url": "", "commit": ""},
+        "protocol": {"algorithm": card.algorithm, "evaluation": card.evaluation} | parent,
+        "hyperparameters": {
+            key: list(value) if isinstance(value, tuple) else value for key, value in settings.items()
+        },
+        "observes": asdict(observes),
         "tuning": {"steps": card.tuning_steps, "tasks": list(card.tuning_tasks)},
     }
 
@@ -169,9 +163,8 @@ def check_card(card: Card) -> None:
             raise _bad_card(field, f"The value is {getattr(card, field)!r}: {error}.") from error
     if not card.algorithm.strip():
         raise _bad_card("algorithm", "The algorithm has no name.")
-    tables = card_tables(card)
+    tables = card_tables(card, Observes())
     tables["protocol"]["budget"] = STANDARD_BUDGET
-    tables["observes"] = asdict(Observes())
     for problem in problems("manifest", ManifestInFolder(NO_FOLDER, tables)):
         if problem.rule != "no-groups":
             raise _bad_card(problem.where.removeprefix(f"{MANIFEST}, "), problem.message, problem.hint)
@@ -185,7 +178,3 @@ def check_card(card: Card) -> None:
 
 def _bad_card(where: str, message: str, hint: str = "See gym_extensions.baselines.Card.") -> BenchError:
     return BenchError("bad-card", message, f"card(): {where}", hint)
-
-
-def _type(value: object) -> str:
-    return type(value).__name__

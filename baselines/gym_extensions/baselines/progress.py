@@ -13,28 +13,10 @@ from pathlib import Path
 from typing import Any
 
 from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    Progress,
-    Task,
-    TaskID,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
+from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
+from gym_extensions.baselines.training import events
 from gym_extensions.baselines.training.checkpoints import CONTINUES
-from gym_extensions.baselines.training.events import (
-    BatchTrained,
-    Event,
-    JobFailed,
-    JobFinished,
-    JobPlan,
-    Listener,
-    StageStarted,
-    TaskEvaluated,
-    TrainingStarted,
-)
 from gym_extensions.baselines.training.request import listed
 from gym_extensions.errors import BenchError, did_you_mean
 from gym_extensions.rollouts.layout import PROGRESS
@@ -60,26 +42,23 @@ class Bars:
 
     def __init__(self, progress: Progress) -> None:
         self._progress = progress
-        self._plans: dict[str, JobPlan] = {}
+        self._plans: dict[str, events.JobPlan] = {}
         self._rows: dict[str, TaskID] = {}
         self._done: dict[str, int] = {}
         self._episodes = Counter[tuple[str, int]]()
-        self._all = progress.add_task("all jobs", total=0, text="")
+        progress.add_task("all jobs", total=0, text="")
+        self._all = progress.tasks[-1]
 
-    @property
-    def _total(self) -> Task:
-        return self._progress.tasks[self._progress.task_ids.index(self._all)]
-
-    def show(self, event: Event) -> None:
+    def show(self, event: events.Event) -> None:
         """Moves the bars."""
-        if isinstance(event, TrainingStarted):
+        if isinstance(event, events.TrainingStarted):
             self._plans = {plan.title: plan for plan in event.jobs}
             self._done = dict.fromkeys(self._plans, 0)
             total = sum(_work(plan) for plan in event.jobs)
-            self._progress.reset(self._all, total=total, visible=bool(event.jobs))
+            self._progress.reset(self._all.id, total=total, visible=bool(event.jobs))
             return
         plan = self._plans[event.job]
-        if isinstance(event, JobFinished | JobFailed):
+        if isinstance(event, events.JobFinished | events.JobFailed):
             self._move(event.job, _work(plan), is_new=False)
             if event.job in self._rows:
                 self._progress.remove_task(self._rows.pop(event.job))
@@ -87,31 +66,31 @@ class Bars:
         if event.job not in self._rows:
             self._rows[event.job] = self._progress.add_task(event.job, total=_work(plan), text="")
         done, text = _work(plan, before=event.stage), ""
-        if isinstance(event, TaskEvaluated):
+        if isinstance(event, events.TaskEvaluated):
             self._episodes[event.job, event.stage] += event.episodes
             text = f"{event.task.rpartition('/')[2]} {event.mean_return:.1f}"
-        elif isinstance(event, BatchTrained):
+        elif isinstance(event, events.BatchTrained):
             mean_return = "" if event.mean_return is None else f"return {event.mean_return:.1f}, "
             text = f"{mean_return}{event.steps_per_second:,.0f} steps/s"
-        if isinstance(event, BatchTrained | TaskEvaluated):
+        if isinstance(event, events.BatchTrained | events.TaskEvaluated):
             done += event.step + EPISODE_WORK * self._episodes[event.job, event.stage]
-        self._move(event.job, done, is_new=not isinstance(event, StageStarted))
+        self._move(event.job, done, is_new=not isinstance(event, events.StageStarted))
         row, description = self._rows[event.job], f"{event.job} stage {event.stage}"
         self._progress.update(row, completed=done, description=description, text=text)
 
     def time_left(self) -> str:
         """Until all jobs are finished, such as ``1:02:03``; ``unknown`` before it can be estimated."""
-        return clock_time(self._total.time_remaining)
+        return clock_time(self._all.time_remaining)
 
     def _move(self, job: str, done: int, *, is_new: bool) -> None:
         step, self._done[job] = done - self._done[job], done
         if is_new:
-            self._progress.advance(self._all, step)
+            self._progress.advance(self._all.id, step)
         else:
-            self._progress.update(self._all, total=(self._total.total or 0) - step)
+            self._progress.update(self._all.id, total=(self._all.total or 0) - step)
 
 
-def _work(plan: JobPlan, before: int | None = None) -> int:
+def _work(plan: events.JobPlan, before: int | None = None) -> int:
     """The work of the stages of a job, or of those before a stage."""
     stages = [stage for stage in plan.stages if before is None or stage.number < before]
     return sum(stage.steps + EPISODE_WORK * stage.episodes for stage in stages)
@@ -130,11 +109,12 @@ class Lines:
         self._write, self._time_left, self._clock, self._longest = write, time_left, clock, longest
         self._interval, self._next = FIRST_INTERVAL, 0.0
 
-    def show(self, event: Event) -> None:
+    def show(self, event: events.Event) -> None:
         """Prints a line, unless the event is about training and the last such line is too recent."""
-        if isinstance(event, StageStarted | JobFinished):
+        if isinstance(event, events.StageStarted | events.JobFinished):
             return
-        if isinstance(event, BatchTrained) or (isinstance(event, TaskEvaluated) and event.in_training):
+        is_evaluation = isinstance(event, events.TaskEvaluated) and event.in_training
+        if is_evaluation or isinstance(event, events.BatchTrained):
             now = self._clock()
             if now < self._next:
                 return
@@ -160,33 +140,27 @@ class NotebookDisplay:
             self._handle.update(content, raw=True)
 
 
-def line(event: Event, time_left: str) -> str:
+def line(event: events.Event, time_left: str) -> str:
     """One line about an event."""
-    if isinstance(event, TrainingStarted):
-        return _plan_line(event)
-    if isinstance(event, JobFinished):
-        return f"{event.job}: finished"
-    if isinstance(event, JobFailed):
-        return f"{event.job}: failed: {event.cause}"
+    if isinstance(event, events.TrainingStarted):
+        stages = [stage for job in event.jobs for stage in job.stages]
+        steps, episodes = sum(stage.steps for stage in stages), sum(stage.episodes for stage in stages)
+        jobs = "1 job" if len(event.jobs) == 1 else f"{len(event.jobs)} jobs"
+        plan = f"{jobs}: {steps:,} training steps, {episodes:,} evaluation episodes"
+        return plan if event.jobs else "Nothing to train: all runs are finished."
+    if isinstance(event, events.JobFinished | events.JobFailed):
+        ending = f"failed: {event.cause}" if isinstance(event, events.JobFailed) else "finished"
+        return f"{event.job}: {ending}"
     where = f"{event.job} stage {event.stage}"
-    if isinstance(event, StageStarted):
+    if isinstance(event, events.StageStarted):
         tasks = ", ".join(event.tasks) if event.tasks else "no task"
         return f"{where}: trains {event.steps:,} steps on {tasks}"
-    if isinstance(event, BatchTrained):
+    if isinstance(event, events.BatchTrained):
         result = "no episode ended" if event.mean_return is None else f"mean return {event.mean_return:.1f}"
         speed = f"{event.steps_per_second:,.0f} steps per second"
         return f"{where}: {event.step:,} steps, {result}, {speed}, time left {time_left}"
     during = f" after {event.step:,} steps" if event.in_training else ""
     return f"{where}{during}: {event.task} mean return {event.mean_return:.1f}"
-
-
-def _plan_line(event: TrainingStarted) -> str:
-    if not event.jobs:
-        return "Nothing to train: all runs are finished."
-    stages = [stage for job in event.jobs for stage in job.stages]
-    steps, episodes = sum(stage.steps for stage in stages), sum(stage.episodes for stage in stages)
-    jobs = "1 job" if len(event.jobs) == 1 else f"{len(event.jobs)} jobs"
-    return f"{jobs}: {steps:,} training steps, {episodes:,} evaluation episodes"
 
 
 def clock_time(seconds: float | None) -> str:
@@ -197,23 +171,23 @@ def clock_time(seconds: float | None) -> str:
     return f"{minutes // 60}:{minutes % 60:02}:{rest:02}"
 
 
-def log_file(folder: Path, time_left: Callable[[], str]) -> Listener:
+def log_file(folder: Path, time_left: Callable[[], str]) -> events.Listener:
     """Appends a line per event with date and local time, and tracebacks of failed jobs, to ``train.log``."""
 
-    def listen(event: Event) -> None:
-        if isinstance(event, TrainingStarted):
+    def listen(event: events.Event) -> None:
+        if isinstance(event, events.TrainingStarted):
             if not event.jobs:
                 return
             folder.mkdir(parents=True, exist_ok=True)
         with (folder / TRAIN_LOG).open("a", encoding="utf-8", newline="\n") as file:
             file.write(f"{time.strftime('%Y-%m-%d %H:%M:%S')} {line(event, time_left())}\n")
-            if isinstance(event, JobFailed):
+            if isinstance(event, events.JobFailed):
                 file.write(event.traceback)
 
     return listen
 
 
-def csv_file(folder: Path) -> Listener:
+def csv_file(folder: Path) -> events.Listener:
     """Appends a row per batch (event ``batch``) and evaluated task (``evaluation``) to ``events.csv``.
 
     Steps are counted since the stage began (``step``) and since the job began (``job_step``). ``mean_return``
@@ -221,10 +195,10 @@ def csv_file(folder: Path) -> Listener:
     """
     path = folder / EVENTS_CSV
 
-    def listen(event: Event) -> None:
-        if isinstance(event, BatchTrained):
+    def listen(event: events.Event) -> None:
+        if isinstance(event, events.BatchTrained):
             kind, task, speed = "batch", "", str(round(event.steps_per_second, 1))
-        elif isinstance(event, TaskEvaluated):
+        elif isinstance(event, events.TaskEvaluated):
             kind, task, speed = "evaluation", event.task, ""
         else:
             return
@@ -249,15 +223,15 @@ class TensorBoard:
         self._folder = folder / "tensorboard"
         self._writers: dict[str, Any] = {}
 
-    def __call__(self, event: Event) -> None:
+    def __call__(self, event: events.Event) -> None:
         """Adds the scalars of a batch or an evaluated task."""
-        if isinstance(event, BatchTrained):
+        if isinstance(event, events.BatchTrained):
             self._add(event, "train/steps_per_second", event.steps_per_second)
             if event.mean_return is not None:
                 self._add(event, "train/mean_return", event.mean_return)
-        elif isinstance(event, TaskEvaluated):
+        elif isinstance(event, events.TaskEvaluated):
             self._add(event, f"evaluation/{event.task.rpartition('/')[2]}", event.mean_return)
-        elif isinstance(event, JobFinished | JobFailed) and event.job in self._writers:
+        elif isinstance(event, events.JobFinished | events.JobFailed) and event.job in self._writers:
             self._writers.pop(event.job).close()
 
     def close(self) -> None:
@@ -265,7 +239,7 @@ class TensorBoard:
         for writer in self._writers.values():
             writer.close()
 
-    def _add(self, event: BatchTrained | TaskEvaluated, tag: str, scalar: float) -> None:
+    def _add(self, event: events.BatchTrained | events.TaskEvaluated, tag: str, scalar: float) -> None:
         from tensorboard.compat.proto import event_pb2, summary_pb2
         from tensorboard.summary.writer.event_file_writer import EventFileWriter
 
@@ -302,19 +276,17 @@ def check_callback(callback: object) -> None:
 
 
 @contextmanager
-def open_bars(*, is_shown: bool = True) -> Iterator[tuple[Bars, Listener]]:
+def open_bars(*, is_shown: bool = True) -> Iterator[tuple[Bars, events.Listener]]:
     """Bars, which are shown in a terminal, and a listener that moves them; it prints lines elsewhere.
 
     In a notebook, each line takes the place of the one before.
     """
     console = Console()
+    description, text = TextColumn("{task.description}"), TextColumn("{task.fields[text]}")
+    percentage = TextColumn("{task.percentage:>3.0f}%")
     columns = (
-        TextColumn("{task.description}"),
-        BarColumn(bar_width=10),
-        TextColumn("{task.percentage:>3.0f}%"),
-        TextColumn("{task.fields[text]}"),
-        TimeElapsedColumn(),
-        TimeRemainingColumn(),
+        *(description, BarColumn(bar_width=10), percentage, text),
+        *(TimeElapsedColumn(), TimeRemainingColumn()),
     )
     is_live = is_shown and console.is_terminal and not console.is_jupyter
     progress = Progress(*columns, console=console, disable=not is_live, speed_estimate_period=SPEED_SECONDS)
@@ -325,9 +297,9 @@ def open_bars(*, is_shown: bool = True) -> Iterator[tuple[Bars, Listener]]:
         else:
             lines = Lines(print, bars.time_left)
 
-        def show(event: Event) -> None:
+        def show(event: events.Event) -> None:
             bars.show(event)
-            if is_live and isinstance(event, JobFailed):
+            if is_live and isinstance(event, events.JobFailed):
                 console.out(line(event, ""), highlight=False)
             elif is_shown and not is_live:
                 lines.show(event)
@@ -337,53 +309,42 @@ def open_bars(*, is_shown: bool = True) -> Iterator[tuple[Bars, Listener]]:
 
 @contextmanager
 def open_listeners(
-    out: Path, *, progress: bool, logs: Sequence[str], callback: Listener | None
-) -> Iterator[Listener]:
-    """One listener for one call of ``train``.
-
-    Args:
-        out: the submission's folder. Log files are in its folder ``.progress``.
-        progress: whether the screen shows the progress.
-        logs: names of ``LOGS``.
-        callback: the user's.
-    """
+    out: Path, *, progress: bool, logs: Sequence[str], callback: events.Listener | None
+) -> Iterator[events.Listener]:
+    """The listener of one call of ``train``, which also writes the log files in ``out/.progress``."""
     folder, board = out / PROGRESS, TensorBoard(out / PROGRESS)
     with open_bars(is_shown=progress) as (bars, show), closing(board):
-        files: dict[str, Listener] = {"csv": csv_file(folder), "tensorboard": board}
+        files: dict[str, events.Listener] = {"csv": csv_file(folder), "tensorboard": board}
         writers = [log_file(folder, bars.time_left), *(files[log] for log in logs)]
-        listeners = [show, *map(tolerant, writers)]
-        if callback is not None:
-            listeners.append(guarded(callback))
+        listeners = [show, *map(tolerant, writers), *([guarded(callback)] if callback else [])]
 
-        def listen(event: Event) -> None:
+        def listen(event: events.Event) -> None:
             for each in listeners:
                 each(event)
 
         yield listen
 
 
-def tolerant(write: Listener) -> Listener:
+def tolerant(write: events.Listener) -> events.Listener:
     """A listener that writes a log. If it cannot, it warns once, and the training goes on."""
-    has_warned = False
+    warned: list[str] = []
 
-    def listen(event: Event) -> None:
-        nonlocal has_warned
+    def listen(event: events.Event) -> None:
         try:
             write(event)
         except OSError as error:
-            if not has_warned:
-                has_warned = True
-                reason = error.strerror or type(error).__name__
-                message = f"A log of the training cannot be written: {reason}. The training continues."
+            if not warned:
+                warned.append(error.strerror or type(error).__name__)
+                message = f"A log of the training cannot be written: {warned[0]}. The training continues."
                 warnings.warn(message, RuntimeWarning, stacklevel=2)
 
     return listen
 
 
-def guarded(callback: Listener) -> Listener:
+def guarded(callback: events.Listener) -> events.Listener:
     """The callback, whose exceptions become a ``BenchError`` that says how to continue."""
 
-    def listen(event: Event) -> None:
+    def listen(event: events.Event) -> None:
         try:
             callback(event)
         except Exception as error:

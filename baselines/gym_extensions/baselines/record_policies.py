@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, replace
 from itertools import pairwise
@@ -16,12 +17,12 @@ import numpy as np
 from gym_extensions.baselines import submission
 from gym_extensions.baselines.agent import Array, Card, Context, Observes, VectorEnv
 from gym_extensions.baselines.agent_checks import action_function, card_of, observes_of
+from gym_extensions.baselines.training import usage
 from gym_extensions.baselines.training.checkpoints import FinishedStage, JobFolder
 from gym_extensions.baselines.training.environment import EXCESS
 from gym_extensions.baselines.training.evaluation import Evaluator
 from gym_extensions.baselines.training.jobs import Settings, Stage, TrainingJob, jobs_of, training_seed
 from gym_extensions.baselines.training.request import parse_request
-from gym_extensions.baselines.training.usage import Meter
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import budget as budget_named
 from gym_extensions.catalog.tasks import Task
@@ -114,14 +115,8 @@ Policy = PlainPolicy | OnnxPolicy | Callable[[Array], Array] | Any
 class PolicyAgent:
     """Acts with a policy.
 
-    Args:
-        policy: an object with ``act`` or ``predict``, or a function.
-        card: the description for the manifest.
-        observes: what the policy observes besides observations. None: its attribute ``observes``, or else
-            the task if it has arrays per task.
-
     Raises:
-        BenchError: ``policy`` is none of these.
+        BenchError: ``policy`` is neither a function nor an object with ``act`` or ``predict``.
     """
 
     def __init__(self, policy: Any, card: Card, observes: Observes | None = None) -> None:
@@ -145,30 +140,25 @@ class PolicyAgent:
 
     def act(self, observations: Array, context: Context) -> Array:
         """The policy's actions. Raises ``BenchError`` if the policy fails."""
+        policy = self._policy
         try:
-            return self._actions(observations, context)
+            if isinstance(policy, AnyPolicy):
+                task = context.task if self.observes.task_in_evaluation and policy.num_tasks else 0
+                return policy.act(observations, self._rng, task)
+            if hasattr(policy, "act"):
+                return action_function(policy)(observations, context)
+            if not hasattr(policy, "predict"):
+                return policy(observations)  # type: ignore[no-any-return]
+            best, starts = self._card.evaluation == "deterministic", context.episode_starts
+            actions, self._state = policy.predict(
+                observations, state=self._state, episode_start=starts, deterministic=best
+            )
+            return np.asarray(actions)
         except POLICY_ERRORS as error:
             reason = f"{type(error).__name__}: {error}".rstrip(".")
             shape = f"shape {observations.shape} and dtype {observations.dtype}"
             message = f"The policy failed on observations of {shape}: {reason}."
             raise BenchError("bad-policy", message, "policy", SIGNATURE) from error
-
-    def _actions(self, observations: Array, context: Context) -> Array:
-        policy = self._policy
-        if isinstance(policy, AnyPolicy):
-            task = context.task if self.observes.task_in_evaluation and policy.num_tasks else 0
-            return policy.act(observations, self._rng, task)
-        if hasattr(policy, "act"):
-            return action_function(policy)(observations, context)
-        if hasattr(policy, "predict"):
-            actions, self._state = policy.predict(
-                observations,
-                state=self._state,
-                episode_start=context.episode_starts,
-                deterministic=self._card.evaluation == "deterministic",
-            )
-            return np.asarray(actions)
-        return policy(observations)  # type: ignore[no-any-return]
 
     def learn(self, env: VectorEnv, steps: int) -> NoReturn:
         """Recorded policies are already trained."""
@@ -178,7 +168,6 @@ class PolicyAgent:
         return self._card
 
     def policy(self) -> AnyPolicy | None:
-        """The policy as plain arrays or as a network; None for any other policy."""
         return self._policy if isinstance(self._policy, AnyPolicy) else None
 
 
@@ -263,15 +252,11 @@ def record(
         return existing
     submission.prepare(path)
     with submission.lock_runs(path, [f"{job.title} stage {number}"]):
-        meter, progress = Meter(), JobFolder.of(path, job)
-        progress.begin(
-            asdict(settings)
-            | {"group": job.group.id, "tasks": list(job.group.task_ids)}
-            | {"protocol": tables["protocol"], "hyperparameters": tables["hyperparameters"]}
-        )
-        episodes = _evaluate(agent, job, recorded, settings, progress)
-        usage, memory = meter.usage(recorded.steps), (card.parameters, card.parameters)
-        progress.finish(FinishedStage(number, episodes, trained, card, memory, usage), agent, last=True)
+        started, folder = time.process_time(), JobFolder.of(path, job)
+        folder.begin(job, asdict(settings) | {key: tables[key] for key in ("protocol", "hyperparameters")})
+        episodes = _evaluate(agent, job, recorded, settings, folder)
+        used, parameters = usage.since(started, recorded.steps), (card.parameters, card.parameters)
+        folder.finish(FinishedStage(number, episodes, trained, card, parameters, used), agent, last=True)
     _write_if_complete(path, job, settings)
     return mean_returns(episodes)
 
@@ -295,7 +280,7 @@ def _existing(out: Path, job: TrainingJob, stage: int, skip: bool) -> dict[str, 
 
 
 def _evaluate(
-    agent: PolicyAgent, job: TrainingJob, stage: Stage, settings: Settings, progress: JobFolder
+    agent: PolicyAgent, job: TrainingJob, stage: Stage, settings: Settings, folder: JobFolder
 ) -> list[Episode]:
     evaluator, policy = Evaluator(job.group, settings.observes.task_in_evaluation), agent.policy()
     episodes = []
@@ -303,7 +288,7 @@ def _evaluate(
         for task in stage.evaluated:
             agent.begin(training_seed(job.run, job.group.id, f"policy {stage.number}", task.id))
             episodes += evaluator.evaluate(agent, stage.number, task, policy)
-        progress.store_policy(stage.number, job.task_name, policy)
+        folder.store_policy(stage.number, job.task_name, policy)
     finally:
         evaluator.close()
     return episodes
@@ -319,9 +304,8 @@ def _write_if_complete(out: Path, job: TrainingJob, settings: Settings) -> None:
             for item, finished in records.items():
                 first = finished[0].card.parameters
                 records[item] = [replace(each, parameters=(first, each.card.parameters)) for each in finished]
-            command = (
-                f"gym_extensions.baselines.record(…, {job.group.name!r}, {job.protocol!r}, run={job.run})"
-            )
+            words = f"…, {job.group.name!r}, {job.protocol!r}, run={job.run}"
+            command = f"gym_extensions.baselines.record({words})"
             submission.write_run_files(out, records, settings, command=command)
 
 

@@ -11,7 +11,6 @@ import shutil
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -57,30 +56,19 @@ from gym_extensions.rollouts.run import (
 )
 from gym_extensions.versions import version
 
-MANIFEST_KEYS = (
-    *("format", "title", "authors", "description", "code"),
-    *("protocol", "hyperparameters", "observes", "tuning"),
-)
-"""The order of the manifest."""
 SHARED_SECTIONS = ("protocol", "hyperparameters", "observes")
 """Sections of the manifest that are the same in every run of a submission."""
 DEFAULTS = {"protocol": {"steps": "recorded", "parent": ""}}
 """Values of keys that a manifest may leave out."""
 ANOTHER = "Choose another --out."
-ONE_SETTING = (
-    "A submission has one algorithm, one budget and one set of hyperparameters; choose another --out."
-)
+ONE_SETTING = "A submission has one algorithm, budget and set of hyperparameters; choose another --out."
 DERIVED = "This section follows from the agent's attribute observes. Change that, or choose another --out."
 
 Tables = Mapping[str, Any]
 
 
 def validate(out: Path, groups: Iterable[TaskGroup] = ()) -> None:
-    """Checks that ``out`` is, or can become, the folder of a submission. Changes nothing.
-
-    Args:
-        out: the folder.
-        groups: the groups that will be trained, which may be custom groups.
+    """Checks that ``out`` is, or can become, the folder of a submission of ``groups``. Changes nothing.
 
     Raises:
         BenchError: the name is not allowed, ``out`` is a file or not accessible, it contains folders that are
@@ -107,9 +95,8 @@ def validate(out: Path, groups: Iterable[TaskGroup] = ()) -> None:
         runs = [path for folder in folders if folder in names for path in (out / folder).glob(f"*/run*{LOG}")]
         if runs and not (out / MANIFEST).exists():
             message = f"The folder contains {runs[0].relative_to(out)} but no {MANIFEST}."
-            raise BenchError(
-                "manifest-lost", message, str(out), f"Restore {MANIFEST}, or choose another --out."
-            )
+            hint = f"Restore {MANIFEST}, or choose another --out."
+            raise BenchError("manifest-lost", message, str(out), hint)
         for path in runs:
             document = path.with_suffix(DOCUMENT)
             if not document.exists() or read_run(document).log != file_sha256(path):
@@ -140,12 +127,8 @@ def _reports_access(out: Path) -> Iterator[None]:
 def lock_runs(out: Path, titles: Iterable[str], seconds: float = 0.0) -> Iterator[None]:
     """Holds the locks of several runs, so that one process at a time trains and writes a run.
 
-    The operating system releases a lock when its process ends, so that a lock is never stale.
-
-    Args:
-        out: the submission's folder; its ``.progress/locks`` contains the files of the locks.
-        titles: of the runs.
-        seconds: how long to wait for another process.
+    The operating system releases a lock when its process ends, so that a lock is never stale. ``seconds`` is
+    how long to wait for another process.
 
     Raises:
         BenchError: another process holds a lock.
@@ -196,12 +179,11 @@ def read_manifest(path: Path) -> dict[str, Any]:
 
 def manifest_tables(card: Card, settings: Settings) -> dict[str, Any]:
     """The manifest of a new submission, with values as TOML reads them back."""
-    tables = card_tables(card)
+    tables = card_tables(card, settings.observes)
     tables["protocol"] |= {"budget": settings.budget, "steps": settings.steps}
     if settings.num_envs is not None:
         tables["hyperparameters"] |= {"num_envs": settings.num_envs}
-    tables |= {"code": {"url": "", "commit": ""}, "observes": asdict(settings.observes)}
-    return tomllib.loads(tomli_w.dumps({key: tables[key] for key in MANIFEST_KEYS}))
+    return tomllib.loads(tomli_w.dumps(tables))
 
 
 def require_same(path: Path, existing: Tables, new: Tables) -> None:
@@ -237,9 +219,7 @@ def write_run_files(
         out: the submission's folder.
         finished: the stages of all jobs of the run.
         settings: how they ran.
-        command: what trains the run.
-        commit: of the code.
-        by: who trained it, if not the authors of the entry.
+        command, commit, by: what trains the run, the commit of the code, and who trained it.
 
     Raises:
         BenchError: another process has made the folder the submission of another agent.
@@ -252,10 +232,8 @@ def write_run_files(
     require_same(out / MANIFEST, existing, tables)
     policies = _policies([JobFolder.of(out, job) for job in jobs])
     files = policy_files(policies) if policies else {}
-    names = {
-        suffix: run_file(group.name, protocol, run, suffix)
-        for suffix in dict.fromkeys((POLICIES, *files, DOCUMENT, LOG))
-    }
+    suffixes = dict.fromkeys((POLICIES, *files, DOCUMENT, LOG))
+    names = {suffix: run_file(group.name, protocol, run, suffix) for suffix in suffixes}
     staged = out / PROGRESS / f"staged-{group.name}-{protocol}-{run}"
     shutil.rmtree(staged, ignore_errors=True)
     try:
@@ -263,9 +241,7 @@ def write_run_files(
         write_log(staged / names[LOG], episodes, group.task_ids)
         for suffix, data in files.items():
             write_bytes(staged / names[suffix], data)
-        stated = None
-        if policies:
-            stated = PolicyFile(sha256=content_sha256(policies), size=sum(map(len, files.values())))
+        size = sum(map(len, files.values()))
         packages = dict.fromkeys(package for record in records for package in record.card.packages)
         if any(suffix.endswith(NETWORK) for suffix in files):
             packages |= {RUNTIME: None}
@@ -289,7 +265,7 @@ def write_run_files(
             curves=[curve for record in records for curve in record.curves],
             evaluations=[each for record in records for each in record.evaluations],
             log=file_sha256(staged / names[LOG]),
-            policies=stated,
+            policies=PolicyFile(sha256=content_sha256(policies), size=size) if policies else None,
             **(_measured([record.usage for record in records]) if settings.steps == RECORDED else {}),
         )
         write_run(staged / names[DOCUMENT], document)
@@ -320,10 +296,9 @@ def _policies(jobs: Sequence[JobFolder]) -> dict[str, Array]:
 
 def _measured(usages: Sequence[Usage]) -> dict[str, Any]:
     """What a run's document says about the machine and what the training took."""
+    processors, cores = joined(usage.processor for usage in usages), max(usage.cores for usage in usages)
     return {
-        "machine": Machine(
-            processor=joined(usage.processor for usage in usages), cores=max(usage.cores for usage in usages)
-        ),
+        "machine": Machine(processor=processors, cores=cores),
         "cpu_seconds": round(sum(usage.cpu_seconds for usage in usages), 3),
         "peak_memory_mb": max(usage.peak_memory_mb for usage in usages) or None,
     }

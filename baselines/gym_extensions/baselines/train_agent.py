@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from gym_extensions.baselines import algorithms, submission
+from gym_extensions.baselines import algorithms, submission, workers
 from gym_extensions.baselines.agent import Card, Factory, TaskLabel
 from gym_extensions.baselines.agent_checks import card_of, create_agent, observes_of
 from gym_extensions.baselines.progress import TRAIN_LOG, check_callback, open_listeners, parse_logs
@@ -28,14 +28,7 @@ from gym_extensions.baselines.training.request import (
 )
 from gym_extensions.baselines.training.runner import PendingJob
 from gym_extensions.baselines.training.usage import commit_of
-from gym_extensions.baselines.workers import (
-    Failure,
-    ThisProcess,
-    Workers,
-    failure_of,
-    jobs_failed,
-    require_sendable,
-)
+from gym_extensions.baselines.workers import Failure, failure_of, jobs_failed, require_sendable
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import evaluation_seed
 from gym_extensions.envs import make_vec
@@ -127,19 +120,15 @@ def train(
     if titles:
         submission.prepare(path)
     listeners = open_listeners(path, progress=progress, logs=logs, callback=callback)
-    executor = Workers(jobs) if jobs else ThisProcess()
     with submission.lock_runs(path, titles), listeners as listen:
         # Another process may have finished a run before the locks were held.
-        pending = [
-            PendingJob(job, agent, settings, path, interim, num_threads) for job in _plan(path, request)
-        ]
-        listen(TrainingStarted(tuple(each.plan for each in pending), executor.slots))
-        failures = _run(pending, executor, listen, by)
-    if len(pending) == 1:
-        for failure in failures.values():
-            if failure.error is not None:
-                raise failure.error
+        left = _plan(path, request)
+        pending = [PendingJob(job, agent, settings, path, interim, num_threads) for job in left]
+        listen(TrainingStarted(tuple(each.plan for each in pending), max(jobs, 1)))
+        failures = _run(pending, listen, jobs, by)
     if failures:
+        if len(pending) == 1 and (error := next(iter(failures.values())).error):
+            raise error
         hint = f"Tracebacks are in {path / PROGRESS / TRAIN_LOG}. {CONTINUES}"
         raise jobs_failed(failures, len(pending), hint)
     return [
@@ -179,26 +168,18 @@ def retrain(
         BenchError: the training of the entry was not recorded, no reference agent has its name, or the agent
             is another one or has other settings.
     """
-    path, budget = folder / MANIFEST, _recorded_protocol(folder)["budget"]
-    settings = submission.read_manifest(path).get("hyperparameters", {})
+    path, budget = folder / MANIFEST, str(_recorded_protocol(folder)["budget"])
+    options: dict[str, Any] = {"out": out, "jobs": jobs, "progress": progress}
+    options["num_envs"] = submission.read_manifest(path).get("hyperparameters", {}).get("num_envs")
     agent = agent or reference_agent(folder)
     out.mkdir(parents=True, exist_ok=True)
     shutil.copyfile(path, out / MANIFEST)  # with it in place, another agent or setting is refused
     document = folder / run_file(group.name, protocol, run, DOCUMENT)
-    interim: dict[str, Any] = {}
     if document.exists() and (evaluations := read_run(document).evaluations):
         # An agent that cannot be saved acts itself in them, so its run depends on them.
-        first = evaluations[0]
-        interim = {"evaluate_every": first.steps[0], "evaluate_episodes": first.episodes}
+        options |= {"evaluate_every": evaluations[0].steps[0], "evaluate_episodes": evaluations[0].episodes}
     try:
-        (log,) = train(
-            *(agent, [group], protocol, str(budget), run),
-            out=out,
-            jobs=jobs,
-            num_envs=settings.get("num_envs"),
-            progress=progress,
-            **interim,
-        )
+        (log,) = train(agent, [group], protocol, budget, run, **options)
     except BenchError as error:
         if error.code != "mixed-submission":
             raise
@@ -231,30 +212,27 @@ def _recorded_protocol(folder: Path) -> dict[str, Any]:
     return table
 
 
-def _run(
-    pending: Sequence[PendingJob], executor: Workers | ThisProcess, listen: Listener, by: str
-) -> dict[str, Failure]:
+def _run(pending: Sequence[PendingJob], listen: Listener, jobs: int, by: str) -> dict[str, Failure]:
     """Runs the jobs and writes each run when its last job has finished. Returns failures by title."""
     unfinished = Counter(each.job.run_title for each in pending)
     finished: dict[str, dict[TrainingJob, list[FinishedStage]]] = {title: {} for title in unfinished}
     failures: dict[str, Failure] = {}
     commit = commit_of(Path.cwd())
-    for index, outcome in executor.run(pending, listen):
+    for index, outcome in workers.run(pending, listen, jobs):
         each, job = pending[index], pending[index].job
         if isinstance(outcome, Failure):
             failures[job.title] = outcome
         else:
-            finished[job.run_title][job] = outcome
-            if len(finished[job.run_title]) == unfinished[job.run_title]:
-                results, command = finished.pop(job.run_title), command_of(each)
+            of_run = finished[job.run_title]
+            of_run[job] = outcome
+            if len(of_run) == unfinished[job.run_title]:
+                how = {"command": command_of(each), "commit": commit, "by": by}
                 try:
-                    submission.write_run_files(
-                        each.out, results, each.settings, command=command, commit=commit, by=by
-                    )
+                    submission.write_run_files(each.out, of_run, each.settings, **how)
                 except (OSError, BenchError) as error:
                     failures[job.title] = failure_of(error, in_this_process=True)
-        if job.title in failures:
-            listen(JobFailed(job.title, failures[job.title].cause, failures[job.title].traceback))
+        if failure := failures.get(job.title):
+            listen(JobFailed(job.title, failure.cause, failure.traceback))
     return failures
 
 
@@ -292,8 +270,8 @@ def _checked(make: Factory, settings: Settings, out: Path, request: Request) -> 
     require_published_engine([task for group in request.groups for task in group.tasks])
     require_equal_spaces(request.groups)
     settings, card = agent_settings(make, settings, request.groups[0])
-    path = out / MANIFEST
-    submission.require_same(path, submission.read_manifest(path), submission.manifest_tables(card, settings))
+    path, tables = out / MANIFEST, submission.manifest_tables(card, settings)
+    submission.require_same(path, submission.read_manifest(path), tables)
     return settings
 
 

@@ -10,7 +10,7 @@ import threading
 import traceback
 from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from typing import Any, Protocol, TypeVar
@@ -29,17 +29,11 @@ NOT_STARTED = "The worker process could not start the job; it printed the error.
 
 @dataclass(frozen=True)
 class Failure:
-    """Why a job failed.
+    """Why a job failed."""
 
-    Args:
-        cause: the error in one sentence.
-        traceback: the text of the traceback; empty if there is none.
-        error: the exception, if the job ran in this process.
-    """
-
-    cause: str
+    cause: str  # the error in one sentence
     traceback: str = ""
-    error: BaseException | None = field(default=None, compare=False)
+    error: BaseException | None = None  # if the job ran in this process
 
 
 def failure_of(error: BaseException, *, in_this_process: bool = False) -> Failure:
@@ -69,18 +63,10 @@ def require_sendable(agent: object) -> None:
 
 
 def jobs_failed(failures: Mapping[str, Failure], total: int, hint: str) -> BenchError:
-    """The error that names every failed job with its cause.
-
-    Args:
-        failures: by the title of the job.
-        total: number of jobs of the call.
-        hint: what to do.
-    """
+    """The error that names every failed job, by its title, with its cause. ``total`` counts all jobs."""
     jobs = "1 job" if total == 1 else f"{total} jobs"
-    lines = [
-        f"{len(failures)} of {jobs} failed.",
-        *(f"  {title}: {failures[title].cause}" for title in failures),
-    ]
+    lines = [f"{len(failures)} of {jobs} failed."]
+    lines += [f"  {title}: {failure.cause}" for title, failure in failures.items()]
     return BenchError(JOBS_FAILED, "\n".join([*lines, ""]), hint=hint)
 
 
@@ -98,99 +84,76 @@ class Runnable(Protocol[Result_co]):
         """Runs to the end and reports progress to ``listen``."""
 
 
-@dataclass(frozen=True)
-class ThisProcess:
-    """Runs one after another in this process."""
-
-    slots: int = 1
-
-    def run(
-        self, pending: Sequence[Runnable[Result]], listen: Listener
-    ) -> Iterator[tuple[int, Result | Failure]]:
-        """Yields each index with its result or failure, in order.
-
-        Args:
-            pending: what to run.
-            listen: called with every event. Its exceptions stop everything.
-        """
-
-        def report(event: Event) -> None:
-            try:
-                listen(event)
-            except Exception as error:
-                raise _ListenerFailed from error
-
-        for index, runnable in enumerate(pending):
-            outcome: Result | Failure
-            try:
-                outcome = runnable.run(report)
-            except _ListenerFailed as stopped:
-                assert stopped.__cause__ is not None
-                raise stopped.__cause__ from stopped.__cause__.__cause__
-            except Exception as error:  # noqa: BLE001  (an agent may raise anything)
-                outcome = failure_of(error, in_this_process=True)
-            yield index, outcome
+Outcomes = Iterator[tuple[int, Result | Failure]]
+"""The index of each runnable with its result or failure."""
 
 
-class _ListenerFailed(BaseException):
-    """A listener raised an exception, the cause of this one. It passes ``except Exception`` of an agent."""
+def run(pending: Sequence[Runnable[Result]], listen: Listener, jobs: int) -> Outcomes[Result]:
+    """Runs each in a worker process, at most ``jobs`` at a time; with 0, one after another in this process.
 
-
-@dataclass(frozen=True)
-class Workers:
-    """Runs up to ``slots`` worker processes, one for each thing: a killed worker fails one only.
-
-    Workers are spawned, not forked, on every platform.
+    ``listen`` is called with every event in this process. Its exceptions stop everything.
     """
+    return _run_in_workers(pending, listen, jobs) if jobs else _run_here(pending, listen)
 
-    slots: int
 
-    def run(
-        self, pending: Sequence[Runnable[Result]], listen: Listener
-    ) -> Iterator[tuple[int, Result | Failure]]:
-        """Yields each index with its result or failure, in the order of finishing."""
-        os.environ.update(dict.fromkeys(ONE_THREAD, "1"))
-        context, waiting = multiprocessing.get_context("spawn"), deque(enumerate(pending))
-        running: dict[Any, tuple[int, BaseProcess]] = {}  # by the connection to the process
-        process: BaseProcess
-        connection: Any
-        value: Any
+def _run_here(pending: Sequence[Runnable[Result]], listen: Listener) -> Outcomes[Result]:
+    of_listener: list[Exception] = []
+
+    def report(event: Event) -> None:
         try:
-            while waiting or running:
-                while waiting and len(running) < self.slots:
-                    index, runnable = waiting.popleft()
-                    here, there = context.Pipe(duplex=False)
-                    try:
-                        process = context.Process(target=_work, args=(there, cloudpickle.dumps(runnable)))
-                        process.start()
-                    except Exception as error:  # noqa: BLE001  (it does not pickle)
-                        yield index, failure_of(error)
-                    else:
-                        running[here] = (index, process)
-                    there.close()
-                for connection in wait(list(running)) if running else ():
-                    index, process = running[connection]
-                    try:
-                        is_event, value = connection.recv()
-                    except EOFError:
-                        is_event, value = False, _died(process)
-                    if is_event:
-                        listen(value)
-                    else:
-                        del running[connection]
-                        process.join()
-                        yield index, value
-        except BaseException:
-            for _, process in running.values():
-                process.terminate()
+            listen(event)
+        except Exception as error:
+            of_listener.append(error)
             raise
 
+    for index, runnable in enumerate(pending):
+        outcome: Result | Failure
+        try:
+            outcome = runnable.run(report)
+        except Exception as error:  # noqa: BLE001  (an agent may raise anything)
+            outcome = failure_of(error, in_this_process=True)
+        if of_listener:
+            raise of_listener[0]
+        yield index, outcome
 
-def _died(process: BaseProcess) -> Failure:
-    """Why a process ended without a result: a signal, or an error before its job began, which it printed."""
-    process.join()
-    is_killed = process.exitcode is not None and process.exitcode < 0
-    return Failure(WORKER_DIED if is_killed else NOT_STARTED)
+
+def _run_in_workers(pending: Sequence[Runnable[Result]], listen: Listener, jobs: int) -> Outcomes[Result]:
+    """One process each, so that a killed worker fails one only; spawned, not forked, on every platform."""
+    os.environ.update(dict.fromkeys(ONE_THREAD, "1"))
+    context, waiting = multiprocessing.get_context("spawn"), deque(enumerate(pending))
+    running: dict[Any, tuple[int, BaseProcess]] = {}  # by the connection to the process
+    process: Any
+    connection: Any
+    value: Any
+    try:
+        while waiting or running:
+            while waiting and len(running) < jobs:
+                index, runnable = waiting.popleft()
+                here, there = context.Pipe(duplex=False)
+                try:
+                    process = context.Process(target=_work, args=(there, cloudpickle.dumps(runnable)))
+                    process.start()
+                except Exception as error:  # noqa: BLE001  (it does not pickle)
+                    yield index, failure_of(error)
+                else:
+                    running[here] = (index, process)
+                there.close()
+            for connection in wait(list(running)) if running else ():
+                index, process = running[connection]
+                try:
+                    is_event, value = connection.recv()
+                except EOFError:  # a signal ended it, or an error before its job began
+                    process.join()
+                    is_event, value = False, Failure(WORKER_DIED if process.exitcode < 0 else NOT_STARTED)
+                if is_event:
+                    listen(value)
+                else:
+                    del running[connection]
+                    process.join()
+                    yield index, value
+    finally:  # after an error
+        for _, process in running.values():
+            process.terminate()
 
 
 def _work(connection: Connection, pickled: bytes) -> None:
@@ -207,7 +170,6 @@ def _work(connection: Connection, pickled: bytes) -> None:
 
 def _exit_with_parent() -> None:
     """Ends this worker as soon as the parent process has ended, even if it was killed."""
-    parent = multiprocessing.parent_process()
-    if parent is not None:
+    if parent := multiprocessing.parent_process():
         parent.join()
         os._exit(1)

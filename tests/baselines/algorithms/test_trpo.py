@@ -145,6 +145,6 @@ def test_trpo_2017_learns_as_in_the_committed_entry() -> None:
     agent.learn(recorder, 2 * plan.batch_steps)
     curve = read_run(ENTRY).curves[0]
     expected = list(zip(curve.steps, curve.returns, strict=True))
-    points = [(point.step, point.return_) for point in recorder.points]
+    points = [(step, value) for _, step, value in recorder.points]
     np.testing.assert_allclose(points[0], expected[0], rtol=1e-6)
     np.testing.assert_allclose(points[1], expected[1], rtol=2e-2)

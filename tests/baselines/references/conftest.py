@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import pytest
 
+from gym_extensions.baselines import workers
 from gym_extensions.baselines.references import measuring
-from gym_extensions.baselines.workers import ThisProcess
 
 
 @pytest.fixture(autouse=True)
 def in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(measuring, "Workers", lambda _: ThisProcess())
+    run = workers.run
+    monkeypatch.setattr(workers, "run", lambda pending, listen, jobs: run(pending, listen, 0))
 
 
 @pytest.fixture

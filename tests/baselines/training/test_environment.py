@@ -10,7 +10,7 @@ import pytest
 from gymnasium.wrappers.vector import NormalizeObservation, RecordEpisodeStatistics
 
 from gym_extensions.baselines.agent import Observes
-from gym_extensions.baselines.training.environment import Point, TrainingContext, TrainingEnv
+from gym_extensions.baselines.training.environment import TrainingEnv
 from gym_extensions.catalog.protocol import CURVE_POINTS, budget
 from gym_extensions.envs import VectorTaskId, group, make_vec
 from gym_extensions.errors import BenchError
@@ -84,14 +84,14 @@ def test_a_point_is_the_mean_return_of_the_episodes_that_ended_since_the_last_po
     recorder.flush()
     # Five steps are taken after the third row of actions: environment 0 has ended once (return 2). In the
     # sixth row environment 1 is reset; its first and the other's second episode have ended: (2 + 5) / 2.
-    assert recorder.points == [Point("a", 5, 2.0), Point("a", 9, 3.5)]
+    assert recorder.points == [("a", 5, 2.0), ("a", 9, 3.5)]
 
 
 def test_each_task_of_joint_training_has_its_own_points() -> None:
     recorder = recorded([2, 4, 2, 4], steps=100, batch=100, tasks=("a", "b"))
     run(recorder, 4)
     recorder.flush()
-    assert recorder.points == [Point("a", 14, 2.0), Point("b", 14, 4.0)]
+    assert recorder.points == [("a", 14, 2.0), ("b", 14, 4.0)]
 
 
 def test_the_100k_budget_gives_enough_points_for_episodes_of_1000_steps() -> None:
@@ -146,11 +146,11 @@ NEEDS = {
 def training(
     observes: Observes, trained: slice = slice(2, 4), num_envs: int = 4, stage: int = 3
 ) -> TrainingEnv:
-    """A recorder of the tasks in the slice of hopper-gravity."""
+    """The environment of the tasks in the slice of hopper-gravity."""
     tasks = GROUP.tasks[trained]
-    context = TrainingContext(observes, GROUP.task_ids, stage)
+    shown: Any = {"observes": observes, "group_ids": GROUP.task_ids, "stage": stage}
     ids = [task.id for task in tasks]
-    return TrainingEnv(make_vec(tasks, num_envs), ids, steps=400, batch_steps=50, seed=0, context=context)
+    return TrainingEnv(make_vec(tasks, num_envs), ids, steps=400, batch_steps=50, seed=0, **shown)
 
 
 def test_an_agent_that_asks_for_everything_reads_the_tasks_and_the_stage() -> None:

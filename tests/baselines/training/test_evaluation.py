@@ -15,7 +15,7 @@ from gym_extensions.baselines.training.evaluation import evaluate
 from gym_extensions.catalog.tasks import customize
 from gym_extensions.envs import make_vec
 
-from .test_recorder import Counting
+from .test_environment import Counting
 
 SEEDS = [11, 12, 13, 14]
 

@@ -25,7 +25,7 @@ T_975_8 = 2.306
 def late(recorder: TrainingEnv) -> float:
     """Mean return over the last quarter of training."""
     recorder.flush()
-    return float(np.mean([point.return_ for point in recorder.points if point.step > 0.75 * STEPS]))
+    return float(np.mean([value for _, step, value in recorder.points if step > 0.75 * STEPS]))
 
 
 def recorder_of(seed: int) -> TrainingEnv:

@@ -18,7 +18,7 @@ from typing import Any
 import msgspec
 
 from gym_extensions import experts
-from gym_extensions.baselines import algorithms
+from gym_extensions.baselines import algorithms, workers
 from gym_extensions.baselines.experts.checking import measured_again, shape_problem
 from gym_extensions.baselines.progress import open_bars
 from gym_extensions.baselines.train_agent import agent_settings
@@ -33,7 +33,7 @@ from gym_extensions.baselines.training.events import (
 )
 from gym_extensions.baselines.training.jobs import Settings, TrainingJob, training_seed
 from gym_extensions.baselines.training.runner import PendingJob
-from gym_extensions.baselines.workers import Failure, Runnable, Workers, jobs_failed
+from gym_extensions.baselines.workers import Failure, Runnable, jobs_failed
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import (
     FIRST_REFERENCE_RUN,
@@ -124,7 +124,7 @@ def measure(pending: Sequence[Measurement | PendingJob], jobs: int) -> list[list
     runnable: Sequence[Runnable[Any]] = pending
     with open_bars() as (_, show):
         show(TrainingStarted(tuple(each.plan for each in pending), jobs))
-        for index, outcome in Workers(jobs).run(runnable, show):
+        for index, outcome in workers.run(runnable, show, jobs):
             title = pending[index].plan.title
             if isinstance(outcome, Failure):
                 failures[title] = outcome

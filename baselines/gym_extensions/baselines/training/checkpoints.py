@@ -27,58 +27,48 @@ CONTINUES = "The same command continues: it trains only what is not finished."
 
 @dataclass(frozen=True)
 class FinishedStage:
-    """The record of a stage.
-
-    ``parameters`` are the agent's numbers before the job and after the stage; ``usage`` is what the stage
-    took, its evaluation included.
-    """
+    """The record of a stage."""
 
     stage: int
     episodes: list[Episode]
     curves: list[Curve]
     card: Card
-    parameters: tuple[int, int]
-    usage: Usage
+    parameters: tuple[int, int]  # the agent's numbers before the job and after the stage
+    usage: Usage  # what the stage took, its evaluation included
     evaluations: list[InterimEvaluation] = field(default_factory=list)
 
 
 class JobFolder:
     """The folder of one unfinished job. A stage is finished once its record exists; it is written last."""
 
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
+    def __init__(self, path: Path) -> None:
+        self.path = path
 
     @classmethod
     def of(cls, out: Path, job: TrainingJob) -> JobFolder:
-        """The progress of a job in the submission folder ``out``."""
+        """The folder of a job in the submission folder ``out``."""
         return cls(out / PROGRESS / job.group.name / job.name)
 
-    def begin(self, settings: Mapping[str, Any]) -> None:
-        """Stores what the job's results depend on: its settings, and the versions of the packages.
+    def begin(self, job: TrainingJob, settings: Mapping[str, Any]) -> None:
+        """Stores what the job's results depend on: its settings, its tasks, and the versions of the packages.
 
         Raises:
             BenchError: the folder belongs to other settings or versions.
         """
-        path = self.folder / SETTINGS
-        packages = settings.get("packages", ())
-        text = json.dumps({**settings, "versions": job_versions(packages)}, indent=1, sort_keys=True)
+        path, packages = self.path / SETTINGS, settings.get("packages", ())
+        tasks = {"group": job.group.id, "tasks": job.group.task_ids}
+        text = json.dumps({**settings, **tasks, "versions": job_versions(packages)}, indent=1, sort_keys=True)
         if not path.exists():
             write_text(path, f"{text}\n")
         stored, new = json.loads(path.read_bytes()), json.loads(text)
         if difference := version_difference(stored["versions"], packages):
-            raise BenchError(
-                "other-version",
-                f"The unfinished run was started with {difference}.",
-                where=str(self.folder),
-                hint="Install these versions, or delete the folder to start the run again.",
-            )
+            message = f"The unfinished run was started with {difference}."
+            hint = "Install these versions, or delete the folder to start the run again."
+            raise BenchError("other-version", message, str(self.path), hint)
         if stored != new:
-            raise BenchError(
-                "other-run-unfinished",
-                f"The unfinished run has other settings: {_changes(stored, new)}.",
-                where=str(self.folder),
-                hint="Finish it with its settings, delete the folder, or choose another --out.",
-            )
+            message = f"The unfinished run has other settings: {_changes(stored, new)}."
+            hint = "Finish it with its settings, delete the folder, or choose another --out."
+            raise BenchError("other-run-unfinished", message, str(self.path), hint)
 
     def finished(self) -> list[FinishedStage]:
         """The records of the finished stages, in order."""
@@ -109,23 +99,20 @@ class JobFolder:
             partial = checkpoint.with_name(f".{checkpoint.stem}.partial.npz")
             agent.save(partial)
             partial.replace(checkpoint)
-        write_bytes(self.folder / f"stage{record.stage}.json", msgspec.json.encode(record, enc_hook=float))
-        for older in self.folder.glob("agent*.npz"):
+        write_bytes(self.path / f"stage{record.stage}.json", msgspec.json.encode(record, enc_hook=float))
+        for older in self.path.glob("agent*.npz"):
             if older != checkpoint:
                 older.unlink()
 
     def new_curve(self, stage: int) -> Path:
         """The file of a stage's curve, which an earlier attempt may have left; that one is deleted."""
-        path = self.folder / f"curve-stage{stage}.csv"
+        path = self.path / f"curve-stage{stage}.csv"
         path.unlink(missing_ok=True)
         return path
 
     def store_policy(self, stage: int, task_name: str | None, policy: AnyPolicy | None) -> None:
-        """Writes the policy after a stage, and removes that of an earlier attempt if there is none.
-
-        ``task_name`` is the trained task in the single protocol, else None.
-        """
-        path = self.folder / f"policy{stage}.npz"
+        """Writes the policy after a stage, and removes that of an earlier attempt if there is none."""
+        path = self.path / f"policy{stage}.npz"
         if policy is None:
             path.unlink(missing_ok=True)
         else:
@@ -133,26 +120,26 @@ class JobFolder:
 
     def policies(self) -> dict[str, Array] | None:
         """The arrays of the policies after all finished stages by full name; None if one is missing."""
-        paths = [self.folder / f"policy{_number(record)}.npz" for record in self._records()]
+        paths = [self.path / f"policy{_number(record)}.npz" for record in self._records()]
         if not all(path.exists() for path in paths):
             return None
         return {name: array for path in paths for name, array in npz_arrays(path.read_bytes()).items()}
 
     def forget(self) -> None:
         """Deletes every finished stage, the records first."""
-        curves = self.folder.glob(Path(UNFINISHED_CURVES).name)
-        for path in [*reversed(self._records()), *self.folder.glob("*.npz"), *curves]:
+        curves = self.path.glob(Path(UNFINISHED_CURVES).name)
+        for path in [*reversed(self._records()), *self.path.glob("*.npz"), *curves]:
             path.unlink()
 
     def remove(self) -> None:
         """Deletes the folder."""
-        shutil.rmtree(self.folder, ignore_errors=True)
+        shutil.rmtree(self.path, ignore_errors=True)
 
     def _records(self) -> list[Path]:
-        return sorted(self.folder.glob("stage*.json"), key=_number)
+        return sorted(self.path.glob("stage*.json"), key=_number)
 
     def _checkpoint(self, stage: int) -> Path:
-        return self.folder / f"agent{stage}.npz"
+        return self.path / f"agent{stage}.npz"
 
 
 def _changes(old: Mapping[str, Any], new: Mapping[str, Any]) -> str:

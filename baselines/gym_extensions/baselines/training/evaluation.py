@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from statistics import fmean
+from typing import Any
 
 import numpy as np
 
@@ -42,33 +43,21 @@ def evaluate(
     label: TaskLabel | None = None,
     watch: Watch | None = None,
 ) -> list[Outcome]:
-    """Runs the first episode of every environment.
+    """Runs the first episode of every environment, of which there are ``len(seeds)``, with an agent.
 
-    Args:
-        agent: acts and does not learn.
-        env: ``len(seeds)`` environments of one task.
-        seeds: the reset seed of each environment.
-        label: the task, only for an agent that asked for ``task_in_evaluation``.
-        watch: called with the applied actions of every step.
-
-    Returns:
-        One outcome per seed, in the order of ``seeds``.
+    ``label`` is the task, only for an agent that asked for ``task_in_evaluation``. ``watch`` is called as by
+    :func:`run_episodes`, whose outcomes are returned.
     """
     act = action_function(agent)
-    return run_episodes(
-        env, seeds, lambda observations, starts, _: act(observations, Context(starts, label)), watch=watch
-    )
+    return run_episodes(env, seeds, lambda seen, starts, _: act(seen, Context(starts, label)), watch=watch)
 
 
 @dataclass
 class Evaluator:
-    """Evaluates on the tasks of a group; creates the environments of a task on first use and keeps them.
-
-    ``observes_task`` says whether the agent asked for ``task_in_evaluation``.
-    """
+    """Evaluates on the tasks of a group; creates the environments of a task on first use and keeps them."""
 
     group: TaskGroup
-    observes_task: bool = False
+    observes_task: bool = False  # whether the agent asked for ``task_in_evaluation``
     _envs: dict[tuple[str, int], VectorEnv] = field(default_factory=dict)
 
     def envs(self, task: Task, episodes: int = EVALUATION_EPISODES) -> VectorEnv:
@@ -152,12 +141,10 @@ def require_agreement(
     """Checks that the policy takes the first actions of evaluation episodes.
 
     The action of a deterministic policy is known. For the others every action that they can sample agrees;
-    of networks that sample only the number of actions is checked.
+    of networks that sample only the number of actions is checked. The environments are reset with ``seeds``.
 
     Args:
-        policy: the agent's policy.
-        env: the evaluation environments of a task; they are reset.
-        seeds: the reset seed of each environment.
+        policy, env, seeds: the agent's policy, and the evaluation environments of a task.
         actions: the first action of each episode, as applied (num_envs, …).
         task: index of the task in the group.
 
@@ -169,11 +156,8 @@ def require_agreement(
     if taken.shape[1] != policy.num_actions:
         message = f"The actions have {taken.shape[1]} values; the policy has {policy.num_actions}."
         raise BenchError("bad-policy", message, "policy()", "Return the policy that act() uses.")
-    space = env.single_action_space
-    low, high = (
-        np.asarray(bound, np.float64).ravel()
-        for bound in (space.low, space.high)  # type: ignore[attr-defined]
-    )
+    space: Any = env.single_action_space
+    low, high = (np.asarray(bound, np.float64).ravel() for bound in (space.low, space.high))
     with np.errstate(all="ignore"):
         bounds = [each.astype(np.float64) for each in _extremes(policy, observations, task)]
         lower, upper = (np.clip(bound, low, high) for bound in bounds)
@@ -205,13 +189,8 @@ def isolated(
     """The function ``mean_returns`` for this agent, without an effect on its training.
 
     A copy of the agent acts if the agent can be saved, and global random generators are restored afterwards.
-    An agent that cannot be saved acts itself, so that its generator for acting moves on.
-
-    Args:
-        agent: the agent.
-        create: creates an agent of the same kind.
-        path: a file that is written and deleted.
-        mean_returns: evaluates an agent.
+    An agent that cannot be saved acts itself, so that its generator for acting moves on. ``create`` makes an
+    agent of the same kind; the file ``path`` is written and deleted.
     """
 
     def of_agent(tasks: Sequence[Task], episodes: int) -> Iterator[float]:

@@ -85,20 +85,15 @@ def version_difference(old: Mapping[str, str], packages: Iterable[str] = ()) -> 
 
 @dataclass(frozen=True)
 class Settings:
-    """How jobs run: the agent's and the budget's name, ``num_envs`` if it is not the budget's, and what the
-    agent asked to observe.
+    """How jobs run."""
 
-    ``steps`` is ``recorded`` if the training loop counts the training steps, else ``claimed``.
-    ``hyperparameters`` and ``packages`` are those of the agent's card.
-    """
-
-    agent: str
+    agent: str  # its name, as that of the budget
     budget: str
-    num_envs: int | None = None
+    num_envs: int | None = None  # None: the budget's
     observes: Observes = field(default_factory=Observes)
-    steps: Steps = "recorded"
-    hyperparameters: Mapping[str, object] = field(default_factory=dict, hash=False)
-    packages: tuple[str, ...] = ()
+    steps: Steps = "recorded"  # "claimed" if the training loop does not count the training steps
+    hyperparameters: Mapping[str, object] = field(default_factory=dict, hash=False)  # of the agent's card
+    packages: tuple[str, ...] = ()  # the same
 
     def num_envs_for(self, num_tasks: int) -> int:
         """Training environments: a multiple of the number of tasks, so that each task has equally many."""
@@ -164,8 +159,7 @@ class TrainingJob:
 
     def stages(self, budget: Budget) -> list[Stage]:
         """The stages in order."""
-        tasks = self.group.tasks
-        steps = budget.steps_for(self.group.name)
+        tasks, steps = self.group.tasks, budget.steps_for(self.group.name)
         if self.protocol == "sequential":
             trained = [(), *((task,) for task in tasks)]
             return [Stage(k, which, steps if which else 0, tasks) for k, which in enumerate(trained)]

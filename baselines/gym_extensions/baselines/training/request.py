@@ -145,16 +145,11 @@ def listed(value: object, kind: Any, name: str, expected: str) -> list[Any]:
 
 
 def _check_num_envs(num_envs: Any, budget: Budget, groups: Iterable[TaskGroup]) -> None:
-    option = "--num-envs"
-    require_positive(num_envs, option)
-    if not budget.on_boards:
-        return
-    for group in groups:
+    require_positive(num_envs, "--num-envs")
+    for group in groups if budget.on_boards else ():
         episode_steps = max(task.max_steps for task in group.tasks)
         limit = budget.steps_for(group.name) // (episode_steps * CURVE_POINTS)
         if num_envs > limit:
-            message = (
-                f"With {num_envs} environments, the budget {budget.name!r} has fewer than {CURVE_POINTS} "
-                "episodes per environment."
-            )
-            raise BenchError("bad-num-envs", message, option, f"Use at most {limit} for {group.name}.")
+            has = f"the budget {budget.name!r} has fewer than {CURVE_POINTS} episodes per environment"
+            hint = f"Use at most {limit} for {group.name}."
+            raise BenchError("bad-num-envs", f"With {num_envs} environments, {has}.", "--num-envs", hint)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
@@ -11,16 +11,10 @@ from pathlib import Path
 from gym_extensions.baselines import algorithms
 from gym_extensions.baselines.agent import Agent, Factory, VectorEnv
 from gym_extensions.baselines.agent_checks import card_of, observes_of
+from gym_extensions.baselines.training import events, usage
 from gym_extensions.baselines.training.checkpoints import FinishedStage, JobFolder
-from gym_extensions.baselines.training.environment import StageMonitor, TrainingContext, TrainingEnv
+from gym_extensions.baselines.training.environment import Batch, TrainingEnv
 from gym_extensions.baselines.training.evaluation import Evaluator, isolated, policy_of
-from gym_extensions.baselines.training.events import (
-    JobFinished,
-    JobPlan,
-    Listener,
-    StageStarted,
-    TaskEvaluated,
-)
 from gym_extensions.baselines.training.jobs import (
     Interim,
     Settings,
@@ -30,69 +24,57 @@ from gym_extensions.baselines.training.jobs import (
     seeded_global_generators,
     training_seed,
 )
-from gym_extensions.baselines.training.usage import Meter
 from gym_extensions.catalog.protocol import budget
+from gym_extensions.catalog.tasks import Task
 from gym_extensions.envs import make_vec
 from gym_extensions.envs.fingerprinting import fingerprint_of
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.log import Episode
+from gym_extensions.rollouts.log import CurvePoint, append_curves
+from gym_extensions.rollouts.run import Curve, InterimEvaluation
 
 
 @dataclass(frozen=True)
 class PendingJob:
-    """A job with everything that a worker process needs to run it.
-
-    Args:
-        job: the job.
-        agent: the name or the factory of the agent.
-        settings: how it runs.
-        out: the submission's folder.
-        interim: when to evaluate during training; None evaluates at the end of each stage only.
-        num_threads: threads that step the training environments. Results do not depend on it.
-    """
+    """A job with everything that a worker process needs to run it."""
 
     job: TrainingJob
-    agent: str | Factory
+    agent: str | Factory  # its name or factory
     settings: Settings
-    out: Path
-    interim: Interim | None = None
-    num_threads: int = 1
+    out: Path  # the submission's folder
+    interim: Interim | None = None  # when to evaluate during training
+    num_threads: int = 1  # threads that step the training environments; results do not depend on it
 
     @property
-    def plan(self) -> JobPlan:
+    def plan(self) -> events.JobPlan:
         """The work of every stage."""
         return self.job.plan(budget(self.settings.budget), self.interim)
 
-    def run(self, listen: Listener) -> list[FinishedStage]:
+    def run(self, listen: events.Listener) -> list[FinishedStage]:
         """Runs every stage that an earlier attempt did not finish. Returns the records of all stages."""
         job, settings = self.job, self.settings
         stages = job.stages(budget(settings.budget))
-        progress = JobFolder.of(self.out, job)
-        progress.begin(
-            asdict(settings)
-            | {"group": job.group.id, "tasks": list(job.group.task_ids)}
-            | {"fingerprints": [fingerprint_of(task) for task in job.group.tasks]}
-        )
-        done = progress.finished()
+        folder = JobFolder.of(self.out, job)
+        fingerprints = [fingerprint_of(task) for task in job.group.tasks]
+        folder.begin(job, asdict(settings) | {"fingerprints": fingerprints})
+        done = folder.finished()
         if len(done) < len(stages):
             evaluator = Evaluator(job.group, settings.observes.task_in_evaluation)
-            spaces = evaluator.envs(stages[0].evaluated[0])
-            agent = self._create(spaces)
+            create = partial(self._create, evaluator.envs(stages[0].evaluated[0]))
+            agent = create()
             card = card_of(agent, settings.agent)
             first_parameters = done[0].parameters[0] if done else card.parameters
-            if done and not progress.resume(agent, done):
+            if done and not folder.resume(agent, done):
                 done = []
+            mean_returns = isolated(agent, create, folder.path / "acting.npz", evaluator.mean_returns)
             for stage in stages[len(done) :]:
-                record = self._run_stage(
-                    *(agent, stage, listen, progress, evaluator),
-                    job_step=sum(earlier.steps for earlier in stages if earlier.number < stage.number),
-                    first_parameters=first_parameters,
-                    create=partial(self._create, spaces),
-                )
-                progress.finish(record, agent, last=stage is stages[-1])
+                job_step = sum(earlier.steps for earlier in stages if earlier.number < stage.number)
+                curve = folder.new_curve(stage.number)
+                monitor = StageMonitor(job, stage, job_step, curve, listen, self.interim, mean_returns)
+                record = self._run_stage(agent, monitor, evaluator, folder, first_parameters)
+                folder.finish(record, agent, last=stage is stages[-1])
                 done.append(record)
             evaluator.close()
-        listen(JobFinished(job.title))
+        listen(events.JobFinished(job.title))
         return done
 
     def _seed(self, *purpose: str) -> int:
@@ -116,39 +98,33 @@ class PendingJob:
     def _run_stage(
         self,
         agent: Agent,
-        stage: Stage,
-        listen: Listener,
-        progress: JobFolder,
+        monitor: StageMonitor,
         evaluator: Evaluator,
-        *,
-        job_step: int,
+        folder: JobFolder,
         first_parameters: int,
-        create: Callable[[], Agent],
     ) -> FinishedStage:
-        job, meter = self.job, Meter()
-        listen(StageStarted(job.title, stage.number, tuple(task.id for task in stage.trained), stage.steps))
-        monitor = StageMonitor(
-            *(job, stage, job_step),
-            curve=progress.new_curve(stage.number),
-            listen=listen,
-            interim=self.interim,
-            evaluate=isolated(agent, create, progress.folder / "acting.npz", evaluator.mean_returns),
-        )
+        started, stage = time.process_time(), monitor.stage
+        ids = tuple(task.id for task in stage.trained)
+        monitor.listen(events.StageStarted(self.job.title, stage.number, ids, stage.steps))
         taken = self._train(stage, agent, monitor) if stage.steps else 0
-        episodes, policy = list[Episode](), policy_of(agent)
+        policy, episodes = policy_of(agent), []
         for task in stage.evaluated:
             start = time.perf_counter()
             with seeded_global_generators(self._seed(f"evaluation {stage.number}", task.id)):
                 new = evaluator.evaluate(agent, stage.number, task, policy)
-            result = (task.id, len(new), sum(episode.return_ for episode in new) / len(new))
-            where = (job.title, stage.number, stage.steps, job_step + stage.steps)
-            listen(TaskEvaluated(*where, *result, seconds=time.perf_counter() - start))
+            mean_return = sum(episode.return_ for episode in new) / len(new)
+            monitor.evaluated(stage.steps, (task.id, len(new), mean_return, time.perf_counter() - start))
             episodes += new
-        progress.store_policy(stage.number, job.task_name, policy)
+        folder.store_policy(stage.number, self.job.task_name, policy)
         card = card_of(agent, self.settings.agent)
-        parameters, usage = (first_parameters, card.parameters), meter.usage(taken)
         return FinishedStage(
-            stage.number, episodes, monitor.curves, card, parameters, usage, monitor.evaluations
+            stage.number,
+            episodes,
+            monitor.curves,
+            card,
+            (first_parameters, card.parameters),
+            usage.since(started, taken),
+            monitor.evaluations,
         )
 
     def _train(self, stage: Stage, agent: Agent, monitor: StageMonitor) -> int:
@@ -160,11 +136,74 @@ class PendingJob:
             steps=stage.steps,
             batch_steps=budget(settings.budget).batch_steps,
             seed=self._seed(*ids, "training"),
-            report=monitor,
-            context=TrainingContext(settings.observes, self.job.group.task_ids, stage.number),
+            report=monitor.trained,
+            observes=settings.observes,
+            group_ids=self.job.group.task_ids,
+            stage=stage.number,
         )
         with seeded_global_generators(self._seed(*ids, "global generators")):
             agent.learn(env, stage.steps)
         env.flush()
         env.close()
         return env.taken
+
+
+@dataclass
+class StageMonitor:
+    """Stores and sends what happens in a stage, and evaluates the agent during training."""
+
+    job: TrainingJob
+    stage: Stage
+    job_step: int  # training steps of the stages before
+    curve: Path  # the file to which the points of the curve are appended
+    listen: events.Listener
+    interim: Interim | None  # None evaluates at the end of the stage only
+    mean_returns: Callable[[Sequence[Task], int], Iterable[float]]  # of tasks, over episodes per task
+
+    def __post_init__(self) -> None:
+        number, episodes = self.stage.number, self.interim.episodes if self.interim else 0
+        self._next = self.interim.every if self.interim else 0
+        self._curves = {
+            task.id: Curve(stage=number, task=task.id, steps=[], returns=[]) for task in self.stage.trained
+        }
+        self._evaluations = {
+            task.id: InterimEvaluation(stage=number, task=task.id, episodes=episodes, steps=[], returns=[])
+            for task in self.stage.evaluated
+        }
+
+    @property
+    def curves(self) -> list[Curve]:
+        """The training curves that have points, in training order."""
+        return [curve for curve in self._curves.values() if curve.steps]
+
+    @property
+    def evaluations(self) -> list[InterimEvaluation]:
+        """The evaluations during training, in training order of the tasks."""
+        return [each for each in self._evaluations.values() if each.steps]
+
+    def trained(self, batch: Batch) -> None:
+        """Appends the returns to the curves, sends the event and evaluates if it is time to."""
+        stage, interim, step = self.stage, self.interim, batch.step
+        for task_id, value in batch.returns.items():
+            self._curves[task_id].steps.append(step)
+            self._curves[task_id].returns.append(value)
+        point = partial(CurvePoint, self.job.protocol, self.job.run)
+        append_curves(self.curve, [point(task_id, step, value) for task_id, value in batch.returns.items()])
+        speed = batch.steps / max(batch.seconds, 1e-9)
+        self.listen(events.BatchTrained(*self._where(step), batch.mean_return, speed, batch.seconds))
+        if interim is not None and self._next <= step < stage.steps:
+            self._next = interim.every * (1 + step // interim.every)
+            start = time.perf_counter()
+            mean_returns = self.mean_returns(stage.evaluated, interim.episodes)
+            for task, mean_return in zip(stage.evaluated, mean_returns, strict=True):
+                self._evaluations[task.id].steps.append(step)
+                self._evaluations[task.id].returns.append(mean_return)
+                seconds, start = time.perf_counter() - start, time.perf_counter()
+                self.evaluated(step, (task.id, interim.episodes, mean_return, seconds), in_training=True)
+
+    def evaluated(self, step: int, result: tuple[str, int, float, float], in_training: bool = False) -> None:
+        """Sends the event of an evaluated task: its id, episodes, mean return, and the seconds it took."""
+        self.listen(events.TaskEvaluated(*self._where(step), *result, in_training))
+
+    def _where(self, step: int) -> tuple[str, int, int, int]:
+        return self.job.title, self.stage.number, step, self.job_step + step

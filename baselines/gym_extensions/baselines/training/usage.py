@@ -20,35 +20,20 @@ LONGEST = 200
 
 @dataclass(frozen=True)
 class Usage:
-    """What a stage took in the process that trained it.
+    """What a stage took in the process that trained it."""
 
-    Args:
-        steps: environment steps in training.
-        cpu_seconds: processor time of the process, all threads together.
-        peak_memory_mb: largest memory of the process since it started, in MB; 0 if unknown.
-        kernels: the BLAS kernels.
-        processor: the name of the processor.
-        cores: logical processors of the machine.
-    """
-
-    steps: int
-    cpu_seconds: float
-    peak_memory_mb: float
-    kernels: str
-    processor: str
-    cores: int
+    steps: int  # environment steps in training
+    cpu_seconds: float  # processor time of the process, all threads together
+    peak_memory_mb: float  # largest memory of the process since it started; 0 if unknown
+    kernels: str  # the BLAS kernels
+    processor: str  # its name
+    cores: int  # logical processors of the machine
 
 
-class Meter:
-    """Measures from its creation on."""
-
-    def __init__(self) -> None:
-        self._start = time.process_time()
-
-    def usage(self, steps: int) -> Usage:
-        """What was used since the creation, for a number of training steps."""
-        seconds = round(time.process_time() - self._start, 3)
-        return Usage(steps, seconds, peak_memory_mb(), blas_kernels(), processor(), os.cpu_count() or 1)
+def since(started: float, steps: int) -> Usage:
+    """What this process used for training steps since a time of ``time.process_time``."""
+    seconds = round(time.process_time() - started, 3)
+    return Usage(steps, seconds, peak_memory_mb(), blas_kernels(), processor(), os.cpu_count() or 1)
 
 
 def peak_memory_mb() -> float:

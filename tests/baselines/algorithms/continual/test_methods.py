@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gym_extensions.baselines.agent import Array, Observes
-from gym_extensions.baselines.training.environment import TrainingContext, TrainingEnv
+from gym_extensions.baselines.training.environment import TrainingEnv
 from gym_extensions.errors import BenchError
 
 from .goals import GOALS, Goals, in_task, learned, make
@@ -155,7 +155,7 @@ def test_the_policy_of_a_single_later_task_has_a_row_for_every_earlier_one(name:
 def test_each_learns_from_the_training_context_of_a_run(name: str) -> None:
     agent, ids = make(name), ("first", "second")
     for stage, task in enumerate(ids, start=1):
-        context = TrainingContext(agent.observes, ids, stage)
-        env = TrainingEnv(Goals(stage - 1), [task], steps=400, batch_steps=200, seed=0, context=context)
+        shown = {"observes": agent.observes, "group_ids": ids, "stage": stage}
+        env = TrainingEnv(Goals(stage - 1), [task], steps=400, batch_steps=200, seed=0, **shown)
         agent.learn(env, 400)
     assert agent.card().stored_steps >= 200

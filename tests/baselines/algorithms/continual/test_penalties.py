@@ -16,7 +16,7 @@ from gym_extensions.baselines.algorithms.packnet import (
 )
 from gym_extensions.baselines.trust_region.policy import Architecture, log_density, mean_and_log_sigma
 
-from ...trpo.policies import ARCHITECTURES, numeric_gradient, random_policy
+from ...trust_region.policies import ARCHITECTURES, numeric_gradient, random_policy
 from .goals import LINE, end_task, make, on_a_line
 
 PENALTY = Quadratic(0.5, np.array([2.0, 0.0, 1.0]), np.array([1.0, 1.0, -1.0]))
