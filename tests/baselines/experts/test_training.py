@@ -66,7 +66,7 @@ def test_training_further_starts_with_the_actions_of_the_policy(squash: str) -> 
         squash=squash,
     )
     spaces: Any = (env.single_observation_space, env.single_action_space)
-    agent = training.FurtherTrpo(spaces[0], spaces[1], 0, training.trpo_settings(SHORT, start))
+    agent = training.FurtherTrpo(spaces[0], spaces[1], 0, training.trpo_settings(start))
     agent.start_from(start)
     seen = rng.normal(size=(5, 11)).astype(np.float32)
     np.testing.assert_allclose(agent.policy().act(seen), start.act(seen), rtol=1e-5, atol=1e-6)

@@ -21,19 +21,10 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
+from gym_extensions.baselines import agent as interface
 from gym_extensions.baselines.adapters.sb3_policy import exported
 from gym_extensions.baselines.adapters.sb3_vec_env import BatchVecEnv, SpacesVecEnv
-from gym_extensions.baselines.agent import (
-    Array,
-    Card,
-    Context,
-    Factory,
-    Observes,
-    Setting,
-    VectorEnv,
-    global_generators,
-    set_global_generators,
-)
+from gym_extensions.baselines.agent import Array, Card, Context, Observes, Setting, VectorEnv
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.manifest import LONG, hyperparameter_error
 from gym_extensions.rollouts.policies.files import AnyPolicy
@@ -67,7 +58,7 @@ def sb3(
     log_interval: int | None = None,
     tensorboard_log: str | Path = "",
     **settings: Any,
-) -> Factory:
+) -> interface.Factory:
     """A factory of agents that train a Stable-Baselines3 or SBX model. It needs the extra ``sb3`` or ``sbx``.
 
     An interrupted run resumes after its last finished stage and writes the same files. Each stage is one
@@ -126,25 +117,13 @@ def library(algorithm: type[BaseAlgorithm]) -> tuple[str, tuple[str, ...]]:
     return LIBRARIES.get(algorithm.__module__.partition(".")[0], LIBRARIES["stable_baselines3"])
 
 
-def no_batch_settings(num_envs: int, batch_steps: int) -> Mapping[str, Any]:
-    """No settings that depend on the environments or the batch."""
-    return {}
-
-
 @dataclass(frozen=True)
 class Sb3Factory:
     """Creates agents of one SB3 class. It pickles, so worker processes can use it.
 
-    Args:
-        algorithm, settings, deterministic, normalize_observations, normalize_rewards, callback, log_interval,
-            tensorboard_log: as in :func:`sb3`.
-        continue_counting: whether a stage continues the model's count of steps, so that warm-up steps and
-            schedules do not start again. An agent that does not use task boundaries continues.
-        fresh_buffer: whether the replay buffer is emptied at the start of a stage.
-        batch_settings: further settings from the number of environments and the budget's batch size.
-        tuning_steps, tuning_tasks, parent: as in :class:`gym_extensions.baselines.Card`.
-        name, title, description: of the agent.
-        hyperparameters: rows of the manifest besides ``settings``, such as those of ``batch_settings``.
+    ``continue_counting`` continues the model's count of steps in every stage, so that warm-up steps and
+    schedules do not start again, as for an agent that does not use task boundaries. The other fields are
+    arguments of :func:`sb3`, and at the end those of :class:`gym_extensions.baselines.Card`.
     """
 
     algorithm: type[BaseAlgorithm]
@@ -156,15 +135,16 @@ class Sb3Factory:
     log_interval: int | None = None
     tensorboard_log: str = ""
     continue_counting: bool = False
-    fresh_buffer: bool = False
-    batch_settings: Callable[[int, int], Mapping[str, Any]] = no_batch_settings
-    tuning_steps: int = 0
-    tuning_tasks: tuple[str, ...] = ()
-    parent: str = ""
+    fresh_buffer: bool = False  # whether the replay buffer is emptied at the start of a stage
+    batch_settings: Callable[[int, int], Mapping[str, Any]] | None = None
+    """Further settings, from the number of environments and the budget's batch size."""
     name: str = ""
     title: str = ""
     description: str = ""
-    hyperparameters: Mapping[str, Setting] = field(default_factory=dict)
+    hyperparameters: Mapping[str, Setting] = field(default_factory=dict)  # besides ``settings``
+    tuning_steps: int = 0
+    tuning_tasks: tuple[str, ...] = ()
+    parent: str = ""
 
     def __call__(
         self, observation_space: gym.Space[Any], action_space: gym.Space[Any], seed: int, /
@@ -178,7 +158,8 @@ class Sb3Factory:
 
     def model(self, env: VecEnv, seed: int, batch_steps: int) -> BaseAlgorithm:
         """An untrained model."""
-        settings = {**self.settings, **self.batch_settings(env.num_envs, batch_steps)}
+        of_batch = self.batch_settings(env.num_envs, batch_steps) if self.batch_settings else {}
+        settings = {**self.settings, **of_batch}
         # SAC and A2C write into the policy_kwargs that they receive, so dicts are copied.
         copies = {name: dict(value) if isinstance(value, dict) else value for name, value in settings.items()}
         if self.tensorboard_log:
@@ -192,15 +173,10 @@ class Sb3Factory:
 
     def manifest_settings(self) -> dict[str, Setting]:
         """The hyperparameters as the manifest stores them; the normalizations only if they are used."""
-        rows = {
-            name: to_manifest_value(value)
-            for name, value in self.settings.items()
-            if name not in NOT_HYPERPARAMETERS
-        }
+        shown = {name: value for name, value in self.settings.items() if name not in NOT_HYPERPARAMETERS}
+        rows = {name: to_manifest_value(value) for name, value in shown.items()} | dict(self.hyperparameters)
         normalizations = ("normalize_observations", "normalize_rewards")
-        return (
-            rows | dict(self.hyperparameters) | {name: True for name in normalizations if getattr(self, name)}
-        )
+        return rows | {name: True for name in normalizations if getattr(self, name)}
 
 
 def to_manifest_value(value: Any) -> Setting:
@@ -240,13 +216,13 @@ class Generators:
     @contextmanager
     def active(self) -> Iterator[None]:
         """The global generators continue from this state inside the context and are restored after it."""
-        outside = global_generators()
-        set_global_generators(self.state)
+        outside = interface.global_generators()
+        interface.set_global_generators(self.state)
         try:
             yield
         finally:
-            self.state = global_generators()
-            set_global_generators(outside)
+            self.state = interface.global_generators()
+            interface.set_global_generators(outside)
 
 
 class Sb3Agent:
@@ -335,13 +311,9 @@ class Sb3Agent:
             moments: Any = self._normalizer.obs_rms
             deviation = np.sqrt(moments.var + self._normalizer.epsilon)
             statistics = moments.mean, deviation, float(self._normalizer.clip_obs)
+        shape, is_deterministic = self._spaces[0].shape, self._options.deterministic
         try:
-            return exported(
-                self._model,
-                deterministic=self._options.deterministic,
-                statistics=statistics,
-                observation_shape=self._spaces[0].shape,
-            )
+            return exported(self._model, is_deterministic, statistics, shape)
         except BenchError as error:
             message = f"The policy is not stored, so that the entry stays claimed. {error}"
             warnings.warn(message, stacklevel=2)
@@ -354,25 +326,20 @@ class Sb3Agent:
             BenchError: the number of environments changed after training started.
         """
         size = (env.num_envs, int(getattr(env, "batch_steps", PLACEHOLDER[1])))
-        if self._size != size and self._trained:
-            raise BenchError(
-                "other-environments",
-                f"The model was trained with {self._size[0]} environments and batches of {self._size[1]} "
-                f"steps, not {size[0]} and {size[1]}.",
-                where="learn()",
-                hint="Train all stages of a run with the same number of environments and the same budget.",
-            )
         if self._size != size:
+            if self._trained:
+                were = f"{self._size[0]} environments and batches of {self._size[1]} steps"
+                message = f"The model was trained with {were}, not {size[0]} and {size[1]}."
+                hint = "Train all stages of a run with the same number of environments and the same budget."
+                raise BenchError("other-environments", message, "learn()", hint)
             self._create_model(*size)
         if self._options.fresh_buffer:
             buffer: Any = self._model.replay_buffer  # type: ignore[attr-defined]
             buffer.reset()
         wrapped, options = self._normalized(BatchVecEnv(env)), self._options
         arguments: dict[str, Any] = {"reset_num_timesteps": not options.continue_counting}
-        if options.log_interval is not None:
-            arguments["log_interval"] = options.log_interval
-        if options.tensorboard_log:
-            arguments["tb_log_name"] = f"{options.name}-seed{self._seed}"
+        arguments |= {} if options.log_interval is None else {"log_interval": options.log_interval}
+        arguments |= {"tb_log_name": f"{options.name}-seed{self._seed}"} if options.tensorboard_log else {}
         self._trained = True
         with self._learning.active():
             self._model.set_env(wrapped)

@@ -7,7 +7,6 @@ and SAC. Other policies of PyTorch become networks: images, own classes, own fea
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any, TypedDict
 
 import numpy as np
@@ -42,14 +41,14 @@ class Layers(TypedDict):
 
 
 def policy_layers(*modules: torch.nn.Module) -> Layers:
-    """The layers of networks that are applied one after the other.
+    """The layers of networks that are applied one after the other, as arguments of a policy.
 
     Args:
         modules: for example the hidden layers and the layer of the mean. Every linear layer but the last is
             followed by the same activation.
 
     Returns:
-        Arguments of a policy; weights are (inputs, outputs), the transpose of PyTorch's.
+        Weights (inputs, outputs), the transpose of PyTorch's, biases, and the name of the activation.
 
     Raises:
         BenchError: a module of another kind, another order of layers, or two different activations.
@@ -60,26 +59,22 @@ def policy_layers(*modules: torch.nn.Module) -> Layers:
         >>> [weights.shape for weights in layers["weights"]], layers["activation"]
         ([(3, 8), (8, 2)], 'tanh')
     """
-    leaves = list(_leaves(modules))
-    linear = [leaf for leaf in leaves if isinstance(leaf, torch.nn.Linear)]
+    leaves = [leaf for module in modules for leaf in module.modules() if not any(leaf.children())]
+    is_linear = [isinstance(leaf, torch.nn.Linear) for leaf in leaves]
+    linear: Any = [leaf for leaf in leaves if isinstance(leaf, torch.nn.Linear)]
     activations = {_activation(leaf) for leaf in leaves if not isinstance(leaf, torch.nn.Linear)}
-    alternate = [isinstance(leaf, torch.nn.Linear) for leaf in leaves] == [True, False] * (
-        len(linear) - 1
-    ) + [True]
-    if not alternate or len(activations) > 1:
+    if is_linear != [True, False] * (len(linear) - 1) + [True] or len(activations) > 1:
         names = ", ".join(type(leaf).__name__ for leaf in leaves)
         hint = "Give linear layers with the same activation after each but the last."
         raise BenchError("bad-policy", f"The modules are {names}.", "policy_layers()", hint)
     return Layers(
         weights=tuple(_array(layer.weight).T for layer in linear),
-        biases=tuple(_bias(layer) for layer in linear),
+        biases=tuple(
+            np.zeros(layer.out_features, np.float32) if layer.bias is None else _array(layer.bias)
+            for layer in linear
+        ),
         activation=activations.pop() if activations else "linear",
     )
-
-
-def _leaves(modules: tuple[torch.nn.Module, ...]) -> Iterator[torch.nn.Module]:
-    for module in modules:
-        yield from (leaf for leaf in module.modules() if not any(leaf.children()))
 
 
 def _activation(leaf: torch.nn.Module) -> str:
@@ -91,11 +86,6 @@ def _activation(leaf: torch.nn.Module) -> str:
 
 def _arguments(leaf: torch.nn.Module) -> tuple[object, object]:
     return getattr(leaf, "alpha", None), getattr(leaf, "negative_slope", None)
-
-
-def _bias(layer: torch.nn.Linear) -> Array:
-    has_bias: object = layer.bias
-    return _array(layer.bias if has_bias is not None else torch.zeros(layer.out_features))
 
 
 def _array(values: torch.Tensor) -> Array:
@@ -114,7 +104,6 @@ NOT_PLAIN = (BenchError, AttributeError, IndexError, KeyError, TypeError, ValueE
 
 def exported(
     model: BaseAlgorithm,
-    *,
     deterministic: bool = True,
     statistics: Statistics | None = None,
     observation_shape: tuple[int, ...] | None = None,
@@ -160,13 +149,7 @@ def exported(
 def _plain_parts(model: BaseAlgorithm) -> Parts:
     """Arguments of a ``Policy``. Raises ``NOT_PLAIN`` if the policy is not a multilayer perceptron."""
     policy: Any = model.policy
-    if hasattr(policy, "actor_state"):
-        parts = _flax(model)
-    elif hasattr(policy, "mlp_extractor"):
-        parts = _gaussian(model)
-    else:
-        is_gaussian = hasattr(getattr(policy, "actor", None), "latent_pi")
-        parts = _squashed_gaussian(model) if is_gaussian else _squashed(model)
+    parts = _flax(model) if hasattr(policy, "actor_state") else _torch(model)
     if parts["weights"][0].shape[:1] != model.observation_space.shape or _has_extractor(policy):
         raise ValueError("it has a features extractor or an LSTM, or its observations are not flat")
     return parts
@@ -234,14 +217,10 @@ class _Acting(torch.nn.Module):
 
 
 def _network(
-    model: BaseAlgorithm,
-    deterministic: bool,
-    statistics: Statistics | None,
-    observation_shape: tuple[int, ...] | None,
+    model: BaseAlgorithm, deterministic: bool, statistics: Statistics | None, shape: tuple[int, ...] | None
 ) -> OnnxPolicy:
     space: Any = model.observation_space
-    shape = observation_shape or space.shape
-    actor = getattr(model.policy, "actor", None)
+    shape, actor = shape or space.shape, getattr(model.policy, "actor", None)
     can_sample = hasattr(model.policy, "get_distribution") or hasattr(actor, "get_action_dist_params")
     samples = can_sample and not deterministic
     acting = _Acting(model, statistics, swap=shape != space.shape, samples=samples).eval()
@@ -264,25 +243,19 @@ def _has_extractor(policy: Any) -> bool:
     return any(each is not None and type(each) is not FlattenExtractor for each in extractors)
 
 
-def _gaussian(model: BaseAlgorithm) -> Parts:
+def _torch(model: BaseAlgorithm) -> Parts:
     policy: Any = model.policy
-    layers = policy_layers(policy.mlp_extractor.policy_net, policy.action_net)
-    return layers | _unscaled(policy.log_std.detach().numpy())
-
-
-def _squashed_gaussian(model: BaseAlgorithm) -> Parts:
-    actor: Any = model.policy.actor
-    sigma = policy_layers(actor.log_std)
-    layers = policy_layers(actor.latent_pi, actor.mu)
-    return layers | _squashing(model) | _sigma(sigma["weights"][0], sigma["biases"][0])
-
-
-def _squashed(model: BaseAlgorithm) -> Parts:
-    policy: Any = model.policy
-    *layers, squash = policy.actor.mu
+    if hasattr(policy, "mlp_extractor"):  # PPO, A2C, TRPO
+        layers = policy_layers(policy.mlp_extractor.policy_net, policy.action_net)
+        return layers | _unscaled(policy.log_std.detach().numpy())
+    if hasattr(policy.actor, "latent_pi"):  # SAC, TQC
+        sigma = policy_layers(policy.actor.log_std)
+        layers = policy_layers(policy.actor.latent_pi, policy.actor.mu)
+        return layers | _squashing(model) | _sigma(sigma["weights"][0], sigma["biases"][0])
+    *hidden, squash = policy.actor.mu  # TD3, DDPG
     if type(squash).__name__ != "Tanh":
         raise TypeError("its last layer is not a tanh")
-    return policy_layers(*layers) | _squashing(model)
+    return policy_layers(*hidden) | _squashing(model)
 
 
 def _flax(model: BaseAlgorithm) -> Parts:
@@ -308,11 +281,8 @@ def _sigma(weight: Array, bias: Array) -> Parts:
 
 def _unscaled(log_sigma: Array) -> Parts:
     """log σ (a,) of actions that are neither squashed nor scaled."""
-    return {
-        "log_sigma": log_sigma,
-        "action_offset": np.zeros_like(log_sigma),
-        "action_scale": np.ones_like(log_sigma),
-    }
+    box = {"action_offset": np.zeros_like(log_sigma), "action_scale": np.ones_like(log_sigma)}
+    return {"log_sigma": log_sigma} | box
 
 
 def _squashing(model: BaseAlgorithm) -> Parts:

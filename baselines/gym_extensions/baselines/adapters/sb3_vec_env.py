@@ -96,10 +96,8 @@ class BatchVecEnv(VecEnv):
         results = self.env.call(method_name, *method_args, **method_kwargs)  # type: ignore[attr-defined]
         return [results[i] for i in self._get_indices(indices)]
 
-    def env_is_wrapped(
-        self, wrapper_class: type[gym.Wrapper[Any, Any, Any, Any]], indices: Indices = None
-    ) -> list[bool]:
-        """Returns False per environment, because a vector environment has no single-environment wrappers."""
+    def env_is_wrapped(self, wrapper_class: type[Any], indices: Indices = None) -> list[bool]:
+        """False per environment: a vector environment has no single-environment wrappers."""
         return [False for _ in self._get_indices(indices)]
 
 
@@ -116,15 +114,9 @@ class SpacesVecEnv(VecEnv):
         """None per environment."""
         return [None for _ in self._get_indices(indices)]
 
-    def env_is_wrapped(
-        self, wrapper_class: type[gym.Wrapper[Any, Any, Any, Any]], indices: Indices = None
-    ) -> list[bool]:
+    def env_is_wrapped(self, wrapper_class: type[Any], indices: Indices = None) -> list[bool]:
         """False per environment."""
         return [False for _ in self._get_indices(indices)]
-
-    def seed(self, seed: int | None = None) -> list[int | None]:
-        """Does nothing: there is no environment to seed."""
-        return [seed] * self.num_envs
 
     def _unavailable(self, *_: Any, **__: Any) -> Any:
         raise NotImplementedError("this VecEnv has spaces and no environment")

@@ -97,13 +97,8 @@ def fitted(policy: Policy, inputs: int) -> Policy:
         clip = policy.observation_clip or math.inf
         constant = np.clip(beams, -clip, clip).astype(first.dtype) @ first[inputs:]
         biases = (policy.biases[0] + constant, *policy.biases[1:])
-    return replace(
-        policy,
-        weights=(weights, *policy.weights[1:]),
-        biases=biases,
-        observation_mean=mean,
-        observation_scale=scale,
-    )
+    layers = (weights, *policy.weights[1:])
+    return replace(policy, weights=layers, biases=biases, observation_mean=mean, observation_scale=scale)
 
 
 class Workplace:
@@ -111,11 +106,7 @@ class Workplace:
 
     ``policies/<run>/<steps>.npz`` are the checkpoints of the training runs, ``policies/<run>/run.json`` says
     how they came about, and ``returns/<purpose>/<task>/<candidate>.json`` has the returns on the seeds of a
-    purpose, in their order.
-
-    Args:
-        folder: the folder.
-        submissions: the folder of the entries.
+    purpose, in their order. ``submissions`` is the folder of the entries.
     """
 
     def __init__(self, folder: Path, submissions: Path = Path("submissions")) -> None:
@@ -156,10 +147,8 @@ class Workplace:
 
     def candidates(self, task: Task) -> dict[str, Measurement]:
         """Every candidate of a task that was seen, with all its selection episodes."""
-        rows = (
-            json.loads(path.read_text())
-            for path in sorted((self.folder / "returns" / "select" / task.name).glob("*.json"))
-        )
+        paths = sorted((self.folder / "returns" / "select" / task.name).glob("*.json"))
+        rows = [json.loads(path.read_text()) for path in paths]
         return {row["candidate"]: summary(row, len(row["returns"])) for row in rows}
 
     def select(self, task: Task, count: int) -> str | None:
@@ -173,15 +162,13 @@ class Workplace:
             if best.episodes < count:
                 self.evaluate(name, task, "select", count)
                 continue
-            rivals = [
-                other
-                for other, seen in others[:RIVALS]
-                if seen.episodes < count
-                and best.mean - seen.mean < 2 * math.hypot(best.standard_error, seen.standard_error)
-            ]
-            if not rivals:
+            for rival, seen in others[:RIVALS]:
+                error = math.hypot(best.standard_error, seen.standard_error)
+                if seen.episodes < count and best.mean - seen.mean < 2 * error:
+                    self.evaluate(rival, task, "select", count)
+                    break
+            else:
                 return name
-            self.evaluate(rivals[0], task, "select", count)
         return None
 
     def best(self, task: Task) -> str | None:
@@ -206,14 +193,10 @@ class Workplace:
         found: dict[str, Any] = json.loads(next(path for path in paths if path.exists()).read_text())
         return found
 
-    def runs(self) -> list[dict[str, Any]]:
-        """Every training run with a checkpoint."""
-        paths = sorted((self.folder / "policies").glob("*/run*.json"))
-        return [self.run(path.parent.name) for path in paths]
-
     def steps_tried(self, task: Task) -> int:
         """Environment steps of all runs whose checkpoints are candidates of a task."""
-        return sum(row["checkpoints"][-1]["steps"] for row in self.runs() if task.name in row["targets"])
+        runs = [self.run(path.parent.name) for path in (self.folder / "policies").glob("*/run*.json")]
+        return sum(row["checkpoints"][-1]["steps"] for row in runs if task.name in row["targets"])
 
     def _path(self, candidate: str, task: Task, purpose: str) -> Path:
         name = re.sub(r"[^\w@.-]+", "+", candidate)
@@ -250,9 +233,8 @@ def stored_candidates(submissions: Path) -> dict[str, list[tuple[float, str]]]:
     found: dict[str, list[tuple[float, str]]] = defaultdict(list)
     for path in sorted(submissions.glob("*/*/*/run*.csv")):
         entry, group_name, protocol, run = *path.parts[-4:-1], path.stem
-        if entry not in ENTRIES or not has_policies(
-            submissions / entry, GROUPS[group_name], protocol, int(run.removeprefix("run"))
-        ):
+        of_run = (GROUPS[group_name], protocol, int(run.removeprefix("run")))
+        if entry not in ENTRIES or not has_policies(submissions / entry, *of_run):
             continue
         means = read_log(path).groupby(["stage", "task"], as_index=False)["return"].mean()
         for stage, task_id, mean in means.itertuples(index=False):
@@ -333,9 +315,7 @@ def publish(work: Workplace, task: Task, count: int, folder: Path) -> str:
 def tables() -> Iterator[str]:
     """The lines of the documentation's tables, one per body, and the sums."""
     known = parse_file((REFERENCES / f"{CURRENT}.json").read_bytes()).tasks
-    states = Counter[str]()
-    steps = dict[str, float]()
-    measuring = 0.0
+    states, steps, measuring = Counter[str](), dict[str, float](), 0.0
     for family in dict.fromkeys(FAMILIES.values()):
         yield f"\n### {family}\n"
         yield "| task | floor | expert | standard error | episodes | steps | CPU minutes | state |"

@@ -22,25 +22,11 @@ FAMILIES = {
 
 @dataclass(frozen=True)
 class Recipe:
-    """One training run.
+    """One training run with the reference settings of TRPO.
 
-    Args:
-        name: of the run.
-        tasks: trained together, one after the other over the environments; ``HopperWall:0.12`` is the wall
-            with its top at .12 m.
-        parent: the candidate to start from, ``best:<task>`` for the best so far of a task,
-            ``last:<run>`` for the last checkpoint of a run, or None.
-        steps: environment steps.
-        batch_steps: transitions per batch of TRPO.
-        num_envs: environments.
-        checkpoint: environment steps between checkpoints.
-        value_batches: batches in which TRPO learns only the value function, after a start from a policy.
-        targets: tasks that the checkpoints are candidates for; the last of ``tasks`` if empty.
-        bonus: weights of reward terms that are added to the reward in training.
-        max_kl: of TRPO's trust region.
-        least_log_sigma: lower bound of TRPO's exploration noise.
-        initial_log_sigma: TRPO's exploration noise at the start.
-        discount: γ of TRPO.
+    ``tasks`` are trained together, one after the other over the environments; ``HopperWall:0.12`` is the wall
+    with its top at .12 m. ``parent`` is the candidate to start from: ``best:<task>`` is the best so far of a
+    task, ``last:<run>`` the last checkpoint of a run.
     """
 
     name: str
@@ -49,39 +35,23 @@ class Recipe:
     steps: int = 500_000
     batch_steps: int = 2_000
     num_envs: int = 25
-    checkpoint: int = 100_000
-    value_batches: int = 5
-    targets: tuple[str, ...] = ()
-    bonus: tuple[tuple[str, float], ...] = ()
-    max_kl: float = 0.04
-    least_log_sigma: float = -1.0
-    initial_log_sigma: float = -1.0
-    discount: float = 0.995
+    checkpoint: int = 100_000  # steps between checkpoints
+    value_batches: int = 5  # batches in which only the value function learns, after a start from a policy
+    targets: tuple[str, ...] = ()  # tasks that the checkpoints are candidates for; by default the last task
+    bonus: tuple[tuple[str, float], ...] = ()  # weights of reward terms that are added in training
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "targets", self.targets or (self.tasks[-1],))
 
-    @property
-    def target(self) -> str:
-        """The first target."""
-        return self.targets[0]
-
 
 @dataclass(frozen=True)
 class Meant:
-    """What an expert of some tasks must do: a share of its episodes reaches a return.
+    """What an expert of some tasks must do: a share of its episodes reaches a return."""
 
-    Args:
-        tasks: the beginnings of the tasks' names.
-        level: the return.
-        share: of the episodes.
-        otherwise: what an expert does that falls short.
-    """
-
-    tasks: tuple[str, ...]
-    level: float
+    tasks: tuple[str, ...]  # the beginnings of their names
+    level: float  # the return
     share: float
-    otherwise: str
+    otherwise: str  # what an expert does that falls short
 
 
 MEANT = (
@@ -144,14 +114,9 @@ WALK = (("reward_forward", 3.0), ("reward_survive", -0.6))
 """Makes Humanoid's speed count four times as much, and standing less than half."""
 FASTER = (("reward_forward", 9.0), ("reward_survive", -0.6))
 """The same with a speed that counts ten times as much."""
+HUMANOID_START = "stored:trpo/humanoid-body/sequential-run0-stage14"
 TABLE = (
-    _large(
-        "trpo-Humanoid-run",
-        ("Humanoid",),
-        "stored:trpo/humanoid-body/sequential-run0-stage14",
-        2_000_000,
-        bonus=WALK,
-    ),
+    _large("trpo-Humanoid-run", ("Humanoid",), HUMANOID_START, 2_000_000, bonus=WALK),
     _large("trpo-Humanoid-fast", ("Humanoid",), "last:trpo-Humanoid-run-seed0", 600_000, bonus=FASTER),
     _large(
         "trpo-Humanoid-bodies",

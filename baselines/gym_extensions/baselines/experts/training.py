@@ -12,7 +12,7 @@ import gymnasium as gym
 import numpy as np
 
 from gym_extensions.baselines.agent import Array
-from gym_extensions.baselines.algorithms.trpo import REFERENCE, Trpo
+from gym_extensions.baselines.algorithms.trpo import REFERENCE, Trpo, TrpoSettings
 from gym_extensions.baselines.experts.measuring import SCREENING, Workplace
 from gym_extensions.baselines.experts.recipes import Recipe, training_task
 from gym_extensions.baselines.trust_region.policy import EPSILON, Moments
@@ -28,13 +28,7 @@ MOMENTS_COUNT = 1e6
 
 
 class SeededEnv(gym.vector.VectorWrapper[Any, Any, Any]):
-    """Seeded training environments, whose rewards may have terms of the infos added to them.
-
-    Args:
-        env: the environments.
-        seeds: of their first episodes.
-        bonus: weight of each further reward term by its name in the infos.
-    """
+    """Environments with seeds of their first episodes, and weighted terms of the infos added to rewards."""
 
     def __init__(self, env: Any, seeds: list[int], bonus: dict[str, float]) -> None:
         super().__init__(env)
@@ -64,18 +58,16 @@ class FurtherTrpo(Trpo):
     def start_from(self, policy: Policy) -> None:
         """Takes over the network, log σ and the moments of a policy of the same shapes."""
         parts = [part.ravel() for pair in zip(policy.weights, policy.biases, strict=True) for part in pair]
-        least = self._settings.trust_region.least_log_sigma
-        actions = len(policy.action_offset)
-        sigma = np.full(actions, -1.0, np.float32)
+        sigma = np.full(len(policy.action_offset), -1.0, np.float32)
         if policy.log_sigma is not None and policy.log_sigma_weight is None:
-            sigma = np.maximum(policy.log_sigma, least)
+            sigma = np.maximum(policy.log_sigma, self._settings.trust_region.least_log_sigma)
         self._theta = np.concatenate([*parts, sigma]).astype(np.float32)
         if policy.observation_mean is not None and policy.observation_scale is not None:
             squares = np.square(policy.observation_scale - EPSILON) * MOMENTS_COUNT
             self._moments = Moments(MOMENTS_COUNT, policy.observation_mean.astype(float), squares)
 
     def train(self, collector: Collector, steps: int, batch_steps: int) -> int:
-        """Takes ``steps`` transitions in batches."""
+        """Takes ``steps`` transitions in batches; returns how many were taken."""
         self._batch_steps = batch_steps
         return self._train(collector, steps)
 
@@ -87,29 +79,17 @@ class FurtherTrpo(Trpo):
             self._theta = kept
 
 
-def trpo_settings(recipe: Recipe, start: Policy | None) -> Any:
-    """The reference settings with the recipe's changes, and the architecture of the policy to start from."""
-    region = replace(REFERENCE.trust_region, max_kl=recipe.max_kl, least_log_sigma=recipe.least_log_sigma)
-    settings = replace(
-        REFERENCE, trust_region=region, discount=recipe.discount, initial_log_sigma=recipe.initial_log_sigma
-    )
+def trpo_settings(start: Policy | None) -> TrpoSettings:
+    """The reference settings with the architecture of the policy to start from."""
     if start is None:
-        return settings
+        return REFERENCE
     return replace(
-        settings,
+        REFERENCE,
         hidden=tuple(weights.shape[1] for weights in start.weights[:-1]),
         activation=start.activation,
         tanh_mean="tanh" in (start.squash, start.output_activation),
         normalize_observations=start.observation_mean is not None,
     )
-
-
-def environments(recipe: Recipe, seed: int) -> SeededEnv:
-    """The training environments of a recipe."""
-    rows = [training_task(name) for name in recipe.tasks]
-    first = published_task(recipe.target)
-    seeds = [seed_of(first, "train", 100_000 * seed + index) for index in range(recipe.num_envs)]
-    return SeededEnv(make_vec(rows, recipe.num_envs), seeds, dict(recipe.bonus))
 
 
 def train(work: Workplace, recipe: Recipe, seed: int, parent: str | None, command: str) -> Iterator[str]:
@@ -119,10 +99,13 @@ def train(work: Workplace, recipe: Recipe, seed: int, parent: str | None, comman
     if (folder / "run.json").exists():
         return
     folder.mkdir(parents=True, exist_ok=True)
-    env = environments(recipe, seed)
+    first = published_task(recipe.targets[0])
+    seeds = [seed_of(first, "train", 100_000 * seed + index) for index in range(recipe.num_envs)]
+    envs = make_vec([training_task(each) for each in recipe.tasks], recipe.num_envs)
+    env = SeededEnv(envs, seeds, dict(recipe.bonus))
     start = None if parent is None else work.policy(parent, training_task(recipe.tasks[-1]))
     spaces: Any = (env.single_observation_space, env.single_action_space)
-    agent = FurtherTrpo(spaces[0], spaces[1], seed, trpo_settings(recipe, start))
+    agent = FurtherTrpo(spaces[0], spaces[1], seed, trpo_settings(start))
     if start is not None:
         agent.start_from(start)
         agent.value_batches = recipe.value_batches

@@ -22,39 +22,20 @@ from gym_extensions.baselines import algorithms, workers
 from gym_extensions.baselines.experts.checking import measured_again, shape_problem
 from gym_extensions.baselines.progress import open_bars
 from gym_extensions.baselines.train_agent import agent_settings
+from gym_extensions.baselines.training import events
 from gym_extensions.baselines.training.evaluation import evaluate
-from gym_extensions.baselines.training.events import (
-    JobFailed,
-    JobPlan,
-    Listener,
-    StagePlan,
-    TaskEvaluated,
-    TrainingStarted,
-)
 from gym_extensions.baselines.training.jobs import Settings, TrainingJob, training_seed
 from gym_extensions.baselines.training.runner import PendingJob
 from gym_extensions.baselines.workers import Failure, Runnable, jobs_failed
 from gym_extensions.catalog.groups import TaskGroup
-from gym_extensions.catalog.protocol import (
-    FIRST_REFERENCE_RUN,
-    FULL_ENTRY_RUNS,
-    evaluation_seed,
-)
+from gym_extensions.catalog.protocol import FIRST_REFERENCE_RUN, FULL_ENTRY_RUNS, evaluation_seed
 from gym_extensions.catalog.tasks import TASKS, Task
 from gym_extensions.envs import make_vec
 from gym_extensions.envs.fingerprinting import fingerprint_of
 from gym_extensions.errors import BenchError
 from gym_extensions.experts import EPISODES, beats_floor
 from gym_extensions.experts import references as model
-from gym_extensions.experts.references import (
-    REFERENCES,
-    Expert,
-    File,
-    Floor,
-    FloorAgent,
-    Run,
-    parse_file,
-)
+from gym_extensions.experts.references import REFERENCES, Expert, File, Floor, FloorAgent, Run, parse_file
 from gym_extensions.rollouts.layout import PROGRESS
 
 FLOOR_AGENTS = ("random", "zero")
@@ -80,16 +61,16 @@ class Measurement:
     episodes: int
 
     @property
-    def plan(self) -> JobPlan:
+    def plan(self) -> events.JobPlan:
         """The work."""
-        return JobPlan(f"{self.task.id} {self.agent}", (StagePlan(1, 0, self.episodes),))
+        return events.JobPlan(f"{self.task.id} {self.agent}", (events.StagePlan(1, 0, self.episodes),))
 
     @property
     def agent_seed(self) -> int:
         """The seed of the agent."""
         return training_seed(FIRST_REFERENCE_RUN, REFERENCE, self.task.id, self.agent)
 
-    def run(self, listen: Listener) -> list[float]:
+    def run(self, listen: events.Listener) -> list[float]:
         """The returns of the episodes."""
         start, returns = time.perf_counter(), list[float]()
         if self.agent == PLANNER:
@@ -106,7 +87,7 @@ class Measurement:
             returns = returns[: self.episodes]
             env.close()
         result = (self.task.id, len(returns), math.fsum(returns) / len(returns))
-        listen(TaskEvaluated(self.plan.title, 1, 0, 0, *result, time.perf_counter() - start))
+        listen(events.TaskEvaluated(self.plan.title, 1, 0, 0, *result, time.perf_counter() - start))
         return returns
 
     def _seeds(self, first: int, end: int) -> list[int]:
@@ -123,12 +104,12 @@ def measure(pending: Sequence[Measurement | PendingJob], jobs: int) -> list[list
     failures: dict[str, Failure] = {}
     runnable: Sequence[Runnable[Any]] = pending
     with open_bars() as (_, show):
-        show(TrainingStarted(tuple(each.plan for each in pending), jobs))
+        show(events.TrainingStarted(tuple(each.plan for each in pending), jobs))
         for index, outcome in workers.run(runnable, show, jobs):
             title = pending[index].plan.title
             if isinstance(outcome, Failure):
                 failures[title] = outcome
-                show(JobFailed(title, outcome.cause))
+                show(events.JobFailed(title, outcome.cause))
             elif isinstance(pending[index], PendingJob):
                 results[index] = [each.return_ for record in outcome for each in record.episodes]
             else:
@@ -163,13 +144,13 @@ def floor_of(returns: Mapping[Measurement, Sequence[float]]) -> Floor:
         each.agent: msgspec.structs.replace(summary(values), seed=each.agent_seed)
         for each, values in returns.items()
     }
-    better = max(agents, key=lambda name: agents[name].mean)
+    name, better = max(agents.items(), key=lambda item: item[1].mean)
     first = next(iter(returns))
     return Floor(
-        mean=agents[better].mean,
-        agent=better,
+        mean=better.mean,
+        agent=name,
         episodes=first.episodes,
-        standard_error=agents[better].standard_error,
+        standard_error=better.standard_error,
         agents=agents,
         fingerprint=fingerprint_of(first.task),
     )
@@ -208,12 +189,9 @@ def with_expert(task: Task, floor: Floor, folder: Path = experts.DATA) -> model.
     card, policy = experts.card(task, folder), experts.load(task, folder)
     if problem := shape_problem(policy, task):
         raise BenchError("other-shapes", f"The expert of {task.name} {problem}.", str(folder))
-    seen = card.measurement
-    expert = Expert(
-        seen.mean, seen.standard_error, seen.episodes, "expert", card.policy, provisional=card.provisional
-    )
-    is_clear = _is_above(floor, seen.mean, seen.standard_error)
-    return model.Task(floor, expert) if is_clear else model.Task(floor, None, expert)
+    mean, error, count = card.measurement.mean, card.measurement.standard_error, card.measurement.episodes
+    expert = Expert(mean, error, count, "expert", card.policy, provisional=card.provisional)
+    return model.Task(floor, expert) if _is_above(floor, mean, error) else model.Task(floor, None, expert)
 
 
 def read_file(path: Path, tasks: Iterable[Task]) -> dict[str, model.Task]:
@@ -239,13 +217,8 @@ def read_file(path: Path, tasks: Iterable[Task]) -> dict[str, model.Task]:
 def published(out: Path, jobs: int, folder: Path = experts.DATA, tasks: Iterable[Task] = ()) -> File:
     """The references of the published tasks: floors, the cards of the experts, and the planner.
 
-    Floors in ``out`` stay; others come from version 1, or are measured from their seeds.
-
-    Args:
-        out: the path of the references file; its stem is the version.
-        jobs: number of worker processes.
-        folder: of the experts' files.
-        tasks: the tasks; all published ones if empty.
+    Floors in ``out``, whose stem is the version, stay; others come from version 1, or are measured from their
+    seeds in ``jobs`` processes. ``folder`` has the experts' files. Without ``tasks``, all published ones.
 
     Raises:
         BenchError: ``out`` is not a references file or has another definition of a task, or an expert is
@@ -263,11 +236,9 @@ def published(out: Path, jobs: int, folder: Path = experts.DATA, tasks: Iterable
             content[task.id] = with_expert(task, floor, folder)
         else:
             planned = first[task.id].expert
-            if planned is None:
-                raise BenchError("no-reference", f"Version {FIRST} has no planner of {task.id}.", str(out))
-            content[task.id] = model.Task(
-                floor, Expert(planned.mean, planned.standard_error, planned.episodes, PLANNER)
-            )
+            assert planned is not None, f"version {FIRST} has a planner of every navigation task"
+            expert = Expert(planned.mean, planned.standard_error, planned.episodes, PLANNER)
+            content[task.id] = model.Task(floor, expert)
     return File(2, out.stem, content)
 
 
@@ -327,14 +298,7 @@ def differences(tasks: Iterable[Task], path: Path, jobs: int, episodes: int = EP
     with versions of MuJoCo and BLAS kernels, so that its mean may differ by three standard errors; so may
     everything if less than all episodes are measured.
 
-    Args:
-        tasks: the tasks.
-        path: the references file.
-        jobs: number of worker processes.
-        episodes: of every agent: the first ones of 1,000; 100 for a quick check.
-
-    Returns:
-        A sentence for every floor and expert that differs.
+    Of every agent the first ``episodes`` of 1,000 are used. Returns a sentence for each that differs.
 
     Raises:
         BenchError: the file does not have a task, or has another definition of one.
@@ -356,9 +320,8 @@ def differences(tasks: Iterable[Task], path: Path, jobs: int, episodes: int = EP
         std = stated.standard_error * EPISODES**0.5
         spread = 3 * std / each.episodes**0.5 if each.episodes < EPISODES else 0.0
         if not math.isclose(again.mean, stated.mean, rel_tol=ROUNDING, abs_tol=spread):
-            sentences.append(
-                f"{each.task.name}: {each.agent} returns {again.mean:.6g}, not {stated.mean:.6g}"
-            )
+            numbers = f"{again.mean:.6g}, not {stated.mean:.6g}"
+            sentences.append(f"{each.task.name}: {each.agent} returns {numbers}")
     for task in chosen:
         expert = found[task.id].expert or found[task.id].attempts or None
         if expert is None or not expert.policy:
