@@ -91,7 +91,7 @@ def test_trpo_acts_with_its_mean_and_trpo_2017_samples() -> None:
 
 def test_trpo_explores_with_the_initial_log_sigma_of_its_settings() -> None:
     agent = trpo.make(BOX, WIDE, 0)
-    sampled = agent._sample(np.zeros((4000, 3), np.float32), np.random.default_rng(0))
+    sampled = agent._explore(np.zeros((4000, 3), np.float32))
     np.testing.assert_allclose(sampled.std(axis=0), np.exp(REFERENCE.initial_log_sigma), rtol=0.06)
 
 

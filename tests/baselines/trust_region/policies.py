@@ -7,7 +7,13 @@ from collections.abc import Callable
 import numpy as np
 
 from gym_extensions.baselines.agent import Array
-from gym_extensions.baselines.trust_region.policy import Architecture, Batch, initial_policy
+from gym_extensions.baselines.trust_region.policy import (
+    Architecture,
+    Batch,
+    gain,
+    initial_policy,
+    mean_and_log_sigma,
+)
 
 SIZES = (3, 6, 5, 2)
 ARCHITECTURES = (
@@ -28,6 +34,11 @@ def random_batch(n: int = 40, seed: int = 1) -> Batch:
     """Standard normal observations (n, 3), actions (n, 2) and advantages (n,)."""
     rng = np.random.default_rng(seed)
     return Batch(rng.standard_normal((n, 3)), rng.standard_normal((n, 2)), rng.standard_normal(n))
+
+
+def surrogate(architecture: Architecture, theta: Array, batch: Batch, old_log_density: Array) -> float:
+    """Mean of new / old density × advantage of the parameters."""
+    return gain(*mean_and_log_sigma(architecture, theta, batch.observations), batch, old_log_density)
 
 
 def numeric_gradient(function: Callable[[Array], float], at: Array, width: float = 1e-6) -> Array:

@@ -27,12 +27,11 @@ from gym_extensions.baselines.trust_region.policy import (
     parameter_count,
     slopes,
     standardize,
-    surrogate,
     surrogate_gradient,
     tangent,
 )
 
-from .policies import ARCHITECTURES, SIZES, numeric_gradient, random_batch, random_policy
+from .policies import ARCHITECTURES, SIZES, numeric_gradient, random_batch, random_policy, surrogate
 
 
 @pytest.mark.parametrize(

@@ -12,19 +12,17 @@ from gym_extensions.baselines.trust_region.policy import (
     divergence,
     log_density,
     mean_and_log_sigma,
-    surrogate,
 )
 from gym_extensions.baselines.trust_region.update import (
     Curvature,
     TrustRegion,
     conjugate_gradient,
     line_search,
-    natural_step,
-    penalized_step,
+    step_within,
     updated,
 )
 
-from .policies import ARCHITECTURES, random_batch, random_policy
+from .policies import ARCHITECTURES, random_batch, random_policy, surrogate
 
 each_architecture = pytest.mark.parametrize("architecture", ARCHITECTURES, ids=["linear", "tanh"])
 
@@ -147,14 +145,8 @@ def objective(architecture: Architecture, old: Array, new: Array, batch: Batch) 
 
 
 def step(fisher: Array, slope: Array, bend: Array, max_kl: float, damping: float = 0.1) -> Array:
-    result = penalized_step(
-        lambda vector: fisher @ vector,
-        slope,
-        Curvature(lambda vector: bend @ vector, np.diag(bend)),
-        max_kl=max_kl,
-        damping=damping,
-        iterations=50,
-    )
+    region, curvature = TrustRegion(max_kl, damping, 50), Curvature(lambda v: bend @ v, np.diag(bend))
+    result = step_within(region, lambda vector: fisher @ vector, slope, curvature)
     assert result is not None
     return result
 
@@ -163,7 +155,7 @@ def test_without_curvature_the_step_is_the_natural_step() -> None:
     rng = np.random.default_rng(0)
     root, slope = rng.standard_normal((6, 6)), rng.standard_normal(6)
     fisher = root @ root.T + np.eye(6)
-    natural = natural_step(lambda vector: fisher @ vector, slope, 0.04, 50)
+    natural = step_within(TrustRegion(0.04, 0.1, 50), lambda vector: fisher @ vector, slope)
     assert natural is not None
     np.testing.assert_allclose(step(fisher, slope, np.zeros((6, 6)), 0.04), natural, rtol=1e-8)
 
@@ -194,8 +186,7 @@ def test_a_penalty_without_a_binding_trust_region_is_minimized_at_once() -> None
 def test_no_step_is_made_along_a_gradient_of_zero_or_one_that_is_not_finite() -> None:
     for slope in (np.zeros(3), np.full(3, np.nan)):
         curvature = Curvature(lambda vector: vector)
-        step = penalized_step(lambda v: v, slope, curvature, max_kl=0.04, damping=0.1, iterations=10)
-        assert step is None
+        assert step_within(TrustRegion(0.04, 0.1), lambda v: v, slope, curvature) is None
 
 
 @pytest.mark.parametrize("coefficient", [0.01, 1.0, 100.0])

@@ -45,10 +45,7 @@ def names() -> list[str]:
 
 
 def factory(agent: str | Factory) -> Factory:
-    """The factory of an agent.
-
-    Args:
-        agent: the name of a reference agent (``"trpo"``), ``"module:attribute"``, or a factory.
+    """The factory of a reference agent's name (``"trpo"``), of ``"module:attribute"``, or a factory itself.
 
     Raises:
         BenchError: an unknown agent, module or attribute, a path in place of a module, or the agent needs an
@@ -64,10 +61,8 @@ def factory(agent: str | Factory) -> Factory:
         home = SHARED_MODULES.get(agent, f"{agent.replace('-', '_')}:make")
         module_name, _, attribute = f"{__name__}.{home}".partition(":")
     elif not all(part.isidentifier() for part in module_name.split(".")):
-        stem = Path(module_name).stem
-        hint = (
-            f"Name it as Python imports it, such as {stem if stem.isidentifier() else 'module'}:{attribute}."
-        )
+        stem = Path(module_name).stem if Path(module_name).stem.isidentifier() else "module"
+        hint = f"Name it as Python imports it, such as {stem}:{attribute}."
         raise BenchError("unknown-agent", f"{module_name!r} is not the name of a module.", agent, hint)
     elif str(Path.cwd()) not in sys.path:
         sys.path.insert(0, str(Path.cwd()))

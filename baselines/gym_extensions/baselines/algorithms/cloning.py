@@ -9,35 +9,24 @@ import numpy as np
 from gym_extensions.baselines.agent import Array
 from gym_extensions.baselines.algorithms.continual import STATES_PER_TASK, RegularizedTrpo
 from gym_extensions.baselines.trust_region.policy import (
-    ACTIVATIONS,
     Architecture,
     fisher_product,
-    forward,
     gradient,
-    layers,
     mean_and_log_sigma,
-    slopes,
+    passed,
 )
 from gym_extensions.baselines.trust_region.update import Curvature
 
 
 @dataclass(frozen=True)
 class Divergence:
-    """c · mean KL(old ‖ new) over stored states, in nats, summed over the action's components.
+    """c · mean KL(old ‖ new) over stored states, in nats, summed over the action's components."""
 
-    Args:
-        coefficient: c.
-        architecture: the policy's network.
-        inputs: of the network at the stored states (n, o).
-        means: of the old policies at these states (n, a).
-        log_sigmas: of the old policies (n, a).
-    """
-
-    coefficient: float
-    architecture: Architecture
-    inputs: Array
-    means: Array
-    log_sigmas: Array
+    coefficient: float  # c
+    architecture: Architecture  # of the policy
+    inputs: Array  # of the network at the stored states (n, o)
+    means: Array  # of the old policies at these states (n, a)
+    log_sigmas: Array  # of the old policies (n, a)
 
     def value(self, theta: Array) -> float:
         """The penalty."""
@@ -48,9 +37,7 @@ class Divergence:
 
     def gradient(self, theta: Array) -> Array:
         """Its gradient (p,): (μ − μ_old) / σ² over the means, 1 − (σ_old² + (μ − μ_old)²) / σ² over log σ."""
-        views = layers(self.architecture.sizes, theta)
-        activation = ACTIVATIONS[self.architecture.activation]
-        values = forward(views, self.inputs, activation)
+        views, values, hidden_slopes = passed(self.architecture, theta, self.inputs)
         tanh_mean = self.architecture.tanh_mean
         mean = np.tanh(values[-1]) if tanh_mean else values[-1]
         precision = np.exp(-2 * theta[-self.architecture.sizes[-1] :])
@@ -59,7 +46,7 @@ class Divergence:
         if tanh_mean:
             upstream = upstream * (1 - mean * mean)
         sigma_part = np.mean(1 - (np.exp(2 * self.log_sigmas) + gap * gap) * precision, axis=0)
-        whole = np.concatenate([gradient(views, values, slopes(values, activation), upstream), sigma_part])
+        whole = np.concatenate([gradient(views, values, hidden_slopes, upstream), sigma_part])
         slope: Array = theta.dtype.type(self.coefficient) * whole
         return slope
 

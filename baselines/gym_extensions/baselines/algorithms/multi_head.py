@@ -13,7 +13,6 @@ from gym_extensions.baselines.algorithms.trpo import REFERENCE, Trpo, TrpoSettin
 from gym_extensions.baselines.trust_region.policy import (
     Architecture,
     Moments,
-    Sizes,
     exported,
     layers,
     parameter_count,
@@ -25,26 +24,15 @@ from gym_extensions.rollouts.policies.mlp import Policy
 
 @dataclass(frozen=True)
 class Head:
-    """A task's own part of the policy.
+    """A task's own part of the policy."""
 
-    Args:
-        parameters: of the output layer, then log σ (k,).
-        moments: of the observations, at the end of the task.
-        number: 1 for the task that was learned first, 2 for the second, and so on.
-    """
-
-    parameters: Array
-    moments: Moments
-    number: int
+    parameters: Array  # of the output layer, then log σ (k,)
+    moments: Moments  # of the observations, at the end of the task
+    number: int  # 1 for the task that was learned first, 2 for the second, and so on
 
 
 Heads = dict[int, Head]
 """Heads by the index of their task in the group."""
-
-
-def hidden_count(sizes: Sizes) -> int:
-    """Number of parameters of the hidden layers, which come first in the flat vector."""
-    return parameter_count(sizes[:-1])
 
 
 def trained_task(env: VectorEnv, name: str) -> int:
@@ -78,14 +66,11 @@ def from_arrays(arrays: Mapping[str, Array]) -> Heads:
         if name.startswith("head"):
             task, _, part = name.removeprefix("head").partition("/")
             parts.setdefault(int(task), {})[part] = values
-    return {
-        task: Head(
-            part["parameters"],
-            Moments(float(part["count"]), part["mean"], part["squares"]),
-            int(part["number"]),
-        )
-        for task, part in parts.items()
-    }
+    heads = {}
+    for index, saved in parts.items():
+        moments = Moments(float(saved["count"]), saved["mean"], saved["squares"])
+        heads[index] = Head(saved["parameters"], moments, int(saved["number"]))
+    return heads
 
 
 def head_rows(heads: Heads, present: int) -> list[Head]:
@@ -108,13 +93,8 @@ def exported_heads(
 ) -> Policy:
     """The policy with a row per head; its actions equal the agent's.
 
-    Args:
-        architecture: the policy's network.
-        hidden: the parameters of the hidden layers, which all rows share (h,).
-        rows: the heads.
-        box: middle and half width of the action space, (a,) each.
-        deterministic: whether the action is the mean or a sample.
-        masks: True for the hidden parameters that each row uses (h,); by default it uses all.
+    All rows share the parameters ``hidden`` (h,) of the hidden layers; ``masks`` (h,) are True for those that
+    a row uses, by default all. ``box`` is middle and half width of the action space, (a,) each.
     """
     whole = [np.concatenate([hidden, row.parameters]) for row in rows]
     policy = exported(architecture, whole[0], rows[0].moments, box, deterministic=deterministic)
@@ -155,7 +135,7 @@ class MultiHead(Trpo):
         settings: TrpoSettings = REFERENCE,
     ) -> None:
         super().__init__(observation_space, action_space, seed, settings)
-        self._hidden = hidden_count(self._architecture.sizes)
+        self._hidden = parameter_count(self._architecture.sizes[:-1])  # they come first in the flat vector
         self._heads: Heads = {}
         self._task = self._number = 0
 

@@ -8,29 +8,17 @@ import numpy as np
 
 from gym_extensions.baselines.agent import Array, Setting
 from gym_extensions.baselines.algorithms.continual import STATES_PER_TASK, QuadraticTrpo
-from gym_extensions.baselines.trust_region.policy import (
-    ACTIVATIONS,
-    Architecture,
-    forward,
-    layers,
-    slopes,
-)
+from gym_extensions.baselines.trust_region.policy import Architecture, passed
 
 
 def diagonal_fisher(architecture: Architecture, theta: Array, inputs: Array) -> Array:
     """Mean over the states of Σₐ (∂μₐ/∂θᵢ)² / σₐ², and 2 for log σ; float64 (p,).
 
-    The expectation over actions is exact, as in Wolczyk et al. 2021, appendix.
-
-    Args:
-        architecture: the policy's network.
-        theta: the parameters (p,).
-        inputs: of the network (n, o), n > 0.
+    The expectation over actions is exact, as in Wolczyk et al. 2021, appendix. ``inputs`` (n, o) are those of
+    the network, n > 0.
     """
     outputs = architecture.sizes[-1]
-    views, activation = layers(architecture.sizes, theta), ACTIVATIONS[architecture.activation]
-    values = forward(views, inputs, activation)
-    hidden_slopes = slopes(values, activation)
+    views, values, hidden_slopes = passed(architecture, theta, inputs)
     total = np.zeros(len(theta))
     for output in range(outputs):
         upstream = np.zeros_like(values[-1])

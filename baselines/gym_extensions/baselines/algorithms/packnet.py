@@ -31,12 +31,7 @@ def no_owners(sizes: Sizes) -> Array:
 def claimed(sizes: Sizes, owners: Array, hidden: Array, number: int, share: float) -> Array:
     """The owners after a task: in each layer it keeps the given share of the free weights, the largest ones.
 
-    Args:
-        sizes: widths of the network's layers.
-        owners: of the hidden layers' parameters (h,).
-        hidden: the hidden layers' parameters (h,).
-        number: of the task, from 1.
-        share: of the free weights, in (0, 1].
+    ``owners`` and ``hidden`` are of the hidden layers' parameters (h,); the task's number counts from 1.
 
     Example:
         >>> weights = np.array([0.1, -0.5, 0.3, 0.2, 0.0, 0.0])

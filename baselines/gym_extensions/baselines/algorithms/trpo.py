@@ -47,34 +47,19 @@ from gym_extensions.rollouts.policies.mlp import Policy
 
 @dataclass(frozen=True)
 class TrpoSettings:
-    """Hyperparameters of one agent; the comments of the two instances below name the source of each value.
+    """Hyperparameters of one agent; the comments of the two instances below name the source of each value."""
 
-    Args:
-        hidden: widths of the policy's hidden layers.
-        activation: name of the policy's hidden activation.
-        tanh_mean: whether the mean action is squashed by a tanh.
-        initial_log_sigma: initial log σ of every action component, in half-widths of the action box.
-        last_layer_scale: factor on the policy's initial output weights.
-        normalize_observations: whether the policy sees standardized observations.
-        deterministic_evaluation: whether ``act`` returns the mean action or a sample.
-        discount: γ.
-        gae_lambda: λ of generalized advantage estimation.
-        trust_region: limits of an update.
-        default_batch: transitions per batch where the environment has no ``batch_steps``.
-        value: the value function and its regression.
-    """
-
-    hidden: tuple[int, ...]
-    activation: str
-    tanh_mean: bool
-    initial_log_sigma: float
-    last_layer_scale: float
-    normalize_observations: bool
-    deterministic_evaluation: bool
-    discount: float
-    gae_lambda: float
+    hidden: tuple[int, ...]  # widths of the policy's hidden layers
+    activation: str  # of these layers
+    tanh_mean: bool  # whether the mean action is squashed by a tanh
+    initial_log_sigma: float  # of every action component, in half-widths of the action box
+    last_layer_scale: float  # factor on the policy's initial output weights
+    normalize_observations: bool  # whether the policy sees standardized observations
+    deterministic_evaluation: bool  # whether ``act`` returns the mean action or a sample
+    discount: float  # γ
+    gae_lambda: float  # λ of generalized advantage estimation
     trust_region: TrustRegion
-    default_batch: int
+    default_batch: int  # transitions per batch where the environment has no ``batch_steps``
     value: ValueFit = field(default_factory=ValueFit)
 
 
@@ -132,8 +117,7 @@ HENDERSON_2017 = TrpoSettings(
 def manifest_settings(settings: TrpoSettings) -> Mapping[str, Setting]:
     """The rows of a submission's manifest."""
     region, value = settings.trust_region, settings.value
-    widths = "-".join(map(str, value.hidden))
-    network = f"MLP {widths} {value.activation}"
+    network = f"MLP {'-'.join(map(str, value.hidden))} {value.activation}"
     return {
         "hidden": list(settings.hidden),
         "activation": settings.activation,
@@ -210,12 +194,14 @@ class Trpo:
             target = min(target + self._batch_steps, steps)
             if target <= taken:
                 continue
-            transitions = collector.collect(
-                lambda seen: self._sample(seen, self._learning), self._to_env, target - taken
-            )
+            transitions = collector.collect(self._explore, self._to_env, target - taken)
             taken += int(transitions.valid.sum())
             self._update(transitions)
         return taken
+
+    def _explore(self, observations: Array) -> Array:
+        policy = self._mean_and_log_sigma(observations, self._theta, self._moments)
+        return sampled(*policy, self._learning)
 
     def _update(self, transitions: Transitions) -> None:
         settings, valid = self._settings, transitions.valid
@@ -266,9 +252,6 @@ class Trpo:
     def _mean_and_log_sigma(self, observations: Array, theta: Array, moments: Moments) -> tuple[Array, Array]:
         inputs = network_inputs(moments, observations.reshape(len(observations), -1))
         return mean_and_log_sigma(self._architecture, theta, inputs)
-
-    def _sample(self, observations: Array, generator: np.random.Generator) -> Array:
-        return sampled(*self._mean_and_log_sigma(observations, self._theta, self._moments), generator)
 
     def _to_env(self, actions: Array) -> Array:
         scaled: Array = self._middle + self._half * actions

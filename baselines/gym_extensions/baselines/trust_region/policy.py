@@ -163,17 +163,20 @@ BLOCK = 8192
 
 @dataclass(frozen=True)
 class Architecture:
-    """The network of the mean.
+    """The network of the mean."""
 
-    Args:
-        sizes: width of every layer, from observation to action.
-        activation: name of the hidden activation, a key of ``ACTIVATIONS``.
-        tanh_mean: whether the mean is the tanh of the network's output, or the output.
-    """
+    sizes: Sizes  # from observation to action
+    activation: str = "tanh"  # of the hidden layers, a key of ``ACTIVATIONS``
+    tanh_mean: bool = False  # whether the mean is the tanh of the network's output, or the output
 
-    sizes: Sizes
-    activation: str = "tanh"
-    tanh_mean: bool = False
+
+def passed(
+    architecture: Architecture, theta: Array, observations: Array
+) -> tuple[Layers, list[Array], list[Array]]:
+    """The layers, their values at the observations (n, o), and the slopes of the hidden activations."""
+    views, activation = layers(architecture.sizes, theta), ACTIVATIONS[architecture.activation]
+    values = forward(views, observations, activation)
+    return views, values, slopes(values, activation)
 
 
 @dataclass(frozen=True)
@@ -221,14 +224,12 @@ def log_density(mean: Array, log_sigma: Array, actions: Array) -> Array:
 
 
 def gain(mean: Array, log_sigma: Array, batch: Batch, old_log_density: Array) -> float:
-    """The surrogate of a policy with the given means (n, a) and log σ (a,)."""
+    """The surrogate of a policy with the given means (n, a) and log σ (a,), which an update raises.
+
+    It is the mean of new / old density × advantage (Schulman et al. 2015, eq. 14).
+    """
     ratio = np.exp(log_density(mean, log_sigma, batch.actions) - old_log_density)
     return float(np.mean(ratio * batch.advantages, dtype=np.float64))
-
-
-def surrogate(architecture: Architecture, theta: Array, batch: Batch, old_log_density: Array) -> float:
-    """Mean of new / old density × advantage, which an update raises (Schulman et al. 2015, eq. 14)."""
-    return gain(*mean_and_log_sigma(architecture, theta, batch.observations), batch, old_log_density)
 
 
 def divergence(old_mean: Array, old_log_sigma: Array, mean: Array, log_sigma: Array) -> float:
@@ -246,8 +247,7 @@ def surrogate_gradient(architecture: Architecture, theta: Array, batch: Batch) -
 
 
 def _gradient_of(architecture: Architecture, theta: Array, batch: Batch, rows: slice) -> Array:
-    activation, views = ACTIVATIONS[architecture.activation], layers(architecture.sizes, theta)
-    values = forward(views, batch.observations[rows], activation)
+    views, values, hidden_slopes = passed(architecture, theta, batch.observations[rows])
     log_sigma = theta[-architecture.sizes[-1] :]
     mean = np.tanh(values[-1]) if architecture.tanh_mean else values[-1]
     scaled = (batch.actions[rows] - mean) * np.exp(-log_sigma)
@@ -256,7 +256,7 @@ def _gradient_of(architecture: Architecture, theta: Array, batch: Batch, rows: s
     if architecture.tanh_mean:
         upstream = upstream * (1 - mean * mean)
     sigma_part = np.sum(weighted * (scaled * scaled - 1), axis=0)
-    return np.concatenate([gradient(views, values, slopes(values, activation), upstream), sigma_part])
+    return np.concatenate([gradient(views, values, hidden_slopes, upstream), sigma_part])
 
 
 def fisher_product(
@@ -266,10 +266,8 @@ def fisher_product(
 
     It is exact. For a Gaussian, F = Jᵀ diag(1/σ²) J over the means, and 2 I over log σ.
     """
-    sizes, activation = architecture.sizes, ACTIVATIONS[architecture.activation]
-    views = layers(sizes, theta)
-    values = forward(views, observations, activation)
-    hidden_slopes, outputs = slopes(values, activation), sizes[-1]
+    sizes, outputs = architecture.sizes, architecture.sizes[-1]
+    views, values, hidden_slopes = passed(architecture, theta, observations)
     precision = np.exp(-2 * theta[-outputs:])
     if architecture.tanh_mean:
         mean_slope = 1 - np.tanh(values[-1]) ** 2
@@ -302,14 +300,10 @@ def exported(
         box: middle and half width of the action space, (a,) each.
         deterministic: whether the action is the mean or a sample.
     """
-    network = layers(architecture.sizes, theta)
-    normalization: dict[str, Any] = {}
+    network, normalization = layers(architecture.sizes, theta), dict[str, Any]()
     if moments.count:
-        normalization = {
-            "observation_mean": moments.mean,
-            "observation_scale": scale(moments),
-            "observation_clip": CLIP,
-        }
+        normalization = {"observation_mean": moments.mean, "observation_scale": scale(moments)}
+        normalization["observation_clip"] = CLIP
     return Policy(
         action_offset=box[0].ravel(),
         action_scale=box[1].ravel(),

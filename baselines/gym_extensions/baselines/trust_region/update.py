@@ -6,7 +6,7 @@ largest KL, the step s of an update is meant to
     maximize gᵀs − ½ sᵀHs  subject to  ½ sᵀFs ≤ δ.
 
 Its solution is s = (H + βF)⁻¹ g for a multiplier β ≥ 0. Without a penalty β = √(gᵀF⁻¹g / 2δ), which makes s
-the step of plain TRPO. :func:`penalized_step` takes this β, which needs a second conjugate gradient and no
+the step of plain TRPO. :func:`step_within` takes this β, which needs a second conjugate gradient and no
 search: the direction is d = (F + H/β)⁻¹ g, and the step is the best multiple of d within the trust region. A
 parameter with a large curvature then makes a small step, instead of one that the line search has to reject.
 """
@@ -98,72 +98,60 @@ class Penalty(Protocol):
         """Its second derivative, or an approximation of it."""
 
 
-def natural_step(product: Product, slope: Array, max_kl: float, iterations: int) -> Array | None:
-    """The step without a penalty, √(2δ / gᵀF⁻¹g) F⁻¹g (Schulman et al. 2015), or None if it is not finite."""
-    direction = conjugate_gradient(product, slope, iterations)
-    length = dot(direction, product(direction))
-    if not (np.isfinite(length) and length > 0):
-        return None
-    step: Array = slope.dtype.type(np.sqrt(2 * max_kl / length)) * direction
-    return step
-
-
-def penalized_step(
-    product: Product, slope: Array, curvature: Curvature, *, max_kl: float, damping: float, iterations: int
-) -> Array | None:
-    """The step of an update with a penalty, or None if it is not finite or not uphill.
-
-    Args:
-        product: the map v → (F + damping · I) v.
-        slope: gradient of surrogate − penalty (p,).
-        curvature: of the penalty.
-        max_kl: δ.
-        damping: of F; it scales the preconditioner.
-        iterations: conjugate-gradient iterations of each of the two solutions.
-    """
-    natural = conjugate_gradient(product, slope, iterations)
-    length = dot(natural, product(natural))
-    if not (np.isfinite(length) and length > 0):
-        return None
-    inverse = slope.dtype.type(1 / np.sqrt(length / (2 * max_kl)))
-    # Jacobi preconditioning: the diagonal damping + H/β becomes damping, as without a penalty.
-    scale = np.sqrt(damping / (damping + inverse * np.asarray(curvature.diagonal))).astype(slope.dtype)
-
-    def combined(vector: Array) -> Array:
-        scaled = scale * vector
-        image: Array = scale * (product(scaled) + inverse * curvature.product(scaled))
-        return image
-
-    direction = scale * conjugate_gradient(combined, scale * slope, iterations)
-    uphill = dot(slope, direction)
-    length, bend = dot(direction, product(direction)), dot(direction, curvature.product(direction))
-    if not (np.isfinite(length) and length > 0 and uphill > 0):
-        return None
-    size = np.sqrt(2 * max_kl / length)
-    if bend > 0:
-        size = min(size, uphill / bend)
-    step: Array = slope.dtype.type(size) * direction
-    return step
-
-
 @dataclass(frozen=True)
 class TrustRegion:
     """Limits of an update.
 
-    Args:
-        max_kl: largest mean KL(old ‖ new) over the states, in nats, summed over the action's components.
-        damping: multiple of the identity that is added to the Fisher matrix.
-        iterations: conjugate-gradient iterations.
-        curvature_states: from this number of states on, the Fisher matrix is an average over a part of the
-            batch: every k-th state, with k = n // curvature_states.
-        least_log_sigma: lower bound of every component of log σ.
+    From ``curvature_states`` states n on, the Fisher matrix is an average over a part of the batch: every
+    k-th state, with k = n // curvature_states.
     """
 
-    max_kl: float
-    damping: float
-    iterations: int = 10
+    max_kl: float  # largest mean KL(old ‖ new) over the states, in nats, summed over the action's components
+    damping: float  # multiple of the identity that is added to the Fisher matrix
+    iterations: int = 10  # of each conjugate gradient
     curvature_states: int = 5_000
-    least_log_sigma: float = -math.inf
+    least_log_sigma: float = -math.inf  # lower bound of every component of log σ
+
+
+def step_within(
+    region: TrustRegion, product: Product, slope: Array, curvature: Curvature | None = None
+) -> Array | None:
+    """The step of an update, or None if it is not finite or not uphill.
+
+    Without a penalty it is √(2δ / gᵀF⁻¹g) F⁻¹g (Schulman et al. 2015).
+
+    Args:
+        region: the limits.
+        product: the map v → (F + damping · I) v.
+        slope: gradient of surrogate − penalty (p,).
+        curvature: of the penalty.
+    """
+    direction = conjugate_gradient(product, slope, region.iterations)
+    length = dot(direction, product(direction))
+    if not (np.isfinite(length) and length > 0):
+        return None
+    size = np.sqrt(2 * region.max_kl / length)
+    if curvature is not None:
+        inverse = slope.dtype.type(1 / np.sqrt(length / (2 * region.max_kl)))
+        # Jacobi preconditioning: the diagonal damping + H/β becomes damping, as without a penalty.
+        diagonal = region.damping + inverse * np.asarray(curvature.diagonal)
+        scale, bent = np.sqrt(region.damping / diagonal).astype(slope.dtype), curvature.product
+
+        def combined(vector: Array) -> Array:
+            scaled = scale * vector
+            image: Array = scale * (product(scaled) + inverse * bent(scaled))
+            return image
+
+        direction = scale * conjugate_gradient(combined, scale * slope, region.iterations)
+        uphill, bend = dot(slope, direction), dot(direction, bent(direction))
+        length = dot(direction, product(direction))
+        if not (np.isfinite(length) and length > 0 and uphill > 0):
+            return None
+        size = np.sqrt(2 * region.max_kl / length)
+        if bend > 0:
+            size = min(size, uphill / bend)
+    step: Array = slope.dtype.type(size) * direction
+    return step
 
 
 def updated(
@@ -175,15 +163,10 @@ def updated(
     penalty: Penalty | None = None,
     trainable: Array | None = None,
 ) -> Array:
-    """Parameters with a higher surrogate within ``max_kl`` of the old ones, or the old ones if none do.
+    """Parameters with a higher surrogate within ``max_kl`` of the old ones (p,), or the old ones if none do.
 
-    Args:
-        architecture: the policy's network.
-        theta: the old parameters (p,).
-        batch: observations, actions and advantages.
-        region: the limits of the update.
-        penalty: subtracted from the surrogate.
-        trainable: 1 for the parameters that may change, 0 for the others (p,); by default all may.
+    The penalty is subtracted from the surrogate. ``trainable`` (p,) is 1 for parameters that may change, 0
+    for others; by default all may change.
     """
     slope = surrogate_gradient(architecture, theta, batch)
     stride = max(1, len(batch.observations) // region.curvature_states)
@@ -195,20 +178,10 @@ def updated(
         slope, product = trainable * slope, _restricted(product, trainable)
     sigmas = slice(len(theta) - architecture.sizes[-1], None)
     slope[sigmas][(theta[sigmas] <= region.least_log_sigma) & (slope[sigmas] < 0)] = 0
-    if penalty:
-        curvature = penalty.curvature(theta)
-        if trainable is not None:
-            curvature = replace(curvature, product=_restricted(curvature.product, trainable))
-        full_step = penalized_step(
-            product,
-            slope,
-            curvature,
-            max_kl=region.max_kl,
-            damping=region.damping,
-            iterations=region.iterations,
-        )
-    else:
-        full_step = natural_step(product, slope, region.max_kl, region.iterations)
+    curvature = penalty.curvature(theta) if penalty else None
+    if curvature and trainable is not None:
+        curvature = replace(curvature, product=_restricted(curvature.product, trainable))
+    full_step = step_within(region, product, slope, curvature)
     if full_step is None:
         return theta
 

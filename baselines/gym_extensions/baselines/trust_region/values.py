@@ -53,14 +53,10 @@ class Collector:
     ) -> Transitions:
         """Steps until at least ``transitions`` are taken; fewer than ``num_envs`` are taken beyond that.
 
-        Args:
-            sample: the policy's actions (num_envs, a) for observations (num_envs, o).
-            to_env: maps these actions to the environment's action box.
-            transitions: transitions to take; the steps that reset an environment do not count.
+        The steps that reset an environment do not count. ``sample`` gives the policy's actions (num_envs, a)
+        for observations (num_envs, o), and ``to_env`` maps them to the environment's action box.
         """
-        observations, actions, rewards = [self._observations], [], []
-        terminated, truncated, valid = [], [], []
-        count = 0
+        observations, rows, count = [self._observations], [], 0
         while count < transitions:
             action = sample(observations[-1])
             next_observations, reward, ends, cuts, _ = self._env.step(to_env(action))
@@ -68,14 +64,9 @@ class Collector:
             self._resetting = (ends | cuts) & stepped
             count += int(stepped.sum())
             observations.append(np.array(next_observations, np.float32))
-            actions.append(action)
-            rewards.append(np.array(reward, np.float64))
-            terminated.append(np.array(ends))
-            truncated.append(np.array(cuts))
-            valid.append(stepped)
+            rows.append((action, np.array(reward, np.float64), np.array(ends), np.array(cuts), stepped))
         self._observations = observations[-1]
-        columns = (observations, actions, rewards, terminated, truncated, valid)
-        return Transitions(*map(np.stack, columns))
+        return Transitions(np.stack(observations), *map(np.stack, zip(*rows, strict=True)))
 
 
 def advantages(
@@ -103,27 +94,16 @@ FIRST_DECAY, SECOND_DECAY, EPSILON = 0.9, 0.999, 1e-8
 
 @dataclass(frozen=True)
 class ValueFit:
-    """The value network and its regression on discounted returns.
-
-    Args:
-        hidden: widths of the hidden layers.
-        activation: name of the hidden activation.
-        learning_rate: Adam's step size.
-        minibatches: minibatches per epoch, as far as the two limits on their size allow.
-        smallest_minibatch: fewest samples per minibatch.
-        largest_minibatch: most samples per minibatch.
-        epochs: passes over a batch.
-        samples: batches on which ``epochs`` passes exceed this number of samples get fewer, at least two.
-    """
+    """The value network and its regression on discounted returns."""
 
     hidden: tuple[int, ...] = (64, 64)
     activation: str = "relu"
-    learning_rate: float = 1e-3
-    minibatches: int = 16
+    learning_rate: float = 1e-3  # Adam's step size
+    minibatches: int = 16  # per epoch, as far as the two limits on their size allow
     smallest_minibatch: int = 128
     largest_minibatch: int = 512
-    epochs: int = 10
-    samples: int = 100_000
+    epochs: int = 10  # passes over a batch
+    samples: int = 100_000  # batches on which the passes exceed it get fewer passes, at least two
 
 
 class ValueFunction:
