@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from gym_extensions.files import replace_folder, write_bytes
+from gym_extensions.files import write_bytes
 
 
 @pytest.mark.parametrize("error", [OSError(errno.ENOSPC, "No space left on device"), KeyboardInterrupt()])
@@ -42,23 +42,3 @@ def test_two_processes_can_write_a_file_at_once(tmp_path: Path, monkeypatch: pyt
     write_bytes(path, b"content")
     assert path.read_bytes() == b"content"
     assert list(tmp_path.iterdir()) == [path]
-
-
-def names(folder: Path) -> list[str]:
-    """Everything below a folder."""
-    return sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*"))
-
-
-def test_a_folder_takes_the_place_of_another(tmp_path: Path) -> None:
-    target, new = tmp_path / "target", tmp_path / "new"
-    write_bytes(target / "before", b"")
-    write_bytes(new / "after", b"")
-    replace_folder(target, new)
-    assert names(tmp_path) == ["target", "target/after"]
-
-
-def test_a_folder_that_cannot_be_replaced_stays(tmp_path: Path) -> None:
-    write_bytes(tmp_path / "target" / "before", b"")
-    with pytest.raises(FileNotFoundError):
-        replace_folder(tmp_path / "target", tmp_path / "missing")
-    assert names(tmp_path) == ["target", "target/before"]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 from pathlib import Path
 
 
@@ -22,17 +21,3 @@ def write_bytes(path: Path, content: bytes) -> None:
 def write_text(path: Path, text: str) -> None:
     """Writes a text file, UTF-8 with ``\\n``, whole or not at all."""
     write_bytes(path, text.encode())
-
-
-def replace_folder(target: Path, new: Path) -> None:
-    """Puts a folder in the place of another one of the same file system, which stays if that fails."""
-    old = target.with_name(f".{target.name}.{os.urandom(8).hex()}.old")
-    if target.exists():
-        target.replace(old)
-    try:
-        new.replace(target)
-    except BaseException:
-        if old.exists():
-            old.replace(target)
-        raise
-    shutil.rmtree(old, ignore_errors=True)

@@ -56,16 +56,12 @@ DEFAULT_MAX_STEPS = 1000
 
 @dataclass(frozen=True)
 class RewardBounds:
-    """Lowest and highest reward per step.
-
-    ``terminates`` is False if only the time limit ends an episode. ``end`` is added once, by the step that
-    terminates the episode.
-    """
+    """Lowest and highest reward per step."""
 
     low: float
     high: float
-    terminates: bool = True
-    end: float = 0.0
+    terminates: bool = True  # False if only the time limit ends an episode
+    end: float = 0.0  # added once, by the step that terminates the episode
 
 
 UNBOUNDED = RewardBounds(-1e6, 1e6)
@@ -101,13 +97,10 @@ class Camera:
 
 @dataclass(frozen=True)
 class Feet:
-    """Two feet that would touch in the rest pose if they were bigger.
-
-    ``distance`` is between their centers, in m.
-    """
+    """Two feet that would touch in the rest pose if they were bigger."""
 
     names: tuple[str, str]
-    distance: float
+    distance: float  # between their centers, m
 
 
 @dataclass(frozen=True)
@@ -120,43 +113,24 @@ class Rectangle:
 
 @dataclass(frozen=True)
 class Body:
-    """One base body.
+    """One base body."""
 
-    Args:
-        name: the name in tasks, for example ``HalfCheetah``.
-        family: bodies of one family share the layout of their observations.
-        asset: file name of the model among Gymnasium's MuJoCo assets; empty without a model.
-        model_name: the name that the model file gives the model; empty without a model.
-        prose: what the documentation says.
-        rewards: bounds of the reward.
-        camera: the camera of the documentation's picture; None without a picture.
-        max_steps: default time limit in environment steps.
-        parts: the geoms of every part that ``LimbScale`` can change, by part.
-        feet: feet whose contact is excluded when ``LimbScale`` makes them overlap.
-        has_gravity: whether the model has gravity.
-        beams: the frame of the range beams; None if the body has no torso to carry them.
-        wall_width: width of the published wall in m; None without a wall task.
-        velocity_limit: Gymnasium clips observed velocities to this magnitude; None for no limit.
-        goal_area: the rectangle within which a moving goal stays; None without a goal.
-        success: when an episode is a success; None if its tasks define no success.
-    """
-
-    name: str
+    name: str  # in tasks, for example ``HalfCheetah``
     family: Family
-    asset: str
-    model_name: str
+    asset: str  # file name of the model among Gymnasium's MuJoCo assets; empty without a model
+    model_name: str  # the name that the model file gives the model; empty without a model
     prose: Prose
     rewards: RewardBounds
-    camera: Camera | None = None
+    camera: Camera | None = None  # None without a picture
     max_steps: int = DEFAULT_MAX_STEPS
-    parts: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    feet: Feet | None = None
+    parts: Mapping[str, tuple[str, ...]] = field(default_factory=dict)  # geoms that ``LimbScale`` changes
+    feet: Feet | None = None  # whose contact is excluded when ``LimbScale`` makes them overlap
     has_gravity: bool = True
-    beams: Frame | None = None
-    wall_width: float | None = None
-    velocity_limit: float | None = None
-    goal_area: Rectangle | None = None
-    success: Success | None = None
+    beams: Frame | None = None  # of the range beams; None if the body has no torso to carry them
+    wall_width: float | None = None  # of the published wall, m; None without a wall task
+    velocity_limit: float | None = None  # Gymnasium clips observed velocities to this magnitude
+    goal_area: Rectangle | None = None  # within which a moving goal stays; None without a goal
+    success: Success | None = None  # None if its tasks define no success
 
 
 def gymnasium_source(file: str) -> str:
@@ -187,12 +161,7 @@ PLANAR = (
         ),
         rewards=RewardBounds(-20.0, 20.0),  # 1 for health, plus the forward speed in m/s
         camera=Camera(0.0, 0.65, 2.6, 90, -8),
-        parts={
-            "Torso": ("torso_geom",),
-            "Thigh": ("thigh_geom",),
-            "Leg": ("leg_geom",),
-            "Foot": ("foot_geom",),
-        },
+        parts={name: (f"{name.lower()}_geom",) for name in ("Torso", "Thigh", "Leg", "Foot")},
         beams="pitch",
         wall_width=0.8,
         velocity_limit=10.0,
@@ -439,8 +408,5 @@ def body(name: str, where: str = "") -> Body:
 
 
 def body_of_model(model_name: str) -> Body:
-    """Returns the first base body whose MuJoCo model has that name.
-
-    Bodies that share a model also share its parts.
-    """
+    """Returns the first base body whose model has that name. Bodies that share a model share its parts."""
     return next(each for each in BODIES.values() if each.model_name == model_name)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 from dataclasses import dataclass
 
-from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.errors import BenchError, did_you_mean
 
 PROTOCOLS = ("sequential", "single", "joint", "cumulative")
@@ -36,40 +35,21 @@ def stages(protocol: str, count: int) -> tuple[int, ...]:
     return tuple(range(count + 1)) if protocol == "sequential" else (1,)
 
 
-def per_run(protocol: str, group: TaskGroup) -> int:
-    """Number of episodes per run in a complete log."""
-    return len(stages(protocol, len(group.tasks))) * len(group.tasks) * EVALUATION_EPISODES
-
-
 @dataclass(frozen=True)
 class Budget:
-    """Number of training steps per task, ``batches × batch_steps``.
-
-    Args:
-        name: the name, for example ``1M``.
-        batches: batches per task.
-        batch_steps: environment steps per batch, summed over the environments.
-        num_envs: environments that are stepped in parallel.
-        body_batches: batches per task of a body group, if different.
-        on_boards: whether submissions with this budget appear on the boards.
-    """
+    """Number of training steps per task, ``batches × batch_steps``."""
 
     name: str
-    batches: int
-    batch_steps: int
-    num_envs: int
-    body_batches: int | None = None
-    on_boards: bool = True
-
-    def batches_for(self, group_name: str) -> int:
-        """Batches per task of the named group. The paper trained its body groups half as long."""
-        if self.body_batches is not None and group_name.endswith("-body"):
-            return self.body_batches
-        return self.batches
+    batches: int  # per task
+    batch_steps: int  # environment steps per batch, summed over the environments
+    num_envs: int  # environments that are stepped in parallel
+    body_batches: int | None = None  # of the paper's body groups, which it trained half as long
+    on_boards: bool = True  # whether submissions with this budget appear on the boards
 
     def steps_for(self, group_name: str) -> int:
         """Training steps per task of the named group."""
-        return self.batches_for(group_name) * self.batch_steps
+        is_shorter = self.body_batches is not None and group_name.endswith("-body")
+        return (self.body_batches if is_shorter else self.batches) * self.batch_steps  # type: ignore[operator]
 
 
 BUDGETS = {

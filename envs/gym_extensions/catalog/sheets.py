@@ -87,23 +87,14 @@ Rectangle = tuple[int, int, int, int]
 
 @dataclass(frozen=True)
 class Sheet:
-    """The facts of one task.
+    """The facts of one task."""
 
-    Args:
-        differences: one sentence per variation; empty for a base body.
-        actions: rows of the table of actions.
-        observations: rows of the table of observations; empty for a picture.
-        skeleton: what draws a body; None in 2-D navigation.
-        obstacles: rectangles (x, y, width, height) of a map in units, y down; empty for a body.
-        goal: the center of a map's goal in units, y down; None for a body.
-    """
-
-    differences: tuple[str, ...]
-    actions: tuple[Row, ...]
-    observations: tuple[Row, ...]
-    skeleton: Skeleton | None = None
-    obstacles: tuple[Rectangle, ...] = ()
-    goal: tuple[float, float] | None = None
+    differences: tuple[str, ...]  # one sentence per variation; empty for a base body
+    actions: tuple[Row, ...]  # the table of actions
+    observations: tuple[Row, ...]  # the table of observations; empty for a picture
+    skeleton: Skeleton | None = None  # what draws a body; None in 2-D navigation
+    obstacles: tuple[Rectangle, ...] = ()  # (x, y, width, height) of a map in units, y down; empty for a body
+    goal: tuple[float, float] | None = None  # the center of a map's goal in units, y down; None for a body
 
 
 @dataclass(frozen=True)
@@ -195,23 +186,17 @@ def summary(task: Task) -> str:
     }
     lines = [task.id, *(f"  {name:<13}{value}" for name, value in entries.items())]
     lines += ["", *_text_table("action", facts.actions), ""]
-    lines += (
-        _text_table("observation", facts.observations) if facts.observations else [f"observation: {PICTURE}"]
-    )
+    seen = facts.observations
+    lines += _text_table("observation", seen) if seen else [f"observation: {PICTURE}"]
     return "\n".join(lines)
 
 
 def _text_table(title: str, rows: tuple[Row, ...]) -> list[str]:
-    head = ("index", "meaning", "unit", "range")
-    widths = [max(len(row[column]) for row in (head, *rows)) for column in range(4)]
+    lines = [("index", "meaning", "unit", "range"), *rows]
+    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+    cells = ([text.ljust(width) for text, width in zip(line, widths, strict=True)] for line in lines)
     count = int(rows[-1][0].rpartition("–")[2]) + 1
-    return [
-        f"{title} ({count} numbers)",
-        *(
-            "  " + "  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip()
-            for row in (head, *rows)
-        ),
-    ]
+    return [f"{title} ({count} numbers)", *("  " + "  ".join(line).rstrip() for line in cells)]
 
 
 VISIBLE = (LimbScale, MovingGoal, MovingStart, RangeSensor, TrackingGoal, Wall)

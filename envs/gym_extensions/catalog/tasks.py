@@ -186,11 +186,6 @@ def definition(task: Task) -> dict[str, Any]:
     }
 
 
-def is_definable(task: Task) -> bool:
-    """Returns whether ``from_definition`` can make the task: all its variations are of this package."""
-    return all(KINDS.get(type(variation).__name__) is type(variation) for variation in task.variations)
-
-
 def from_definition(content: Mapping[str, Any], where: str = "task") -> Task:
     """Returns the task that ``definition`` describes.
 
@@ -218,8 +213,8 @@ def make_variation(table: Any, where: str) -> Variation:
         hint = did_you_mean(str(table["kind"]), KINDS)
         raise BenchError("unknown-variation", f"There is no variation {table['kind']!r}.", where, hint)
     parameters = {name: value for name, value in table.items() if name != "kind"}
-    names = [field.name for field in fields(kind)]
     required = [field.name for field in fields(kind) if field.default is MISSING]
+    names = [field.name for field in fields(kind)]
     check_keys(parameters, names, required, f"{where}, {table['kind']}")
     variation: Variation = kind(**parameters)
     return variation
@@ -238,10 +233,8 @@ def check_keys(table: Mapping[str, Any], names: Iterable[str], required: Iterabl
 def foreign_task(env_id: str, max_steps: int | None = None) -> Task:
     """Returns the task of an environment of another package. Imports Gymnasium.
 
-    Args:
-        env_id: its id in Gymnasium's registry, with the version (``Pendulum-v1``); ``module:Name-v0`` imports
-            the module that registers it.
-        max_steps: the time limit in environment steps; None takes the registered one.
+    ``env_id`` is its id in Gymnasium's registry, with the version (``Pendulum-v1``); ``module:Name-v0``
+    imports the module that registers it. ``max_steps`` replaces the registered time limit.
 
     Raises:
         BenchError: there is no such environment, or it has no time limit and none is given.
@@ -281,7 +274,11 @@ def customize(
     """
     limit = _limit(max_steps)
     added = _checked(variations)
-    base = task if isinstance(task, Task) else _known_or_foreign(task)
+    if isinstance(task, Task):
+        base = task
+    else:
+        is_published = task in TASKS or task.startswith(f"{NAMESPACE}/") or not GYMNASIUM_ID.fullmatch(task)
+        base = _published(task) if is_published else foreign_task(task)
     if base.is_foreign:
         if added:
             message = f"{base.base} is an environment of another package, which takes no variations."
@@ -291,17 +288,13 @@ def customize(
     if not added and steps == base.max_steps:
         return base
     combined = (*base.variations, *added)
+    key = sorted(map(repr, combined))
     for candidate in TASKS.values():
-        same_base = (candidate.base, candidate.max_steps) == (base.base, steps)
-        if same_base and _same(candidate.variations, combined):
+        has_rules = (candidate.base, candidate.max_steps) == (base.base, steps)
+        if has_rules and sorted(map(repr, candidate.variations)) == key:
             return candidate
     words = [base.name, *map(label, added), *([f"steps-{steps}"] if steps != base.max_steps else [])]
     return replace(base, name=".".join(words), variations=combined, max_steps=steps)
-
-
-def _known_or_foreign(name: str) -> Task:
-    is_published = name in TASKS or name.startswith(f"{NAMESPACE}/") or not GYMNASIUM_ID.fullmatch(name)
-    return _published(name) if is_published else foreign_task(name)
 
 
 def label(variation: Variation) -> str:
@@ -336,7 +329,3 @@ def _checked(variations: Any) -> tuple[Variation, ...]:
             message = f"{variation!r} is not a variation."
             raise BenchError("no-variation", message, hint="Give values such as Gravity(0.8).")
     return added
-
-
-def _same(first: tuple[Variation, ...], second: tuple[Variation, ...]) -> bool:
-    return sorted(map(repr, first)) == sorted(map(repr, second))

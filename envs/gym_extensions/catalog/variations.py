@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, fields, is_dataclass
 from decimal import Decimal
-from typing import TYPE_CHECKING, ClassVar, Protocol, SupportsFloat
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, SupportsFloat
 
 from gym_extensions.catalog.bodies import body_of_model
 from gym_extensions.errors import BenchError, did_you_mean
@@ -32,10 +32,13 @@ class BaseVariation:
     def apply(self, spec: mujoco.MjSpec) -> None:
         """Leaves the model as it is."""
 
+    needs: ClassVar[Any] = staticmethod(lambda body: True)
+    """What a base body needs for the variation, as a function of the body."""
+
     @classmethod
     def fits(cls, body: Body) -> bool:
         """Returns whether the variation can be applied to the base body."""
-        return True
+        return bool(cls.needs(body))
 
     sentence: ClassVar[str] = ""
     """The documentation's sentence, with the variation's values in braces."""
@@ -79,10 +82,7 @@ class Gravity(BaseVariation):
     """Multiplies gravity, 9.81 m/s² straight down, by a factor (the paper's gravity tasks)."""
 
     factor: float
-
-    @classmethod
-    def fits(cls, body: Body) -> bool:
-        return body.has_gravity
+    needs = staticmethod(lambda body: body.has_gravity)
 
     def apply(self, spec: mujoco.MjSpec) -> None:
         """Multiplies the model's z-gravity in decimal arithmetic.
@@ -109,9 +109,7 @@ class LimbScale(BaseVariation):
     part: str
     factor: float
 
-    @classmethod
-    def fits(cls, body: Body) -> bool:
-        return bool(body.parts)
+    needs = staticmethod(lambda body: body.parts)
 
     def apply(self, spec: mujoco.MjSpec) -> None:
         """Scales radius and mass of the part's geoms. Raises ``BenchError`` for an unknown part."""
@@ -134,13 +132,10 @@ class LimbScale(BaseVariation):
         total = sum(mass(geom) for geom in spec.geoms)
         scale = spec.compiler.settotalmass / total if spec.compiler.settotalmass > 0 else 1.0
         before = sum(mass(geom) for geom in geoms) * scale
-        radii = ", ".join(
-            f"{geom.name} {geom.size[0]:g} → {geom.size[0] * self.factor:.6g} m" for geom in geoms
-        )
-        return (
-            f"{self.part}: radius and mass × {self.factor:g} "
-            f"(radius: {radii}; mass {before:.4g} → {before * self.factor:.4g} kg)."
-        )
+        sizes = [(geom.name, geom.size[0], geom.size[0] * self.factor) for geom in geoms]
+        radii = ", ".join(f"{name} {old:g} → {new:.6g} m" for name, old, new in sizes)
+        masses = f"mass {before:.4g} → {before * self.factor:.4g} kg"
+        return f"{self.part}: radius and mass × {self.factor:g} (radius: {radii}; {masses})."
 
 
 def mass(geom: mujoco.MjsGeom) -> float:
@@ -206,9 +201,7 @@ class Wall(BaseVariation):
             message = f"Wall's farthest is {self.farthest!r} and its nearest {self.nearest!r}."
             raise BenchError("bad-range", message, hint="Give farthest at least as large as nearest.")
 
-    @classmethod
-    def fits(cls, body: Body) -> bool:
-        return body.beams is not None
+    needs = staticmethod(lambda body: body.beams)
 
     @property
     def half_sizes(self) -> tuple[float, float, float]:
@@ -231,18 +224,9 @@ class Wall(BaseVariation):
         before = spec.copy().compile().stat
         spec.stat.extent, spec.stat.center = before.extent, before.center
         body = spec.worldbody.add_body(name=WALL, mocap=True, pos=self.rest)
-        body.add_geom(
-            name=WALL,
-            type=BOX,
-            size=self.half_sizes,
-            mass=0,
-            contype=1,
-            conaffinity=1,
-            condim=1,
-            priority=1,
-            material="",
-            rgba=(0.75, 0.25, 0.55, 1),
-        )
+        contact = {"contype": 1, "conaffinity": 1, "condim": 1, "priority": 1}
+        look = {"material": "", "rgba": (0.75, 0.25, 0.55, 1)}
+        body.add_geom(name=WALL, type=BOX, size=self.half_sizes, mass=0, **contact, **look)
 
     def describe(self, body: Body, spec: mujoco.MjSpec) -> str:
         size = f"{self.depth:g} × {self.width:g} × {self.height:g} m (depth × width × height)"
@@ -255,20 +239,14 @@ class Wall(BaseVariation):
         )
 
 
-class _OnTorso(BaseVariation):
-    """A variation of bodies with a torso that carries range beams."""
-
-    @classmethod
-    def fits(cls, body: Body) -> bool:
-        return body.beams is not None
-
-
 @dataclass(frozen=True)
-class RangeSensor(_OnTorso):
+class RangeSensor(BaseVariation):
     """Appends ten range beams from the torso to the observation.
 
     A beam is distance to the wall / 10 m, or 0.
     """
+
+    needs = staticmethod(lambda body: body.beams)
 
     def describe(self, body: Body, spec: mujoco.MjSpec) -> str:
         plane = "the world's x–z plane" if body.beams == "world" else "the torso's x–z plane"
@@ -276,7 +254,7 @@ class RangeSensor(_OnTorso):
 
 
 @dataclass(frozen=True)
-class SensorNoise(_OnTorso):
+class SensorNoise(BaseVariation):
     """Delays the range sensor by one step, drops beams and adds normal noise.
 
     ``dropout`` is the probability that a beam reads 0, per beam and step. ``noise`` is the standard deviation
@@ -288,15 +266,16 @@ class SensorNoise(_OnTorso):
         "and N(0, {noise:g}²) is added to beams that hit."
     )
 
+    needs = staticmethod(lambda body: body.beams)
+
     dropout: float = 0.05
     noise: float = 0.02
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.dropout > 1:
-            raise BenchError(
-                "bad-factor", f"SensorNoise's dropout is {self.dropout!r}.", hint="Give at most 1."
-            )
+            message = f"SensorNoise's dropout is {self.dropout!r}."
+            raise BenchError("bad-factor", message, hint="Give at most 1.")
 
 
 @dataclass(frozen=True)
@@ -312,11 +291,9 @@ class MotorNoise(BaseVariation):
         "clipped to the motor's range. All noise of an episode is drawn at reset."
     )
 
-    scale: float = 0.1
+    needs = staticmethod(lambda body: body.family != "navigation")
 
-    @classmethod
-    def fits(cls, body: Body) -> bool:
-        return body.family != "navigation"
+    scale: float = 0.1
 
 
 MAX_SPEED = 4.0
@@ -331,10 +308,7 @@ class MovingGoal(BaseVariation):
         "The goal is drawn at reset, at offsets y ~ U(−0.2, 0), x ~ U(−0.1, 0.3) from (0.45, −0.05). "
         "The object is then drawn until its distance from the goal exceeds 0.17 m."
     )
-
-    @classmethod
-    def fits(cls, body: Body) -> bool:
-        return body.name == "Pusher"
+    needs = staticmethod(lambda body: body.name == "Pusher")
 
 
 @dataclass(frozen=True)
@@ -345,10 +319,7 @@ class MovingStart(BaseVariation):
         "The ball is drawn at reset, x ~ U(0.43, 0.55), y ~ U(−0.3, −0.05). The goal is drawn again "
         "while it is within 0.17 m of the ball."
     )
-
-    @classmethod
-    def fits(cls, body: Body) -> bool:
-        return body.name == "Striker"
+    needs = staticmethod(lambda body: body.name == "Striker")
 
 
 @dataclass(frozen=True)
@@ -365,6 +336,8 @@ class TrackingGoal(BaseVariation):
         "which its start is drawn."
     )
 
+    needs = staticmethod(lambda body: body.goal_area)
+
     speed: float = 0.2
 
     def __post_init__(self) -> None:
@@ -372,10 +345,6 @@ class TrackingGoal(BaseVariation):
         if self.speed > MAX_SPEED:
             hint = f"Give at most {MAX_SPEED:g}, with which a goal crosses its rectangle in one step."
             raise BenchError("bad-factor", f"TrackingGoal's speed is {self.speed!r}.", hint=hint)
-
-    @classmethod
-    def fits(cls, body: Body) -> bool:
-        return body.goal_area is not None
 
 
 @dataclass(frozen=True)
@@ -385,10 +354,7 @@ class Course(BaseVariation):
     family: str
     map: int
     goal: int
-
-    @classmethod
-    def fits(cls, body: Body) -> bool:
-        return body.family == "navigation"
+    needs = staticmethod(lambda body: body.family == "navigation")
 
 
 KINDS: dict[str, type] = {

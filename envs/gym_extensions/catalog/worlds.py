@@ -34,31 +34,21 @@ class Trained:
 
 @dataclass(frozen=True)
 class Axis:
-    """A quantity that a group varies, and the values at which its policies are measured.
+    """A quantity that a group varies, and the values at which its policies are measured."""
 
-    Args:
-        name: short, in lower case; unique in the group.
-        title: what varies, in words.
-        unit: of the values.
-        points: the values, ascending.
-        trained: what the tasks of the group train on, in training order.
-        world: the task at a value.
-    """
-
-    name: str
-    title: str
+    name: str  # short, in lower case; unique in the group
+    title: str  # what varies, in words
     unit: str
-    points: tuple[float, ...]
-    trained: tuple[Trained, ...]
-    world: Callable[[float], Task]
+    points: tuple[float, ...]  # the values, ascending
+    trained: tuple[Trained, ...]  # what the tasks of the group train on, in training order
+    world: Callable[[float], Task]  # the task at a value
 
     def place(self, value: float) -> Place:
         """Where a value lies."""
         if any(each.low <= value <= each.high for each in self.trained):
             return "trained"
-        lowest = min(each.low for each in self.trained)
-        highest = max(each.high for each in self.trained)
-        return "between" if lowest < value < highest else "beyond"
+        is_inside = min(each.low for each in self.trained) < value < max(each.high for each in self.trained)
+        return "between" if is_inside else "beyond"
 
     def indices(self, place: Place) -> tuple[int, ...]:
         """The indices of the points in that place."""
@@ -120,8 +110,7 @@ def _axis(name: str, trained: tuple[Trained, ...], base: Task) -> Axis:
         return Axis(name, "gravity", "g", GRAVITIES, trained, lambda value: _with(base, Gravity(value)))
     if name == "wall":
         return Axis(name, "distance of the wall", "m", DISTANCES, trained, lambda at: _at(base, at))
-    part = name.capitalize()
-    title = f"width and mass of the {name}"
+    title, part = f"width and mass of the {name}", name.capitalize()
     return Axis(name, title, "×", SCALES, trained, lambda value: _with(base, LimbScale(part, value)))
 
 

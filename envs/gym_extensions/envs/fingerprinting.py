@@ -40,13 +40,10 @@ def actions(space: gym.spaces.Box) -> Iterator[NDArray[np.float32]]:
 
     Uses no generator and no libm.
     """
-    low, high = (
-        np.where(np.isfinite(end), end, sign).astype(np.float64)
-        for end, sign in ((space.low, -1.0), (space.high, 1.0))
-    )
-    size = low.size
+    low = np.where(np.isfinite(space.low), space.low, -1.0).astype(np.float64)
+    high = np.where(np.isfinite(space.high), space.high, 1.0).astype(np.float64)
     for step in range(STEPS):
-        spread = np.modf((step * size + np.arange(size) + 1) * GOLDEN)[0]
+        spread = np.modf((step * low.size + np.arange(low.size) + 1) * GOLDEN)[0]
         yield (low + (high - low) * spread.reshape(low.shape)).astype(np.float32)
 
 
@@ -107,9 +104,7 @@ def engine() -> dict[str, str]:
 def other_engine() -> str:
     """Returns the installed packages whose versions are not the published ones; empty if there are none."""
     published = fingerprints.table()["engine"]
-    return " and ".join(
-        f"{name} {installed}" for name, installed in engine().items() if installed != published[name]
-    )
+    return " and ".join(f"{name} {found}" for name, found in engine().items() if found != published[name])
 
 
 def warn_of_another_engine() -> None:
@@ -123,11 +118,8 @@ def require_published_engine(tasks: Iterable[Task] | None = None) -> None:
     """Raises ``BenchError`` if another version of the engine is installed than that of the published tasks.
 
     It is called before episodes are recorded or repeated. Fingerprints are not enough to repeat them bit for
-    bit: two versions of an engine can agree in their few steps and differ later.
-
-    Args:
-        tasks: accept another Gymnasium with a warning, as for training, if the fingerprints of all published
-            tasks of these tasks' bodies agree.
+    bit: two versions of an engine can agree in their few steps and differ later. With ``tasks``, as for
+    training, another Gymnasium is a warning if the fingerprints of all published tasks of their bodies agree.
     """
     if not (other := other_engine()):
         return
@@ -149,10 +141,9 @@ def _install() -> str:
 def base_bytes(task: Task) -> bytes:
     """Returns the file from which the task's base is made, whose digest is part of the fingerprint."""
     if task.body.family == "navigation":
-        from gym_extensions.envs.navigation.env import base_bytes as map_and_goal
+        from gym_extensions.envs.navigation import env as navigation
 
-        content: bytes = map_and_goal(task)
-        return content
+        return navigation.base_bytes(task)
     return asset(task.body).read_bytes()
 
 
@@ -187,19 +178,14 @@ def check(
 ) -> list[Difference]:
     """Returns every difference between the tasks (by default all) and the published table.
 
-    Another version of the engine is none: its effects are (see :func:`other_engine`).
-
-    Digests are computed from the published rows, so a value that changes within the tolerance, as on another
-    CPU, does not change a digest.
+    Another version of the engine is none: its effects are (see :func:`other_engine`). Digests are computed
+    from the published rows, so a value that changes within the tolerance, as on another CPU, changes none.
     """
     table = fingerprints.table() if published is None else published
-    differences: list[Difference] = []
-    for task in TASKS.values() if tasks is None else tasks:
-        differences.extend(_task_differences(task, table["tasks"].get(task.id)))
-    if tasks is None:
-        gone = sorted(set(table["tasks"]) - set(TASKS))
-        differences.extend(Difference(task_id, "task", "published", "not in the catalog") for task_id in gone)
-    return differences
+    chosen = TASKS.values() if tasks is None else tasks
+    found = [each for task in chosen for each in _task_differences(task, table["tasks"].get(task.id))]
+    gone = sorted(set(table["tasks"]) - set(TASKS)) if tasks is None else ()
+    return found + [Difference(task_id, "task", "published", "not in the catalog") for task_id in gone]
 
 
 def _task_differences(task: Task, published: Mapping[str, Any] | None) -> Iterator[Difference]:
@@ -247,8 +233,7 @@ def updated(replace: bool = False) -> tuple[dict[str, Any], list[str]]:
     if old["engine"] != engine() and not replace:
         message = f"The published fingerprints are of {old['engine']}; installed is {engine()}."
         raise BenchError("other-engine", message, hint="Install that engine, or replace all fingerprints.")
-    rows: dict[str, Any] = {}
-    changed = []
+    rows, changed = dict[str, Any](), []
     for task in TASKS.values():
         entry = old["tasks"].get(task.id)
         if entry is None or (replace and any(True for _ in _task_differences(task, entry))):

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import Any, SupportsFloat, cast
+from typing import Any, SupportsFloat
 
 import gymnasium as gym
 from gymnasium.envs.registration import EnvSpec
@@ -12,16 +12,16 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 
 from gym_extensions.catalog.bodies import IS_SUCCESS
 from gym_extensions.catalog.tasks import (
+    NAMESPACE,
     TASKS,
     Task,
     customize,
     definition,
     from_definition,
-    is_definable,
     whole_number,
 )
 from gym_extensions.catalog.tasks import task as published_task
-from gym_extensions.catalog.variations import Variation
+from gym_extensions.catalog.variations import KINDS, Variation
 from gym_extensions.envs.mujoco.env import TaskEnv
 from gym_extensions.envs.mujoco.vector_env import MujocoVectorEnv
 from gym_extensions.envs.protocols import Template
@@ -133,10 +133,8 @@ def _check_spaces(environments: Mapping[Task, Template | gym.Env[Any, Any]]) -> 
 def build(task: Task, **rendering: Any) -> gym.Env[Any, Any]:
     """Returns the environment of exactly this task without wrappers, whatever its id.
 
-    Args:
-        task: the task.
-        rendering: ``render_mode``, and for MuJoCo bodies Gymnasium's sizes and camera arguments. Any other
-            keyword is a ``TypeError``.
+    ``rendering`` is ``render_mode``, and for MuJoCo bodies Gymnasium's sizes and camera arguments. Any other
+    keyword is a ``TypeError``.
     """
     if task.is_foreign:
         return _build_foreign(task, **rendering)
@@ -180,11 +178,7 @@ def construct_mujoco(task: str | Task, **rendering: Any) -> TaskEnv:
 
 
 def construct(task: str | Task | Mapping[str, Any], **rendering: Any) -> gym.Env[Any, Any]:
-    """Returns the task's environment without wrappers, as Gymnasium's registry calls it.
-
-    Args:
-        task: an id, a bare name, a Task, or a task's definition as plain data.
-        rendering: as in ``build``.
+    """Returns ``build`` of a task as ``resolve`` takes it; Gymnasium's registry calls it.
 
     Raises:
         BenchError: the task or its base body is unknown, or a variation does not fit the body.
@@ -234,43 +228,36 @@ def resolve(task: str | Task | Mapping[str, Any]) -> Task:
 
 def spec_of(task: Task) -> EnvSpec:
     """Returns Gymnasium's spec of a task that is not registered."""
+    is_data = all(KINDS.get(type(variation).__name__) is type(variation) for variation in task.variations)
     return EnvSpec(
         task.id,
         entry_point=f"{__name__}:construct",
         vector_entry_point=f"{__name__}:construct_vec",
         max_episode_steps=task.max_steps,
-        kwargs={"task": definition(task) if is_definable(task) else task},
+        kwargs={"task": definition(task) if is_data else task},
     )
 
 
 construct.metadata = {"render_modes": RENDER_MODES}  # type: ignore[attr-defined]  # read by gymnasium.make
 
 
-def __getattr__(name: str) -> Callable[..., Any]:
+def __getattr__(name: str) -> Any:
     """The entry points of published tasks, such as ``Hopper-v0`` and ``Hopper-v0.vector``.
 
     Each id has its own, with the task as a positional argument, so that no keyword makes another task.
     """
-    for task in TASKS.values():
-        if name.removesuffix(VECTOR) == _entry_name(task):
-            constructor: Any = partial(construct_vec if name.endswith(VECTOR) else construct, task)
-            constructor.metadata = {"render_modes": RENDER_MODES}
-            return cast(Callable[..., Any], constructor)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-
-
-def _entry_name(task: Task) -> str:
-    return task.id.rpartition("/")[2]
+    task = TASKS.get(f"{NAMESPACE}/{name.removesuffix(VECTOR)}")
+    if task is None:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    constructor: Any = partial(construct_vec if name.endswith(VECTOR) else construct, task)
+    constructor.metadata = {"render_modes": RENDER_MODES}
+    return constructor
 
 
 def register() -> None:
     """Registers each published id once, for ``gymnasium.make`` and ``gymnasium.make_vec``."""
     for task in TASKS.values():
         if task.id not in gym.registry:
-            entry_point = f"{__name__}:{_entry_name(task)}"
-            gym.register(
-                task.id,
-                entry_point=entry_point,
-                vector_entry_point=entry_point + VECTOR,
-                max_episode_steps=task.max_steps,
-            )
+            entry = f"{__name__}:{task.id.removeprefix(f'{NAMESPACE}/')}"
+            limit = task.max_steps
+            gym.register(task.id, entry, vector_entry_point=entry + VECTOR, max_episode_steps=limit)

@@ -39,8 +39,9 @@ class Template:
     init_qvel: Array
     observation_space: Box
     action_space: Box
-    root_lift: float
-    """Height of the torso's frame when the root's vertical coordinate is 0, m; 0 for the arms."""
+    root_lift: (
+        float  # height of the torso's frame when the root's vertical coordinate is 0, m; 0 for the arms
+    )
 
     @property
     def dt(self) -> float:
@@ -65,9 +66,9 @@ class SuccessTest(NamedTuple):
 def success_test(rule: Success | None, model: mujoco.MjModel) -> SuccessTest | None:
     """Returns the test of a MuJoCo body's success, or None if the body defines none."""
     match rule:
-        case Distance():
-            first, second = (model.body(name).id for name in rule.bodies)
-            limit = rule.limit * rule.limit
+        case Distance(bodies, distance):
+            first, second = (model.body(name).id for name in bodies)
+            limit = distance * distance
 
             def close(positions: Array) -> Flags:
                 gap = positions[..., first, :2] - positions[..., second, :2]
@@ -76,8 +77,7 @@ def success_test(rule: Success | None, model: mujoco.MjModel) -> SuccessTest | N
                 return near
 
             return SuccessTest("xpos", close)
-        case Height():
-            low, high = rule.low, rule.high
+        case Height(low, high):
 
             def upright(qpos: Array) -> Flags:
                 height = qpos[..., 2]  # of the free root
@@ -90,15 +90,11 @@ def success_test(rule: Success | None, model: mujoco.MjModel) -> SuccessTest | N
 
 
 def check_actions(actions: Any, shape: tuple[int, ...], where: str) -> NDArray[Any]:
-    """Returns the actions as an array, with dtype and values unchanged.
-
-    Args:
-        actions: the agent's actions. Out-of-range values pass, as in Gymnasium's bodies.
-        shape: the required shape, ``(act,)``, or ``(num_envs, act)`` in a vector environment.
-        where: the task id, for the error.
+    """Returns the actions as an array, with dtype and values unchanged; values out of range pass.
 
     Raises:
-        BenchError: the shape differs, or a value is not a finite number.
+        BenchError: the shape is not ``(act,)``, or ``(num_envs, act)`` in a vector environment, or a value is
+            not a finite number. It names ``where``.
     """
     array = np.asarray(actions)
     if array.shape != shape:

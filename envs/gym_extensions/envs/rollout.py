@@ -93,25 +93,22 @@ def _success(infos: dict[str, Any], index: int) -> bool | None:
 
 
 def clip_actions(
-    actions: object, env: VectorEnv[Any, Any, Any], where: str, running: Flags | None = None
+    actions: Any, env: VectorEnv[Any, Any, Any], where: str, running: Flags | None = None
 ) -> NDArray[Any]:
-    """Clips actions to the action space and casts them to its dtype (float32).
+    """Clips actions (num_envs, …) to the action space and casts them to its dtype (float32).
 
-    Args:
-        actions: the agent's actions.
-        env: the vector environment that receives them.
-        where: the call that they come from, for error messages.
-        running: (num_envs,) environments whose actions must be finite; None for all.
-
-    Returns:
-        Actions (num_envs, …).
+    ``running`` (num_envs,) marks the environments whose actions must be finite; None for all.
 
     Raises:
-        BenchError: the actions are not an array of numbers of shape (num_envs, …), or one is not finite.
+        BenchError: the actions are not an array of numbers of shape (num_envs, …), or one is not finite. It
+            names ``where`` they come from.
     """
     space: Any = env.single_action_space
     shape = (env.num_envs, *(space.shape or ()))
-    array = _to_array(actions)
+    try:
+        array = np.asarray(actions)
+    except (TypeError, ValueError, RuntimeError):  # a ragged list, or a tensor on another device
+        array = None
     if array is None or array.dtype.kind not in "biuf" or array.shape != shape:
         shown = f"a value of type {type(actions).__name__}"
         if array is not None and array.shape:
@@ -124,17 +121,9 @@ def clip_actions(
         required = np.ones(env.num_envs, np.bool_) if running is None else running
         for index in map(tuple, np.argwhere(~is_finite).tolist()):
             if required[index[0]]:
-                message = (
-                    f"The agent returned {array[index]} as an action, in the row of environment {index[0]}."
-                )
+                row = f"in the row of environment {index[0]}"
+                message = f"The agent returned {array[index]} as an action, {row}."
                 raise BenchError("bad-actions", message, where, "Return finite numbers.")
         array = np.nan_to_num(array)
     low, high = getattr(space, "low", None), getattr(space, "high", None)
     return array if low is None else np.clip(array, low, high).astype(space.dtype, copy=False)
-
-
-def _to_array(actions: Any) -> NDArray[Any] | None:
-    try:
-        return np.asarray(actions)
-    except (TypeError, ValueError, RuntimeError):  # a ragged list, or a tensor on another device
-        return None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -73,18 +73,12 @@ Part = tuple[Indices, dict[str, NDArray[Any]]]
 
 
 def gather(parts: Sequence[Part], everyone: Flags) -> dict[str, Any]:
-    """Returns the infos of all environments.
-
-    Args:
-        parts: the environments and their values.
-        everyone: ``(num_envs,)``, all true; it is every mask if there is one part.
-    """
+    """Returns the infos of all environments. ``everyone`` ``(num_envs,)`` is the mask of a single part."""
     if len(parts) != 1:
         return combine(parts, len(everyone))
     infos: dict[str, Any] = {}
     for key, rows in parts[0][1].items():
-        infos[key] = rows
-        infos["_" + key] = everyone
+        infos[key], infos["_" + key] = rows, everyone
     return infos
 
 
@@ -124,11 +118,7 @@ class TaskVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]], Indepen
 
     ``np_random`` is a generator for the user's own draws, which ``reset(seed=…)`` seeds; environments do not
     use it. Copies and pickles continue exactly where the original is. Subclasses have the simulations.
-
-    Args:
-        tasks: the task of each environment.
-        spaces: the observation and action space of one environment.
-        autoreset_mode: when environments whose episode ended are reset.
+    ``spaces`` are the observation and action space of one environment.
     """
 
     def __init__(
@@ -184,7 +174,8 @@ class TaskVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]], Indepen
                 self._generators[index], self._seeds[index] = seeding.np_random(seeds[index])
         if (given := next((value for value in seeds if value is not None), None)) is not None:
             self._np_random, self._np_random_seed = seeding.np_random(given)
-        self._begin(indices, options or {})
+        self._start(indices, options or {})
+        self._elapsed[indices] = 0
         self._ended, self._is_set = self._ended & ~mask, True
         parts = self._reset_infos()
         infos = gather(parts, self._everyone) if mask.all() else combine(select(parts, mask), self.num_envs)
@@ -202,8 +193,7 @@ class TaskVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]], Indepen
             ResetNeededError: the environments were never reset, or an episode ended in mode DISABLED and its
                 environment was not reset.
         """
-        if self.closed or not self._is_set:
-            self._require_state()
+        self._require_state()
         checked = np.ascontiguousarray(check_actions(actions, self._actions_shape, WHERE))
         starting = self._ended if self._ended.any() else None
         if starting is not None and self.autoreset_mode is AutoresetMode.DISABLED:
@@ -216,9 +206,9 @@ class TaskVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]], Indepen
         if starting is None:
             infos = gather(parts, self._everyone)
         else:
-            self._begin(np.flatnonzero(starting), {})
-            rewards[starting] = 0.0
-            terminations[starting] = False
+            self._start(np.flatnonzero(starting), {})
+            self._elapsed[starting] = 0
+            rewards[starting], terminations[starting] = 0.0, False
             parts = [*select(parts, ~starting), *select(self._reset_infos(), starting)]
             infos = combine(parts, self.num_envs)
         truncations = self._elapsed >= self._limits
@@ -234,23 +224,16 @@ class TaskVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]], Indepen
         final_obs = np.full(self.num_envs, None, dtype=object)
         for index in np.flatnonzero(ended).tolist():
             final_obs[index] = last[index]
-        self._begin(np.flatnonzero(ended), {})
+        self._start(np.flatnonzero(ended), {})
+        self._elapsed[ended] = 0
         self._ended = np.zeros(self.num_envs, np.bool_)
         infos = combine([*select(parts, ~ended), *select(self._reset_infos(), ended)], self.num_envs)
-        return infos | {
-            "final_obs": final_obs,
-            "_final_obs": ended,
-            "final_info": final,
-            "_final_info": ended,
-        }
+        last_step = {"final_obs": final_obs, "_final_obs": ended, "final_info": final, "_final_info": ended}
+        return infos | last_step
 
     def _require_state(self) -> None:
         require_open(self.closed, WHERE)
         require_reset(self._is_set, WHERE)
-
-    def _begin(self, indices: Indices, options: Mapping[str, Any]) -> None:
-        self._start(indices, options)
-        self._elapsed[indices] = 0
 
     def _check_options(self, options: Mapping[str, Any], indices: Indices) -> None:
         """Raises ``BenchError`` for reset options with which these environments cannot start."""
@@ -305,16 +288,13 @@ class TaskVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]], Indepen
             BenchError: another name, or arguments.
             ClosedError: the environments are closed.
         """
-        answers: dict[str, Callable[[], Iterable[Any]]] = {
-            "task": lambda: self.tasks,
-            "np_random": lambda: map(self._generator, range(self.num_envs)),
-            "np_random_seed": lambda: self._seeds,
-        }
-        if name not in answers or args or kwargs:
-            hint = f"Call one of {', '.join(answers)}, without arguments."
+        if name not in ("task", "np_random", "np_random_seed") or args or kwargs:
+            hint = "Call one of task, np_random, np_random_seed, without arguments."
             raise BenchError("unknown-call", f"The environments have no {name!r}.", WHERE, hint)
         require_open(self.closed, WHERE)
-        return tuple(answers[name]())
+        if name == "np_random":
+            return tuple(map(self._generator, range(self.num_envs)))
+        return self.tasks if name == "task" else tuple(self._seeds)
 
     def get_attr(self, name: str) -> tuple[Any, ...]:
         """Same as ``call`` without arguments."""

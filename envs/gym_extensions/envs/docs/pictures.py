@@ -13,13 +13,7 @@ from numpy.typing import NDArray
 from gym_extensions.catalog.bodies import Camera
 from gym_extensions.catalog.sheets import picture_file
 from gym_extensions.catalog.tasks import GOALS, MAPS, TASKS, Task
-from gym_extensions.catalog.variations import (
-    LimbScale,
-    MovingGoal,
-    RangeSensor,
-    TrackingGoal,
-    Wall,
-)
+from gym_extensions.catalog.variations import LimbScale, MovingGoal, RangeSensor, TrackingGoal, Wall
 from gym_extensions.envs.effects.motors_and_goals import goal_area
 from gym_extensions.envs.effects.wall_and_sensor import FANS, readings
 from gym_extensions.envs.make import construct_mujoco
@@ -48,16 +42,12 @@ def map_picture(number: int) -> str:
 
 def map_pictures() -> dict[str, bytes]:
     """Draws every map with its three goals and returns PNG files by name."""
-    return {map_picture(number): _encoded(_map(number), "PNG", colors=64, optimize=True) for number in MAPS}
-
-
-def _posed(task: Task, env: Any) -> Camera:
-    """The camera of a task. A body that it shows after a reset is reset."""
-    has_wall = any(isinstance(variation, Wall) for variation in task.variations)
-    view = WALL_CAMERA if has_wall or task.body.camera is None else task.body.camera
-    if view.after_reset:
-        env.reset(seed=0)
-    return view
+    pictures = {}
+    for number in MAPS:
+        frames = np.stack([background(arena(number, goal), MAP_PIXEL) for goal in GOALS])
+        # Red is darker than free space in green and blue, so the minimum shows all three goals.
+        pictures[map_picture(number)] = _encoded(frames.min(axis=0), "PNG", colors=64, optimize=True)
+    return pictures
 
 
 def _render(model: Any, data: Any, view: Camera, lines: Sequence[Line]) -> NDArray[np.uint8]:
@@ -92,13 +82,6 @@ def _draw_line(scene: Any, start: NDArray[np.float64], end: NDArray[np.float64],
     mujoco.mjv_initGeom(geom, kind, np.zeros(3), np.zeros(3), np.zeros(9), np.array(color, np.float32))
     mujoco.mjv_connector(geom, kind, LINE_RADIUS, start, end)
     scene.ngeom += 1
-
-
-def _map(number: int) -> NDArray[np.uint8]:
-    frames = np.stack([background(arena(number, goal), MAP_PIXEL) for goal in GOALS])
-    # Red is darker than free space in green and blue, so the minimum shows all three goals.
-    darkest: NDArray[np.uint8] = frames.min(axis=0)
-    return darkest
 
 
 QUALITY = 70
@@ -140,9 +123,11 @@ def _frame(task: Task) -> NDArray[np.uint8]:
     env = construct_mujoco(task)
     _plain_floor(env.model)
     _color_changes(task, env.model)
-    view = _posed(task, env)
-    lines = [*_beams(task, env), *_goal_area(task)]
-    return _render(env.model, env.data, view, lines)
+    has_wall = any(isinstance(variation, Wall) for variation in task.variations)
+    view = WALL_CAMERA if has_wall or task.body.camera is None else task.body.camera
+    if view.after_reset:
+        env.reset(seed=0)
+    return _render(env.model, env.data, view, [*_beams(task, env), *_goal_area(task)])
 
 
 def _plain_floor(model: Any) -> None:

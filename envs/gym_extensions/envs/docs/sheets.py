@@ -22,6 +22,7 @@ from gym_extensions.envs.navigation.env import course
 from gym_extensions.envs.navigation.geometry import CELL, HEIGHT, goals, load
 from gym_extensions.envs.navigation.sensors import FIELDS
 
+CENTER = "about the center of mass"
 FREE_POSITIONS = ("quaternion w", "quaternion x", "quaternion y", "quaternion z")
 
 
@@ -42,10 +43,8 @@ def action_fields(task: Task) -> list[Field]:
     model = compile_model(task)
     fields = []
     for motor in range(model.nu):
-        joint = model.joint(model.actuator_trnid[motor, 0]).name
-        gear = model.actuator_gear[motor, 0]
-        low, high = model.actuator_ctrlrange[motor]
-        fields.append(Field(f"motor of {joint}", f"{gear:g} N·m", float(low), float(high)))
+        joint, gear = model.joint(model.actuator_trnid[motor, 0]).name, model.actuator_gear[motor, 0]
+        fields.append(Field(f"motor of {joint}", f"{gear:g} N·m", *model.actuator_ctrlrange[motor].tolist()))
     return fields
 
 
@@ -60,28 +59,22 @@ def table(fields: Iterable[Field]) -> list[Row]:
     return rows
 
 
-def _joint_fields(model: mujoco.MjModel, joints: Iterable[int]) -> list[Field]:
-    fields = []
-    for joint in joints:
-        name, hinge = model.joint(joint).name, model.jnt_type[joint] == HINGE
-        low, high = model.jnt_range[joint] if model.jnt_limited[joint] else (-np.inf, np.inf)
-        quantity, unit = ("angle", "rad") if hinge else ("position", "m")
-        fields.append(Field(f"{quantity} of {name}", unit, float(low), float(high)))
-    return fields
+def _joint_field(model: mujoco.MjModel, joint: int) -> Field:
+    low, high = model.jnt_range[joint] if model.jnt_limited[joint] else (-np.inf, np.inf)
+    quantity, unit = ("angle", "rad") if model.jnt_type[joint] == HINGE else ("position", "m")
+    return Field(f"{quantity} of {model.joint(joint).name}", unit, float(low), float(high))
 
 
-def _speed_fields(model: mujoco.MjModel, joints: Iterable[int], limit: float = math.inf) -> list[Field]:
-    fields = []
-    for joint in joints:
-        unit = "rad/s" if model.jnt_type[joint] == HINGE else "m/s"
-        fields.append(Field(f"velocity of {model.joint(joint).name}", unit, -limit, limit))
-    return fields
+def _speed_field(model: mujoco.MjModel, joint: int, limit: float = math.inf) -> Field:
+    unit = "rad/s" if model.jnt_type[joint] == HINGE else "m/s"
+    return Field(f"velocity of {model.joint(joint).name}", unit, -limit, limit)
 
 
 def _planar(model: mujoco.MjModel, body: Body) -> list[Field]:
     """Positions without x, then velocities."""
     limit = math.inf if body.velocity_limit is None else body.velocity_limit
-    return _joint_fields(model, range(1, model.njnt)) + _speed_fields(model, range(model.njnt), limit)
+    positions = [_joint_field(model, joint) for joint in range(1, model.njnt)]
+    return positions + [_speed_field(model, joint, limit) for joint in range(model.njnt)]
 
 
 def _humanoid(model: mujoco.MjModel, body: Body) -> list[Field]:
@@ -91,14 +84,11 @@ def _humanoid(model: mujoco.MjModel, body: Body) -> list[Field]:
     return [
         Field("height of the torso", "m"),
         *(Field(f"attitude of the torso, {entry}", "1") for entry in FREE_POSITIONS),
-        *_joint_fields(model, joints),
+        *(_joint_field(model, joint) for joint in joints),
         *(Field(f"velocity of the torso, {axis}", "m/s") for axis in "xyz"),
         *(Field(f"angular velocity of the torso, {axis}", "rad/s") for axis in "xyz"),
-        *_speed_fields(model, joints),
-        *(
-            Field(f"inertia and mass of {name} about the center of mass", "kg·m², kg·m, kg", count=10)
-            for name in names
-        ),
+        *(_speed_field(model, joint) for joint in joints),
+        *(Field(f"inertia and mass of {name} {CENTER}", "kg·m², kg·m, kg", count=10) for name in names),
         *(Field(f"angular, then linear velocity of {name}", "rad/s, m/s", count=6) for name in names),
         *(Field(f"torque of the motor of {model.joint(joint).name}", "N·m") for joint in joints),
         *(Field(f"contact torque, then force on {name}", "N·m, N", count=6) for name in names),
@@ -108,8 +98,8 @@ def _humanoid(model: mujoco.MjModel, body: Body) -> list[Field]:
 def _arm(model: mujoco.MjModel, body: Body) -> list[Field]:
     points = ("tip of the arm", "ball" if body.name == "Striker" else "object", "goal")
     return [
-        *_joint_fields(model, range(7)),
-        *_speed_fields(model, range(7)),
+        *(_joint_field(model, joint) for joint in range(7)),
+        *(_speed_field(model, joint) for joint in range(7)),
         *(Field(f"{axis} of the {point}", "m") for point in points for axis in "xyz"),
     ]
 
@@ -180,12 +170,8 @@ def _link(task: Task, model: Any, index: int) -> Link:
     joints = tuple(_joint(model, number) for number in range(first, first + count))
     position = _vector(model.body_pos[index])
     if is_mocap:
-        x, y, z = position
-        origin = (0.0, 0.0, 0.0)
-        joints = (
-            Joint(SLIDE, model.nq, (1.0, 0.0, 0.0), origin, x),
-            Joint(SLIDE, model.nq + 1, (0.0, 1.0, 0.0), origin, y),
-        )
+        axes = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+        joints = tuple(Joint(SLIDE, model.nq + i, axes[i], (0.0, 0.0, 0.0), position[i]) for i in (0, 1))
     parent = int(model.body_parentid[index]) - 1
     w, x, y, z = _vector(model.body_quat[index])
     return Link(parent, position, (w, x, y, z), joints, tuple(_shapes(task, model, index, is_mocap)))
@@ -193,10 +179,8 @@ def _link(task: Task, model: Any, index: int) -> Link:
 
 def _joint(model: Any, number: int) -> Joint:
     kind, coordinate = int(model.jnt_type[number]), int(model.jnt_qposadr[number])
-    rest = float(model.qpos0[coordinate]) if kind in (SLIDE, HINGE) else 0.0
-    return Joint(
-        kind, coordinate, _vector(model.jnt_axis[number]), _vector(model.jnt_pos[number]), round(rest, DIGITS)
-    )
+    rest = round(float(model.qpos0[coordinate]) if kind in (SLIDE, HINGE) else 0.0, DIGITS)
+    return Joint(kind, coordinate, _vector(model.jnt_axis[number]), _vector(model.jnt_pos[number]), rest)
 
 
 def _shapes(task: Task, model: Any, index: int, is_mocap: bool) -> Iterator[Shape]:
@@ -224,23 +208,15 @@ def _shapes(task: Task, model: Any, index: int, is_mocap: bool) -> Iterator[Shap
             half = columns[longest] * (size[longest] - radius)
         elif kind == GEOM.mjGEOM_CYLINDER:
             half = columns[2] * max(size[1] - radius, 0.0)
-        yield Shape(
-            _role(model, index, name, name in changed),
-            round(float(radius), DIGITS),
-            _vector(center - half),
-            _vector(center + half),
-        )
-
-
-def _role(model: Any, index: int, name: str, is_changed: bool) -> Role:
-    body = model.body(index).name
-    if is_changed:
-        return "changed"
-    if "goal" in body:
-        return "goal"
-    if "object" in body or "ball" in body:
-        return "object"
-    return "far" if "left" in name else "body"
+        body = model.body(index).name
+        role: Role = "far" if "left" in name else "body"
+        if name in changed:
+            role = "changed"
+        elif "goal" in body:
+            role = "goal"
+        elif "object" in body or "ball" in body:
+            role = "object"
+        yield Shape(role, round(float(radius), DIGITS), _vector(center - half), _vector(center + half))
 
 
 def _vector(values: Any) -> Any:
@@ -249,9 +225,7 @@ def _vector(values: Any) -> Any:
 
 def sheets() -> str:
     """Returns the text of ``sheets.json``: every task, and the tables, skeletons and maps they share."""
-    tables: dict[str, int] = {}
-    skeletons: dict[str, int] = {}
-    tasks = []
+    tables, skeletons, tasks = dict[str, int](), dict[str, int](), []
     for task in TASKS.values():
         facts: dict[str, Any] = {
             "differences": differences(task),
@@ -265,7 +239,8 @@ def sheets() -> str:
         else:
             facts["skeleton"] = _index(skeletons, skeleton(task))
         tasks.append(f"{json.dumps(task.id)}: {_compact(facts)}")
-    maps = [_compact(_map(number)) for number in MAPS]
+    cells = [rectangles(load(number).cells[::-1]) for number in MAPS]
+    maps = [_compact([[int(value * CELL) for value in row] for row in rows]) for rows in cells]
     parts = {"maps": maps, "skeletons": skeletons, "tables": tables}
     lines = [f'"{name}": [\n{_lines(rows)}\n]' for name, rows in parts.items()]
     return "{\n" + ",\n".join([*lines, f'"tasks": {{\n{_lines(tasks)}\n}}']) + "\n}\n"
@@ -281,10 +256,6 @@ def _compact(value: Any) -> str:
 
 
 _lines = ",\n".join
-
-
-def _map(number: int) -> list[list[int]]:
-    return [[int(value * CELL) for value in row] for row in rectangles(load(number).cells[::-1])]
 
 
 def rectangles(cells: NDArray[np.bool_]) -> list[tuple[int, int, int, int]]:

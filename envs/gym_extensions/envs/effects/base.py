@@ -23,17 +23,13 @@ class Effect:
 
     The methods do nothing; an effect overrides those it needs. ``steps`` counts environment steps since each
     reset.
-
-    Args:
-        fields: the fields of the simulations.
-        templates: the template of each environment.
     """
 
     kept: ClassVar[tuple[str, ...]] = ()
     """Attributes beside the physics on which later steps depend; copies have them too."""
 
     def __init__(self, fields: Fields, templates: Sequence[Template]) -> None:
-        """Reads the parameters of the variation."""
+        """Reads the parameters of the variation, from the template of each environment."""
 
     def draw(self, indices: Indices, generators: Generators, starts: dict[str, Array]) -> None:
         """Draws after the body, and adds to the rows of the states in which environments start."""
@@ -70,20 +66,15 @@ class SeededNoise(Effect):
 class EffectKind:
     """An entry of the registry of effects.
 
-    Args:
-        variation: the class of the variation.
-        effect: makes the effect on environments, given their fields and templates.
-        draw_order: effects draw from an environment's generator in this order. The numbers of published
-            kinds never change; a new kind has a larger number.
-        shard_key: environments share a shard only if this value of their variations is equal.
-        replaces: the variation whose effect this one replaces; a task must have it too.
+    Effects draw from an environment's generator in the order of ``draw_order``. The numbers of published
+    kinds never change; a new kind has a larger number.
     """
 
-    variation: type
-    effect: Callable[[Fields, Sequence[Template]], Effect]
+    variation: type  # its class
+    effect: Callable[[Fields, Sequence[Template]], Effect]  # makes the effect on environments
     draw_order: int
-    shard_key: Callable[[Any], object] = repr
-    replaces: type | None = None
+    shard_key: Callable[[Any], object] = repr  # environments share a shard only if this of theirs is equal
+    replaces: type | None = None  # the variation whose effect this one replaces; a task must have it too
 
 
 def required(task: Task, kind: type[Kind]) -> Kind:

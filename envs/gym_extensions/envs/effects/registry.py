@@ -32,8 +32,8 @@ def effects_of(fields: Fields, templates: Sequence[Template]) -> list[Effect]:
 
 def shard_keys(task: Task) -> tuple[object, ...]:
     """Returns what environments of one shard have in common in their effects."""
-    variations = [(kind, variation_of(task, kind.variation)) for kind in KINDS]
-    return tuple(None if variation is None else kind.shard_key(variation) for kind, variation in variations)
+    pairs = [(kind, variation_of(task, kind.variation)) for kind in KINDS]
+    return tuple(None if variation is None else kind.shard_key(variation) for kind, variation in pairs)
 
 
 def check_variations(task: Task) -> None:

@@ -10,14 +10,8 @@ import numpy as np
 
 from gym_extensions.catalog.bodies import Frame
 from gym_extensions.catalog.variations import RangeSensor, SensorNoise, Wall
-from gym_extensions.envs.effects.base import (
-    CACHED_EPISODES,
-    Effect,
-    EffectKind,
-    SeededNoise,
-    required,
-    variation_of,
-)
+from gym_extensions.envs.effects import base
+from gym_extensions.envs.effects.base import CACHED_EPISODES, Effect, EffectKind, SeededNoise, required
 from gym_extensions.envs.protocols import Array, Fields, Flags, Generators, Indices, Steps, Template
 
 
@@ -133,19 +127,16 @@ class RangeSensorEffect(Effect):
         self._fan = FANS[templates[0].task.body.beams]
         self._lift = templates[0].root_lift
         self._qpos = fields.field("qpos")
-        wall = variation_of(templates[0].task, Wall)
+        wall = base.variation_of(templates[0].task, Wall)
         self._center = fields.field("mocap_pos")[:, 0] if wall is not None else None
         self._half_sizes = np.array(wall.half_sizes) if wall is not None else np.zeros(3)
 
-    def reading(self) -> Array:
+    def observation(self) -> Array:
         """The present readings, (num_envs, 10)."""
         if self._center is None:
             return np.zeros((self._num_envs, BEAMS))
         origins, directions = self._fan(self._qpos, self._lift)
         return readings(origins, directions, self._center, self._half_sizes)
-
-    def observation(self) -> Array:
-        return self.reading()
 
 
 @functools.lru_cache(maxsize=CACHED_EPISODES)
@@ -185,13 +176,13 @@ class SensorNoiseEffect(SeededNoise, RangeSensorEffect):
 
     def on_reset(self, indices: Indices) -> None:
         """The first observation has the present reading."""
-        readings = self.reading()[indices]
-        self._latched[indices] = disturb(readings, self._working[indices, 0], self._shift[indices, 0])
+        present = super().observation()[indices]
+        self._latched[indices] = disturb(present, self._working[indices, 0], self._shift[indices, 0])
 
     def pre_step(self, steps: Steps) -> None:
         """Latches the readings before the step, which the next observations show."""
         row = np.arange(len(steps)), (steps + 1) % (self._max_steps + 1)
-        self._latched = disturb(self.reading(), self._working[row], self._shift[row])
+        self._latched = disturb(super().observation(), self._working[row], self._shift[row])
 
     def observation(self) -> Array:
         return self._latched

@@ -36,12 +36,8 @@ def draw_point(area: Rectangle, generator: np.random.Generator) -> Array:
     return np.array([generator.uniform(area.low[axis], area.high[axis]) for axis in (0, 1)])
 
 
-PUSHER_ARM_SPEED = 0.005
-"""Largest speed of an arm joint at reset, rad/s (Gymnasium's pusher_v5)."""
-
-
-STRIKER_ARM_SPEED = 0.1
-"""Largest speed of an arm joint at reset, rad/s."""
+PUSHER_ARM_SPEED, STRIKER_ARM_SPEED = 0.005, 0.1
+"""Largest speed of an arm joint at reset, rad/s (Gymnasium's pusher_v5, Gym's Striker-v0)."""
 STRIKE = 0.1
 """The tip strikes the ball when their distance is below this, m."""
 DISTANCE_WEIGHT, CTRL_WEIGHT, NEAR_WEIGHT = 3.0, 0.1, 0.5
@@ -116,8 +112,8 @@ class PusherRules(ArmRules):
         position = draw_point(PUSHER_OBJECT, generator)
         while not np.linalg.norm(position - goal) > APART:
             position = draw_point(PUSHER_OBJECT, generator)
-        speed = PUSHER_ARM_SPEED
-        qvel = template.init_qvel + generator.uniform(-speed, speed, template.model.nv)
+        noise = generator.uniform(-PUSHER_ARM_SPEED, PUSHER_ARM_SPEED, template.model.nv)
+        qvel = template.init_qvel + noise
         qvel[-4:] = 0
         return {"qpos": np.concatenate((template.init_qpos[:-4], position, goal)), "qvel": qvel}
 

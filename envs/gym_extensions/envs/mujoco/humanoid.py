@@ -14,13 +14,6 @@ from gym_extensions.envs.protocols import Array, Fields, Flags, Generators, Indi
 CONTACT_WEIGHT, MAX_CONTACT_COST = 5e-7, 10.0
 
 
-def contact_cost(forces: Array) -> Array:
-    """The cost of contact forces (…, bodies, 6), in [0, 10] (Gymnasium's humanoid_v5)."""
-    flat = forces.reshape(*forces.shape[:-2], -1)
-    cost: Array = np.minimum(CONTACT_WEIGHT * np.square(flat).sum(axis=-1), MAX_CONTACT_COST)
-    return cost
-
-
 NOISE = 1e-2
 FORWARD_WEIGHT, CTRL_COST = 1.25, 0.1
 HEALTHY_REWARD, FALLEN_REWARD = 5.0, 1.0
@@ -69,38 +62,29 @@ class HumanoidStandupRules(Rules):
         return self._placement() | {"z_distance_from_origin": height}
 
     def _placement(self) -> dict[str, NDArray[Any]]:
-        field = self._field
-        return {
-            "x_position": field["qpos"][:, 0].copy(),
-            "y_position": field["qpos"][:, 1].copy(),
-            "tendon_length": field["ten_length"].copy(),
-            "tendon_velocity": field["ten_velocity"].copy(),
-        }
+        x, y = self._field["qpos"][:, 0].copy(), self._field["qpos"][:, 1].copy()
+        length, velocity = self._field["ten_length"].copy(), self._field["ten_velocity"].copy()
+        return {"x_position": x, "y_position": y, "tendon_length": length, "tendon_velocity": velocity}
 
     def _contact_cost(self) -> Array:
-        return contact_cost(self._field["cfrc_ext"][:, : self._bodies])
+        """The cost of the contact forces, in [0, 10] (Gymnasium's humanoid_v5)."""
+        forces = self._field["cfrc_ext"][:, : self._bodies]
+        squares = np.square(forces.reshape(len(forces), -1)).sum(axis=-1)
+        cost: Array = np.minimum(CONTACT_WEIGHT * squares, MAX_CONTACT_COST)
+        return cost
 
     def observe(self) -> Array:
         """Positions without x and y, velocities, then inertias, velocities and forces of bodies."""
-        field = self._field
-        num_envs, agent = len(field["qpos"]), slice(1, self._bodies)
-        return np.concatenate(
-            (
-                field["qpos"][:, 2:],
-                field["qvel"],
-                field["cinert"][:, agent].reshape(num_envs, -1),
-                field["cvel"][:, agent].reshape(num_envs, -1),
-                field["qfrc_actuator"][:, 6:],
-                field["cfrc_ext"][:, agent].reshape(num_envs, -1),
-            ),
-            axis=1,
+        field, num_envs = self._field, len(self._field["qpos"])
+        inertia, speed, force = (
+            field[name][:, 1 : self._bodies].reshape(num_envs, -1) for name in ("cinert", "cvel", "cfrc_ext")
         )
+        motors = field["qfrc_actuator"][:, 6:]
+        return np.concatenate((field["qpos"][:, 2:], field["qvel"], inertia, speed, motors, force), axis=1)
 
 
 class HumanoidRules(HumanoidStandupRules):
-    """Humanoid's reward on the speed of the center of mass, with a bonus while upright.
-
-    A fall ends the episode.
+    """Humanoid's reward on the speed of the center of mass, with a bonus while upright; a fall is the end.
 
     Speed starts from the center of mass that the previous step left, which is one evaluation old.
     """

@@ -90,10 +90,8 @@ def _paddle(spec: mujoco.MjSpec) -> None:
     # The cross-bar is the first of the fork's three capsules, the prongs follow.
     for geom in [*tips.geoms, *spec.body("r_wrist_roll_link").geoms[-PRONGS:]]:
         spec.delete(geom)
-    size = (0.003, 0.12, 0.05)
-    tips.add_geom(
-        name="paddle", type=mujoco.mjtGeom.mjGEOM_BOX, pos=(0.017, 0, 0), size=size, contype=1, conaffinity=1
-    )
+    shape = {"type": mujoco.mjtGeom.mjGEOM_BOX, "pos": (0.017, 0, 0), "size": (0.003, 0.12, 0.05)}
+    tips.add_geom(name="paddle", contype=1, conaffinity=1, **shape)
 
 
 def _ball(spec: mujoco.MjSpec) -> None:
@@ -101,14 +99,8 @@ def _ball(spec: mujoco.MjSpec) -> None:
     ball.pos = (0, 0, BALL_HEIGHT)
     for geom in ball.geoms:
         spec.delete(geom)
-    ball.add_geom(
-        name="ball",
-        type=mujoco.mjtGeom.mjGEOM_SPHERE,
-        size=(0.05, 0, 0),
-        contype=1,
-        conaffinity=0,
-        rgba=WHITE,
-    )
+    shape = {"type": mujoco.mjtGeom.mjGEOM_SPHERE, "size": (0.05, 0, 0)}
+    ball.add_geom(name="ball", contype=1, conaffinity=0, rgba=WHITE, **shape)
     for joint in ball.joints:
         joint.range = (-10.3, 10.3)
         joint.damping[0] = 0.5
@@ -118,26 +110,15 @@ def _ball(spec: mujoco.MjSpec) -> None:
 def _goal(spec: mujoco.MjSpec) -> None:
     spec.delete(spec.body("goal"))
     goal = spec.worldbody.add_body(name="goal", mocap=True, pos=(0, 0, GOAL_HEIGHT))
-    goal.add_geom(
-        name="coaster",
-        type=mujoco.mjtGeom.mjGEOM_CYLINDER,
-        size=(0.08, 0.001, 0),
-        mass=0,
-        contype=0,
-        conaffinity=0,
-        rgba=(1, 0, 0, 1),
-    )
+    shape = {"type": mujoco.mjtGeom.mjGEOM_CYLINDER, "size": (0.08, 0.001, 0)}
+    goal.add_geom(name="coaster", mass=0, contype=0, conaffinity=0, rgba=(1, 0, 0, 1), **shape)
     x, y, z = PLATE_POSITION
     for index, turn in enumerate(PLATE_TURNS):
         sin, cos = math.sin(turn), math.cos(turn)
-        goal.add_geom(
-            name=f"plate{index}",
-            type=mujoco.mjtGeom.mjGEOM_BOX,
-            size=PLATE_HALF_SIZES,
-            pos=(cos * x - sin * y, sin * x + cos * y, z),
-            quat=(math.cos(turn / 2), 0, 0, math.sin(turn / 2)),
-            mass=0,
-            contype=0,
-            conaffinity=1,
-            rgba=WHITE,
-        )
+        shape = {
+            "type": mujoco.mjtGeom.mjGEOM_BOX,
+            "size": PLATE_HALF_SIZES,
+            "pos": (cos * x - sin * y, sin * x + cos * y, z),
+            "quat": (math.cos(turn / 2), 0, 0, math.sin(turn / 2)),
+        }
+        goal.add_geom(name=f"plate{index}", mass=0, contype=0, conaffinity=1, rgba=WHITE, **shape)

@@ -43,8 +43,7 @@ def _state_fields(model: mujoco.MjModel) -> tuple[str, ...]:
 class BatchPhysics:
     """Simulations in mujoco.batch. Derived fields are bit for bit those that mj_step leaves."""
 
-    lost_threads = False
-    """Whether the process was forked, so that copies can be made and nothing else."""
+    lost_threads = False  # whether the process was forked, so that copies can be made and nothing else
 
     def __init__(
         self, models: Sequence[mujoco.MjModel], frame_skip: int, num_threads: int, fields: Sequence[str]
@@ -122,8 +121,7 @@ class PooledPhysics:
     evaluates at a different stage than Gymnasium does (ADR 25).
     """
 
-    lost_threads = False
-    """Whether the process was forked, so that copies can be made and nothing else."""
+    lost_threads = False  # as in ``BatchPhysics``
 
     def __init__(
         self, models: Sequence[mujoco.MjModel], frame_skip: int, num_threads: int, fields: Sequence[str]
@@ -140,7 +138,6 @@ class PooledPhysics:
         self._fields: dict[str, Array] = {
             name: np.zeros((len(models), *np.shape(getattr(self._data[0], name)))) for name in gathered
         }
-        self._controls = [data.ctrl for data in self._data]
         self._copies = [
             [(rows[index], getattr(data, name)) for name, rows in self._fields.items()]
             for index, data in enumerate(self._data)
@@ -162,16 +159,15 @@ class PooledPhysics:
 
     def step(self, ctrl: NDArray[Any], indices: Indices | None) -> None:
         """Runs one environment step in some environments, or in all."""
-        models, datas, controls, frame_skip = self._models, self._data, self._controls, self._frame_skip
 
         def advance(index: int) -> None:
-            model, data = models[index], datas[index]
-            controls[index][:] = ctrl[index]
-            mujoco.mj_step(model, data, frame_skip)
+            model, data = self._models[index], self._data[index]
+            data.ctrl[:] = ctrl[index]
+            mujoco.mj_step(model, data, self._frame_skip)
             mujoco.mj_rnePostConstraint(model, data)
             self._gather(index)
 
-        self._spread(advance, range(len(datas)) if indices is None else indices.tolist())
+        self._spread(advance, range(len(self._data)) if indices is None else indices.tolist())
 
     def _gather(self, index: int) -> None:
         for row, source in self._copies[index]:

@@ -43,24 +43,20 @@ class Shard:
         self._steps = np.zeros(len(templates), np.int64)
         models: list[mujoco.MjModel] = [template.model for template in templates]
         engine = PooledPhysics if rules.needs_contact_forces else BatchPhysics
-        self._physics: BatchPhysics | PooledPhysics = engine(
+        self.physics: BatchPhysics | PooledPhysics = engine(
             models, templates[0].frame_skip, num_threads, rules.fields
         )
-        self._rules = rules(self._physics, templates)
-        self._effects = effects_of(self._physics, templates)
+        self._rules = rules(self.physics, templates)
+        self._effects = effects_of(self.physics, templates)
         self._success = success_test(templates[0].task.body.success, templates[0].model)
-        self._success_field = None if self._success is None else self._physics.field(self._success.field)
+        self._success_field = None if self._success is None else self.physics.field(self._success.field)
 
     def __getstate__(self) -> dict[str, Any]:
         """Returns the arguments, and copies of everything that changes from step to step."""
         parts: list[Rules | Effect] = [self._rules, *self._effects]
         kept = [{name: getattr(part, name) for name in part.kept} for part in parts]
-        return {
-            "arguments": self._arguments,
-            "steps": self._steps,
-            "physics": self._physics.dump(),
-            "kept": kept,
-        }
+        physics = self.physics.dump()
+        return {"arguments": self._arguments, "steps": self._steps, "physics": physics, "kept": kept}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Makes the shard again and continues where the copied one was."""
@@ -68,12 +64,12 @@ class Shard:
         for part, kept in zip((self._rules, *self._effects), state["kept"], strict=True):
             for name, value in kept.items():
                 setattr(part, name, value)
-        self._physics.undump(state["physics"])
+        self.physics.undump(state["physics"])
         self._steps[:] = state["steps"]
 
     def _renew_threads(self) -> None:
         """In a forked process, which has no threads but this one, goes on with new ones."""
-        if self._physics.lost_threads:
+        if self.physics.lost_threads:
             self.__setstate__(self.__getstate__())
 
     def reset(self, indices: Indices, generators: Generators) -> None:
@@ -85,7 +81,7 @@ class Shard:
         rows = self._rules.draw(indices, generators)
         for effect in self._effects:
             effect.draw(indices, generators, rows)
-        self._physics.reset(indices, rows)
+        self.physics.reset(indices, rows)
         self._steps[indices] = 0
         self._rules.on_reset(indices)
         for effect in self._effects:
@@ -99,7 +95,7 @@ class Shard:
         for effect in self._effects:
             effect.pre_step(self._steps)
             ctrl = effect.control(ctrl, self._steps)
-        self._physics.step(ctrl, indices)
+        self.physics.step(ctrl, indices)
         self._steps += 1
         return self._rules.reward_and_termination(actions, ctrl)
 
@@ -121,31 +117,15 @@ class Shard:
         observations = self._rules.observe()
         return np.concatenate((observations, *appended), axis=1) if appended else observations
 
-    def states(self) -> dict[str, Array]:
-        """Returns copies of positions, velocities, time and mocap poses, one row per environment."""
-        return self._physics.states()
-
-    def close(self) -> None:
-        """Frees threads and memory."""
-        self._physics.close()
-
 
 class MujocoVectorEnv(TaskVectorEnv, VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
     """MuJoCo environments stepped together, in shards in the order of each one's first environment.
 
     Results of the shards are put together in the order of the environments; a single shard's are passed on.
-
-    Args:
-        templates: the task of each environment, with its compiled model.
-        num_threads: threads that step physics.
-        autoreset_mode: when environments whose episode ended are reset.
     """
 
     def __init__(
-        self,
-        templates: Sequence[Template],
-        num_threads: int,
-        autoreset_mode: AutoresetMode,
+        self, templates: Sequence[Template], num_threads: int, autoreset_mode: AutoresetMode
     ) -> None:
         spaces = templates[0].observation_space, templates[0].action_space
         super().__init__([template.task for template in templates], spaces, autoreset_mode)
@@ -153,11 +133,7 @@ class MujocoVectorEnv(TaskVectorEnv, VectorEnv[NDArray[Any], NDArray[Any], NDArr
         for index, template in enumerate(templates):
             members.setdefault(layout(template), []).append(index)
         self._shards = [
-            Shard(
-                np.array(indices),
-                [templates[index] for index in indices],
-                num_threads,
-            )
+            Shard(np.array(indices), [templates[index] for index in indices], num_threads)
             for indices in members.values()
         ]
 
@@ -196,7 +172,7 @@ class MujocoVectorEnv(TaskVectorEnv, VectorEnv[NDArray[Any], NDArray[Any], NDArr
     def _states(self) -> dict[str, Array]:
         states: dict[str, Array] = {}
         for shard in self._shards:
-            for name, rows in shard.states().items():
+            for name, rows in shard.physics.states().items():
                 blank = np.full((self.num_envs, *rows.shape[1:]), np.nan)
                 states.setdefault(name, blank)[shard.members] = rows
         return states
@@ -204,4 +180,4 @@ class MujocoVectorEnv(TaskVectorEnv, VectorEnv[NDArray[Any], NDArray[Any], NDArr
     def close_extras(self, **kwargs: Any) -> None:
         """Frees threads and memory."""
         for shard in self._shards:
-            shard.close()
+            shard.physics.close()

@@ -44,9 +44,8 @@ def course(task: Task) -> Course:
     if len(task.variations) == 1 and isinstance(task.variations[0], Course):
         return task.variations[0]
     others = ", ".join(repr(variation) for variation in task.variations if not isinstance(variation, Course))
-    message = f"A navigation task has exactly one course; its variations also include {others}."
-    if not others:
-        message = "A navigation task has exactly one course."
+    also = f"; its variations also include {others}" if others else ""
+    message = f"A navigation task has exactly one course{also}."
     raise BenchError("bad-course", message, task.id, "Variations of MuJoCo bodies do not apply to it.")
 
 
@@ -102,9 +101,7 @@ class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], IndependentCopies):
     ) -> tuple[NDArray[Any], dict[str, Any]]:
         """Returns the first observation of an episode, and an empty dictionary.
 
-        Args:
-            seed: seed of the generator that draws starts; None continues with the generator.
-            options: ``start``, a free point (x, y) in units, instead of a random one.
+        The option ``start`` is a free point (x, y) in units, instead of a random one.
 
         Raises:
             BenchError: the start is not a free point. Nothing has changed then.
@@ -153,10 +150,6 @@ class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], IndependentCopies):
 
 class NavigationVectorEnv(TaskVectorEnv, VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
     """Navigation environments of one family, with many agents in one compiled world, each alone in its arena.
-
-    Args:
-        tasks: the task of each environment.
-        autoreset_mode: when environments whose episode ended are reset.
 
     Raises:
         BenchError: the tasks belong to several families, or one is not a navigation task.

@@ -57,11 +57,9 @@ OBSTACLE = "#"
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """An occupancy grid with 1 for an obstacle.
+    """An occupancy grid with 1 for an obstacle, in a ring of obstacles: everything outside the map is solid.
 
     Cell ``(row, column)`` is ``solid[row + 1, column + 1]``, and row 0 is the map's bottom.
-
-    The array has a ring of obstacles around the map, because everything outside the map is solid.
     """
 
     solid: NDArray[np.uint8]
@@ -168,9 +166,7 @@ def advance(  # noqa: PLR0917
     rewards: Any,
     reached: Any,
 ) -> None:
-    """Moves every agent that is not waiting by its action, in place.
-
-    Writes rewards and arrivals.
+    """Moves every agent that is not waiting by its action, in place; writes rewards and arrivals.
 
     Args:
         solids: (maps, rows + 2, columns + 2), as in ``Grid``; ``map_of`` (agents,) indexes it.

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gym_extensions.catalog.tasks import Task
+from gym_extensions.envs.navigation import geometry
 from gym_extensions.envs.navigation.env import NavigationVectorEnv, course
 from gym_extensions.envs.navigation.geometry import (
     CELL,
@@ -21,7 +22,6 @@ from gym_extensions.envs.navigation.geometry import (
     crosses,
     touches,
 )
-from gym_extensions.envs.navigation.geometry import arena as published_arena
 from gym_extensions.envs.protocols import Flags
 from gym_extensions.envs.rollout import run_episodes
 
@@ -135,9 +135,7 @@ def look(  # noqa: PLR0917
 
 
 @compiled
-def _try(  # noqa: PLR0917
-    solid: Any, steps: Any, goal: Any, point: Any, move: Any, at_most: int
-) -> tuple[int, int]:
+def _try(solid: Any, steps: Any, goal: Any, point: Any, move: Any, at_most: int) -> tuple[int, int]:  # noqa: PLR0917
     """Steps to go and their count after a move, as ``look`` returns them. ``NEVER`` after a collision."""
     to_x, to_y = point[0] + move[0], point[1] + move[1]
     if crosses(solid, point[0], point[1], to_x, to_y):
@@ -181,16 +179,10 @@ class Oracle:
         self.steps: NDArray[np.int16] = steps_to_go(arena.grid.solid, arena.goal[0], arena.goal[1])
 
     @classmethod
-    def of(cls, task: Task) -> Oracle:
-        """Returns the oracle of a navigation task. All families of one map and goal share it."""
-        found = course(task)
-        return cls.at(found.map, found.goal)
-
-    @classmethod
     @functools.cache
     def at(cls, map_number: int, goal_number: int) -> Oracle:
         """Returns the oracle of a published map and goal, planned once per process."""
-        return cls(published_arena(map_number, goal_number))
+        return cls(geometry.arena(map_number, goal_number))
 
     def act(self, position: NDArray[np.float64]) -> NDArray[np.float32]:
         """Returns the displacement from a free position (2,), in units."""
@@ -208,7 +200,8 @@ def oracle_returns(task: Task, seeds: Sequence[int]) -> NDArray[np.float64]:
 
     Tasks that differ only in their family have equal returns: the oracle reads the position.
     """
-    oracle, env = Oracle.of(task), NavigationVectorEnv([task] * len(seeds))
+    found, env = course(task), NavigationVectorEnv([task] * len(seeds))
+    oracle = Oracle.at(found.map, found.goal)
 
     def act(observations: NDArray[Any], starts: Flags, running: Flags) -> NDArray[np.float32]:
         actions = np.zeros((len(seeds), 2), dtype=np.float32)

@@ -23,9 +23,8 @@ def _closest(solid: Any, x: float, y: float) -> tuple[float, float]:
     while best == math.inf or best >= ((ring - 1) * CELL) ** 2:
         for row in range(max(home_row - ring, 0), min(home_row + ring, rows - 1) + 1):
             on_side = abs(row - home_row) == ring
-            for column in range(
-                home_column - ring, home_column + ring + 1, 1 if on_side or ring == 0 else 2 * ring
-            ):
+            stride = 1 if on_side or ring == 0 else 2 * ring
+            for column in range(home_column - ring, home_column + ring + 1, stride):
                 if column < 0 or column >= columns or not solid[row, column]:
                     continue
                 gap_x = max((column - 1) * CELL - x, 0.0) - max(x - column * CELL, 0.0)
@@ -134,12 +133,9 @@ def _oblique(  # noqa: PLR0917
 
 @compiled
 def cast_ranges(solids: Any, map_of: Any, positions: Any, ranges: Any) -> None:
-    """Writes every agent's ranges, in units, into ``ranges[:, :16]``.
+    """Writes every agent's ranges, in units, into ``ranges[:, :16]``; ``MAX_RANGE`` without a hit.
 
-    A beam without a hit is ``MAX_RANGE``.
-
-    Args:
-        solids, map_of, positions: as in ``motion.advance``; every position is free.
+    The other arguments are as in ``geometry.advance``; every position is free.
     """
     stride = solids.shape[2]
     for agent in range(len(positions)):
@@ -174,11 +170,8 @@ NEAREST = (
     Field("distance to the closest obstacle", "unit", 0.0, HEIGHT / 2 - CELL),
     Field("bearing to it, world frame, (−π, π]", "rad", -np.pi, np.pi),
 )
-RANGES = (
-    Field(
-        "range along beam i, at 22.5°·i in the world frame; 100 without a hit", "unit", 0.0, MAX_RANGE, BEAMS
-    ),
-)
+RANGE = "range along beam i, at 22.5°·i in the world frame; 100 without a hit"
+RANGES = (Field(RANGE, "unit", 0.0, MAX_RANGE, BEAMS),)
 
 FIELDS: dict[str, tuple[Field, ...]] = {
     "state": AGENT + NEAREST,
@@ -193,9 +186,9 @@ def observation_space(family: str) -> Box:
     """Returns the observation space of a family."""
     if family == "image":
         return Box(0, 255, (round(HEIGHT / PIXEL), round(WIDTH / PIXEL), 3), np.uint8)
-    low = [field.low for field in FIELDS[family] for _ in range(field.count)]
-    high = [field.high for field in FIELDS[family] for _ in range(field.count)]
-    return Box(np.array(low, dtype=np.float32), np.array(high, dtype=np.float32), dtype=np.float32)
+    entries = [field for field in FIELDS[family] for _ in range(field.count)]
+    low, high = (np.array([getattr(each, end) for each in entries], np.float32) for end in ("low", "high"))
+    return Box(low, high, dtype=np.float32)
 
 
 def action_space() -> Box:

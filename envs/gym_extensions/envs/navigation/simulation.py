@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from gym_extensions.envs.navigation.geometry import Arena, advance, touches
 from gym_extensions.envs.navigation.rendering import background, move_agents
-from gym_extensions.envs.navigation.sensors import BEAMS, PIXEL, cast_ranges, find_nearest
+from gym_extensions.envs.navigation.sensors import BEAMS, FIELDS, PIXEL, cast_ranges, find_nearest
 from gym_extensions.errors import BenchError
 
 START_CLEARANCE = 100.0
@@ -18,36 +18,37 @@ START_CLEARANCE = 100.0
 
 
 class World:
-    """The positions of many agents and what they observe.
+    """The positions of many agents and what they observe, which is a key of the catalog's ``FAMILIES``.
 
-    Args:
-        arenas: the grid and the goal of each agent; all grids have the same size.
-        family: what the agents observe, a key of the catalog's ``FAMILIES``.
+    ``arenas`` are the grid and the goal of each agent; all grids have the same size.
     """
 
     def __init__(self, arenas: Sequence[Arena], family: str) -> None:
-        self.arenas, self.family = tuple(arenas), family
+        self.arenas, self.family, count = tuple(arenas), family, len(arenas)
         grids = list(dict.fromkeys(arena.grid for arena in arenas))
         self._solids = np.stack([grid.solid for grid in grids])
         self._map_of = np.array([grids.index(arena.grid) for arena in arenas])
         self._goals = np.array([arena.goal for arena in arenas], dtype=np.float64)
-        self.positions = np.full((len(arenas), 2), np.nan)
-        self._rewards, self._reached = np.zeros(len(arenas)), np.zeros(len(arenas), dtype=np.bool_)
+        self.positions = np.full((count, 2), np.nan)
+        self._rewards, self._reached = np.zeros(count), np.zeros(count, dtype=np.bool_)
         if family == "image":
-            self._prepare_pictures()
+            keys = [(number, arena.goal) for number, arena in zip(self._map_of.tolist(), arenas, strict=True)]
+            distinct = dict(zip(keys, arenas, strict=True))
+            self._backgrounds = np.stack([background(arena, PIXEL) for arena in distinct.values()])
+            self._background_of = np.array([list(distinct).index(key) for key in keys])
+            self._pictures, self._shown = self._backgrounds[self._background_of], np.full((count, 2), np.nan)
         else:
-            self._numbers = self._fixed_numbers()
+            width = sum(field.count for field in FIELDS[family])
+            self._numbers = np.zeros((count, width), dtype=np.float32)
+            if family in ("state-goal", "range-known"):
+                self._numbers[:, -2:] = self._goals  # they never change
 
     def advance(
         self, actions: NDArray[Any], waiting: NDArray[np.bool_]
     ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-        """Moves every agent that is not waiting.
+        """Moves every agent that is not ``waiting`` (agents,); returns rewards and arrivals, (agents,) each.
 
-        Returns rewards and arrivals, (agents,) each.
-
-        Args:
-            actions: (agents, 2), displacements in units, clipped here.
-            waiting: (agents,), agents that stay where they are, with reward 0.
+        ``actions`` (agents, 2) are displacements in units, clipped here. Waiting agents get reward 0.
         """
         moves = np.ascontiguousarray(actions, dtype=np.float64)
         rewards, reached = self._rewards, self._reached
@@ -57,9 +58,8 @@ class World:
     def observe(self) -> NDArray[Any]:
         """Returns every agent's observation, (agents, …). Every agent has been placed."""
         if self.family == "image":
-            move_agents(
-                self._pictures, self._backgrounds, self._background_of, self._shown, self.positions, PIXEL
-            )
+            backgrounds = self._backgrounds, self._background_of
+            move_agents(self._pictures, *backgrounds, self._shown, self.positions, PIXEL)
             return np.copy(self._pictures)
         numbers = self._numbers
         if self.family.startswith("range"):
@@ -99,23 +99,3 @@ class World:
             message = f"The start ({start[0]:g}, {start[1]:g}) is in an obstacle or outside the map."
             raise BenchError("bad-start", message, where, hint)
         return start
-
-    def _fixed_numbers(self) -> NDArray[np.float32]:
-        """Returns the observations' array with the goals filled in. They never change."""
-        widths = {"state": 4, "state-goal": 6, "range": BEAMS, "range-known": BEAMS + 4}
-        numbers = np.zeros((len(self.arenas), widths[self.family]), dtype=np.float32)
-        if self.family in ("state-goal", "range-known"):
-            numbers[:, -2:] = self._goals
-        return numbers
-
-    def _prepare_pictures(self) -> None:
-        distinct: Mapping[tuple[int, tuple[float, float]], Arena] = {
-            (int(number), arena.goal): arena for number, arena in zip(self._map_of, self.arenas, strict=True)
-        }
-        order = list(distinct)
-        self._backgrounds = np.stack([background(arena, PIXEL) for arena in distinct.values()])
-        self._background_of = np.array(
-            [order.index((int(n), arena.goal)) for n, arena in zip(self._map_of, self.arenas, strict=True)]
-        )
-        self._pictures = self._backgrounds[self._background_of]
-        self._shown = np.full((len(self.arenas), 2), np.nan)
