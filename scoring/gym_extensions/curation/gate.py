@@ -20,7 +20,7 @@ from gym_extensions.curation.pull_request import SUBMISSIONS, PullRequest, broke
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes
 from gym_extensions.rollouts.layout import NAME
-from gym_extensions.rollouts.problem import Problem
+from gym_extensions.rollouts.problem import Problem, cut
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.review import CLAIMED, REPORTED
 from gym_extensions.rollouts.run import RunDocument
@@ -146,7 +146,7 @@ def _judged(report: reports.GateReport, pull_request: PullRequest, limits: Limit
         repeated=judgement.repeated,
         episodes=judgement.episodes,
         scores=judgement.scores,
-        notes=tuple(map(reports.cut, judgement.notes[: reports.MAX_PROBLEMS])),
+        notes=tuple(map(cut, judgement.notes[: reports.MAX_PROBLEMS])),
     )
     return _closed(judged, judgement.problems)
 

@@ -167,11 +167,8 @@ def rule(function: Rule) -> Rule:
 
 def broken_rules(pull_request: PullRequest) -> list[Problem]:
     """The problems of a pull request that changes data."""
-    return [
-        Problem(name, finding.where, finding.message, finding.hint)
-        for name, function in RULES.items()
-        for finding in function(pull_request)
-    ]
+    found = ((name, each) for name, function in RULES.items() for each in function(pull_request))
+    return [Problem(name, each.where, each.message, each.hint) for name, each in found]
 
 
 @rule
@@ -285,10 +282,6 @@ def entry_name(pull_request: PullRequest) -> Iterator[Finding]:
             yield Finding(f"submissions/{name[:MAX_PATH]}", "It is not a name of an entry.", "Rename it.")
 
 
-def _fold(path: str) -> str:
-    return unicodedata.normalize("NFKC", path).casefold()
-
-
 @rule
 def case_collision(pull_request: PullRequest) -> Iterator[Finding]:
     """No two paths differ only in letter case or Unicode spelling, among all entries."""
@@ -298,7 +291,7 @@ def case_collision(pull_request: PullRequest) -> Iterator[Finding]:
         names = entry.path.split("/")
         for depth in range(1, len(names) + 1):
             path = "/".join(names[:depth])
-            first = spellings.setdefault(_fold(path), path)
+            first = spellings.setdefault(unicodedata.normalize("NFKC", path).casefold(), path)
             if first != path and entry.path in changed:
                 yield Finding(entry.path, f"{path} and {first} differ only in letter case.", "Rename it.")
                 break

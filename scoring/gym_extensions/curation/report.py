@@ -11,8 +11,9 @@ from msgspec import Meta
 
 from gym_extensions.catalog.protocol import BUDGETS, FULL_ENTRY_RUNS
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.problem import Problem
+from gym_extensions.rollouts.problem import MAX_TEXT, Problem
 from gym_extensions.scoring.documents import JsonDocument
+from gym_extensions.scoring.output.screen import count, number
 
 Kind = Literal["submission", "edit", "donation", "record", "code", "none"]
 Verdict = Literal["passed", "review", "refused", "not-judged"]
@@ -20,8 +21,7 @@ Label = Literal["submission", "edits-entry", "donation", "record", "refused", "c
 Level = Literal["reported", "claimed"]
 MAX_BYTES = 2**20
 MAX_PROBLEMS = 50
-MAX_TEXT = 500
-"""Problems and notes of a report, and characters of each of their texts."""
+"""Most problems and most notes of a report."""
 
 OWNER = "@[A-Za-z0-9][A-Za-z0-9-]*(/[A-Za-z0-9._-]+)?"
 """A user or team of the code host."""
@@ -99,11 +99,6 @@ class GateReport(JsonDocument):
     labels: tuple[Label, ...] = ()
 
 
-def cut(text: str) -> str:
-    """A text with at most ``MAX_TEXT`` characters."""
-    return text if len(text) <= MAX_TEXT else f"{text[: MAX_TEXT - 1]}…"
-
-
 def read_report(data: bytes) -> GateReport:
     """The report of a JSON text, strictly: unknown keys, other types and longer texts are refused.
 
@@ -147,10 +142,6 @@ def code_block(lines: Sequence[str]) -> str:
     return f"{fence}text\n{text}\n{fence}"
 
 
-def _number(value: float | None) -> str:
-    return "–" if value is None else f"{value:.2f}"
-
-
 def _limits(report: GateReport) -> Iterator[str]:
     """What keeps a new entry from the boards or from a rank, whatever follows."""
     off_boards = {name for name, each in BUDGETS.items() if not each.on_boards}
@@ -179,8 +170,8 @@ def comment(report: GateReport) -> str:
         parts.append(f"Level: **{report.level}**{f': {counts}' if report.episodes else ''}.")
     if report.scores:
         rows = [
-            f"{each.group}  {each.protocol}  {each.budget}  {each.runs} run{'s' * (each.runs > 1)}  "
-            f"{each.metric} {_number(each.mean)} [{_number(each.low)}, {_number(each.high)}]"
+            f"{each.group}  {each.protocol}  {each.budget}  {count(each.runs, 'run')}  "
+            f"{each.metric} {number(each.mean, 2)} [{number(each.low, 2)}, {number(each.high, 2)}]"
             for each in report.scores
         ]
         parts.append(code_block(rows))

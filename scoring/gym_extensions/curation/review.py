@@ -103,7 +103,7 @@ def take(entry: Path, file: Path) -> None:
         raise BenchError("bad-record", "It has more than one verification, or decisions.", str(file))
     (verification,) = found.verifications
     runs = undecided_runs(entry)
-    if not verification.runs or any(runs.get(name) != digest for name, digest in verification.runs.items()):
+    if not verification.runs or not verification.runs.items() <= runs.items():
         raise BenchError("bad-record", "It is about other files, or about decided ones.", str(file))
     if verification.value != merge_commit(entry, run_files(entry, runs)):
         raise BenchError("bad-record", "Its seeds do not follow from the merge commit.", str(file))

@@ -11,7 +11,7 @@ import json
 import re
 import time
 import uuid
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -54,11 +54,17 @@ def write_records(folder: Path, entries: Sequence[Path], groups: Sequence[str] =
 
 def record(card: Scorecard, references: References, now: int) -> dict[str, Any] | None:
     """The record of a valid scorecard, or None if it has no value; ``now`` is in seconds since 1970."""
-    results = list(_results(card))
+    results = [
+        _result(name, protocol, score, metric, value)
+        for name, protocol, score in scores(card)
+        for metric in METRICS[protocol]
+        if (value := score.metrics[metric.name]).mean is not None and metric.better != NOT_RANKED
+    ]
     if not results or card.manifest is None:
         return None
     authors = card.manifest.authors
-    developer = _slug(authors[0] if authors else NAME)
+    name = authors[0] if authors else NAME
+    developer = re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-") or "unknown"
     reported = card.level == REPORTED
     runs = [run for group in card.groups.values() for score in group.values() for run in score.provenance]
     is_open = bool(runs) and all(run.policies for run in runs)
@@ -77,7 +83,7 @@ def record(card: Scorecard, references: References, now: int) -> dict[str, Any] 
         "model_info": {
             "name": card.title,
             "id": f"{developer}/{card.name}",
-            "developer": authors[0] if authors else NAME,
+            "developer": name,
             "additional_details": {
                 "deployment_type": "self_deployed",
                 "model_availability": "open_weights" if is_open else "unknown",
@@ -88,18 +94,6 @@ def record(card: Scorecard, references: References, now: int) -> dict[str, Any] 
         },
         "evaluation_results": results,
     }
-
-
-def _slug(text: str) -> str:
-    return re.sub(r"[^a-z0-9]+", "-", text.lower()).strip("-") or "unknown"
-
-
-def _results(card: Scorecard) -> Iterator[dict[str, Any]]:
-    for name, protocol, score in scores(card):
-        for metric in METRICS[protocol]:
-            value = score.metrics[metric.name]
-            if metric.better != NOT_RANKED and value.mean is not None:
-                yield _result(name, protocol, score, metric, value)
 
 
 def _result(

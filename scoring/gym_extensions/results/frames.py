@@ -108,7 +108,10 @@ def episodes(
                 **{name: getattr(log, name) for name in LOGGED},
                 "return": log.return_,
                 "success": pd.arrays.BooleanArray(log.success == 1, log.success < 0),
-                "fingerprint": _fingerprints(group, protocol),
+                "fingerprint": [
+                    group.runs[protocol][run].fingerprints[task]
+                    for run, task in zip(log.run.tolist(), log.task, strict=True)
+                ],
             }
         )
         for submission in read_all(submissions, groups)
@@ -116,12 +119,6 @@ def episodes(
         for protocol, log in group.logs.items()
     ]
     return concat(frames, EPISODE_DTYPES)[chosen]
-
-
-def _fingerprints(group: SubmittedGroup, protocol: str) -> list[str]:
-    log, documents = group.logs[protocol], group.runs[protocol]
-    keys = zip(log.run.tolist(), log.task, strict=True)
-    return [documents[run].fingerprints[task] for run, task in keys]
 
 
 def curves(

@@ -22,6 +22,11 @@ def escape(text: str) -> str:
     return "".join(char if char.isprintable() else char.encode("unicode_escape").decode() for char in text)
 
 
+def cut(text: str) -> str:
+    """The text with at most ``MAX_TEXT`` characters."""
+    return text if len(text) <= MAX_TEXT else f"{text[: MAX_TEXT - 1]}…"
+
+
 def quote(value: object) -> str:
     """The ``repr`` of a value, cut to 80 characters."""
     cut = value[: MAX_QUOTE + 1] if isinstance(value, str) else value
@@ -52,8 +57,7 @@ class Problem:
 
     def __post_init__(self) -> None:
         for name in ("where", "message", "hint"):
-            text = escape(getattr(self, name)[: MAX_TEXT + 1])
-            object.__setattr__(self, name, text if len(text) <= MAX_TEXT else f"{text[: MAX_TEXT - 1]}…")
+            object.__setattr__(self, name, cut(escape(getattr(self, name)[: MAX_TEXT + 1])))
 
 
 Scope = Literal["folder", "file", "manifest", "readme", "document", "log", "group", "policies", "review"]
@@ -94,12 +98,9 @@ def rule(scope: Scope) -> Callable[[Check], Check]:
 
 def problems(scope: Scope, subject: Any) -> list[Problem]:
     """Every problem that the rules of a scope report for a subject."""
-    return [
-        Problem(rule.name, finding.where, finding.message, finding.hint)
-        for rule in RULES.values()
-        if rule.scope == scope
-        for finding in rule.check(subject)
-    ]
+    rules = (rule for rule in RULES.values() if rule.scope == scope)
+    found = ((rule.name, each) for rule in rules for each in rule.check(subject))
+    return [Problem(name, each.where, each.message, each.hint) for name, each in found]
 
 
 def summarize(problems: Sequence[Problem], name: str) -> tuple[Problem, ...]:

@@ -67,12 +67,8 @@ class Submission:
     @property
     def documents(self) -> list[RunDocument]:
         """The documents of all runs, by group, protocol and run."""
-        return [
-            document
-            for group in self.groups.values()
-            for documents in group.runs.values()
-            for document in documents.values()
-        ]
+        runs = (documents for group in self.groups.values() for documents in group.runs.values())
+        return [document for documents in runs for document in documents.values()]
 
     @property
     def memory(self) -> Memory | None:
@@ -80,20 +76,6 @@ class Submission:
         parts = [msgspec.structs.astuple(document.memory) for document in self.documents]
         largest = map(max, zip(*parts, strict=True))
         return Memory(**dict(zip(Memory.__struct_fields__, largest, strict=True))) if parts else None
-
-    @property
-    def versions(self) -> dict[str, str]:
-        """The versions of all runs by package, ``python``, ``platform`` and ``blas`` included.
-
-        Several versions of a package are joined by a comma.
-        """
-        found: dict[str, dict[str, None]] = {}
-        for document in self.documents:
-            stated = msgspec.structs.asdict(document.versions) | document.packages
-            for name, version in stated.items():
-                if version:
-                    found.setdefault(name, {})[version] = None
-        return {name: ", ".join(versions) for name, versions in found.items()}
 
 
 def scored_runs(submitted: SubmittedGroup, *, merge: bool) -> SubmittedGroup:
@@ -116,11 +98,8 @@ def scored_runs(submitted: SubmittedGroup, *, merge: bool) -> SubmittedGroup:
         for run in sorted(set().union(*first_runs)):
             sets.setdefault(tuple(first.get(run) for first in first_runs), []).append(run)
         kind = "Runs" if "single" in protocols else f"{protocols[0].capitalize()} runs"
-        notes += [
-            f"{kind} {', '.join(map(str, runs))} are identical in every episode and count as one."
-            for runs in sets.values()
-            if len(runs) > 1
-        ]
+        equal = (", ".join(map(str, runs)) for runs in sets.values() if len(runs) > 1)
+        notes += [f"{kind} {runs} are identical in every episode and count as one." for runs in equal]
         distinct = {runs[0] for runs in sets.values()}
         logs |= {name: select_runs(logs[name], distinct) for name in protocols if name in logs}
     return replace(submitted, logs=logs, notes=tuple(notes))

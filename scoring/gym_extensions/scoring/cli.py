@@ -13,7 +13,7 @@ from gym_extensions.errors import BenchError, reports_mistakes
 
 if TYPE_CHECKING:
     from gym_extensions.scoring.pipeline import Scorer
-    from gym_extensions.scoring.scorecard import Scorecard, ScorecardDocument
+    from gym_extensions.scoring.scorecard import Scorecard
 
 MAX_IN_FULL = 3
 """Up to this many submissions are printed in full; beyond it, one line each plus problems."""
@@ -110,7 +110,13 @@ def _score(options: argparse.Namespace, scorer: Scorer) -> int:
         cards = pipeline.publish(options.out, cards, scorer.references)
     if as_text:
         cards = list(cards)
-        print_text(_as_text(pipeline.scorecard_document(cards, scorer.references), options))
+        document = pipeline.scorecard_document(cards, scorer.references)
+        if options.json:
+            print_text(document.to_json())
+        else:
+            from gym_extensions.scoring.output import tables  # loads pandas
+
+            print_text(tables.csv_text(document) if options.csv else tables.markdown_text(document))
         return int(any(card.problems for card in cards))
     status = 0
     for card in cards:
@@ -120,14 +126,6 @@ def _score(options: argparse.Namespace, scorer: Scorer) -> int:
         else:
             screen.show(out, card, bool(options.group))
     return status
-
-
-def _as_text(document: ScorecardDocument, options: argparse.Namespace) -> str:
-    if options.json:
-        return document.to_json()
-    from gym_extensions.scoring.output import tables  # loads pandas
-
-    return tables.csv_text(document) if options.csv else tables.markdown_text(document)
 
 
 @reports_mistakes

@@ -6,7 +6,6 @@ import argparse
 import secrets
 import sys
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
 from pathlib import Path
 
 from rich import progress as bars
@@ -56,40 +55,32 @@ def add_options(command: argparse.ArgumentParser) -> None:
     add("--cache", type=Path, default=cache_folder(), metavar="DIR", help="for what can be made again")
 
 
-@contextmanager
-def progress_bar(label: str) -> Iterator[tuple[bars.Progress, bars.TaskID]]:
-    """A bar with the time left on standard error, and its task."""
+def verified(path: Path, value: str, options: argparse.Namespace, *, only_new: bool = False) -> Report:
+    """The report on one entry, with a progress bar; see :func:`verify`. Options are those of the command."""
+    files = [str(Path(file).resolve()) for file in getattr(options, "groups", [])]
+    groups, console = with_custom(files), Console(stderr=True)
+    if options.retrain:
+        from gym_extensions.verification import retrain  # loads the agents
+
+        retrain.require_reference_agent(path, groups)
     columns = (
         *(bars.TextColumn("{task.description}"), bars.BarColumn(), bars.MofNCompleteColumn()),
         *(bars.TextColumn("cells"), bars.TimeElapsedColumn(), bars.TextColumn("left:")),
         bars.TimeRemainingColumn(),
     )
-    console = Console(stderr=True)
-    with bars.Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        yield bar, bar.add_task(label, total=None)
-
-
-def verified(path: Path, value: str, options: argparse.Namespace, *, only_new: bool = False) -> Report:
-    """The report on one entry, with a progress bar; see :func:`verify`. Options are those of the command."""
-    files = getattr(options, "groups", [])
-    groups = with_custom(files)
-    if options.retrain:
-        from gym_extensions.verification import retrain  # loads the agents
-
-        retrain.require_reference_agent(path, groups)
-    with progress_bar(path.name) as (progress, task):
+    with bars.Progress(
+        *columns, console=console, transient=True, disable=not console.is_terminal
+    ) as progress:
+        task = progress.add_task(path.name, total=None)
 
         def started(cells: int) -> None:
             progress.update(task, total=(progress.tasks[task].total or 0) + cells)
 
         report = verify(
-            path,
-            value,
-            Store(options.cache / "verify"),
+            *(path, value, Store(options.cache / "verify")),
             Fetcher(options.cache / "policies", options.public_only),
             only_new=only_new,
-            groups=groups,
-            files=tuple(str(Path(file).resolve()) for file in files),
+            files=files,
             jobs=options.jobs,
             started=started,
             done=lambda cells: progress.advance(task, cells),

@@ -22,6 +22,7 @@ from gym_extensions.envs.rollout import Outcome, run_episodes
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes
 from gym_extensions.rollouts.layout import run_key
+from gym_extensions.rollouts.manifest import Manifest
 from gym_extensions.rollouts.policies.files import (
     AnyPolicy,
     Key,
@@ -31,6 +32,8 @@ from gym_extensions.rollouts.policies.files import (
     read_arrays,
 )
 from gym_extensions.rollouts.policies.onnx import MISSING, RUNTIME, OnnxPolicy
+from gym_extensions.rollouts.run import RunDocument
+from gym_extensions.verification.fetch import Fetcher
 from gym_extensions.verification.limits import Limits, answers, end_all
 from gym_extensions.versions import blas_kernels, version, version_or_none
 
@@ -79,6 +82,33 @@ class RunRequest:
     def key(self, group: TaskGroup, cell: Cell) -> Key:
         """The key of the policy of a cell."""
         return cell.stage, group.tasks[cell.task].name if self.protocol == "single" else None
+
+
+def request_of(
+    document: RunDocument,
+    group: TaskGroup,
+    manifest: Manifest,
+    folder: Path,
+    cells: tuple[Cell, ...] = (),
+    *,
+    fetcher: Fetcher | None = None,
+) -> RunRequest:
+    """The request for cells of a run with policies in a submission; those that lie elsewhere are fetched."""
+    policies = document.policies
+    assert policies is not None
+    request = RunRequest(
+        folder=str(folder.resolve()),
+        group=group.name,
+        protocol=document.protocol,
+        run=document.run,
+        policies=policies.sha256,
+        files=document.digest,
+        observes_task=manifest.observes.task_in_evaluation,
+        cells=cells,
+    )
+    if fetcher is not None and policies.url:
+        return replace(request, file=str(fetcher.fetch(policies, request.name)))
+    return request
 
 
 @dataclass(frozen=True)

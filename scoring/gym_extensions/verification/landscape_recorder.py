@@ -19,7 +19,7 @@ from gym_extensions.catalog.worlds import Axis, axes
 from gym_extensions.envs import make_vec
 from gym_extensions.envs.fingerprinting import engine
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.layout import MANIFEST, run_key
+from gym_extensions.rollouts.layout import MANIFEST
 from gym_extensions.rollouts.manifest import manifest_of, parse
 from gym_extensions.rollouts.policies.files import AnyPolicy
 from gym_extensions.rollouts.run import RunDocument
@@ -33,7 +33,7 @@ from gym_extensions.scoring.landscapes import (
     measured_runs,
     write,
 )
-from gym_extensions.verification.episodes import Cell, Player, RunRequest, stored_policies
+from gym_extensions.verification.episodes import Cell, Player, RunRequest, request_of, stored_policies
 from gym_extensions.verification.fetch import Fetcher
 from gym_extensions.verification.limits import Limits, answers
 from gym_extensions.versions import blas_kernels, version
@@ -93,9 +93,10 @@ def landscape_of(entry: Path, group: TaskGroup, fetcher: Fetcher, jobs: int = 1)
     documents = measured_runs(entry, group)
     if not documents or any(document.policies is None for document in documents.values()):
         return NO_POLICIES
+    manifest = manifest_of(parse((entry / MANIFEST).read_bytes()))
 
     def work(document: RunDocument) -> list[Any]:
-        request = _request(entry, group, document, fetcher)
+        request = request_of(document, group, manifest, entry, fetcher=fetcher)
         return list(answers(JOB, {"run": msgspec.to_builtins(request)}, LIMITS))
 
     with ThreadPoolExecutor(jobs) as pool:
@@ -125,26 +126,7 @@ def landscape_of(entry: Path, group: TaskGroup, fetcher: Fetcher, jobs: int = 1)
 
 def _rounded(values: NDArray[np.float64]) -> tuple[Any, ...]:
     """Values (runs, stages, points) as nested tuples."""
-    return tuple(
-        tuple(tuple(round(value, DIGITS) for value in stage) for stage in run) for run in values.tolist()
-    )
-
-
-def _request(entry: Path, group: TaskGroup, document: RunDocument, fetcher: Fetcher) -> RunRequest:
-    policies, manifest = document.policies, manifest_of(parse((entry / MANIFEST).read_bytes()))
-    assert policies is not None, "only runs with policies are measured"
-    name = run_key(group.name, PROTOCOL, document.run)
-    return RunRequest(
-        folder=str(entry.resolve()),
-        group=group.name,
-        protocol=PROTOCOL,
-        run=document.run,
-        policies=policies.sha256,
-        files=document.digest,
-        observes_task=manifest.observes.task_in_evaluation,
-        cells=(),
-        file=str(fetcher.fetch(policies, name)) if policies.url else "",
-    )
+    return tuple(tuple(tuple(round(x, DIGITS) for x in stage) for stage in run) for run in values.tolist())
 
 
 def measure_all(

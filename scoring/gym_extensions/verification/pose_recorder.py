@@ -115,7 +115,7 @@ def poses_of(run: Run, submission: Submission, folder: Path) -> store.Poses:
     cells = [run.prescribed_cell(*key) for key in keys]
     if submission.manifest.protocol.evaluation == SAMPLED:
         cells = [replace(cell, noise=cell.seeds[0]) for cell in cells]
-    request = run.request(submission, folder.resolve(), tuple(cells))
+    request = run.request(submission, folder, tuple(cells))
     returns = {key: [outcome.return_ for outcome in run.logged[key]] for key in keys}
     episodes = [shown_episode(returns[key]) for key in keys]
     call = {"run": msgspec.to_builtins(request), "groups": [], "episodes": episodes}

@@ -14,7 +14,7 @@ from statistics import fmean
 import msgspec
 import numpy as np
 
-from gym_extensions.catalog.groups import GROUPS, TaskGroup
+from gym_extensions.catalog.groups import with_custom
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, evaluation_seed
 from gym_extensions.envs.rollout import Outcome
 from gym_extensions.rollouts.layout import run_key
@@ -26,7 +26,7 @@ from gym_extensions.rollouts.review import Review, Verification, read_review, wr
 from gym_extensions.rollouts.run import RunDocument
 from gym_extensions.rollouts.submission import Submission
 from gym_extensions.verification import new_seeds
-from gym_extensions.verification.episodes import Cell, Played, RunRequest, Store, run_all
+from gym_extensions.verification.episodes import Cell, Played, RunRequest, Store, request_of, run_all
 from gym_extensions.verification.fetch import Fetcher
 from gym_extensions.versions import blas_kernels, version, version_or_none
 
@@ -83,20 +83,12 @@ class Run:
             cells.append(Cell(stage, task, tuple(draw.seeds(group.id, task_id)), noise))
         return tuple(cells)
 
-    def request(self, submission: Submission, folder: Path, cells: tuple[Cell, ...]) -> RunRequest:
-        """The request for cells of the run, whose policies are in the folder of the submission."""
-        assert self.document.policies is not None
+    def request(
+        self, submission: Submission, folder: Path, cells: tuple[Cell, ...], fetcher: Fetcher | None = None
+    ) -> RunRequest:
+        """The request for cells of the run, whose policies are in the folder of the submission or fetched."""
         assert submission.manifest is not None, "it has no problems"
-        return RunRequest(
-            folder=str(folder),
-            group=self.log.group.name,
-            protocol=self.log.protocol,
-            run=self.number,
-            policies=self.document.policies.sha256,
-            files=self.document.digest,
-            observes_task=submission.manifest.observes.task_in_evaluation,
-            cells=cells,
-        )
+        return request_of(self.document, self.log.group, submission.manifest, folder, cells, fetcher=fetcher)
 
     @property
     def other_machine(self) -> str:
@@ -228,7 +220,6 @@ def verify(
     fetcher: Fetcher,
     *,
     only_new: bool = False,
-    groups: Mapping[str, TaskGroup] = GROUPS,
     files: Sequence[str] = (),
     jobs: int = 1,
     started: Callable[[int], None] = lambda _: None,
@@ -242,7 +233,7 @@ def verify(
         store: keeps outcomes, so that an interrupted verification goes on where it was.
         fetcher: gets policies that lie elsewhere.
         only_new: whether to leave out runs about which a verification has decided.
-        groups, files: the groups that the entry may contain, by name; TOML files of custom ones among them.
+        files: TOML files of custom groups that the entry may contain.
         jobs: processes that work at once.
         started, done: called with the number of cells before they are run, and of each finished run.
 
@@ -251,7 +242,7 @@ def verify(
             MuJoCo or Gymnasium is installed. Nothing is decided then.
     """
     path = path.resolve()
-    submission = read(path, groups, merge_runs=False)
+    submission = read(path, with_custom(files), merge_runs=False)
     if submission.problems:
         return Report(submission.name, submission.problems)
     runs = runs_of(submission)
@@ -260,11 +251,7 @@ def verify(
     runs = {name: run for name, run in runs.items() if name not in left_out}
     if not runs:
         return Report(submission.name, without_policies=without)
-    requests = {name: run.request(submission, path, ()) for name, run in runs.items()}
-    for name, run in runs.items():
-        if run.document.policies and run.document.policies.url:
-            file = fetcher.fetch(run.document.policies, name)
-            requests[name] = replace(requests[name], file=str(file))
+    requests = {name: run.request(submission, path, (), fetcher) for name, run in runs.items()}
 
     def play(cells: Mapping[str, tuple[Cell, ...]]) -> dict[str, Played]:
         started(sum(map(len, cells.values())))

@@ -89,15 +89,12 @@ class LogRows:
         log, names = self.log, {value: cell for cell, value in FLAGS.items()}
         last = stages(log.protocol, len(log.group.tasks))[-1]
         return {
-            "stage": log.stage[index],
+            **{name: getattr(log, name)[index] for name in ("stage", "episode", "seed", "length")},
             "stages": f"0 to {last}" if log.protocol == "sequential" else "1",
             "task": log.task[index][:MAX_QUOTE],
             "group": log.group.id,
-            "episode": log.episode[index],
             "last_episode": EVALUATION_EPISODES - 1,
-            "seed": log.seed[index],
             "expected_seed": self.expected_seed[index],
-            "length": log.length[index],
             "limit": self.limit[index],
             "return": float(log.return_[index]),
             "lower": float(self.low[index]),

@@ -62,8 +62,8 @@ def results(entry: SubmittedGroup, budget: str) -> Results:
     """The returns of a group's checked logs."""
     tasks = len(entry.group.tasks)
     shapes = {
-        protocol: (len(log.runs), len(stages(protocol, tasks)), tasks, EVALUATION_EPISODES)
-        for protocol, log in entry.logs.items()
+        name: (len(log.runs), len(stages(name, tasks)), tasks, EVALUATION_EPISODES)
+        for name, log in entry.logs.items()
     }
     return Results(
         group=entry.group,

@@ -18,7 +18,7 @@ from gym_extensions.rollouts.layout import MANIFEST
 from gym_extensions.rollouts.manifest import Manifest
 from gym_extensions.scoring.documents import DIALECT, json_schema
 from gym_extensions.scoring.entry.values import NEEDS
-from gym_extensions.scoring.formulas import METRICS, Metric
+from gym_extensions.scoring.formulas import METRICS
 from gym_extensions.scoring.poses import Poses
 from gym_extensions.scoring.ranking.boards import BoardsDocument, Comparison
 from gym_extensions.scoring.scorecard import ScorecardDocument
@@ -61,15 +61,12 @@ DOCUMENTS = (ScorecardDocument, BoardsDocument, Comparison)
 BLOCK = re.compile(r"<!-- table: (?P<name>[^>]+) -->\n.*?<!-- end -->", re.DOTALL)
 
 
-def _metric(metric: Metric) -> str:
-    needs = ", ".join(NEEDS[name] for name in metric.needs)
-    better = metric.better or "not ranked"
-    return f"| `{metric.name}` {metric.title} | {metric.formula} | {better} | {needs} | {metric.known_as} |"
-
-
 def _metrics(protocol: str) -> str:
-    head = "| metric | formula | better | also needs | also known as |\n|---|---|---|---|---|"
-    return "\n".join([head, *map(_metric, METRICS[protocol])])
+    rows = ["| metric | formula | better | also needs | also known as |\n|---|---|---|---|---|"]
+    for each in METRICS[protocol]:
+        needs, better = ", ".join(NEEDS[name] for name in each.needs), each.better or "not ranked"
+        rows.append(f"| `{each.name}` {each.title} | {each.formula} | {better} | {needs} | {each.known_as} |")
+    return "\n".join(rows)
 
 
 def _keys(definition: dict[str, Any], definitions: dict[str, Any]) -> str:

@@ -5,9 +5,10 @@ docs/scorecard.md describes every key.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated, Literal, TypeVar
 
 from gym_extensions.catalog.groups import CORES, SUITES
 from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS
@@ -15,7 +16,7 @@ from gym_extensions.rollouts.manifest import Evaluation, Observes, Steps
 from gym_extensions.rollouts.review import LEVELS, VERIFIED, Level
 from gym_extensions.rollouts.run import Memory
 from gym_extensions.scoring.documents import JsonDocument, about
-from gym_extensions.scoring.formulas import MetricValue
+from gym_extensions.scoring.formulas import Metric, MetricValue
 from gym_extensions.scoring.scorecard import GroupScore, Scorecard, SuiteScore
 from gym_extensions.scoring.statistics import Summary, subtract, to_interval, zero_mean_p
 
@@ -183,6 +184,7 @@ class CoreReference:
     groups: Annotated[dict[str, CoreGroup], about("its score by group id")]
 
 
+AnyEntry = TypeVar("AnyEntry", BoardEntry, CoreEntry)
 Verdict = Literal["separated", "equivalent", "open"]
 
 
@@ -304,6 +306,16 @@ def is_verified(level: Level) -> bool:
 def is_task_conditioned(card: Scorecard) -> bool:
     """Whether the agent observes the task in evaluation. Such entries have separate boards."""
     return card.manifest is not None and card.manifest.observes.task_in_evaluation
+
+
+def best_first(entries: Iterable[AnyEntry], metric: Metric) -> list[AnyEntry]:
+    """Ranked entries, then the others; the best on a metric first, those without a value last."""
+
+    def order(entry: AnyEntry) -> tuple[bool, float, str]:
+        mean = entry.metrics[metric.name].mean
+        return not entry.ranked, math.inf if mean is None else -mean, entry.name
+
+    return sorted(entries, key=order)
 
 
 def board_keys(cards: Sequence[Scorecard]) -> list[BoardKey]:

@@ -34,6 +34,7 @@ from gym_extensions.scoring.ranking.boards import (
     CoreGroup,
     CorePair,
     CoreReference,
+    best_first,
     board_level,
     is_verified,
 )
@@ -84,11 +85,9 @@ GroupRuns = tuple[tuple[float, ...], ...]
 
 @dataclass(frozen=True)
 class Method:
-    """An entry on every group of the core.
+    """An entry on every group of the core, and the algorithm that it equals until the end of the first stage.
 
     Attributes:
-        name: of the entry.
-        parent: the algorithm that it equals until the end of the first stage.
         values: by metric, the values of consecutive runs from 0 in each group; the same groups for all.
         starts: in each group, for each of these runs, the mean returns before and after the first stage.
     """
@@ -213,9 +212,9 @@ def ranks(names: Sequence[str], pairs: Sequence[CorePair], better: str) -> dict[
     return {name: (1 + above[name], len(names) - below[name]) for name in names}
 
 
-def _scores(card: Scorecard) -> dict[str, GroupScore]:
-    """The sequential scores of an entry on the groups of the core, by group id, in its order."""
-    logs = {name: card.groups.get(name, {}).get("sequential") for name in CORES[CORE]}
+def _scores(card: Scorecard, protocol: str = "sequential") -> dict[str, GroupScore]:
+    """The scores of an entry with runs on the groups of the core, by group id, in its order."""
+    logs = {name: card.groups.get(name, {}).get(protocol) for name in CORES[CORE]}
     return {name: log for name, log in logs.items() if log is not None and log.runs}
 
 
@@ -227,9 +226,8 @@ def _parent(card: Scorecard) -> str:
 def method_of(card: Scorecard) -> Method | None:
     """What an entry has on the core; None if it lacks a group or a value."""
     logs = _scores(card)
-    if len(logs) < len(CORES[CORE]) or not all(
-        log.metrics[metric].runs for log in logs.values() for metric in SHOWN
-    ):
+    has_values = all(log.metrics[metric].runs for log in logs.values() for metric in SHOWN)
+    if len(logs) < len(CORES[CORE]) or not has_values:
         return None
     counted = [(log, consecutive(log.runs)) for log in logs.values()]
     values = {metric: tuple(log.metrics[metric].runs[:count] for log, count in counted) for metric in SHOWN}
@@ -279,16 +277,13 @@ def _group(log: GroupScore, look: int, metric: Metric = FINAL) -> CoreGroup:
 def _in_other_ways(card: Scorecard) -> Iterator[CoreReference]:
     """The rows of ``IN_OTHER_WAYS`` that the reference agent has on every group of the core."""
     for name, (protocol, metric_name, title) in IN_OTHER_WAYS.items():
-        found = {group: card.groups.get(group, {}).get(protocol) for group in CORES[CORE]}
-        logs = {group: log for group, log in found.items() if log and log.budget == STANDARD_BUDGET}
+        logs, metric = _scores(card, protocol), BY_NAME[metric_name]
         runs = last_look(min((consecutive(log.runs) for log in logs.values()), default=0))
-        metric = BY_NAME[metric_name]
         has_values = all(log.metrics[metric_name].runs for log in logs.values())
-        if len(logs) < len(found) or not runs or not has_values:
-            continue
-        groups = {group: _group(log, runs, metric) for group, log in logs.items()}
-        value = _over_groups(logs.values(), metric, runs)
-        yield CoreReference(name=name, title=title, runs=runs, value=value, groups=groups)
+        if runs and has_values and len(logs) == len(CORES[CORE]):
+            groups = {group: _group(log, runs, metric) for group, log in logs.items()}
+            value = _over_groups(logs.values(), metric, runs)
+            yield CoreReference(name=name, title=title, runs=runs, value=value, groups=groups)
 
 
 def _over_groups(logs: Collection[GroupScore], metric: Metric, runs: int) -> BoardMetric:
@@ -344,21 +339,14 @@ def _entry(card: Scorecard, method: Method | None, original: str | None) -> Core
 def core_board(cards: Sequence[Scorecard]) -> CoreBoard | None:
     """The core board of the scorecards; None without an entry on it. Agents that observe the task are on it.
 
-    Args:
-        cards: scorecards; those without runs on the core, or with another budget, are left out.
+    Scorecards without runs on the core, or with another budget, are left out.
     """
     cards = [card for card in cards if any(log.budget == STANDARD_BUDGET for log in _scores(card).values())]
     if not cards:
         return None
     copies = duplicates(cards, KEY)
     methods = {card.name: method_of(card) for card in cards}
-    entries = [_entry(card, methods[card.name], copies.get(card.name)) for card in cards]
-
-    def order(entry: CoreEntry) -> tuple[bool, float, str]:
-        mean = entry.metrics[FINAL.name].mean
-        return not entry.ranked, math.inf if mean is None else -mean, entry.name
-
-    entries.sort(key=order)
+    entries = best_first([_entry(card, methods[card.name], copies.get(card.name)) for card in cards], FINAL)
     ranked = [(entry, method) for entry in entries if entry.ranked and (method := methods[entry.name])]
     learners = [method for entry, method in ranked if not _learned_nothing(entry)]
     families = {FINAL.name: [method for _, method in ranked], FORGETTING: learners}

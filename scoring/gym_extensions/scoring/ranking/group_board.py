@@ -6,7 +6,6 @@ belongs to the board and may change when an entry joins; the scores are copied a
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
@@ -31,6 +30,7 @@ from gym_extensions.scoring.ranking.boards import (
     Difference,
     Pair,
     Versus,
+    best_first,
     board_keys,
     board_level,
     is_verified,
@@ -74,7 +74,7 @@ def board(cards: Sequence[Scorecard], key: BoardKey, references: References | No
     metrics = BOARD_METRICS[key.protocol]
     first = metrics[0]
     made = [_entry(*each, key, copies.get(name), related[name]) for name, each in on_board.items()]
-    entries = _sorted(made, first.name)
+    entries = _sorted(made, first)
     summaries = {
         metric.name: {
             name: estimate(card.groups, key.groups, key.protocol, metric) for name, card in by_name.items()
@@ -220,14 +220,9 @@ def _entry(
     )
 
 
-def _sorted(entries: Sequence[BoardEntry], metric: str) -> list[BoardEntry]:
+def _sorted(entries: Sequence[BoardEntry], metric: Metric) -> list[BoardEntry]:
     """Ranked entries, best first, then the others; an identical entry follows the one that it equals."""
-
-    def order(entry: BoardEntry) -> tuple[bool, float, str]:
-        mean = entry.metrics[metric].mean
-        return not entry.ranked, math.inf if mean is None else -mean, entry.name
-
     identical: dict[str | None, list[BoardEntry]] = {}
-    for entry in sorted(entries, key=order):
+    for entry in best_first(entries, metric):
         identical.setdefault(entry.duplicate_of, []).append(entry)
     return [row for entry in identical.get(None, ()) for row in (entry, *identical.get(entry.name, ()))]
