@@ -22,8 +22,8 @@ EXPERT = Bar(90.0, standard_error=1.0)
 def test_a_record_lies_three_standard_errors_of_the_difference_above_the_expert() -> None:
     least = 90.0 + 3 * (1 + 0.5**2) ** 0.5
     assert EXPERT.least(0.5) == pytest.approx(least)
-    assert problem_of(CARD, EXPERT, mean=100.0, deviation=5.0, episodes=100) == ""
-    assert "to beat the expert, 99.0" in problem_of(CARD, Bar(99.0, 1.0), 100.0, 5.0, 100)
+    assert problem_of(CARD, EXPERT, Measurement(100, 100.0, 5.0)) == ""
+    assert "to beat the expert, 99.0" in problem_of(CARD, Bar(99.0, 1.0), Measurement(100, 100.0, 5.0))
 
 
 def test_on_an_open_task_a_record_beats_the_floor_by_the_rule_for_anchors() -> None:
@@ -33,14 +33,14 @@ def test_on_an_open_task_a_record_beats_the_floor_by_the_rule_for_anchors() -> N
 
 def test_a_record_that_falls_short_of_its_claim_is_none_even_above_the_expert() -> None:
     """2.65 standard errors of the difference of 5 √(2/100) are 1.87."""
-    assert problem_of(CARD, EXPERT, mean=98.2, deviation=5.0, episodes=100) == ""
-    assert "the card claims 100.0" in problem_of(CARD, EXPERT, mean=98.0, deviation=5.0, episodes=100)
+    assert problem_of(CARD, EXPERT, Measurement(100, 98.2, 5.0)) == ""
+    assert "the card claims 100.0" in problem_of(CARD, EXPERT, Measurement(100, 98.0, 5.0))
 
 
 def test_a_large_claimed_deviation_does_not_widen_the_margin() -> None:
     claim = Measurement(episodes=100, mean=100.0, deviation=1e6)
     card = RecordCard(CARD.task, "", "", (), claim, ("A",))
-    assert problem_of(card, EXPERT, mean=98.0, deviation=5.0, episodes=100) != ""
+    assert problem_of(card, EXPERT, Measurement(100, 98.0, 5.0)) != ""
 
 
 def test_the_bar_is_the_anchor_or_the_floor_of_an_open_task() -> None:

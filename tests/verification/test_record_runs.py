@@ -34,7 +34,7 @@ def test_a_policy_becomes_a_record_that_new_seeds_confirm(folder: Path) -> None:
     assert (review.problem, review.episodes, review.card) == ("", 100, record.digest)
     assert review.poses is not None
     assert len(review.poses.after.returns) == 100
-    assert abs(review.mean - record.card.measurement.mean) < 5 * review.standard_error
+    assert abs(review.mean - record.card.measurement.mean) < 5 * review.measurement.standard_error
     again, other = verify_record(record, VALUE), verify_record(record, "40" * 20)
     assert review.mean == again.mean != other.mean, "the seeds follow from the value"
 

@@ -131,8 +131,10 @@ class Repository:
 
         Sizes need the contents of the files, which a clone may lack; without them they are None.
         """
-        paths = [f"{folder}/" for folder in folders]
-        output = self.run("ls-tree", "-r", *["-l"] * sizes, "-z", "--full-tree", commit, *paths)
+        return self._entries("-r", *["-l"] * sizes, commit, *(f"{folder}/" for folder in folders))
+
+    def _entries(self, *arguments: str) -> tuple[TreeEntry, ...]:
+        output = self.run("ls-tree", "-z", "--full-tree", *arguments)
         return tuple(_tree_entry(line) for line in output.split(b"\0") if line)
 
     def blobs(self, object_ids: Iterable[str]) -> Iterator[bytes]:
@@ -156,10 +158,8 @@ class Repository:
 
     def file(self, commit: str, path: str) -> bytes | None:
         """The content of a file of a commit; None without such a file."""
-        output = self.run("ls-tree", "-z", "--full-tree", commit, path)
-        entries = (_tree_entry(line) for line in output.split(b"\0") if line)
-        ids = [each.object_id for each in entries if each.path == path and each.mode.startswith("100")]
-        return next(self.blobs(ids), None)
+        entries = (each for each in self._entries(commit, path) if each.path == path)
+        return next(self.blobs(each.object_id for each in entries if each.mode.startswith("100")), None)
 
     def last_change(self, commit: str, paths: Sequence[str]) -> str:
         """The last commit of the first-parent history that changed one of these paths; empty if none did.

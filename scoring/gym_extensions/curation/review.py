@@ -127,8 +127,8 @@ def take_record(found: Record, file: Path) -> None:
             verdict does not follow from its numbers, or the record has a review.
     """
     review = records.read_review(file)
-    needed, seen = records.bar(found.task), (review.mean, review.deviation, review.episodes)
-    verdict = needed.least(review.standard_error), records.problem_of(found.card, needed, *seen)
+    needed, seen = records.bar(found.task), review.measurement
+    verdict = needed.least(seen.standard_error), records.problem_of(found.card, needed, seen)
     if review.card != found.digest or found.review is not None:
         raise BenchError("bad-record", "It is about other files, or about decided ones.", str(file))
     if review.value != record_commit(found):

@@ -51,10 +51,8 @@ def plot_board(
 
     Args:
         data: a frame of ``board``, or submissions.
-        group: of the board; needed with submissions.
+        group, protocol, budget: of the board, with submissions.
         metric: a metric of the board; its first if None.
-        protocol: of the board; used with submissions.
-        budget: of the board; used with submissions.
         ax: where to draw; a new figure if None.
 
     Raises:
@@ -112,13 +110,8 @@ def plot_curves(
 def plot_matrix(data: Data, group: str | None = None, *, ax: Axes | None = None) -> Axes:
     """The matrix of returns: one row per stage of sequential training, one column per task, mean over runs.
 
-    Args:
-        data: a frame of ``episodes`` or ``evaluations``, or a submission.
-        group: group id or name; needed if there are several groups.
-        ax: where to draw; a new figure if None.
-
-    Raises:
-        BenchError: matplotlib is missing, or the data are empty, ambiguous or not of this kind.
+    The data are a frame of ``episodes`` or ``evaluations``, or a submission. The other arguments and the
+    errors are those of :func:`plot_curves`.
     """
     frame = _select(_frame(data, evaluations), ("run", "stage", "task", "return"), group, "sequential")
     if "trained" in frame:
@@ -144,13 +137,8 @@ def plot_retention(data: Data, group: str | None = None, *, ax: Axes | None = No
     are expected to be evaluated at the same steps. A vertical line marks the
     end of a stage. With evaluations during training the lines have points within the stages.
 
-    Args:
-        data: a frame of ``evaluations``, or a submission.
-        group: group id or name; needed if there are several groups.
-        ax: where to draw; a new figure if None.
-
-    Raises:
-        BenchError: matplotlib is missing, or the data are empty, ambiguous or not of this kind.
+    The data are a frame of ``evaluations``, or a submission. The other arguments and the errors are those of
+    :func:`plot_curves`.
     """
     columns = ("run", "stage", "task", "step", "trained", "return")
     frame = _select(_frame(data, evaluations), columns, group, "sequential")

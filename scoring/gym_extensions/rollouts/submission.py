@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import msgspec
@@ -78,6 +78,15 @@ class Submission:
         return Memory(**dict(zip(Memory.__struct_fields__, largest, strict=True))) if parts else None
 
 
+def consecutive(runs: Sequence[int]) -> int:
+    """The number N of runs 0 to N − 1 that are all there.
+
+    >>> consecutive((0, 1, 2, 4))
+    3
+    """
+    return next(number for number in range(len(runs) + 1) if number not in runs)
+
+
 def scored_runs(submitted: SubmittedGroup, *, merge: bool) -> SubmittedGroup:
     """The group with the runs that are scored, and a note about each set of the others.
 
@@ -87,7 +96,7 @@ def scored_runs(submitted: SubmittedGroup, *, merge: bool) -> SubmittedGroup:
     """
     logs, notes = dict(submitted.logs), list(submitted.notes)
     for protocol, log in submitted.logs.items():
-        count = next(run for run in range(len(log.runs) + 1) if run not in log.runs)
+        count = consecutive(log.runs)
         if later := [run for run in log.runs if run > count]:
             logs[protocol] = select_runs(log, set(range(count)))
             runs = ", ".join(map(str, later))

@@ -17,7 +17,7 @@ from typing import Annotated, Literal
 
 from gym_extensions.catalog.tasks import TASKS, Task, task
 from gym_extensions.errors import BenchError
-from gym_extensions.experts import RecordCard
+from gym_extensions.experts import Measurement, RecordCard
 from gym_extensions.experts.cards import MAX_CARD, floor_margin, read_card
 from gym_extensions.experts.references import CURRENT, REFERENCES, parse_file
 from gym_extensions.experts.references import Task as References
@@ -97,9 +97,9 @@ class RecordReview(JsonDocument):
     poses: Annotated[TaskPoses | None, about("the episode of the median return; null if it was not run")]
 
     @property
-    def standard_error(self) -> float:
-        """Of the mean."""
-        return self.deviation / math.sqrt(self.episodes)
+    def measurement(self) -> Measurement:
+        """The new returns."""
+        return Measurement(self.episodes, self.mean, self.deviation)
 
 
 @dataclass(frozen=True)
@@ -125,12 +125,7 @@ class Record:
 
     @cached_property
     def card(self) -> RecordCard:
-        """The card.
-
-        Raises:
-            BenchError: it cannot be read, is of another task or another definition of it, or its claim has
-                fewer than 100 episodes.
-        """
+        """The card. Raises ``BenchError`` as :func:`read_card` does, and for a claim of too few episodes."""
         found = read_card(self.path, self.path.parent.name, RecordCard)
         if found.measurement.episodes < EPISODES or not found.history:
             message = f"The claim needs {EPISODES} episodes, and the history a training run."
@@ -159,19 +154,18 @@ class Record:
         write_text(path or self.path.with_suffix(REVIEW), review.to_json())
 
 
-def problem_of(card: RecordCard, bar: Bar, mean: float, deviation: float, episodes: int) -> str:
-    """Why new episodes, with this mean and standard deviation of returns, show no record; empty if they do.
+def problem_of(card: RecordCard, bar: Bar, seen: Measurement) -> str:
+    """Why episodes on new seeds show no record; empty if they do.
 
     Their deviation also serves for the returns of the claim, so that a claim cannot hide behind a large one.
     """
-    claim = card.measurement
-    margin = BELOW_CLAIM * deviation * math.sqrt(1 / claim.episodes + 1 / episodes)
-    least = bar.least(deviation / math.sqrt(episodes))
-    if mean < claim.mean - margin - 1e-6 * abs(claim.mean):
-        return f"It returns {mean:.1f} on new seeds; the card claims {claim.mean:.1f}."
-    if not mean > least:
-        whom = "expert" if bar.floor_deviation is None else "floor"
-        return f"It returns {mean:.1f}; to beat the {whom}, {bar.mean:.1f}, it needs more than {least:.1f}."
+    claim, least = card.measurement, bar.least(seen.standard_error)
+    margin = BELOW_CLAIM * seen.deviation * math.sqrt(1 / claim.episodes + 1 / seen.episodes)
+    if seen.mean < claim.mean - margin - 1e-6 * abs(claim.mean):
+        return f"It returns {seen.mean:.1f} on new seeds; the card claims {claim.mean:.1f}."
+    if not seen.mean > least:
+        goal = f"the {'expert' if bar.floor_deviation is None else 'floor'}, {bar.mean:.1f}"
+        return f"It returns {seen.mean:.1f}; to beat {goal}, it needs more than {least:.1f}."
     return ""
 
 

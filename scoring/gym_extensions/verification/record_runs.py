@@ -131,7 +131,7 @@ def verify_record(record: records.Record, value: str) -> records.RecordReview:
         mean=seen.mean,
         deviation=seen.deviation,
         least=needed.least(seen.standard_error),
-        problem=records.problem_of(record.card, needed, seen.mean, seen.deviation, seen.episodes),
+        problem=records.problem_of(record.card, needed, seen),
         poses=poses,
     )
 
@@ -158,7 +158,7 @@ def sample(record: records.Record) -> tuple[int, list[BenchError]]:
     seen = found(lambda: measurement(outcomes(policy, row, seeds))) if policy else None
     if card and needed and seen:
         claim = card.measurement
-        problem = problem_of_claim(card, needed)
+        problem = records.problem_of(card, needed, claim)
         if seen.mean < claim.mean - SAMPLE_ERRORS * seen.standard_error - 1e-6 * abs(claim.mean):
             problem = f"It returns {seen.mean:.1f} in {SAMPLE} episodes; the card claims {claim.mean:.1f}."
         errors += [BenchError("no-record", problem)] if problem else []
@@ -170,15 +170,10 @@ def measurement_seeds(row: Task, first: int, count: int) -> list[int]:
     return [experts.seed(row, "measure", index) for index in range(first, first + count)]
 
 
-def problem_of_claim(card: RecordCard, needed: records.Bar) -> str:
-    """Why the claim of a card is none of a record; empty if it is one."""
-    claim = card.measurement
-    return records.problem_of(card, needed, claim.mean, claim.deviation, claim.episodes)
-
-
 def line_of(record: records.Record, review: records.RecordReview) -> str:
     """The review in words."""
-    seen = f"{review.mean:.1f} ± {review.standard_error:.1f} over {review.episodes} new episodes"
+    error = review.measurement.standard_error
+    seen = f"{review.mean:.1f} ± {error:.1f} over {review.episodes} new episodes"
     verdict = "NOT a record" if review.problem else "a record"
     return f"{record.name}: {verdict}, {seen}. {review.problem}".rstrip()
 
@@ -234,7 +229,7 @@ def write_record(
         msgspec.convert(msgspec.to_builtins(card), RecordCard)
     except msgspec.ValidationError as error:
         raise BenchError("bad-card", f"{error}.", name, "Name up to 20 authors.") from error
-    if problem := problem_of_claim(card, records.bar(row)):
+    if problem := records.problem_of(card, records.bar(row), card.measurement):
         raise BenchError("no-record", problem, path.stem)
     write_described(policy, card, path)
     return path

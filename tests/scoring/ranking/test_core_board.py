@@ -14,6 +14,7 @@ from scipy import stats
 
 from gym_extensions.catalog.groups import CORE, CORES
 from gym_extensions.rollouts.run import Memory
+from gym_extensions.rollouts.submission import consecutive
 from gym_extensions.scoring.formulas import METRICS, MetricValue
 from gym_extensions.scoring.ranking.boards import CoreBoard, CoreEntry, CorePair
 from gym_extensions.scoring.ranking.core_board import (
@@ -21,7 +22,6 @@ from gym_extensions.scoring.ranking.core_board import (
     LOOKS,
     MARGIN,
     Method,
-    consecutive,
     core_board,
     decided,
     family,

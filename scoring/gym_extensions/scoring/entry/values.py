@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 
@@ -149,10 +150,9 @@ def _suite_value(groups: Groups, names: Sequence[str], protocol: str, metric: Me
 
 def suite_anchors(scores: Collection[GroupScore], metric: Metric) -> list[tuple[float, float]]:
     """The squared errors of the experts of all tasks in the mean over these groups, and their df."""
-    errors: dict[str, float] = {}
-    df: dict[str, float] = {}
+    errors, df = defaultdict[str, float](float), {}
     for score in scores:
         for task, error in zip(score.tasks, score.metrics[metric.name].anchors, strict=False):
-            errors[task] = errors.get(task, 0.0) + error / len(scores)
+            errors[task] += error / len(scores)
             df[task] = score.reference[task].df or 0.0
     return [(error * error, df[task]) for task, error in errors.items()]

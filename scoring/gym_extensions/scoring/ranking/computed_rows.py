@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
 
 from gym_extensions.catalog.protocol import STANDARD_BUDGET
@@ -85,25 +86,19 @@ def alone_values(
     known = trained_alone()
     if any(task not in references.tasks or task not in known for tasks in groups for task in tasks):
         return {}
-    scores: list[dict[str, Summary]] = [
-        {
-            task: summary([reference.normalize(run.mean) for run in known[task].runs])
-            for task in tasks
-            if not (reference := references.tasks[task]).open
-        }
-        for tasks in groups
-    ]
-    values = {
-        metric.name: MetricValue(why=ONLY_FINAL if metric.name not in ALONE_METRICS else ALL_OPEN)
-        for metric in BOARD_METRICS[protocol]
-    }
+    scores: list[dict[str, Summary]] = []
+    for tasks in groups:
+        scored = {task: references.tasks[task] for task in tasks if not references.tasks[task].open}
+        runs = {task: [each.normalize(run.mean) for run in known[task].runs] for task, each in scored.items()}
+        scores.append({task: summary(means) for task, means in runs.items()})
+    names = [metric.name for metric in BOARD_METRICS[protocol]]
+    values = {name: MetricValue(why=ALL_OPEN if name in ALONE_METRICS else ONLY_FINAL) for name in names}
     if all(scores):
-        score = mean_of_groups([mean_of_groups(list(tasks.values())) for tasks in scores])
-        errors: dict[str, float] = {}
-        for tasks in scores:
-            for task, each in tasks.items():
-                share = each.mean / len(tasks) / len(scores) * references.tasks[task].relative_error
-                errors[task] = errors.get(task, 0.0) + share
+        score = mean_of_groups([mean_of_groups(list(part.values())) for part in scores])
+        errors: dict[str, float] = defaultdict(float)
+        for part in scores:
+            for task, each in part.items():
+                errors[task] += each.mean / len(part) / len(scores) * references.tasks[task].relative_error
         terms = anchor_terms(list(errors.values()), [references.tasks[task] for task in errors])
         for name in values.keys() & ALONE_METRICS:
             values[name] = MetricValue.of(to_interval(score, terms))

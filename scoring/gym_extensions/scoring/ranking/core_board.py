@@ -16,6 +16,7 @@ import numpy as np
 
 from gym_extensions.catalog.groups import CORE, CORES
 from gym_extensions.catalog.protocol import STANDARD_BUDGET
+from gym_extensions.rollouts.submission import consecutive
 from gym_extensions.scoring.entry.values import suite_anchors
 from gym_extensions.scoring.formulas import (
     BY_NAME,
@@ -111,16 +112,6 @@ def last_look(runs: int) -> int:
 def next_look(look: int) -> int | None:
     """The look after this one; None after the last."""
     return next((each for each in LOOKS if each > look), None)
-
-
-def consecutive(runs: Sequence[int]) -> int:
-    """The number N of runs 0 to N − 1 that are all there.
-
-    >>> consecutive((0, 1, 2, 4))
-    3
-    """
-    present = set(runs)
-    return next(number for number in range(len(present) + 1) if number not in present)
 
 
 def is_paired(first: Method, second: Method, runs: int) -> bool:

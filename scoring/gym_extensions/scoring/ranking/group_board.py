@@ -40,7 +40,7 @@ from gym_extensions.scoring.ranking.computed_rows import computed_rows
 from gym_extensions.scoring.ranking.copies import copy_of, duplicates, related_entries
 from gym_extensions.scoring.ranking.core_board import core_board
 from gym_extensions.scoring.references import References, load_references
-from gym_extensions.scoring.scorecard import GroupScore, Scorecard, SuiteScore
+from gym_extensions.scoring.scorecard import GroupScore, Scorecard
 from gym_extensions.scoring.statistics import Mask, Summary, rank_intervals, significant_pairs
 
 MAX_PAIRED = 60
@@ -56,9 +56,8 @@ def boards(cards: Sequence[Scorecard], references: References | None = None) -> 
     """
     references = references or load_references()
     shown = [card for card in cards if not card.withdrawn]
-    return BoardsDocument(
-        core=core_board(shown), boards=tuple(board(shown, key, references) for key in board_keys(shown))
-    )
+    made = tuple(board(shown, key, references) for key in board_keys(shown))
+    return BoardsDocument(core=core_board(shown), boards=made)
 
 
 def board(cards: Sequence[Scorecard], key: BoardKey, references: References | None = None) -> Board:
@@ -68,12 +67,11 @@ def board(cards: Sequence[Scorecard], key: BoardKey, references: References | No
     are left out. ``references`` are as in :func:`boards`.
     """
     references = references or load_references()
-    on_board = {card.name: (card, score) for card in cards if (score := lookup(card, key)) is not None}
-    by_name = {name: card for name, (card, _) in on_board.items()}
+    by_name = {card.name: card for card in cards if lookup(card, key)}
     copies, related = duplicates(list(by_name.values()), key), related_entries(by_name)
     metrics = BOARD_METRICS[key.protocol]
     first = metrics[0]
-    made = [_entry(*each, key, copies.get(name), related[name]) for name, each in on_board.items()]
+    made = [_entry(card, key, copies.get(name), related[name]) for name, card in by_name.items()]
     entries = _sorted(made, first)
     summaries = {
         metric.name: {
@@ -86,18 +84,12 @@ def board(cards: Sequence[Scorecard], key: BoardKey, references: References | No
     top = ranked[first.name]
     vs_next = {name: top.versus(name, place) for place, name in enumerate(top.names[:-1], 1)}
     vs_leader = {name: top.versus(name, 0) for name in top.names[1:]}
-    rows = tuple(
-        replace(
-            entry,
-            vs_next=vs_next.get(entry.name),
-            vs_leader=vs_leader.get(entry.name),
-            metrics={
-                name: replace(value, rank=ranks[name].get(entry.name))
-                for name, value in entry.metrics.items()
-            },
-        )
-        for entry in entries
-    )
+
+    def with_ranks(entry: BoardEntry) -> BoardEntry:
+        name, metrics = entry.name, entry.metrics.items()
+        ranked = {each: replace(value, rank=ranks[each].get(name)) for each, value in metrics}
+        return replace(entry, metrics=ranked, vs_next=vs_next.get(name), vs_leader=vs_leader.get(name))
+
     with_logs = next((card for card in by_name.values() if card.level != REPORTED), None)
     tasks = {name: with_logs.groups[name][key.protocol].tasks for name in key.groups} if with_logs else {}
     return Board(
@@ -107,7 +99,7 @@ def board(cards: Sequence[Scorecard], key: BoardKey, references: References | No
         budget=key.budget,
         task_conditioned=key.task_conditioned,
         ranked=sum(entry.ranked for entry in entries),
-        rows=rows,
+        rows=tuple(map(with_ranks, entries)),
         computed=computed_rows(key, references, tasks, by_name) if tasks else (),
         pairs=_pairs(entries, summaries),
     )
@@ -115,12 +107,9 @@ def board(cards: Sequence[Scorecard], key: BoardKey, references: References | No
 
 @dataclass(frozen=True)
 class Ranked:
-    """The entries that a board ranks on one metric, in the order of the board.
+    """The M entries that a board ranks on one metric, in the order of the board, with their values over runs.
 
-    Attributes:
-        names: of the M entries.
-        summaries: over runs.
-        significant: M × M, True where the board's test separates two entries.
+    ``significant`` is M × M, True where the board's test separates two entries.
     """
 
     names: tuple[str, ...]
@@ -184,14 +173,9 @@ def _rank_note(card: Scorecard, key: BoardKey, metric: Metric, is_unlearned: boo
     return ""
 
 
-def _entry(
-    card: Scorecard,
-    score: GroupScore | SuiteScore,
-    key: BoardKey,
-    copied: str | None,
-    related: tuple[str, ...],
-) -> BoardEntry:
-    logs = [card.groups[name][key.protocol] for name in key.groups]
+def _entry(card: Scorecard, key: BoardKey, copied: str | None, related: tuple[str, ...]) -> BoardEntry:
+    logs, score = [card.groups[name][key.protocol] for name in key.groups], lookup(card, key)
+    assert score is not None, "it is on the board"
     level, metrics = board_level(card, key), BOARD_METRICS[key.protocol]
     why = _why_not_ranked(logs, level, score.metrics[metrics[0].name], copied)
     is_unlearned = learned_nothing(score.metrics)
@@ -210,10 +194,8 @@ def _entry(
         observes=manifest.observes if manifest else None,
         memory=manifest.memory if manifest else None,
         metrics={
-            metric.name: BoardMetric.of(
-                score.metrics[metric.name], _rank_note(card, key, metric, is_unlearned)
-            )
-            for metric in metrics
+            each.name: BoardMetric.of(score.metrics[each.name], _rank_note(card, key, each, is_unlearned))
+            for each in metrics
         },
         duplicate_of=copied,
         related=related,
