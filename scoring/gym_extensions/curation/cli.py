@@ -13,7 +13,7 @@ from gym_extensions.curation import review as reviews
 from gym_extensions.curation.gate import check_pull_request
 from gym_extensions.curation.git import Repository
 from gym_extensions.curation.pull_request import RULES
-from gym_extensions.curation.report import GateReport, comment, read_report
+from gym_extensions.curation.report import comment, read_report
 from gym_extensions.errors import BenchError, reports_mistakes, working
 from gym_extensions.files import write_text
 from gym_extensions.rollouts.layout import DOCUMENT, submission_folders
@@ -49,30 +49,20 @@ def gate_parser() -> argparse.ArgumentParser:
     return command
 
 
-def _read(path: Path) -> GateReport:
-    try:
-        return read_report(path.read_bytes())
-    except OSError as error:
-        raise BenchError("no-report", f"{error.strerror}.", str(path), "Name a file.") from None
-
-
-def _document(options: argparse.Namespace) -> str | None:
-    """What the options that check nothing print; None for the others."""
-    if options.rules:
-        return "".join(f"{name}: {' '.join((each.__doc__ or '').split())}\n" for name, each in RULES.items())
-    if options.comment:
-        return comment(_read(options.comment))
-    if options.labels:
-        return "".join(f"{label}\n" for label in _read(options.labels).labels)
-    return None
-
-
 @reports_mistakes
 def check_pr(argv: Sequence[str] | None = None) -> int:
     """Checks a pull request, prints the report, and returns the exit status."""
     options = gate_parser().parse_args(argv)
-    if (document := _document(options)) is not None:
-        print_text(document)
+    if options.rules:
+        texts = {name: " ".join((each.__doc__ or "").split()) for name, each in RULES.items()}
+        print_text("".join(f"{name}: {text}\n" for name, text in texts.items()))
+        return 0
+    if path := options.comment or options.labels:
+        try:
+            report = read_report(path.read_bytes())
+        except OSError as error:
+            raise BenchError("no-report", f"{error.strerror}.", str(path), "Name a file.") from None
+        print_text(comment(report) if options.comment else "".join(f"{each}\n" for each in report.labels))
         return 0
     if sys.platform == "win32":
         message = "Windows has no limits on memory and processor time."
@@ -94,7 +84,7 @@ def maintain_parser() -> argparse.ArgumentParser:
         description="Verify the runs of entries and the records that no verification has decided about, "
         "with seeds from the commit that merged them, and write the result into their review. With "
         "--decision, record a decision.",
-        epilog="Exit status: 0 verified or recorded, 1 an entry is not verification.verified, 2 wrong usage.",
+        epilog="Exit status: 0 verified or recorded, 1 an entry is not verified, 2 wrong usage.",
     )
     add = review.add_argument
     add("entries", nargs="+", type=Path, metavar="ENTRY", help=verification.ENTRY_HELP)
@@ -225,12 +215,10 @@ def review_entry(entry: Path, options: argparse.Namespace) -> int:
     value = value or reviews.merge_commit(entry, reviews.run_files(entry, runs))
     report = verification.verified(entry, value, options, only_new=True)
     print("\n".join(verification.lines_of(report)))
-    if report.verification is None:
-        return int(not verification.is_verified(report))
-    if options.record:
+    if options.record and report.verification is not None:
         review = Review(verifications=[report.verification])
         write_text(options.record / f"{entry.name}.toml", review_text(review))
-    else:
+    elif report.verification is not None:
         record(entry, report.verification)
         verification.write_poses(entry, report)
     return int(not verification.is_verified(report))

@@ -63,8 +63,7 @@ class GateReport(JsonDocument):
 
     Attributes:
         pull_request: its number; None outside of a code host.
-        base: the commit of the branch that it is for, whose code judged.
-        head: its last commit.
+        base, head: the commit of the branch that it is for, whose code judged, and its last commit.
         kind: ``submission`` (a new entry), ``edit`` (of an existing one), ``donation`` (further runs of an
             agent of this project), ``record``, ``code``, or ``none`` if it changes nothing.
         verdict: ``review``: passed, and its owner or a maintainer must agree; ``not-judged``: it changes code
@@ -74,9 +73,7 @@ class GateReport(JsonDocument):
         level: of the entry; None unless judged without a problem.
         repeated: number of sampled episodes that were repeated bit for bit, of ``episodes``.
         problems: the first broken rules; ``more_problems`` counts the others.
-        scores: first metrics, by group.
         notes: what scoring did and noticed.
-        labels: for the pull request, sorted.
     """
 
     format: Literal[1] = 1

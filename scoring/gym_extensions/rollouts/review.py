@@ -37,7 +37,6 @@ class Verification(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     """What a verification of some runs found.
 
     Attributes:
-        date: the day (ISO).
         version: of gym_extensions.
         value: hexadecimal digits from which the new seeds follow; fixed after the runs.
         runs: the digest of log and policies of each run that was verified
@@ -48,8 +47,7 @@ class Verification(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
         kernels: the BLAS kernels of the machine that verified.
         runtime: what ran ONNX networks, with its version; empty if all policies are plain arrays.
         cells: cells of 20 episodes on new seeds.
-        p_value: of the comparison of the returns on new seeds with the logged ones.
-        second_p_value: of the second draw, if the first was suspicious.
+        p_value, second_p_value: of the returns on new seeds, and on a second draw if that was suspicious.
         passed: whether the returns agree.
         retrained: the runs that were trained again, and agree.
     """

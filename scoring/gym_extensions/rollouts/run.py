@@ -94,25 +94,18 @@ class RunDocument(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     """How a run was trained, and what belongs to it.
 
     Attributes:
-        format: 1.
         group: the group's id, with its version.
-        protocol: sequential, single or joint.
         run: the training seed.
-        command: what trained it; empty if it is not known.
-        commit: of the code; empty if it is not known.
+        command, commit: what trained it, and of the code; empty if it is not known.
         by: who trained it, if not the authors of the entry: a donated run.
-        versions: of the packages and the platform.
         steps: training steps over all stages.
-        memory: transitions and parameters.
         fingerprints: of every task of the group, by task id.
         log: SHA-256 of the run's log.
-        date: the day on which the training ended (ISO), or None.
+        date: the day on which the training ended (ISO).
         packages: versions of the packages that the agent uses besides those of ``versions``.
-        machine: the computer, or None.
-        cpu_seconds: processor time of the training and evaluation, or None.
-        peak_memory_mb: largest memory of the process, or None.
-        curves: by stage and task in training order.
-        evaluations: by stage and task in training order.
+        cpu_seconds: processor time of the training and evaluation.
+        peak_memory_mb: largest memory of the process.
+        curves, evaluations: by stage and task in training order.
         policies: None if the run publishes none; then it cannot be verified.
     """
 

@@ -59,14 +59,9 @@ def critical_value(alpha: float, df: float) -> float:
 
 @dataclass(frozen=True)
 class Interval:
-    """A mean with its 95 % confidence interval.
+    """A mean with its 95 % confidence interval, its standard error and the degrees of freedom of that.
 
-    Attributes:
-        mean: the estimate.
-        low: lower end; None if a single run leaves the interval undefined.
-        high: upper end; None if ``low`` is None.
-        standard_error: of the mean; None if ``low`` is None.
-        df: degrees of freedom of the standard error; None if ``low`` is None.
+    All but the mean are None if a single run leaves the interval undefined.
     """
 
     mean: float
@@ -78,15 +73,9 @@ class Interval:
 
 @dataclass(frozen=True)
 class Summary:
-    """A mean over runs with what intervals, tests and power need.
+    """A mean over runs with its squared standard error, and the degrees of freedom of that.
 
-    With one run there is no standard error: all fields but ``mean`` and ``runs`` are 0.
-
-    Attributes:
-        mean: the estimate.
-        squared_error: the squared standard error of the mean.
-        df: degrees of freedom of the standard error.
-        runs: number of runs; the smallest number for a combination of means.
+    Both are 0 with one run. ``runs`` is the number of runs, the smallest one for a combination of means.
     """
 
     mean: float

@@ -25,6 +25,8 @@ from gym_extensions.verification.new_seeds import tested_cells
 from gym_extensions.verification.verify import SAMPLED, Run
 
 JOB = "gym_extensions.verification.pose_recorder:record"
+FRAMES = ("unit", "steps_per_second", "steps_per_frame")
+"""What the poses of a task state of its timing."""
 Array = NDArray[np.float64]
 
 
@@ -140,9 +142,7 @@ def poses_of(run: Run, submission: Submission, folder: Path) -> store.Poses:
                 task=task.id,
                 after=clips[index + 1, index],
                 end=None if index + 1 == last else clips[last, index],
-                unit=timings[index]["unit"],
-                steps_per_second=timings[index]["steps_per_second"],
-                steps_per_frame=timings[index]["steps_per_frame"],
+                **{name: timings[index][name] for name in FRAMES},
             )
             for index, task in enumerate(group.tasks)
         ),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, TypeVar
@@ -27,7 +27,7 @@ from gym_extensions.scoring.poses import Clip, PolicyPoses, TaskPoses
 from gym_extensions.verification.episodes import Cell, Player
 from gym_extensions.verification.limits import Limits, answers
 from gym_extensions.verification.new_seeds import Draw
-from gym_extensions.verification.pose_recorder import coordinates, motion, shown_episode, timing_of
+from gym_extensions.verification.pose_recorder import FRAMES, coordinates, motion, shown_episode, timing_of
 from gym_extensions.versions import version
 
 JOB = "gym_extensions.verification.record_runs:play"
@@ -83,8 +83,7 @@ def played(policy: Policy, row: Task, seeds: Sequence[int]) -> tuple[Measurement
         returns=tuple(round(value, 2) for value in returns),
         **motion([coordinates(state, episode) for state in states], results[episode], timing),
     )
-    frames = asdict(timing)
-    del frames["most_steps"]
+    frames = {name: getattr(timing, name) for name in FRAMES}
     return measurement(results), TaskPoses(task=row.id, after=clip, end=None, **frames)
 
 
