@@ -46,7 +46,6 @@ coverage: .venv/everything.installed  ## run the tests and measure which lines a
 
 docs: .venv/everything.installed  ## write the generated tables and outputs of docs/*.md
 	.venv/bin/python -m gym_extensions.scoring.output.schema docs
-	.venv/bin/python -m gym_extensions.rollouts.rules docs/rollout-log.md
 
 findings: .venv/everything.installed  ## write docs/findings.md, docs/reproduction.md and figures from the committed submissions
 	.venv/bin/python docs/findings/build.py

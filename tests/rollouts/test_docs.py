@@ -13,8 +13,6 @@ from gym_extensions.rollouts.log import LOG_COLUMNS
 from gym_extensions.rollouts.manifest import SECTIONS, Manifest
 from gym_extensions.rollouts.policies.mlp_arrays import KEYS
 from gym_extensions.rollouts.review import Decision, Verification
-from gym_extensions.rollouts.rules import RULES
-from gym_extensions.rollouts.rules.__main__ import BEGIN, END, rules_table, with_table
 from gym_extensions.rollouts.run import RunDocument
 
 PAGE = (Path(__file__).parents[2] / "docs" / "rollout-log.md").read_text(encoding="utf-8")
@@ -24,17 +22,6 @@ def section(title: str) -> str:
     start = PAGE.index(f"\n## {title}")
     end = PAGE.find("\n## ", start + 1)
     return PAGE[start : end if end >= 0 else len(PAGE)]
-
-
-def test_the_table_of_rules_is_current() -> None:
-    hint = "Run: python -m gym_extensions.rollouts.rules docs/rollout-log.md"
-    assert with_table(PAGE) == PAGE, hint
-
-
-def test_the_table_of_rules_replaces_an_older_one() -> None:
-    stale = f"# Page\n{BEGIN}\n| an | old table |\n{END}\nText."
-    assert with_table(stale) == f"# Page\n{BEGIN}\n{rules_table()}\n{END}\nText."
-    assert rules_table().count("\n| `") == len(RULES)
 
 
 def test_the_page_states_the_limits() -> None:

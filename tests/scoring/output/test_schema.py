@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 from jsonschema import Draft202012Validator, ValidationError
 
+from gym_extensions.rollouts.rules import RULES
 from gym_extensions.scoring.output.schema import schema_texts, schemas, tables, updated
 from gym_extensions.scoring.pipeline import score_folders
 from gym_extensions.scoring.ranking.group_board import boards
@@ -110,7 +111,7 @@ def test_a_broken_scorecard_is_refused(scorecards: Json, key: str) -> None:
 
 
 DOCS = Path(__file__).parents[3] / "docs"
-PAGES = ("metrics.md", "scorecard.md")
+PAGES = ("metrics.md", "scorecard.md", "rollout-log.md")
 MANIFEST = {"keys Code", "keys Memory", "keys Observes", "keys Protocol", "keys Tuning"}
 """Sections of submission.toml, which docs/rollout-log.md documents."""
 HAND_WRITTEN = {"keys Problem", "keys PaperColumns", *MANIFEST}
@@ -121,6 +122,12 @@ HAND_WRITTEN = {"keys Problem", "keys PaperColumns", *MANIFEST}
 def test_the_tables_are_up_to_date(page: str) -> None:
     text = (DOCS / page).read_text(encoding="utf-8")
     assert updated(text) == text, "Run: make docs"
+
+
+def test_a_table_replaces_an_older_one() -> None:
+    page = "# Page\n<!-- table: rules -->\n{}\n<!-- end -->\nText."
+    assert updated(page.format("| an | old table |")) == page.format(tables()["rules"])
+    assert tables()["rules"].count("\n| `") == len(RULES)
 
 
 def test_every_type_of_the_documents_has_a_table() -> None:

@@ -9,13 +9,15 @@ import json
 import re
 import sys
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import msgspec
 
 from gym_extensions.catalog.protocol import TABLES
 from gym_extensions.rollouts.layout import MANIFEST
 from gym_extensions.rollouts.manifest import Manifest
+from gym_extensions.rollouts.problem import Scope
+from gym_extensions.rollouts.rules import RULES
 from gym_extensions.scoring.documents import DIALECT, json_schema
 from gym_extensions.scoring.entry.values import NEEDS
 from gym_extensions.scoring.formulas import METRICS
@@ -83,9 +85,16 @@ def _keys(definition: dict[str, Any], definitions: dict[str, Any]) -> str:
     return "\n".join(["| key | value |\n|---|---|", *rows])
 
 
+def _rules() -> str:
+    ordered = sorted(RULES.values(), key=lambda rule: get_args(Scope).index(rule.scope))
+    return "\n".join(
+        ["| rule | text |\n|---|---|", *(f"| `{rule.name}` | {rule.text} |" for rule in ordered)]
+    )
+
+
 def tables() -> dict[str, str]:
     """Every generated table by its name."""
-    texts = {f"metrics {protocol}": _metrics(protocol) for protocol in METRICS}
+    texts = {"rules": _rules()} | {f"metrics {protocol}": _metrics(protocol) for protocol in METRICS}
     for document in DOCUMENTS:
         definitions = json_schema(document)["$defs"]
         texts |= {f"keys {name}": _keys(part, definitions) for name, part in definitions.items()}
