@@ -13,7 +13,7 @@ import msgspec
 from gym_extensions.scoring.scorecard import ScorecardDocument
 from gym_extensions.site.build import Site
 from gym_extensions.site.pages import PAGES
-from gym_extensions.site.pages.page import TASK_LIST, Draft, Page
+from gym_extensions.site.pages.page import TASK_LIST, Draft, Page, Render
 from gym_extensions.site.pages.tasks import Records
 
 VOID = {"meta", "link", "br", "col", "wbr", "img", "input", "hr"}
@@ -97,7 +97,7 @@ def site_files(
 ) -> Iterator[tuple[str, str]]:
     """Every text file of the site that shows these JSON values; of all kinds of pages, or of some."""
     whole = typed(document)
-    site = Site(whole.references, kinds, folders or {}, records or {}, docs=docs)
+    site = Site(Render(whole.references, kinds, folders or {}, docs=docs), records or {})
     for path, content in site.files(whole.submissions):
         if isinstance(content, Draft):
             yield path, content.write()

@@ -33,12 +33,10 @@ def test_submissions_are_built_into_the_folder_site_by_default(
     submission(folder / "submissions", "beta")
     assert main(["site"]) == 0
     out = capsys.readouterr().out
-    assert out.splitlines()[-1] == "_site/index.html"
-    assert out.splitlines()[0].strip() == "sequential, budget 100k"
-    (row,) = [line.split() for line in out.splitlines() if line.startswith("hopper-gravity-v0")]
-    # 50 + mean(0 … 19) / 7 + run, over 100: .5136 and .5236; 12.706 · .00707 / √2 = .0635 on both sides.
-    assert row == ["hopper-gravity-v0", "0.52", "0.46", "to", "0.58", "0.00", "0", "of", "2", "Alpha"]
+    assert out == "_site/index.html\n"
     page = folder / "_site" / "boards" / "hopper-gravity-v0-sequential-100k.html"
+    # 50 + mean(0 … 19) / 7 + run, over 100: .5136 and .5236; 12.706 · .00707 / √2 = .0635 on both sides.
+    assert page.read_text(encoding="utf-8").count("<td>0.519 ±0.064<td>") == 2
     assert "Alpha" in page.read_text(encoding="utf-8")
     assert "Beta" in page.read_text(encoding="utf-8")
 

@@ -18,7 +18,7 @@ from gym_extensions.site import FOLDER
 from gym_extensions.site.board_views import Leaderboard, shortened
 from gym_extensions.site.output import Output, digest, encoded, kept, kept_path
 from gym_extensions.site.pages import PAGES
-from gym_extensions.site.pages.page import Draft, File, Page, Render
+from gym_extensions.site.pages.page import Draft, File, Render
 from gym_extensions.site.pages.tasks import Records
 from gym_extensions.site.play.mujoco_wasm import Simulator
 from gym_extensions.site.templating import source_digest
@@ -31,15 +31,10 @@ COLLECTED_FILES = 500
 class Site:
     """The files of a site, as its scorecards come."""
 
-    references: ReferencesInfo
-    pages: tuple[Page, ...] = PAGES
-    folders: Mapping[str, Path] = field(default_factory=dict)
+    render: Render
     records: Records = field(default_factory=dict)
     keys: Mapping[str, str] = field(default_factory=dict)
-    simulator: Simulator | None = None
-    docs: bool = False
     cards: dict[str, Scorecard] = field(default_factory=dict)
-    inputs: dict[str, bytes] = field(default_factory=dict)
 
     def entry_files(self, card: Scorecard) -> Iterator[File]:
         """The files of one entry.
@@ -50,26 +45,21 @@ class Site:
         if card.name in self.cards:
             hint = "Rename one of the folders."
             raise BenchError("same-name", f"Two submissions have the name {card.name!r}.", hint=hint)
-        self.inputs[card.name] = digest(encoded(card)).encode()
-        for page in self.pages:
+        self.render.inputs[card.name] = digest(encoded(card)).encode()
+        for page in self.render.pages:
             yield from page.publish_entry(card, self.render) if page.publish_entry else ()
         yield kept_path(card.name), kept(self.keys.get(card.name, ""), card)
         self.cards[card.name] = shortened(card)
 
     @cached_property
-    def render(self) -> Render:
-        """Fills the templates."""
-        return Render(self.references, self.pages, self.inputs, self.folders, self.simulator, self.docs)
-
-    @cached_property
     def leaderboard(self) -> Leaderboard:
         """All entries and their boards. No entry may follow."""
         cards = tuple(self.cards[name] for name in sorted(self.cards))
-        return Leaderboard(self.references, cards, self.inputs, self.records)
+        return Leaderboard(self.render.references, cards, self.render.inputs, self.records)
 
     def shared_files(self) -> Iterator[File]:
         """The files that are made from all entries."""
-        for page in self.pages:
+        for page in self.render.pages:
             yield from page.publish(self.leaderboard, self.render) if page.publish else ()
         for file in sorted((FOLDER / "static").rglob("*.*")):
             yield file.relative_to(FOLDER).as_posix(), file.read_bytes()
@@ -99,7 +89,6 @@ def build_site(
     cards: Iterable[Scorecard],
     references: ReferencesInfo,
     out: Path,
-    base: str | None = None,
     *,
     keys: Mapping[str, str] | None = None,
     folders: Mapping[str, Path] | None = None,
@@ -115,7 +104,6 @@ def build_site(
         cards: scorecards, which may come from a generator: only one is in memory at a time.
         references: the references that normalize all of them.
         out: the folder.
-        base: the result of :func:`base_digest`. Nothing of a site with another one is kept.
         keys: by entry, the key under which its scorecard is kept for the next build.
         folders: by entry, its folder, whose poses Watch panels show; poses of other results are not shown.
         simulator: MuJoCo for the browser; without it the page Play says that it is missing.
@@ -126,18 +114,11 @@ def build_site(
         BenchError: ``out`` exists, is not empty, and was not written by an earlier build, or two entries have
             the same name.
     """
-    base = base or base_digest(references)
-    site = Site(
-        references,
-        folders=folders or {},
-        records=records or {},
-        keys=keys or {},
-        simulator=simulator,
-        docs=docs,
-    )
+    render = Render(references, PAGES, folders or {}, simulator, docs)
+    site = Site(render, records or {}, keys or {})
     gc.disable()  # it would search all entries again and again
     try:
-        with Output(out, f"{base} {docs}") as output:
+        with Output(out, f"{base_digest(references)} {docs}") as output:
             for number, (path, content) in enumerate(site.files(cards)):
                 if number % COLLECTED_FILES == 0:
                     gc.collect(1)

@@ -181,17 +181,19 @@ def group_order(group_id: str) -> tuple[int, str]:
     return (ids.index(group_id) if group_id in ids else len(ids), group_id)
 
 
-def _sorted(results: list[EntryResult]) -> tuple[EntryResult, ...]:
-    return tuple(
-        sorted(results, key=lambda result: (group_order(result.group), PROTOCOLS.index(result.protocol)))
-    )
+def _results(found: Mapping[str, Mapping[str, GroupScore | SuiteScore]]) -> tuple[EntryResult, ...]:
+    results = [EntryResult(name, p, score) for name, scores in found.items() for p, score in scores.items()]
+    return tuple(sorted(results, key=lambda each: (group_order(each.group), PROTOCOLS.index(each.protocol))))
 
 
 def group_results(card: Scorecard) -> tuple[EntryResult, ...]:
     """The scores of every group and protocol."""
-    return _sorted(
-        [EntryResult(g, p, score) for g, scores in card.groups.items() for p, score in scores.items()]
-    )
+    return _results(card.groups)
+
+
+def suite_results(card: Scorecard) -> tuple[EntryResult, ...]:
+    """The scores of every suite and protocol."""
+    return _results(card.suites)
 
 
 def separate_groups(card: Scorecard) -> tuple[str, ...]:
@@ -205,13 +207,6 @@ def origins(entry: str, result: EntryResult) -> tuple[Origin, ...]:
     group = result.group.rpartition("-v")[0]
     return tuple(
         sorted(experts.origins().get((entry, group, result.protocol), ()), key=lambda each: each[1:3])
-    )
-
-
-def suite_results(card: Scorecard) -> tuple[EntryResult, ...]:
-    """The scores of every suite and protocol."""
-    return _sorted(
-        [EntryResult(s, p, score) for s, scores in card.suites.items() for p, score in scores.items()]
     )
 
 

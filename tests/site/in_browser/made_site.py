@@ -11,7 +11,8 @@ from gym_extensions.scoring.poses import write
 from gym_extensions.scoring.references import load_references
 from gym_extensions.scoring.scorecard import ReferencesInfo
 from gym_extensions.site.build import Site
-from gym_extensions.site.pages.page import Draft
+from gym_extensions.site.pages import PAGES as PAGES_OF_SITE
+from gym_extensions.site.pages.page import Draft, Render
 from gym_extensions.site.play.mujoco_wasm import FOLDER, load
 
 from ..browser import typed
@@ -68,7 +69,7 @@ def write_site(folder: Path) -> Path:
     write(write_run(folder.parent / "agile"), "hopper-gravity", poses_of(document))
     references = load_references()
     info = ReferencesInfo(references.version, references.digest)
-    site = Site(info, folders={"agile": folder.parent / "agile"}, simulator=load(ASSETS), docs=True)
+    site = Site(Render(info, PAGES_OF_SITE, {"agile": folder.parent / "agile"}, load(ASSETS), docs=True))
     for path, content in site.files(typed(document).submissions):
         if isinstance(content, Draft) and (
             path.startswith(f"submissions/{MANY}") or (path.startswith("tasks/") and path != TASK)

@@ -18,6 +18,7 @@ from gym_extensions.rollouts.policies.files import write_policies
 from gym_extensions.rollouts.policies.mlp import Policy
 from gym_extensions.site.build import Site
 from gym_extensions.site.pages import PAGES
+from gym_extensions.site.pages.page import Render
 from gym_extensions.site.play import offer
 from gym_extensions.site.play.mujoco_wasm import Simulator
 
@@ -80,7 +81,7 @@ def built(monkeypatch: pytest.MonkeyPatch) -> Callable[..., dict[str, bytes | st
             "submissions": list(scores.values()),
         }
         cards = typed(document)
-        site = Site(cards.references, PLAY, folders, simulator=simulator)
+        site = Site(Render(cards.references, PLAY, folders, simulator))
         return {
             path: content
             for path, content in site.files(cards.submissions)

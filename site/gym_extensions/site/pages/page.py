@@ -44,18 +44,18 @@ class Render:
     Args:
         references: the references that normalize all scores.
         pages: all kinds of pages.
-        inputs: the digest of the scorecard of every entry, by name.
         folders: the folders of the entries by name, where they are known.
         simulator: MuJoCo for the browser, if the site has it.
         docs: whether pages link to the documentation, which is in ``docs/`` of the site.
+        inputs: the digest of the scorecard of every entry so far, by name.
     """
 
     references: ReferencesInfo
     pages: tuple[Page, ...]
-    inputs: Mapping[str, bytes] = field(default_factory=dict)
     folders: Mapping[str, Path] = field(default_factory=dict)
     simulator: Simulator | None = None
     docs: bool = False
+    inputs: dict[str, bytes] = field(default_factory=dict)
 
     @cached_property
     def landscapes(self) -> Landscapes:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache, cached_property, partial
 
-from markupsafe import Markup, escape
+from markupsafe import Markup
 
 from gym_extensions import experts
 from gym_extensions.catalog import tasks as catalog
@@ -31,7 +30,7 @@ from gym_extensions.site.entry_results import SEQUENTIAL
 from gym_extensions.site.pages.page import TASK_LIST, Draft, File, Render
 from gym_extensions.site.play.offer import play_link
 from gym_extensions.site.play.watch import Watch, WatchedTask, watched_task
-from gym_extensions.site.text import is_verified, short
+from gym_extensions.site.text import inline, is_verified, short
 
 
 def publish(site: Leaderboard, render: Render) -> Iterator[File]:
@@ -112,11 +111,6 @@ class TaskView:
     best: tuple[BestEntry, ...]
 
     @property
-    def id(self) -> str:
-        """The task's id."""
-        return self.task.id
-
-    @property
     def inputs(self) -> bytes:
         """What its page depends on besides the code and the references."""
         best = [(row.board.id, row.row.card.name, row.row.card.title, row.returns) for row in self.best]
@@ -125,7 +119,7 @@ class TaskView:
     @property
     def alone(self) -> tuple[float, ...]:
         """The mean return of each run of the reference agent on it alone."""
-        return alone(self.id)
+        return alone(self.task.id)
 
     @cached_property
     def sheet(self) -> Sheet | None:
@@ -178,7 +172,7 @@ class TaskView:
             ("Success", success.text if success else "Not defined."),
             ("Source", prose.source),
         )
-        return tuple((name, _with_code(text)) for name, text in facts)
+        return tuple((name, inline(text)) for name, text in facts)
 
     @property
     def groups(self) -> tuple[tuple[str, int, int], ...]:
@@ -188,11 +182,6 @@ class TaskView:
             for group in GROUPS.values()
             if self.task.id in group.task_ids
         )
-
-
-def _with_code(text: str) -> Markup:
-    """A text of the catalog, with what is between backticks as code."""
-    return Markup(re.sub(r"`([^`]*)`", r"<code>\1</code>", str(escape(text))))
 
 
 def best_entries(boards: Sequence[BoardView]) -> dict[str, tuple[BestEntry, ...]]:
