@@ -96,27 +96,11 @@ class Leader(NamedTuple):
     certainty: str
 
 
-def leader(rows: Sequence[Row], metric: str) -> Leader | None:
-    """The first entry and how certain its lead is; None if no entry has a score.
-
-    Ranked entries are compared by the scorer's rank intervals, others by their intervals.
-
-    Args:
-        rows: a board's rows from top to bottom.
-        metric: the name of the metric that sorts it.
-    """
-    scored = [row for row in rows if row.score.mean is not None]
-    ranked = [row for row in scored if row.ranked]
-    if not scored:
-        return None
-    return Leader(ranked[0], _ranked(ranked, metric)) if ranked else Leader(scored[0], _unranked(scored))
-
-
-def _ranked(ranked: Sequence[Row], metric: str) -> str:
+def _ranked(ranked: Sequence[Row]) -> str:
     first, *others = ranked
     if not others:
         return "It is the only ranked entry."
-    best, worst = first.rank(metric) or (1, 1)
+    best, worst = first.rank(COLUMNS[first.result.protocol][0]) or (1, 1)
     if best == worst:
         return "It is significantly better than every other ranked entry (95\u202f% confidence)."
     tied = worst - best
@@ -220,13 +204,15 @@ class BoardView:
 
     @cached_property
     def leader(self) -> Leader | None:
-        """The first entry and how certain its lead is; None if no entry has a score."""
-        return leader(self.rows, self.columns[0])
+        """The first ranked entry, or if none is ranked the first with a score, and how certain its lead is.
 
-    @property
-    def best(self) -> Row | None:
-        """The first ranked entry. Without a rank, nothing proves that an entry is the best."""
-        return next((row for row in self.rows if row.ranked), None)
+        Ranked entries are compared by the scorer's rank intervals, others by their intervals.
+        """
+        scored = [row for row in self.rows if row.score.mean is not None]
+        ranked = [row for row in scored if row.ranked]
+        if ranked:
+            return Leader(ranked[0], _ranked(ranked))
+        return Leader(scored[0], _unranked(scored)) if scored else None
 
     @cached_property
     def least_forgetting(self) -> Row | None:

@@ -35,5 +35,6 @@ def test_values_by_hand() -> None:
         "joint_gap": 0.2,
         "cvar_10": 0.7 - 0.18,
         "single_task_performance": 2.5 / 3,
+        "last_task_performance": 0.95,
     }
     assert {name: values[name] for name in by_hand} == pytest.approx(by_hand)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import uuid
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
@@ -32,15 +31,8 @@ def publish(site: Leaderboard, render: Render) -> Iterator[File]:
     yield "feed.xml", render("feed.xml", "feed.xml", items=items, updated=updated, id=urn("feed"))
 
 
-@dataclass(frozen=True)
-class Release:
-    """The changes of a version by kind.
-
-    Args:
-        version: its name.
-        date: YYYY-MM-DD; empty if not released.
-        changes: heading and texts, in Markdown.
-    """
+class Release(NamedTuple):
+    """The changes of a version by kind, in Markdown; its date is empty if it is not released."""
 
     version: str
     date: str
@@ -68,17 +60,8 @@ def _part(text: str) -> tuple[str, tuple[str, ...]]:
     return title.strip(), tuple(" ".join(item.split()) for item in items)
 
 
-@dataclass(frozen=True)
-class EntryEvent:
-    """A decision about an entry.
-
-    Args:
-        name: the folder of the entry.
-        title: its title.
-        date: YYYY-MM-DD.
-        event: what was decided, for example ``Accepted``.
-        reason: why.
-    """
+class EntryEvent(NamedTuple):
+    """A decision about an entry, such as ``Accepted``, and why."""
 
     name: str
     title: str

@@ -18,9 +18,9 @@ from gym_extensions.site.text import count, ends, fixed, grouped, mean, short, s
 FINAL, LEARNED, LOST = "final_performance", "learning_performance", "forgetting"
 TRANSFER = "zero_shot_transfer"
 FIRST = 20
-"""Methods on the overview; the page of the core has them all."""
-MOST_DRAWN, MOST_ROWS, MOST_PAIRS = 60, 1000, 400
-"""Most methods with drawings, methods, and pairs per metric on that page."""
+"""Methods on the overview."""
+MOST_ROWS, MOST_PAIRS = 200, 400
+"""Most methods, and pairs per metric, on that page."""
 MOST_NAMED = 3
 """Up to this many methods are named in a sentence; more are counted."""
 

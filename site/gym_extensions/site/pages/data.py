@@ -78,21 +78,6 @@ def schemas() -> dict[str, str]:
     }
 
 
-def index_entry(card: Scorecard) -> IndexEntry:
-    """A submission in the index."""
-    return IndexEntry(
-        card.name, card.title, card.level, paths.entry_data(card.name), paths.entry_path(card.name)
-    )
-
-
-def index_board(board: BoardView) -> IndexBoard:
-    """A board in the index."""
-    facts = (board.group, board.protocol, board.budget, board.task_conditioned)
-    return IndexBoard(
-        board.id, *facts, len(board.rows), paths.board_data(board.id), paths.board_path(board.id)
-    )
-
-
 def publish_entry(entry: Scorecard, render: Render) -> Iterator[File]:
     """The scorecard of a submission, as ``score --json`` prints it."""
     document = ScorecardDocument(references=render.references, submissions=(entry,))
@@ -102,11 +87,16 @@ def publish_entry(entry: Scorecard, render: Render) -> Iterator[File]:
 def publish(site: Leaderboard, render: Render) -> Iterator[File]:
     """The page that lists the data, the index, boards, groups and schemas."""
     members = groups(site)
-    boards = {board.id: index_board(board) for board in site.boards}
+    boards = {board.id: _index_board(board) for board in site.boards}
     yield "data.html", render("data.html", "data.html")
     index = Index(
         references=site.references,
-        entries=tuple(map(index_entry, site.entries)),
+        entries=tuple(
+            IndexEntry(
+                each.name, each.title, each.level, paths.entry_data(each.name), paths.entry_path(each.name)
+            )
+            for each in site.entries
+        ),
         boards=tuple(boards.values()),
         core=paths.CORE_DATA,
         groups={group.id: paths.group_data(group.id) for group in members},
@@ -120,6 +110,11 @@ def publish(site: Leaderboard, render: Render) -> Iterator[File]:
         yield paths.group_data(group.id), _group_document(group, site, boards).to_json()
     for name, text in {**schema_texts(), **schemas()}.items():
         yield f"schemas/{name}", text
+
+
+def _index_board(board: BoardView) -> IndexBoard:
+    facts = (board.group, board.protocol, board.budget, board.task_conditioned, len(board.rows))
+    return IndexBoard(board.id, *facts, paths.board_data(board.id), paths.board_path(board.id))
 
 
 def _group_document(group: Group, site: Leaderboard, boards: dict[str, IndexBoard]) -> GroupDocument:

@@ -131,8 +131,8 @@ class Group:
     @property
     def best(self) -> Row | None:
         """The first ranked entry of its first board of sequential training that has one."""
-        found = (board.best for board in self.boards if board.protocol == SEQUENTIAL)
-        return next((row for row in found if row), None)
+        leaders = (board.leader for board in self.boards if board.protocol == SEQUENTIAL)
+        return next((leader.row for leader in leaders if leader and leader.row.ranked), None)
 
 
 def groups(site: Leaderboard) -> tuple[Group, ...]:
