@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from gym_extensions.scoring.scorecard import GroupScore, ReferenceValue
-from gym_extensions.site.entry_results import EntryResult, Retention
+from gym_extensions.site.entry_results import EntryResult
 from gym_extensions.site.tables import change_tint
 
 SCORE = GroupScore(
@@ -44,7 +44,7 @@ def score(*runs: tuple[float, float]) -> GroupScore:
 
 
 def test_the_change_is_the_end_minus_right_after_training_over_the_span() -> None:
-    (change,) = Retention(score((80, 50), (90, 60))).changes
+    (change,) = EntryResult("group", "sequential", score((80, 50), (90, 60))).changes
     assert change.value.mean == pytest.approx(-0.3)
     assert change.value.ends == pytest.approx((-0.3, -0.3))
     assert change.normalized
@@ -52,16 +52,6 @@ def test_the_change_is_the_end_minus_right_after_training_over_the_span() -> Non
 
 def test_an_open_task_has_a_raw_change() -> None:
     open_tasks = {task: ReferenceValue(0.0, None, True) for task in ("a", "b")}
-    whole = score((80, 50))
-    (change,) = Retention(
-        GroupScore(
-            level="verified",
-            budget="smoke",
-            runs=(0,),
-            tasks=whole.tasks,
-            metrics={},
-            reference=open_tasks,
-            return_matrix=whole.return_matrix,
-        )
-    ).changes
+    result = EntryResult("group", "sequential", replace(score((80, 50)), reference=open_tasks))
+    (change,) = result.changes
     assert (change.value.mean, change.normalized, change_tint(change)) == (-30.0, False, "raw unsure")

@@ -18,7 +18,7 @@ from gym_extensions.scoring.ranking.group_board import boards as scored_boards
 from gym_extensions.scoring.records import Record
 from gym_extensions.scoring.references import load_references
 from gym_extensions.scoring.scorecard import ReferencesInfo, Scorecard
-from gym_extensions.site.entry_results import COLUMNS, SEQUENTIAL, EntryResult, Retention, group_order
+from gym_extensions.site.entry_results import COLUMNS, SEQUENTIAL, EntryResult, group_order
 from gym_extensions.site.text import count
 
 
@@ -67,12 +67,6 @@ class Row:
     result: EntryResult
     entry: BoardEntry
     ranked_on: Mapping[str, int]
-
-    @cached_property
-    def retention(self) -> Retention | None:
-        """What it keeps of each task; None for a suite and without a sequential log."""
-        detail = self.result.detail
-        return Retention(detail) if detail and self.result.protocol == SEQUENTIAL else None
 
     @property
     def score(self) -> MetricValue:

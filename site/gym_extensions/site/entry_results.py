@@ -42,6 +42,32 @@ Points = tuple[tuple[float, float], ...]
 Matrix = tuple[tuple[float, ...], ...]
 
 
+@dataclass(frozen=True, slots=True)
+class Change:
+    """The change of a task's score since right after its training, over runs.
+
+    Args:
+        value: mean and interval; normalized, or a raw return where the task has no expert.
+        normalized: whether it is normalized.
+    """
+
+    value: MetricValue
+    normalized: bool
+
+    @property
+    def is_certain(self) -> bool:
+        """Whether its interval excludes 0. A single run has no interval, and is not certain."""
+        ends = self.value.ends
+        return ends is not None and not ends[0] <= 0 <= ends[1]
+
+
+def normalized(values: list[float], reference: ReferenceValue | None) -> list[float] | None:
+    """The scores of raw returns; None if one has none, because the task has no expert."""
+    shares = [reference.normalize(value) for value in values] if reference else [None]
+    present = [share for share in shares if share is not None]
+    return present if len(present) == len(values) else None
+
+
 @dataclass(frozen=True)
 class EntryResult:
     """The scores of a scorecard with their group or suite and protocol; a suite has only metrics."""
@@ -148,6 +174,31 @@ class EntryResult:
         )
 
     @cached_property
+    def changes(self) -> tuple[Change, ...]:
+        """Of a sequential log per task but the last, which nothing follows."""
+        return tuple(self._change(at, task) for at, task in enumerate(self.tasks[:-1]) if self.stage_matrices)
+
+    def _change(self, at: int, task: str) -> Change:
+        pairs = [(run[at + 1][at], run[-1][at]) for run in self.stage_matrices]
+        scores = [normalized(list(pair), self.reference(task)) for pair in pairs]
+        scored = [tuple(pair) for pair in scores if pair is not None]
+        changes = [end - after for after, end in scored or pairs]
+        return Change(MetricValue.of(interval(changes)), bool(scored))
+
+    @cached_property
+    def stages(self) -> tuple[tuple[MetricValue, ...], ...]:
+        """``[stage][task]`` scores of a sequential log; without a value where the task has no expert."""
+        return tuple(
+            tuple(self._score(stage, at, task) for at, task in enumerate(self.tasks))
+            for stage in range(len(self.tasks) + 1)
+            if self.stage_matrices
+        )
+
+    def _score(self, stage: int, at: int, task: str) -> MetricValue:
+        values = normalized([run[stage][at] for run in self.stage_matrices], self.reference(task))
+        return MetricValue() if values is None else MetricValue.of(interval(values))
+
+    @cached_property
     def learned_nothing(self) -> bool:
         """Whether the agent learned nothing that it could forget."""
         return learned_nothing(self.score.metrics)
@@ -222,77 +273,3 @@ def table_digits(result: EntryResult) -> int:
         return 2
     cells = [cell for row in result.detail.paper_table for cell in row.cells() if cell]
     return digits_for(cell.mean / 10 for cell in cells)
-
-
-Stages = tuple[tuple[MetricValue, ...], ...]
-
-
-@dataclass(frozen=True, slots=True)
-class Change:
-    """The change of a task's score since right after its training, over runs.
-
-    Args:
-        value: mean and interval; normalized, or a raw return where the task has no expert.
-        normalized: whether it is normalized.
-    """
-
-    value: MetricValue
-    normalized: bool
-
-    @property
-    def is_certain(self) -> bool:
-        """Whether its interval excludes 0. A single run has no interval, and is not certain."""
-        ends = self.value.ends
-        return ends is not None and not ends[0] <= 0 <= ends[1]
-
-
-@dataclass(frozen=True)
-class Retention:
-    """One entry on one group, from its sequential scores."""
-
-    score: GroupScore
-
-    @property
-    def tasks(self) -> tuple[str, ...]:
-        """Task ids in training order."""
-        return self.score.tasks
-
-    @cached_property
-    def changes(self) -> tuple[Change, ...]:
-        """Per task but the last, which nothing follows; empty without a return matrix."""
-        if not self.score.return_matrix:
-            return ()
-        references = map(self.score.reference.get, self.tasks[:-1])
-        return tuple(_change(self.score, at, reference) for at, reference in enumerate(references))
-
-    @cached_property
-    def stages(self) -> Stages:
-        """``[stage][task]`` scores after every stage; without a value where the task has no expert."""
-        if not self.score.return_matrix:
-            return ()
-        references = [self.score.reference.get(task) for task in self.tasks]
-        return tuple(
-            tuple(_score(self.score, stage, at, reference) for at, reference in enumerate(references))
-            for stage in range(len(self.tasks) + 1)
-        )
-
-
-def normalized(values: list[float], reference: ReferenceValue | None) -> list[float] | None:
-    """The scores of raw returns; None if one has none, because the task has no expert."""
-    shares = [reference.normalize(value) for value in values] if reference else [None]
-    present = [share for share in shares if share is not None]
-    return present if len(present) == len(values) else None
-
-
-def _change(score: GroupScore, at: int, reference: ReferenceValue | None) -> Change:
-    after = [run[at + 1][at] for run in score.return_matrix]
-    end = [run[-1][at] for run in score.return_matrix]
-    before, final = normalized(after, reference), normalized(end, reference)
-    is_scored = before is not None and final is not None
-    pairs = zip(before or after, final or end, strict=True) if is_scored else zip(after, end, strict=True)
-    return Change(MetricValue.of(interval([later - first for first, later in pairs])), is_scored)
-
-
-def _score(score: GroupScore, stage: int, at: int, reference: ReferenceValue | None) -> MetricValue:
-    values = normalized([run[stage][at] for run in score.return_matrix], reference)
-    return MetricValue() if values is None else MetricValue.of(interval(values))

@@ -43,9 +43,9 @@ def task_path(task_id: str) -> str:
     return f"tasks/{slug(task_id.rsplit('/', maxsplit=1)[-1].lower())}.html"
 
 
-def board_path(board_id: str, page: int = 1) -> str:
-    """A page of the table of all rows of a board, from 1."""
-    return f"boards/{slug(board_id.lower())}{f'-{page}' if page > 1 else ''}.html"
+def board_path(board_id: str) -> str:
+    """The table of all rows of a board."""
+    return f"boards/{slug(board_id.lower())}.html"
 
 
 def board_tab(group_id: str, board_id: str) -> str:

@@ -1,11 +1,9 @@
-"""The tables of returns: their cells and tints, and which rows of long lists are on which page."""
+"""The tables of returns: their cells and tints."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Sequence
 
 from markupsafe import Markup
 
@@ -82,27 +80,3 @@ def change_tint(change: Change) -> str:
     level = min(CHANGE_STEPS, math.floor(abs(mean) / LARGEST_CHANGE * CHANGE_STEPS + 0.5))
     kind = "kept" if level == 0 else f"{'lost' if mean < 0 else 'won'}{level}"
     return kind + unsure
-
-
-@dataclass(frozen=True)
-class Part:
-    """A page of a list that is too long for one.
-
-    Args:
-        rows: what it lists.
-        number: the page, from 1.
-        pages: how many pages there are.
-        path: the path of the page of a number.
-    """
-
-    rows: Sequence[Any]
-    number: int
-    pages: int
-    path: Callable[[int], str]
-
-
-def parts(rows: Sequence[Any], size: int, path: Callable[[int], str]) -> Iterator[Part]:
-    """The pages of a list, with ``size`` rows each; one page of an empty list."""
-    starts = range(0, max(len(rows), 1), size)
-    for number, start in enumerate(starts, 1):
-        yield Part(rows[start : start + size], number, len(starts), path)

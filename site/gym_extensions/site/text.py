@@ -19,13 +19,10 @@ from gym_extensions.scoring.scorecard import Scorecard
 MINUS = "\N{MINUS SIGN}"
 THIN_SPACE = "\N{NARROW NO-BREAK SPACE}"
 
-FORMATS = tuple(f".{digits}f" for digits in range(10))
-"""The format of each number of digits. Making it for each of a million numbers takes as long as using it."""
-
 
 def fixed(value: float, digits: int = 2) -> str:
     """The value with ``digits`` digits after the point and a minus sign; −0.00 becomes 0.00."""
-    text = format(value, FORMATS[digits])
+    text = f"{value:.{digits}f}"
     if text.startswith("-"):
         return MINUS + text[1:] if text.strip("-0.") else text[1:]
     return text

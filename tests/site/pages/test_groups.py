@@ -6,10 +6,7 @@ import copy
 import re
 from typing import Any
 
-import pytest
-
 from gym_extensions.scoring.references import load_references
-from gym_extensions.site.pages import groups
 
 from ..browser import Pages, read
 from ..conftest import everything, learner, sequential, submission
@@ -178,13 +175,3 @@ def test_a_group_draws_twenty_rows_and_its_board_lists_all() -> None:
     assert "All 30 entries: sort, search, filter, compare" in group.text
     assert listed(pages, f"{BOARD}.html") == 30
     assert any("data-table" in a for tag, a in pages[f"{BOARD}.html"].elements if tag == "table")
-
-
-def test_a_long_table_has_pages_that_lead_to_each_other(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(groups, "PAGE_ROWS", 12)
-    pages = read(thirty())
-    paths = [f"{BOARD}{part}.html" for part in ("", "-2", "-3")]
-    assert [listed(pages, path) for path in paths] == [12, 12, 6]
-    links = {a.get("rel"): a["href"] for tag, a in pages[paths[1]].elements if tag == "a"}
-    assert (links["prev"], links["next"]) == (f"../{paths[0]}", f"../{paths[2]}")
-    assert not any("data-table" in a for tag, a in pages[paths[0]].elements if tag == "table")

@@ -278,27 +278,22 @@ def _percent(share: float) -> str:
 
 def drawn(rows: Sequence[Row]) -> list[Line]:
     """The first entries that have scores over the sequence."""
-    return _lines(row for row in rows if row.retention and row.retention.stages)
+    return _lines(row for row in rows if row.result.stages)
 
 
 def panels(lines: Sequence[Line]) -> list[tuple[Markup, Markup]]:
     """Title and chart of every task that has scores, on one scale."""
-    retentions = [line.row.retention for line in lines if line.row.retention]
-    means = [
-        value.mean
-        for retention in retentions
-        for stage in retention.stages
-        for value in stage
-        if value.mean is not None
-    ]
+    results = [line.row.result for line in lines]
+    scores = [value for result in results for stage in result.stages for value in stage]
+    means = [value.mean for value in scores if value.mean is not None]
     if not means:
         return []
-    tasks = retentions[0].tasks
+    tasks, untrained = results[0].tasks, results[0].stages[0]
     x, y = Scale(0, len(tasks), *X), scale_around(means, *Y)
     return [
         (variation(task, tasks), _panel(lines, at, x, y))
         for at, task in enumerate(tasks)
-        if retentions[0].stages[0][at].mean is not None
+        if untrained[at].mean is not None
     ]
 
 
@@ -306,7 +301,7 @@ def _panel(lines: Sequence[Line], at: int, x: Scale, y: Scale) -> Markup:
     body = _ground(x, y, at + 1, (0.0, 1.0), (0.0, 1.0, *reversed(y.ticks(4))))
     labels = []
     for line in reversed(lines):
-        values = [stage[at] for stage in line.row.retention.stages] if line.row.retention else []
+        values = [stage[at] for stage in line.row.result.stages]
         mean = [(float(stage), value.mean) for stage, value in enumerate(values) if value.mean is not None]
         if not mean:
             continue

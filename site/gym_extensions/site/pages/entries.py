@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from functools import partial
 
 from gym_extensions.rollouts.review import REPORTED
 from gym_extensions.scoring.poses import load_entry
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.site import paths
-from gym_extensions.site.board_views import BoardView, Leaderboard
+from gym_extensions.site.board_views import Leaderboard
 from gym_extensions.site.entry_results import separate_groups
 from gym_extensions.site.output import encoded
 from gym_extensions.site.pages import core, exports
 from gym_extensions.site.pages.landscapes import TITLES
 from gym_extensions.site.pages.page import Draft, File, Render
 from gym_extensions.site.play.watch import watches
-from gym_extensions.site.tables import Part, parts
 
 
 def publish_entry(entry: Scorecard, render: Render) -> Iterator[File]:
@@ -39,7 +38,6 @@ def publish_entry(entry: Scorecard, render: Render) -> Iterator[File]:
         yield panel.path, panel.script
 
 
-ENTRIES_PER_PAGE = 200
 ON_A_BOARD = "On a board"
 OFF_BOARDS = "Not on a board: a budget that is only for tests, or no scored group"
 PUBLISHED = "Reported elsewhere: published results without logs, shown as printed and not ranked"
@@ -47,24 +45,13 @@ REFUSED = "Refused: they break a rule, and are on no board until all problems ar
 STATUS = (ON_A_BOARD, OFF_BOARDS, PUBLISHED, REFUSED)
 
 
-def list_path(number: int) -> str:
-    """The path of a page of the list of all entries."""
-    return f"entries{f'-{number}' if number > 1 else ''}.html"
-
-
 def publish_list(site: Leaderboard, render: Render) -> Iterator[File]:
-    """All submissions, refused ones and published tables included: 200 per page, by status and name."""
-    for part in entry_pages(site.entries, site.boards):
-        path = part.path(part.number)
-        yield path, render("entries.html", path, part=part, statuses=STATUS)
-
-
-def entry_pages(entries: Sequence[Scorecard], boards: Sequence[BoardView]) -> Iterator[Part]:
-    """Every page of the list: pairs of a status and an entry, sorted by status and name."""
-    on_boards = {row.entry.name for board in boards for row in board.rows}
-    pairs = [(_status(entry, on_boards), entry) for entry in entries]
-    pairs.sort(key=lambda pair: (STATUS.index(pair[0]), pair[1].name))
-    return parts(pairs, ENTRIES_PER_PAGE, list_path)
+    """All submissions by status and name, refused ones and published tables included."""
+    on_boards = {row.entry.name for board in site.boards for row in board.rows}
+    by_status: dict[str, list[Scorecard]] = {status: [] for status in STATUS}
+    for entry in site.entries:
+        by_status[_status(entry, on_boards)].append(entry)
+    yield "entries.html", render("entries.html", "entries.html", by_status=by_status)
 
 
 def _status(entry: Scorecard, on_boards: set[str]) -> str:

@@ -20,13 +20,10 @@ from gym_extensions.site.output import encoded
 from gym_extensions.site.pages.landscapes import TITLES
 from gym_extensions.site.pages.page import Draft, File, Render
 from gym_extensions.site.pages.tasks import measured
-from gym_extensions.site.tables import parts
 from gym_extensions.site.text import fixed
 
 SHOWN_ROWS = 20
-"""Rows of a board on the page of its group, with drawings; all are in the board's own table."""
-PAGE_ROWS = 1000
-"""Rows of a page of that table, of at most 300 bytes each."""
+"""Rows of a board on the page of its group, with drawings; the board's own table has all."""
 FIRST_ENTRIES = 2
 """How many of the best entries are compared with the paper's numbers."""
 
@@ -43,9 +40,8 @@ def publish(site: Leaderboard, render: Render) -> Iterator[File]:
         write = partial(render, "group.html", path, group=group, **values)
         yield path, Draft(shared + encoded((rows, shares)), write)
     for board in site.boards:
-        for part in parts(board.rows, PAGE_ROWS, partial(paths.board_path, board.id)):
-            path = part.path(part.number)
-            yield path, render("board.html", path, board=board, part=part)
+        path = paths.board_path(board.id)
+        yield path, render("board.html", path, board=board)
 
 
 @dataclass(frozen=True)
