@@ -75,7 +75,7 @@ class Output:
         self.out = out
         self.base = base
         self.before = _digests(out / MARK)
-        self.digests: dict[str, list[str]] = {}
+        self.digests: dict[str, tuple[str, str]] = {}
         self.written = 0
         self.new, self._old = (Path(self._scratch.name) / name for name in ("new", "old"))
         self.new.mkdir()
@@ -131,7 +131,7 @@ class Output:
         target.write_bytes(content)
         self.written += 1
         if source:
-            self.digests[path] = [source, digest(content)]
+            self.digests[path] = (source, digest(content))
 
     def _link(self, path: str, expected: str) -> bool:
         old = self.out / path
@@ -151,19 +151,12 @@ class Output:
         return target
 
 
-def _digests(mark: Path) -> dict[str, list[str]]:
+def _digests(mark: Path) -> dict[str, tuple[str, str]]:
     """The digests of an earlier build; none where its mark is missing, old or damaged."""
     try:
-        state = json.loads(mark.read_text(encoding="utf-8"))
+        return msgspec.json.decode(mark.read_bytes(), type=dict[str, tuple[str, str]])
     except (OSError, ValueError):
         return {}
-    if not isinstance(state, dict):
-        return {}
-    return {
-        path: pair
-        for path, pair in state.items()
-        if isinstance(pair, list) and len(pair) == 2 and all(isinstance(part, str) for part in pair)
-    }
 
 
 Kept = tuple[str, Scorecard]
