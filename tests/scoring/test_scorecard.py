@@ -157,6 +157,19 @@ def test_a_metric_without_its_input_is_null_and_says_why(
     assert value(submission(**changes), references, metric) == MetricValue(why=why)
 
 
+def test_a_metric_of_two_protocols_is_over_the_runs_that_both_have(
+    submission: Write, references: References
+) -> None:
+    metrics = ("asymptotic_transfer", "forward_transfer_auc", "final_performance")
+    expected = [value(submission(curves=20), references, metric) for metric in metrics]
+    folder = submission(name="more", runs=(0, 1, 2), curves=20)
+    for path in folder.glob(f"{NAME}/single/run2.*"):
+        path.unlink()
+    found = [value(folder, references, metric) for metric in metrics]
+    assert found[:2] == expected[:2]
+    assert [len(each.runs) for each in found] == [2, 2, 3]
+
+
 def test_one_run_has_a_mean_and_no_interval_and_says_so(submission: Write, references: References) -> None:
     final = value(submission(runs=(0,)), references, "final_performance")
     assert final.mean == pytest.approx(0.5311875)

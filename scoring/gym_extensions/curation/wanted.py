@@ -25,15 +25,15 @@ NORMAL = NormalDist()
 class Wanted:
     """What an entry in a folder, of an agent of this project, needs for its next look at n runs.
 
-    ``runs`` are the numbers of the missing runs, by group name and protocols (joined by a comma). ``decides``
-    is how many open comparisons the look would decide, about; None for an entry without any.
+    ``runs`` are the numbers of the missing sequential runs by group name. ``decides`` is how many open
+    comparisons the look would decide, about; None for an entry without any.
     """
 
     entry: Path
     agent: str
     budget: str
     look: int
-    runs: Mapping[tuple[str, str], tuple[int, ...]]
+    runs: Mapping[str, tuple[int, ...]]
     decides: float | None
 
     @property
@@ -44,8 +44,8 @@ class Wanted:
     @property
     def commands(self) -> Iterator[str]:
         """A command for each group, which trains the missing runs; ``--runs`` may name any one of them."""
-        for (name, protocols), runs in self.runs.items():
-            words = ["gym-extensions", "train", self.agent, "--groups", name, "--protocol", protocols]
+        for name, runs in self.runs.items():
+            words = ["gym-extensions", "train", self.agent, "--groups", name, "--protocol", "sequential"]
             words += ["--budget", self.budget, "--runs", ",".join(map(str, runs)), "--out", str(self.entry)]
             yield shlex.join(words)
 
@@ -73,10 +73,9 @@ def _of(row: CoreEntry, folder: Path, card: Scorecard, board: CoreBoard) -> Want
     runs = {}
     for name in CORES[CORE]:
         members = group(name)
-        protocols = ",".join(["sequential", *(["single"] if "single" in card.groups.get(name, {}) else [])])
         missing = set(range(row.next_look)) - finished_runs(folder, members, "sequential")
         if missing:
-            runs[members.name, protocols] = tuple(sorted(missing))
+            runs[members.name] = tuple(sorted(missing))
     decides = _decides(row, board) if row.ranked else None
     return Wanted(folder, protocol.algorithm, protocol.budget, row.next_look, runs, decides)
 

@@ -92,7 +92,7 @@ def scored_runs(submitted: SubmittedGroup, *, merge: bool) -> SubmittedGroup:
 
     They are the runs 0 to N − 1 of each log, up to the first gap. With ``merge``, identical runs count as
     one. A sequential and a single run of one training seed are a pair; two pairs are identical if both logs
-    are. Joint and cumulative runs are compared by themselves.
+    are, or the one that both have. Joint and cumulative runs are compared by themselves.
     """
     logs, notes = dict(submitted.logs), list(submitted.notes)
     for protocol, log in submitted.logs.items():
@@ -105,7 +105,8 @@ def scored_runs(submitted: SubmittedGroup, *, merge: bool) -> SubmittedGroup:
         first_runs = [first_identical_runs(logs[name]) for name in protocols if name in logs]
         sets: dict[tuple[int | None, ...], list[int]] = {}
         for run in sorted(set().union(*first_runs)):
-            sets.setdefault(tuple(first.get(run) for first in first_runs), []).append(run)
+            present = [first[run] for first in first_runs if run in first]
+            sets.setdefault(tuple(first.get(run, present[0]) for first in first_runs), []).append(run)
         kind = "Runs" if "single" in protocols else f"{protocols[0].capitalize()} runs"
         equal = (", ".join(map(str, runs)) for runs in sets.values() if len(runs) > 1)
         notes += [f"{kind} {runs} are identical in every episode and count as one." for runs in equal]
@@ -120,7 +121,7 @@ def select_runs(log: Log, runs: set[int]) -> Log:
     names = ("run", "stage", "position", "episode", "seed", "length", "return_", "terminated", "success")
     columns = {name: getattr(log, name)[chosen] for name in names}
     tasks = [task for task, is_chosen in zip(log.task, chosen, strict=True) if is_chosen]
-    return replace(log, runs=tuple(sorted(runs)), task=tasks, **columns)
+    return replace(log, runs=tuple(sorted(runs & set(log.runs))), task=tasks, **columns)
 
 
 def first_identical_runs(log: Log) -> Mapping[int, int]:

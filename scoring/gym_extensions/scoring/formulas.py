@@ -313,7 +313,7 @@ class MetricValue:
     mean: Annotated[float | None, about("mean over runs; null where the metric has no value")] = None
     low: Annotated[float | None, about("lower end of the 95 % interval; null with one run")] = None
     high: Annotated[float | None, about("upper end of the 95 % interval; null with one run")] = None
-    runs: Annotated[tuple[float, ...], about("one value per run; empty in suites and across protocols")] = ()
+    runs: Annotated[tuple[float, ...], about("one per run that has what it needs; none in suites")] = ()
     why: Annotated[str, about("why the mean or the interval is null, as a sentence; else empty")] = ""
     anchors: Annotated[tuple[float, ...], about("signed errors of the experts in the mean, by task")] = ()
 

@@ -20,7 +20,6 @@ from ..examples import (
     Check,
     CopySubmission,
     Example,
-    all_of,
     edit,
     parametrize,
     put,
@@ -102,13 +101,6 @@ EXAMPLES = (
             ("the first run left out", 0, 2, "run 0 is missing"),
             ("a seed of the reference agents", 1, 1001, "those from 1000 are reserved"),
         )
-    ),
-    Example(
-        "different-runs",
-        "a single run is missing",
-        all_of(*(remove(f"{GROUP}/single/run1{suffix}") for suffix in (".csv", ".json", ".npz"))),
-        f"{GROUP}/single",
-        "The runs are [0]; those of sequential are [0, 1]",
     ),
     Example(
         "too-large", "a long text", put("README.md", b"x" * (MAX_FILE_BYTES[".md"] + 1)), "README.md", "65537"

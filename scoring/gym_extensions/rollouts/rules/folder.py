@@ -161,17 +161,6 @@ def gaps_in_runs(folder: Folder) -> Iterator[Finding]:
 
 
 @rule("folder")
-def different_runs(folder: Folder) -> Iterator[Finding]:
-    """Sequential and single have the same runs: forward transfer pairs them by training seed."""
-    for group in dict.fromkeys(group for group, _ in folder.runs):
-        sequential, single = (folder.runs.get((group, name)) for name in ("sequential", "single"))
-        if sequential and single and list(sequential) != list(single):
-            message = f"The runs are {quote([*single])}; those of sequential are {quote([*sequential])}."
-            hint = "Add the missing runs to either folder, or leave them out of both."
-            yield Finding(f"{group}/single", message, hint)
-
-
-@rule("folder")
 def too_large(folder: Folder) -> Iterator[Finding]:
     """A submission keeps to the limits on the size of a file, the total size and the number of files."""
     for item in folder.files.values():

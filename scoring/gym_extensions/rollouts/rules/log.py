@@ -249,7 +249,7 @@ def identical_runs(group: GroupLogs) -> Iterator[Finding]:
     for protocol, log in group.logs.items():
         partner = first.get(PARTNER.get(protocol, ""), {})
         for run, original in first[protocol].items():
-            is_identical_pair = partner.get(run) == partner.get(original)
+            is_identical_pair = partner.get(run, partner.get(original)) == partner.get(original)
             if run == original or (is_identical_pair and not group.is_trainable):
                 continue
             message = f"Run {run} is identical to run {original} in every episode."

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import replace
 
 from gym_extensions.catalog.groups import SUITES
 from gym_extensions.scoring.entry.normalization import Results, normalized_runs
@@ -86,6 +85,7 @@ def metric_values(
 ) -> dict[str, MetricValue]:
     """The value of every metric of a protocol by its name, in the order of the metrics' table.
 
+    A metric that compares runs of two protocols is over the training seeds that have both.
     ``runs`` are the protocol's normalized runs, empty where a task of the group has no reference.
     """
     ids = results.group.task_ids
@@ -101,10 +101,11 @@ def metric_values(
         elif metric is JOINT_GAP:
             joint = over_runs(FINAL, normalized_runs(results, references, "joint"), tasks)
             value = joint_gap(values[FINAL.name], joint, tasks)
-        elif "cumulative" in metric.needs:  # made for some runs of the sequence only
-            value = replace(over_runs(metric, [run for run in runs if run.cumulative], tasks), runs=())
         else:
-            value = over_runs(metric, runs, tasks)
+            partners = [set(results.runs[name]) for name in metric.needs if name in results.runs]
+            numbered = zip(results.runs[protocol], runs, strict=True)
+            paired = [run for number, run in numbered if all(number in each for each in partners)]
+            value = over_runs(metric, paired, tasks)
         values[metric.name] = value
     return values
 
