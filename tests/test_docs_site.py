@@ -99,7 +99,8 @@ def test_pages_have_the_masthead_of_the_board_if_it_was_built(tmp_path: Path) ->
     env = SimpleNamespace(globals={})
     hooks.on_env(env, SimpleNamespace(site_dir=tmp_path / "docs"))
     assert env.globals["masthead"]("api/envs.html") == ""
-    (tmp_path / "index.html").touch()
+    (tmp_path / "static").mkdir()
+    (tmp_path / "static" / "masthead.css").touch()
     assert 'href="../../core.html"' in env.globals["masthead"]("api/envs.html")
 
 

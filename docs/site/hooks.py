@@ -171,13 +171,19 @@ def board_entries(board: Path) -> Iterator[dict[str, str]]:
             yield {"location": location, "title": escape(title), "text": escape(shown)}
 
 
+def board_of(config: Any) -> Path | None:
+    """The folder of the board that the documentation is a part of; None if it was not built there."""
+    board = Path(config.site_dir).parent
+    return board if (board / "static" / "masthead.css").is_file() else None
+
+
 def on_env(env: Any, config: Any, **_: Any) -> Any:
     """Gives the templates the masthead of the board; it is empty without a board."""
 
     def masthead(url: str) -> str:
         from gym_extensions.site.pages import docs_masthead
 
-        return docs_masthead(url) if (Path(config.site_dir).parent / "index.html").is_file() else ""
+        return docs_masthead(url) if board_of(config) else ""
 
     env.globals["masthead"] = masthead
     return env
@@ -211,10 +217,10 @@ def on_post_build(config: Any, **_: Any) -> None:
     from mkdocs.exceptions import PluginError
 
     site = Path(config.site_dir)
-    index = site / "search" / "search_index.json"
-    if index.is_file():
+    board, index = board_of(config), site / "search" / "search_index.json"
+    if board is not None:
         found = json.loads(index.read_text(encoding="utf-8"))
-        found["docs"] += board_entries(site.parent)
+        found["docs"] += board_entries(board)
         index.write_text(json.dumps(found, separators=(",", ":")), encoding="utf-8")
     lost = site / "404.html"
     if lost.is_file():
